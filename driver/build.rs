@@ -1,4 +1,4 @@
-//! Puts the pages of `docs/codes` into the program, so that `explain` needs no file.
+//! Embeds the pages of `docs/codes` in the program, so that `explain` needs no files.
 
 #![allow(clippy::disallowed_methods, reason = "a build script reads and writes files")]
 

@@ -1,4 +1,4 @@
-//! Statements that both styles print alike: calls, choices, verbatim text and the values after reset.
+//! Statements that all styles print alike: calls, choices, verbatim text, and the values after reset.
 
 use crate::Object;
 use crate::cexpr::{CExpr, Helpers, constant, saturated};
@@ -33,7 +33,7 @@ impl Callee<'_> {
     }
 }
 
-/// `if`/`else` with the cases that a constant condition leaves.
+/// `if`/`else`; a constant condition leaves only the case that applies.
 pub(crate) fn either(condition: CExpr, then: Vec<Node>, otherwise: Vec<Node>) -> Vec<Node> {
     if condition.is_true() {
         return then;
@@ -60,14 +60,14 @@ pub(crate) fn either(condition: CExpr, then: Vec<Node>, otherwise: Vec<Node>) ->
 /// The user's C text; text for other languages is left out (the caller reports it).
 pub(crate) fn verbatim(text: &Verbatim) -> Vec<Node> {
     if is_c(&text.language) {
-        // A block of its own, so that what it declares stays in it.
+        // A separate block limits the scope of what the text declares.
         vec![Node::line("{"), Kind::Verbatim(text.text.clone()).into(), Node::line("}")]
     } else {
         Vec::new()
     }
 }
 
-/// Sets a member to what it is after reset.
+/// Sets a member to its value after reset.
 pub(crate) fn initial(name: &str, ty: Type, len: Option<u32>, values: &[i64]) -> Vec<Node> {
     let literal = |value: i64| constant(value, ty);
     let Some(len) = len else {
@@ -92,7 +92,7 @@ pub(crate) fn initial(name: &str, ty: Type, len: Option<u32>, values: &[i64]) ->
         .collect()
 }
 
-/// Sets all outputs to what they are after reset.
+/// Sets all outputs to their values after reset.
 pub(crate) fn initial_outputs(net: &Net, names: &Names, values: &[i64]) -> Vec<Node> {
     names.io.constants(net, &names.outputs, |id| values.get(id.index()).copied().unwrap_or(0))
 }

@@ -4,23 +4,23 @@ use grafsynth_ir::net::{Block, Driver, Leaf, Net, OutputId, StepId, StmtKind, Va
 use grafsynth_ir::program_run::evaluate;
 use std::collections::BTreeSet;
 
-/// Something that reset does to the outside.
+/// An effect of reset on the outside.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Effect {
     /// Calls an extern action with these (saturated) arguments.
     Call(OutputId, Vec<i64>),
-    /// Runs text.
+    /// Runs verbatim text.
     Code(Verbatim),
 }
 
-/// What reset leaves behind, for nets without hierarchy, controlled actions and tasks (semantics §2).
+/// The state after reset, for nets without hierarchy, controlled actions and tasks (semantics §2).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Reset {
-    /// Each variable's values.
+    /// The values of each variable.
     pub(crate) vars: Vec<Vec<i64>>,
-    /// Each output's value.
+    /// The value of each output.
     pub(crate) outputs: Vec<i64>,
-    /// Calls and texts in order.
+    /// Calls and verbatim texts, in order.
     pub(crate) effects: Vec<Effect>,
 }
 
@@ -95,9 +95,9 @@ impl State<'_> {
         evaluate(expr, &mut |leaf, index| match *leaf {
             Leaf::Var(var) => self.var(var, index),
             Leaf::Active(step) | Leaf::TasksDone(step) => i64::from(self.active.contains(&step)),
-            // Inputs are 0 or as near to it as they can be.
+            // Inputs are 0, or the permitted value that is nearest to 0.
             Leaf::Input(input) => self.net.inputs[input].ty.saturate(0),
-            // No time has passed, edges read false.
+            // No time has passed; edges read as false.
             Leaf::Elapsed(_)
             | Leaf::LastElapsed(_)
             | Leaf::Timer(_)
@@ -141,7 +141,7 @@ impl State<'_> {
                     self.run(taken);
                 }
                 StmtKind::Code(text) => self.effects.push(Effect::Code(text.clone())),
-                // The plan refuses nets that raise or send.
+                // The plan rejects nets that raise or send.
                 StmtKind::Raise(_) | StmtKind::Send(_) | StmtKind::Cancel(_) => {}
             }
         }

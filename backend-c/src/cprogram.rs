@@ -1,4 +1,4 @@
-//! What a style decides: everything that differs between the styles, ready to be laid out in files by [`crate::header`].
+//! The result of a style: everything that differs between the styles, ready for [`crate::header`] to lay out in files.
 
 use crate::Object;
 use crate::cexpr::Helpers;
@@ -14,28 +14,28 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(crate) struct Member {
     /// Type and name, with the length of an array or the width of a bit-field: `uint8_t state`.
     pub(crate) declaration: String,
-    /// What it holds.
+    /// A description of its contents.
     pub(crate) note: String,
-    /// What of the net it holds.
+    /// The objects of the net that it represents.
     pub(crate) objects: Vec<Object>,
 }
 
-/// A chart in C, all decisions taken.
+/// A chart in C after all decisions.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct CProgram {
     /// The name of the style, for the header.
     pub(crate) style: &'static str,
-    /// The state between reactions; a chart without any has none.
+    /// The state between reactions; empty for a chart without state.
     pub(crate) instance: Vec<Member>,
     /// Enumerators that name values of the instance.
     pub(crate) enumerators: Vec<Node>,
     /// For each step, the condition that it is active, over `self`.
     pub(crate) active: IdMap<Step, String>,
-    /// The condition of a fault in the last reaction, over `self`; none where no reaction can have one.
+    /// The condition of a fault in the last reaction, over `self`; `None` if no reaction can have one.
     pub(crate) fault: Option<String>,
-    /// The chart has a `fault` at all (stable evolution or queues).
+    /// The chart has a `fault` function (stable evolution or queues).
     pub(crate) has_fault: bool,
-    /// How time comes in; none when nothing depends on it.
+    /// How time is passed in; `None` if nothing depends on time.
     pub(crate) ticks: Option<Ticks>,
     /// Private types and tables.
     pub(crate) tables: Vec<Node>,
@@ -47,28 +47,28 @@ pub(crate) struct CProgram {
     pub(crate) step: Vec<Node>,
     /// The helpers that are called.
     pub(crate) helpers: Helpers,
-    /// What a chart has that an engine interprets.
+    /// Additional parts of a chart that an engine interprets.
     pub(crate) engine: Option<Engine>,
-    /// What the members of the instance can hold, those that are no single bits; empty where an engine keeps them.
+    /// The value ranges of the instance members that are not single bits; empty if an engine stores them.
     pub(crate) ranges: Vec<Range>,
-    /// Steps that have a bit of their own, so that nothing but a proof keeps two of them apart.
+    /// Steps that have their own bit, so that only a proof shows that two of them exclude each other.
     pub(crate) one_bit: BTreeSet<StepId>,
 }
 
-/// What the files of a chart have that an engine interprets, beside what all have.
+/// The additional files and declarations of a chart that an engine interprets.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Engine {
     /// The engine's own files, the same for every chart, headers first.
     pub(crate) files: &'static [(&'static str, &'static str)],
-    /// The most instructions of a program that one reaction interprets, where it is one.
+    /// The maximum number of instructions that one reaction interprets, if the image is a program.
     pub(crate) instructions: Option<u64>,
-    /// That of them which the chart's header includes.
+    /// The one of these files that the chart's header includes.
     pub(crate) include: &'static str,
-    /// What the header says before the instance.
+    /// The part of the header before the instance.
     pub(crate) before: Vec<Node>,
     /// Functions that the header declares.
     pub(crate) declarations: Vec<Node>,
-    /// How each variable is read, over `self`.
+    /// The expression that reads each variable, over `self`.
     pub(crate) values: BTreeMap<VarId, String>,
     /// The tables as they are loaded.
     pub(crate) image: Vec<u8>,
@@ -76,7 +76,7 @@ pub(crate) struct Engine {
     pub(crate) tables: Vec<Node>,
 }
 
-/// True when some line of the text holds `word`.
+/// True if some line of the text contains `word`.
 pub(crate) fn mentions(nodes: &[Node], word: &str) -> bool {
     nodes.iter().any(|node| match &node.kind {
         Kind::Blank | Kind::Comment(_) => false,
@@ -91,10 +91,10 @@ pub(crate) fn mentions(nodes: &[Node], word: &str) -> bool {
     })
 }
 
-/// True when `word` stands in `text` as a whole identifier.
+/// True if `word` occurs in `text` as a whole identifier.
 fn has_word(text: &str, word: &str) -> bool {
     match word.strip_prefix('&') {
-        // An address: the sign stands before the identifier.
+        // An address: the `&` precedes the identifier.
         Some(name) => {
             text.match_indices(word).any(|(at, _)| words(&text[at + 1..]).next() == Some(name))
         }
@@ -102,7 +102,7 @@ fn has_word(text: &str, word: &str) -> bool {
     }
 }
 
-/// The identifiers and numbers of a line, but for members: a member of that name (`out->in`) is no use of a local or a parameter.
+/// The identifiers and numbers of a line, except members: a member access (`out->in`) does not use a local or parameter of that name.
 fn words(text: &str) -> impl Iterator<Item = &str> {
     let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let mut rest = text;
@@ -131,7 +131,7 @@ pub(crate) fn with_unused(parameters: &[&str], mut body: Vec<Node>) -> Vec<Node>
     body
 }
 
-/// A body without the locals that nothing reads. Folding leaves such: a receptivity that turned out to be constant no longer asks for its inputs.
+/// A body without the locals that are never read. Folding leaves such locals: a receptivity that became constant no longer reads its inputs.
 pub(crate) fn without_unused(mut body: Vec<Node>) -> Vec<Node> {
     loop {
         let mut reads: BTreeMap<String, usize> = BTreeMap::new();
@@ -160,7 +160,7 @@ fn definitions(nodes: &[Node], names: &mut BTreeMap<String, usize>) {
     }
 }
 
-/// Counts how often each name stands elsewhere than in its own definitions.
+/// Counts how often each name occurs outside its own definitions.
 fn count_reads(nodes: &[Node], names: &mut BTreeMap<String, usize>) {
     for node in nodes {
         let own = node.defines.as_ref().map(|it| it.name.as_str());

@@ -1,7 +1,7 @@
 //! C text as a tree, and the writer that prints it.
 //!
-//! The tree says what stands where; it knows nothing of charts. Whatever is to be decided (names, types, order, shape) is decided before, in
-//! [`crate::switch`], [`crate::bits`] and [`crate::header`]; the writer only indents, places comments and keeps the provenance of each line.
+//! The tree defines the layout; it does not depend on charts. All decisions (names, types, order, style) are made before, in
+//! [`crate::switch`], [`crate::bits`] and [`crate::header`]; the writer only indents, places comments and records the origin of each line.
 
 use crate::Object;
 use grafsynth_ir::names::is_unseen;
@@ -12,20 +12,20 @@ use grafsynth_ir::net::StepId;
 pub(crate) struct Node {
     /// What is printed.
     pub(crate) kind: Kind,
-    /// A comment at the end of the (first) line; empty for none.
+    /// A comment at the end of the (first) line; empty if there is none.
     pub(crate) note: String,
-    /// What of the net this comes from.
+    /// The objects of the net that this comes from.
     pub(crate) objects: Vec<Object>,
-    /// For a line that does nothing but give a local its value: see [`crate::cprogram::without_unused`].
+    /// For a line that only defines a local: see [`crate::cprogram::without_unused`].
     pub(crate) defines: Option<Definition>,
 }
 
-/// A local that a line gives its value.
+/// A local that a line defines.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Definition {
     /// The local.
     pub(crate) name: String,
-    /// What must be printed even if nobody reads the local: a call, for its effect.
+    /// The text that must be printed even if nothing reads the local: a call, for its effect.
     pub(crate) effect: Option<String>,
 }
 
@@ -35,40 +35,40 @@ pub(crate) enum Kind {
     /// An empty line.
     #[default]
     Blank,
-    /// One line as it is.
+    /// One line, unchanged.
     Line(String),
-    /// A comment of its own, one line for each line of the text.
+    /// A separate comment, one line for each line of the text.
     Comment(String),
-    /// Text of the user: its lines are printed as they are, at the present indent.
+    /// User text: its lines are printed unchanged, at the current indentation.
     Verbatim(String),
-    /// A line of the preprocessor, never indented.
+    /// A preprocessor line, never indented.
     Directive(String),
-    /// `head {` body `}`; further arms (`else if`, `else`) follow on the closing line.
+    /// `head {` body `}`; further branches (`else if`, `else`) follow on the closing line.
     Block(Vec<Arm>),
-    /// `case X:` (its heads) with what follows one level deeper.
+    /// `case X:` (its labels), followed by its contents one level deeper.
     Case(Vec<String>, Vec<Node>),
     /// Pieces one level deeper.
     Nested(Vec<Node>),
-    /// A function: the opening brace stands on a line of its own.
+    /// A function: the opening brace is on its own line.
     Function(String, Vec<Node>),
     /// `head {` body `} tail`, for types and tables.
     Braces(String, Vec<Node>, String),
 }
 
-/// One arm of a [`Kind::Block`].
+/// One branch of a [`Kind::Block`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Arm {
     /// `if (..)`, `else if (..)`, `else`, `switch (..)`, `while (..)`.
     pub(crate) head: String,
-    /// A comment behind the opening brace.
+    /// A comment after the opening brace.
     pub(crate) note: String,
-    /// What of the net this arm comes from.
+    /// The objects of the net that this branch comes from.
     pub(crate) objects: Vec<Object>,
-    /// What stands in it.
+    /// The contents.
     pub(crate) body: Vec<Node>,
-    /// For a loop whose head does not say so: the most rounds, with a reason at the place that states it.
+    /// For a loop whose head does not show it: the maximum number of rounds, with a reason where it is set.
     pub(crate) at_most: Option<u64>,
-    /// For an `if` that runs a task: the step, and which of its tasks.
+    /// For an `if` that runs a task: the step and the index of its task.
     pub(crate) task: Option<(StepId, usize)>,
 }
 
@@ -84,13 +84,13 @@ impl Arm {
         }
     }
 
-    /// The same loop with the most rounds that it goes.
+    /// The same loop with its maximum number of rounds.
     pub(crate) fn at_most(mut self, rounds: u64) -> Self {
         self.at_most = Some(rounds);
         self
     }
 
-    /// The same arm with a comment and what it comes from.
+    /// The same branch with a comment and its origin.
     pub(crate) fn noted(mut self, note: impl Into<String>, object: Object) -> Self {
         self.note = note.into();
         self.objects.push(object);
@@ -136,12 +136,12 @@ impl Node {
         self
     }
 
-    /// The same as the definition of a local. A member of a structure is none: another function may read it.
+    /// The same as the definition of a local. A structure member does not count: another function may read it.
     pub(crate) fn defining(self, name: impl Into<String>) -> Self {
         self.definition(name.into(), None)
     }
 
-    /// The same as the definition of a local by a call that must be made in any case.
+    /// The same as the definition of a local by a call that must always be made.
     pub(crate) fn defining_by(self, name: impl Into<String>, effect: impl Into<String>) -> Self {
         self.definition(name.into(), Some(effect.into()))
     }
@@ -153,13 +153,13 @@ impl Node {
         self
     }
 
-    /// The same with one more thing that it comes from.
+    /// The same with one more origin.
     pub(crate) fn about(mut self, object: Object) -> Self {
         self.objects.push(object);
         self
     }
 
-    /// The same with more things that it comes from.
+    /// The same with more origins.
     pub(crate) fn about_all(mut self, objects: impl IntoIterator<Item = Object>) -> Self {
         self.objects.extend(objects);
         self
@@ -172,12 +172,12 @@ impl From<Kind> for Node {
     }
 }
 
-/// Text that is safe within a C comment, on one line.
+/// Text that is safe inside a C comment, on one line.
 pub(crate) fn comment_text(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         let c = if is_unseen(c) { ' ' } else { c };
-        // `*/` would end the comment, `/*` is a warning, `??/` a trigraph.
+        // `*/` would end the comment, `/*` causes a warning, `??/` is a trigraph.
         if (c == '/' && out.ends_with('*'))
             || (c == '*' && out.ends_with('/'))
             || (c == '?' && out.ends_with('?'))
@@ -189,14 +189,14 @@ pub(crate) fn comment_text(text: &str) -> String {
     out.trim().to_string()
 }
 
-/// What an analysis of the text has to know beside it; lines are counted from 1.
+/// Additional facts for an analysis of the text; lines are counted from 1.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Marks {
-    /// Lines of loops with the most rounds that these go.
+    /// Lines of loops with the maximum number of rounds.
     pub(crate) loops: Vec<(u32, u64)>,
-    /// Lines of `if`s that run a task: the step, and which of its tasks.
+    /// Lines of `if`s that run a task: the step, and the index of the task.
     pub(crate) tasks: Vec<(u32, StepId, usize)>,
-    /// First and last lines of text of the user.
+    /// First and last lines of user text.
     pub(crate) user: Vec<(u32, u32)>,
 }
 
@@ -211,14 +211,14 @@ pub(crate) struct Writer {
 }
 
 impl Writer {
-    /// The text of all `nodes` and, for each line that comes from something, what it comes from.
+    /// The text of all `nodes` and, for each line that comes from the net, its origins.
     pub(crate) fn write(nodes: &[Node]) -> (String, Vec<(u32, Vec<Object>)>) {
         let mut writer = Writer::default();
         writer.nodes(nodes);
         (writer.text, writer.map)
     }
 
-    /// The same with what an analysis has to know.
+    /// The same with the facts for an analysis.
     pub(crate) fn write_marked(nodes: &[Node]) -> (String, Vec<(u32, Vec<Object>)>, Marks) {
         let mut writer = Writer::default();
         writer.nodes(nodes);
@@ -289,14 +289,14 @@ impl Writer {
             if let Some((step, task)) = arm.task {
                 self.marks.tasks.push((self.line, step, task));
             }
-            // The cases of a `switch` stand at its own indent.
+            // The cases of a `switch` have the same indentation as the `switch`.
             if arm.head.starts_with("switch") {
                 self.nodes(&arm.body);
             } else {
                 self.indented(&arm.body);
             }
         }
-        // A chain ends with an `else`, which says that nothing was forgotten (MISRA-C:2012, rule 15.7).
+        // A chain ends with an `else`, which shows that no case was forgotten (MISRA-C:2012, rule 15.7).
         if arms.last().is_some_and(|arm| arm.head.starts_with("else if")) {
             self.put("} else {", "", &[]);
             self.indented(&[Node::comment("Nothing else happens.")]);

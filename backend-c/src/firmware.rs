@@ -1,14 +1,15 @@
-//! Test benches for machines without files, console or room: the chart on a microcontroller, driven byte by byte.
+//! Test benches for machines without files, console or much memory: the chart on a microcontroller, driven byte by byte.
 //!
-//! The bench is one text for every machine, and may hold several charts. What is different is three functions that a *port* gives it: `bench_get` (the next byte of the stimulus),
-//! `bench_put` (one byte of the answer) and `bench_end` (stop the machine). Nothing is formatted on the machine: the answer is values, the caller knows
-//! the net and makes rows of them.
+//! The bench is the same text for every machine, and may contain several charts. A *port* provides three functions that differ: `bench_get` (the next byte
+//! of the stimulus),
+//! `bench_put` (one byte of the response) and `bench_end` (stop the machine). The machine formats nothing: the response contains values, and the caller,
+//! who knows the net, turns them into rows.
 //!
 //! Stimulus, for each reaction: a byte 1, the ticks (4 bytes), each input with a column in declaration order (as wide as it is stored, a Boolean one
 //! byte); after the last one a byte 0. Numbers have their low byte first, which is how each of these machines stores them.
 //!
-//! Answer, for `init` and each reaction: for each call of an extern action its number among the outputs plus 1 (2 bytes) and its arguments; 2 bytes 0; the bits of
-//! the shown steps, eight in a byte; each output but extern actions; each declared variable, arrays element by element; the fault flag.
+//! Response, for `init` and each reaction: for each call of an extern action, its index among the outputs plus 1 (2 bytes) and its arguments; 2 zero bytes;
+//! the bits of the shown steps, eight per byte; each output except extern actions; each declared variable, arrays element by element; the fault flag.
 
 use crate::Package;
 use crate::cexpr::storage;
@@ -19,10 +20,10 @@ use grafsynth_ir::Valid;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{Driver, InputKind, Net, StepId, VarOrigin};
 
-/// The name of the header that a port brings: `bench_get`, `bench_put`, `bench_end`, `bench_begin`.
+/// The name of the header that a port provides: `bench_get`, `bench_put`, `bench_end`, `bench_begin`.
 pub const PORT: &str = "bench_port.h";
 
-/// The steps whose bits are in an answer, in this order.
+/// The steps whose bits are in a response, in this order.
 #[must_use]
 pub fn shown_steps(net: &Net) -> Vec<StepId> {
     columns_of_steps(net)
@@ -39,10 +40,10 @@ pub fn stored_bytes(ty: Type) -> usize {
     }
 }
 
-/// The `main` of some charts, which answer one after the other; compile it with the package's sources and a port (see the module), without `NAME_user.c`.
+/// The `main` of some charts, which respond one after the other. Compile it with the package's sources and a port (see the module), without `NAME_user.c`.
 ///
-/// Where there are several, their prefixes must differ ([`crate::Options::prefix`]), and their sources must stand between [`renamed`], for libraries may have
-/// functions of equal names.
+/// If there are several charts, their prefixes must differ ([`crate::Options::prefix`]), and their sources must be wrapped by [`renamed`], because libraries
+/// may have functions with equal names.
 #[must_use]
 pub fn firmware(all: &[(&Valid<Net>, &Package)]) -> String {
     let charts: Vec<String> = all.iter().map(|(net, _)| net.name.to_string()).collect();
@@ -79,7 +80,7 @@ pub fn firmware(all: &[(&Valid<Net>, &Package)]) -> String {
     text
 }
 
-/// A text of a chart whose library's functions are called after the chart as well, so that those of others may have the same names.
+/// A text of a chart in which the library functions get the chart's name as a prefix, so that other libraries may use the same names.
 #[must_use]
 pub fn renamed(net: &Valid<Net>, package: &Package, text: &str) -> String {
     let names = &package.interface.names;
@@ -93,7 +94,7 @@ pub fn renamed(net: &Valid<Net>, package: &Package, text: &str) -> String {
     format!("{before}{text}{after}")
 }
 
-/// The user's functions and `NAME_run`, which answers until its stimulus ends.
+/// The user's functions and `NAME_run`, which responds until its stimulus ends.
 fn run(net: &Net, interface: &Interface) -> Vec<Node> {
     let prefix = &interface.names.prefix;
     let mut nodes = library(net, interface);
@@ -113,7 +114,7 @@ fn run(net: &Net, interface: &Interface) -> Vec<Node> {
         if has {
             body.push(
                 Node::line(format!("bench_fill(&{place}, (uint16_t)sizeof {place});"))
-                    .note("what init leaves out must not matter"),
+                    .note("what init does not set must not matter"),
             );
         }
     }
@@ -137,7 +138,7 @@ fn run(net: &Net, interface: &Interface) -> Vec<Node> {
     nodes
 }
 
-/// Numbers of any width in and out.
+/// Input and output of numbers of any width.
 fn bytes() -> Vec<Node> {
     vec![
         Node::function(
@@ -167,12 +168,12 @@ fn bytes() -> Vec<Node> {
     ]
 }
 
-/// A block of its own, for locals.
+/// A separate block, for locals.
 fn scope(body: Vec<Node>) -> [Node; 3] {
     [Node::line("{"), Kind::Nested(body).into(), Node::line("}")]
 }
 
-/// `value` out, as it is stored.
+/// Sends `value` as it is stored.
 fn send(value: &str, ty: Type) -> Vec<Node> {
     match ty {
         Type::Bool => vec![Node::line(format!("bench_put(({value}) ? 1U : 0U);"))],
@@ -184,7 +185,7 @@ fn send(value: &str, ty: Type) -> Vec<Node> {
     }
 }
 
-/// The user's functions: conditions are answered from the stimulus, calls of actions are told as they come.
+/// The user's functions: conditions are answered from the stimulus, calls of actions are reported when they happen.
 fn library(net: &Net, interface: &Interface) -> Vec<Node> {
     let mut nodes = Vec::new();
     for (id, input) in net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern) {
@@ -216,7 +217,7 @@ fn library(net: &Net, interface: &Interface) -> Vec<Node> {
     nodes
 }
 
-/// What only calls back: nobody listens.
+/// Callback functions that do nothing.
 fn callbacks(interface: &Interface) -> Vec<Node> {
     let prefix = &interface.names.prefix;
     if !interface.callbacks || !interface.has_instance {
@@ -236,7 +237,7 @@ fn callbacks(interface: &Interface) -> Vec<Node> {
     ]
 }
 
-/// The answer of one reaction.
+/// The response of one reaction.
 fn row(net: &Net, interface: &Interface) -> Vec<Node> {
     let prefix = &interface.names.prefix;
     let this = if interface.has_instance { "&self" } else { "" };

@@ -1,19 +1,19 @@
 //! The quiescence gate: a reaction that cannot change anything returns at once.
 //!
-//! One reaction is a function of the instance, the inputs and `dt`, and of nothing else: that is what [`refusal`] sees to, for a chart that calls functions
-//! of the user's library or carries C text also depends on them, or does more than the instance shows. So when a reaction has left the instance as it was,
-//! byte for byte, the next one on the same inputs and the same `dt` does the same again: it leaves the instance and gives the same outputs, which are in
-//! `out` already. Edges, running timers, ages, budgets of tasks, queued and raised events all live in the instance: while one of them has something to
-//! do, the instance changes, and the gate stays open. Nothing has to be known of the chart.
+//! A reaction is a function of the instance, the inputs and `dt`, and of nothing else. [`refusal`] ensures this: a chart that calls functions of the user's
+//! library or contains C text also depends on these, or has effects that the instance does not show. So if a reaction has left the instance unchanged,
+//! byte for byte, the next one with the same inputs and the same `dt` does the same again: it leaves the instance unchanged and gives the same outputs, which
+//! are already in `out`. Edges, running timers, ages, budgets of tasks, queued and raised events are all in the instance: while one of them has work to
+//! do, the instance changes, and the gate stays open. No knowledge of the chart is needed.
 //!
-//! The test that a reaction changed nothing costs a copy of the instance; it is made only where inputs and `dt` are the last ones, so that a scan on new
-//! inputs pays for comparing and storing them alone. The gate itself is inline, in the header: an idle scan costs no call.
+//! To test whether a reaction changed nothing costs a copy of the instance. It is done only if inputs and `dt` equal the last ones, so a scan with new
+//! inputs only compares and stores them. The gate itself is inline, in the header: an idle scan costs no call.
 //!
 //! | `gate` | meaning |
 //! |---|---|
 //! | 0 | after `init`: no inputs are known |
-//! | 1 | `gate_in` and `gate_dt` are those of the last reaction |
-//! | 2 | and it changed nothing |
+//! | 1 | `gate_in` and `gate_dt` belong to the last reaction |
+//! | 2 | and that reaction changed nothing |
 
 use crate::codes;
 use crate::cprogram::Member;
@@ -23,10 +23,10 @@ use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::net::{Block, InputKind, Net, StmtKind};
 
-/// Why the gate would not be exact in front of this chart.
+/// Why the gate would not be exact for this chart.
 pub(crate) fn refusal(net: &Net) -> Option<Diagnostic> {
     let condition = net.inputs.values().find(|it| it.kind == InputKind::Extern).map(|it| {
-        (format!("the extern condition `{}`, which may change by itself", it.name), it.name.span)
+        (format!("the extern condition `{}`, which may change on its own", it.name), it.name.span)
     });
     let action = net.outputs.values().find(|it| it.is_extern()).map(|it| {
         (
@@ -37,13 +37,13 @@ pub(crate) fn refusal(net: &Net) -> Option<Diagnostic> {
     let code = code(net).map(|span| ("C text, which may do anything".to_owned(), span));
     let (what, span) = condition.or(action).or(code)?;
     Some(
-        Diagnostic::error(codes::GATE_REFUSED, format!("the gate does not carry {what}"))
+        Diagnostic::error(codes::GATE_REFUSED, format!("the gate does not support {what}"))
             .at(span, "used here")
-            .help("leave out `--gate`, or give the value as an input and the call as an output"),
+            .help("leave out `--gate`, or make the condition an input and the action an output"),
     )
 }
 
-/// Where text for C stands.
+/// The location of C text.
 fn code(net: &Net) -> Option<Span> {
     fn look(block: &Block) -> Option<Span> {
         block.iter().find_map(|stmt| match &stmt.kind {
@@ -70,7 +70,7 @@ fn code(net: &Net) -> Option<Span> {
         .or_else(|| net.histories.values().find_map(|it| look(&it.default_content)))
 }
 
-/// What the gate keeps in the instance.
+/// The members that the gate adds to the instance.
 pub(crate) fn members(interface: &Interface) -> Vec<Member> {
     let prefix = &interface.names.prefix;
     let member = |declaration: String, note: &str| Member {
@@ -80,7 +80,7 @@ pub(crate) fn members(interface: &Interface) -> Vec<Member> {
     };
     let mut all = vec![member(
         "uint8_t gate".to_string(),
-        "0: nothing known, 1: the last inputs known, 2: and the last reaction changed nothing",
+        "0: nothing known, 1: last inputs known, 2: and the last reaction changed nothing",
     )];
     if interface.has_in {
         all.push(member(format!("{prefix}_in_t gate_in"), "the inputs of the last reaction"));
@@ -105,7 +105,7 @@ pub(crate) fn step(interface: &Interface, same: &[String]) -> Node {
     Node::function(head, body)
 }
 
-/// What stands behind the gate, in the source; `reaction` is the body of the reaction itself.
+/// The functions behind the gate, in the source; `reaction` is the body of the reaction itself.
 pub(crate) fn functions(interface: &Interface, same: &[String], reaction: Vec<Node>) -> Vec<Node> {
     let prefix = &interface.names.prefix;
     let parameters = interface.parameters(true, true);
@@ -149,7 +149,7 @@ pub(crate) fn functions(interface: &Interface, same: &[String], reaction: Vec<No
     ]
 }
 
-/// The questions whether inputs and `dt` are the last ones.
+/// The conditions that inputs and `dt` equal the last ones.
 pub(crate) fn same(net: &Net, interface: &Interface) -> Vec<String> {
     let names = &interface.names;
     let mut all: Vec<String> = (0..names.io.input_words())

@@ -1,7 +1,7 @@
-//! Handing things over between the chart and the main program where `NAME_step` runs in an interrupt: the part of `NAME_port.h` that makes that safe.
+//! Data exchange between the chart and the main program if `NAME_step` runs in an interrupt: the part of `NAME_port.h` that makes it safe.
 //!
-//! The interrupt owns instance and ring's reading end; main writes inputs and reads outputs, instance and variables. On one processor the interrupt cannot be
-//! interrupted by main, so only main has to lock, and as shortly as a copy takes: that time is the blocking of every interrupt (docs/c.md).
+//! The interrupt owns the instance and the reading end of the ring; main writes inputs and reads outputs, instance and variables. On one processor main
+//! cannot interrupt the interrupt, so only main must lock, and only for the time of a copy: that is how long every interrupt is blocked (docs/c.md).
 
 use crate::Object;
 use crate::ctext::Node;
@@ -10,7 +10,7 @@ use crate::io::INPUT_BITS;
 use grafsynth_ir::net::InputKind;
 
 impl Layout<'_> {
-    /// `NAME_read_out`, `NAME_write_in`, `NAME_read_self`: those that the chart has a use for.
+    /// `NAME_read_out`, `NAME_write_in`, `NAME_read_self`: those that the chart can use.
     pub(crate) fn handover(&self, nodes: &mut Vec<Node>) {
         self.read_out(nodes);
         self.write_in(nodes);
@@ -42,7 +42,7 @@ impl Layout<'_> {
             }
         }
         nodes.push(Node::comment(
-            "For main, where the chart runs in an interrupt: all outputs as one reaction left them.",
+            "For main, if the chart runs in an interrupt: all outputs of one reaction.",
         ));
         nodes.push(Node::function(
             format!(
@@ -76,7 +76,7 @@ impl Layout<'_> {
             body.push(Node::line(format!("pins->bits[{word}] = from->bits[{word}];")));
         }
         nodes.push(Node::comment(
-            "For main, where the chart runs in an interrupt: gives all inputs at once. Events are left alone: they go by the ring.",
+            "For main, if the chart runs in an interrupt: writes all inputs at once, except events, which use the ring.",
         ));
         nodes.push(Node::function(
             format!(
@@ -101,10 +101,10 @@ impl Layout<'_> {
             ),
         ];
         nodes.push(Node::comment(format!(
-            "For main, where the chart runs in an interrupt: the instance between two reactions. Ask the copy with {prefix}_active_STEP and {prefix}_var_V.",
+            "For main, if the chart runs in an interrupt: a copy of the instance between two reactions. Read it with {prefix}_active_STEP and {prefix}_var_V.",
         )));
         let mut locked = self.locked(body);
-        // Declarations first: the macro may declare something too.
+        // Declarations come first: the macro may contain declarations too.
         locked.swap(0, 1);
         locked.swap(1, 2);
         nodes.push(Node::function(

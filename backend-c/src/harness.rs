@@ -1,8 +1,8 @@
 //! Programs that run emitted charts and print their traces.
 //!
-//! A harness reads one reaction from each line of its standard input: the ticks since the last one, then the inputs, extern conditions and events in
-//! declaration order (internal events have none), all as decimal numbers with blanks between. It prints the trace of semantics §11 as CSV, row 0 first.
-//! Extern conditions are answered from the line; calls of extern actions are counted, or their arguments listed, for the columns of the trace.
+//! A harness reads one reaction from each line of its standard input: the ticks since the last reaction, then the inputs, extern conditions and events in
+//! declaration order (except internal events), all as decimal numbers separated by blanks. It prints the trace of semantics §11 as CSV, row 0 first.
+//! Extern conditions are answered from the line; calls of extern actions are counted, or their arguments are listed, for the columns of the trace.
 //!
 //! A harness is a test bench for a hosted C compiler; it is not part of a package.
 
@@ -16,7 +16,7 @@ use crate::told;
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::{Driver, InputKind, Net, StepId, VarOrigin};
 
-/// A `main` for one chart; compile it together with the package's `NAME.c` (and without `NAME_user.c`, whose functions it brings).
+/// A `main` for one chart; compile it with the package's `NAME.c` (but without `NAME_user.c`, whose functions it provides).
 #[must_use]
 pub fn harness(net: &Valid<Net>, package: &Package) -> String {
     let mut nodes = heading(net, package, "runs the chart and prints its trace");
@@ -25,15 +25,15 @@ pub fn harness(net: &Valid<Net>, package: &Package) -> String {
     Writer::write(&nodes).0
 }
 
-/// A program that answers for single reactions, for whoever looks at all that a chart can do.
+/// A program that answers queries about single reactions, to explore everything that a chart can do.
 ///
-/// It reads batches: a line with the number of questions, then so many questions. A question is a state and then the line of a [`harness`]; the state is
-/// the number of one that an answer gave, or `-1 - n` for the state after the answer `n`. The answers of a batch come when all are made. An answer is two
-/// lines: the row of the trace (its scan is always 0), and the number of the state that the instance is in then. Equal states have equal numbers. The
+/// It reads batches: a line with the number of queries, then that many queries. A query is a state followed by the line of a [`harness`]; the state is
+/// the number of a state in an earlier answer, or `-1 - n` for the state after answer `n`. The answers of a batch are printed when all are ready. An answer
+/// is two lines: the row of the trace (its scan is always 0), and the number of the state that the instance is then in. Equal states have equal numbers. The
 /// heading of the trace and the answer 0 come first: state 0 is the one after `init`.
 ///
-/// What `step` leaves in the output structure is not carried over: an output that `step` does not write would show. With a gate in front of `step` the
-/// outputs belong to the state, for a reaction that it skips leaves them.
+/// The contents of the output structure are not carried over: this reveals an output that `step` does not write. With a gate before `step`, the
+/// outputs belong to the state, because a skipped reaction leaves them unchanged.
 #[must_use]
 pub fn explorer(net: &Valid<Net>, package: &Package) -> String {
     let mut nodes = heading(net, package, "answers for single reactions");
@@ -47,7 +47,7 @@ pub fn explorer(net: &Valid<Net>, package: &Package) -> String {
     Writer::write(&nodes).0
 }
 
-/// A skipped reaction leaves the outputs as they are.
+/// A skipped reaction leaves the outputs unchanged.
 fn carries_outputs(interface: &Interface) -> bool {
     interface.gate && interface.has_out
 }
@@ -71,7 +71,7 @@ static void bench_answered(int64_t state)
 
 "#;
 
-/// What the program is for, the headers of the package, and what all programs need.
+/// The purpose of the program, the headers of the package, and what all programs need.
 fn heading(net: &Net, package: &Package, what: &str) -> Vec<Node> {
     let stem = package.stem();
     let mut nodes = vec![
@@ -157,14 +157,14 @@ static size_t bench_instance(const bench_state_t *state)
     )
 }
 
-/// One program for many charts, with all their text in it: compile it alone. Its first argument is the position of the chart that is to run, from 0; with no
-/// argument, each chart reads its stimulus from the standard input in turn, up to a line that is empty, and prints its trace after a line
-/// `#` and its position.
+/// One program for many charts that contains all their text: compile it alone. Its first argument is the index of the chart to run, from 0. Without
+/// arguments, each chart in turn reads its stimulus from the standard input up to an empty line, and prints its trace after a line
+/// with `#` and its index.
 ///
-/// The packages must have been emitted with prefixes that differ ([`crate::Options::prefix`]); functions of their libraries may have equal names.
+/// The packages must have been emitted with different prefixes ([`crate::Options::prefix`]); functions of their libraries may have equal names.
 #[must_use]
 pub fn multi_harness(all: &[(&Valid<Net>, &Package)]) -> String {
-    // What is a header elsewhere is part of the one file here, so unused inline functions are no oversight.
+    // The headers are part of this one file, so unused inline functions are not mistakes.
     let mut text =
         "#if defined(__clang__)\n#pragma clang diagnostic ignored \"-Wunused-function\"\n#endif\n"
             .to_string();
@@ -249,7 +249,7 @@ fn has_library(package: &Package) -> bool {
     package.files.iter().any(|file| file.name.ends_with("_user.h"))
 }
 
-/// What every harness needs: numbers in, text out.
+/// What every harness needs: input of numbers, output of text.
 fn common() -> Vec<Node> {
     let text = r#"#include <stdbool.h>
 #include <stdint.h>
@@ -313,7 +313,7 @@ static void bench_print(int64_t value)
     fwrite(&digits[at], 1, (size_t)(24 - at), stdout);
 }
 
-/* Prints a name where it is wanted, behind a blank if it is not the first. */
+/* Prints a name if it is wanted, after a blank unless it is the first. */
 static void bench_name(bool is_wanted, const char *name, const char **blank)
 {
     if (is_wanted) {
@@ -355,7 +355,7 @@ static void bench_add(bench_calls_t *calls, int64_t value, char joint)
     ]
 }
 
-/// The functions of the library and `NAME_run`; if it explores, it takes a state from the beginning of each line and prints the one it comes to.
+/// The library functions and `NAME_run`; if it explores, it reads a state at the beginning of each line and prints the resulting state.
 fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     let prefix = &interface.names.prefix;
     let mut nodes = stand_ins(net, interface);
@@ -378,7 +378,7 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     if interface.has_instance {
         body.push(
             Node::line("memset(&self, 0x55, sizeof self);")
-                .note("what init leaves out must not matter"),
+                .note("what init does not set must not matter"),
         );
     }
     if interface.has_in {
@@ -404,7 +404,7 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     let mut round = row(net, interface);
     if explore {
         if interface.trace.is_some() {
-            // The ring is no state of the chart.
+            // The ring is not part of the chart's state.
             let member = crate::names::MEMBER_OF_TRACE;
             round.push(Node::line(format!("memset(&self.{member}, 0, sizeof self.{member});")));
         }
@@ -460,14 +460,15 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     nodes
 }
 
-/// The second line of an answer, and the state that the next question starts from.
+/// The second line of an answer, and the initial state of the next query.
 fn answer(interface: &Interface) -> Vec<Node> {
     let with_outputs = carries_outputs(interface) && interface.has_instance;
     let mut nodes = Vec::new();
     if interface.has_instance {
         nodes.push(Node::line("bench_state_t state;"));
         nodes.push(
-            Node::line("memset(&state, 0, sizeof state);").note("what lies between members too"),
+            Node::line("memset(&state, 0, sizeof state);")
+                .note("including the padding between members"),
         );
         nodes.push(Node::line("memcpy(&state.self, &self, sizeof self);"));
         if with_outputs {
@@ -518,7 +519,7 @@ pub(crate) fn arguments(interface: &Interface, step: bool) -> String {
     all.join(", ")
 }
 
-/// The library, answered from the stimulus.
+/// The library functions, answered from the stimulus.
 fn stand_ins(net: &Net, interface: &Interface) -> Vec<Node> {
     let prefix = &interface.names.prefix;
     let mut nodes = Vec::new();
@@ -656,7 +657,7 @@ fn row(net: &Net, interface: &Interface) -> Vec<Node> {
     nodes
 }
 
-/// The most steps that one function of the harness prints: what compilers do with a function grows with the square of its calls.
+/// The maximum number of steps that one function of the harness prints: compile time grows with the square of a function's calls.
 const PART: usize = 200;
 
 /// The functions that print the active steps, separated by blanks.
@@ -683,7 +684,7 @@ fn steps(net: &Net, interface: &Interface) -> Vec<Node> {
     nodes
 }
 
-/// Text within a string literal: everything beyond plain letters as octal numbers, which end after three digits.
+/// Text inside a string literal: everything except plain letters as octal numbers, which end after three digits.
 pub(crate) fn string_text(text: &str) -> String {
     let mut out = String::new();
     for byte in text.bytes() {

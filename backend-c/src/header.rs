@@ -1,4 +1,4 @@
-//! The files of a package: what every chart has, around what its style decided.
+//! The files of a package: the common parts of every chart, around the result of its style.
 
 use crate::cexpr::storage;
 use crate::cprogram::{CProgram, Member, mentions};
@@ -31,10 +31,10 @@ pub(crate) fn lay_out(
         ticks: program.ticks,
         has_fault: program.has_fault,
         callbacks: options.callbacks,
-        // A chart without a state has nothing that could be quiet.
+        // A chart without state cannot be quiescent.
         gate: options.gate && !program.instance.is_empty(),
         trace: options.trace,
-        // Nor could its memory be damaged.
+        // Nor can its memory be corrupted.
         safe_state: options.safe_state && !program.instance.is_empty(),
     };
     if interface.safe_state {
@@ -52,7 +52,7 @@ pub(crate) fn lay_out(
     let mut files = vec![layout.header(), source, layout.port()];
     if let Some(engine) = &layout.program.engine {
         let mut nodes =
-            vec![layout.banner("the tables. Do not edit: they are written anew from the chart.")];
+            vec![layout.banner("the tables. Do not edit: they are regenerated from the chart.")];
         nodes.extend(engine.tables.iter().cloned());
         files.push(layout.file(format!("{}_tables.c", names.stem), &nodes, false));
         for (name, text) in engine.files {
@@ -72,7 +72,7 @@ pub(crate) fn lay_out(
     (files, interface, marks)
 }
 
-/// What the files of a package are written from.
+/// The data from which the files of a package are written.
 pub(crate) struct Layout<'a> {
     pub(crate) net: &'a Net,
     pub(crate) names: &'a Names,
@@ -122,7 +122,9 @@ impl Layout<'_> {
     fn header(&self) -> File {
         let (prefix, upper) = (&self.names.prefix, &self.names.upper);
         let mut nodes = vec![
-            self.banner("what the chart offers. Do not edit: it is written anew from the chart."),
+            self.banner(
+                "the interface of the chart. Do not edit: it is regenerated from the chart.",
+            ),
             Node::directive(format!("#ifndef {upper}_H")),
             Node::directive(format!("#define {upper}_H")),
             Node::blank(),
@@ -145,7 +147,7 @@ impl Layout<'_> {
                 Node::directive(format!("#define {upper}_TICK_NS {tick}ULL"))
                     .note("the length of a tick in nanoseconds"),
             );
-            let most = if ticks.short { "; hand over 65535 for more than that" } else { "" };
+            let most = if ticks.short { "; pass 65535 for more than that" } else { "" };
             nodes.push(Node::comment(format!(
                 "dt, below, is the number of ticks since the last reaction, 0 or more{most}."
             )));
@@ -170,14 +172,14 @@ impl Layout<'_> {
         self.instance_struct(&mut nodes);
         let i = self.interface;
         nodes.push(Node::comment(if i.has_out {
-            "Makes the initial steps active and gives the outputs that belong to them."
+            "Makes the initial steps active and sets their outputs."
         } else {
             "Makes the initial steps active."
         }));
         nodes.push(Node::line(format!("void {prefix}_init({});", i.parameters(false, false))));
         nodes.push(Node::blank());
         nodes.push(Node::comment(
-            "One reaction: reads the inputs, moves the chart, gives the outputs.",
+            "One reaction: reads the inputs, runs the chart, sets the outputs.",
         ));
         if i.gate {
             let head = format!("void {prefix}_react({});", i.parameters(true, true));
@@ -239,7 +241,9 @@ impl Layout<'_> {
                     .about(Object::Input(id)),
             );
         }
-        nodes.push(Node::comment("What the chart reads, once, at the start of a reaction."));
+        nodes.push(Node::comment(
+            "The inputs, which the chart reads once at the start of a reaction.",
+        ));
         nodes.push(
             Kind::Braces(
                 "typedef struct".to_string(),
@@ -276,7 +280,7 @@ impl Layout<'_> {
                     .about(Object::Output(id))
             });
         let body = words.into_iter().chain(members).collect();
-        nodes.push(Node::comment("What the chart gives at the end of a reaction."));
+        nodes.push(Node::comment("The outputs, which the chart writes at the end of a reaction."));
         nodes.push(
             Kind::Braces(
                 "typedef struct".to_string(),
@@ -361,9 +365,9 @@ impl Layout<'_> {
             body.push(Node::line("(void)self;"));
         }
         nodes.push(Node::comment(if any_safe {
-            "Gives all outputs their safe values. The chart stands still until the next init."
+            "Sets all outputs to their safe values. The chart stops until the next init."
         } else {
-            "Switches all outputs off. The chart stands still until the next init."
+            "Switches all outputs off. The chart stops until the next init."
         }));
         let head = format!(
             "static inline void {}_stop({})",
@@ -496,7 +500,7 @@ pub(crate) fn shown(kind: StepKind, hidden: bool) -> bool {
     !hidden && matches!(kind, StepKind::Leaf | StepKind::Enclosing | StepKind::Final)
 }
 
-/// A comment for a signal: its label, its name where C has another, and its range.
+/// A comment for a signal: its label, its chart name if the C name differs, and its range.
 pub(crate) fn described(name: &str, label: &str, chosen: &str, ty: Type) -> String {
     let mut text = String::new();
     if name != chosen {

@@ -1,9 +1,9 @@
-//! What a package offers: the functions that it emits, and what they are called with.
+//! The interface of a package: the emitted functions and their parameters.
 
 use crate::names::Names;
 use crate::times::Ticks;
 
-/// What a caller of the emitted functions must know: the harness is written from it.
+/// What a caller of the emitted functions must know: the harness is generated from it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Interface {
     pub(crate) names: Names,
@@ -13,11 +13,11 @@ pub(crate) struct Interface {
     pub(crate) ticks: Option<Ticks>,
     pub(crate) has_fault: bool,
     pub(crate) callbacks: bool,
-    /// The quiescence gate stands in front of the reaction.
+    /// The quiescence gate precedes the reaction.
     pub(crate) gate: bool,
-    /// The places of the trace ring.
+    /// The number of entries of the trace ring.
     pub(crate) trace: Option<u16>,
-    /// A reaction looks at the state variables first.
+    /// A reaction checks the state variables first.
     pub(crate) safe_state: bool,
 }
 

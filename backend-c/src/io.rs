@@ -1,9 +1,9 @@
-//! Where Boolean inputs and outputs lie: members of their structures, or bits of words.
+//! The layout of Boolean inputs and outputs: members of their structures, or bits of words.
 //!
-//! As members they are the easiest thing to fill in and to look at, and cost a byte each. As words (`--io words`) inputs are bits of bytes, which every
-//! machine tests with a constant mask and which a port register is copied into as it is; outputs are bits of the smallest word that holds all of them, up
-//! to 32, so that a reaction collects them in a register and writes them once. Bits have numbers in declaration order, named by macros of the header;
-//! bits that stand for nothing are 0. Numbers stay members either way.
+//! Members are the easiest to fill in and to inspect, and cost a byte each. As words (`--io words`), inputs are bits of bytes, which every
+//! machine tests with a constant mask, and a port register can be copied into them directly; outputs are bits of the smallest word that contains all of
+//! them, up to 32, so that a reaction collects them in a register and writes them once. Bits are numbered in declaration order and named by macros of the
+//! header; unused bits are 0. Numbers are members in both layouts.
 
 use crate::cexpr::{CExpr, Prec, constant};
 use crate::ctext::Node;
@@ -15,15 +15,15 @@ use grafsynth_ir::net::{Input, InputId, InputKind, Net, Output, OutputId};
 /// The bits of one word of inputs.
 pub(crate) const INPUT_BITS: usize = 8;
 
-/// Where each input and output lies.
+/// The location of each input and output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Layout {
     upper: String,
     inputs: IdMap<Input, Option<usize>>,
     outputs: IdMap<Output, Option<usize>>,
-    /// Inputs that are bits.
+    /// The number of inputs that are bits.
     pub(crate) n_inputs: usize,
-    /// Outputs that are bits.
+    /// The number of outputs that are bits.
     pub(crate) n_outputs: usize,
 }
 
@@ -47,28 +47,28 @@ impl Layout {
         Layout { upper: upper.to_string(), inputs, outputs, n_inputs, n_outputs }
     }
 
-    /// The number of an input's bit, if it is one.
+    /// The bit number of an input, if it is a bit.
     pub(crate) fn input_bit(&self, input: InputId) -> Option<usize> {
         self.inputs[input]
     }
 
-    /// The number of an output's bit, if it is one.
+    /// The bit number of an output, if it is a bit.
     pub(crate) fn output_bit(&self, output: OutputId) -> Option<usize> {
         self.outputs[output]
     }
 
-    /// The words of the inputs.
+    /// The number of input words.
     pub(crate) fn input_words(&self) -> usize {
         self.n_inputs.div_ceil(INPUT_BITS)
     }
 
-    /// The bits of a byte of the inputs that stand for something.
+    /// The used bits of a byte of inputs.
     pub(crate) fn used_bits(&self, byte: usize) -> u8 {
         let n = self.n_inputs.saturating_sub(byte * INPUT_BITS);
         if n >= INPUT_BITS { u8::MAX } else { (1 << n) - 1 }
     }
 
-    /// The bits of one word of outputs.
+    /// The number of bits of one output word.
     pub(crate) fn output_bits(&self) -> usize {
         match self.n_outputs {
             0..=8 => 8,
@@ -77,7 +77,7 @@ impl Layout {
         }
     }
 
-    /// The type of one word of outputs.
+    /// The type of one output word.
     pub(crate) fn output_type(&self) -> &'static str {
         match self.output_bits() {
             8 => "uint8_t",
@@ -86,12 +86,12 @@ impl Layout {
         }
     }
 
-    /// The words of the outputs.
+    /// The number of output words.
     pub(crate) fn output_words(&self) -> usize {
         self.n_outputs.div_ceil(self.output_bits())
     }
 
-    /// A mask for a word of outputs.
+    /// A mask for an output word.
     pub(crate) fn output_mask(&self, mask: u32) -> String {
         match self.output_bits() {
             8 => format!("0x{mask:02x}U"),
@@ -100,18 +100,18 @@ impl Layout {
         }
     }
 
-    /// The local in which a reaction collects a word of outputs.
+    /// The local in which a reaction collects an output word.
     pub(crate) fn lit(&self, word: usize) -> String {
         if word == 0 { "lit".to_string() } else { format!("lit_{}", word + 1) }
     }
 
-    /// `lit |= mask;`, where smaller types than `int` want a cast.
+    /// `lit |= mask;`, with a cast for types smaller than `int`.
     pub(crate) fn light(&self, word: usize, mask: &str) -> Node {
         let lit = self.lit(word);
         Node::line(format!("{lit} = ({})({lit} | {mask});", self.output_type()))
     }
 
-    /// The value of an input; `place` is the structure with its sign, `in->` or `in.`.
+    /// The value of an input; `place` is the structure with its access operator, `in->` or `in.`.
     pub(crate) fn read(&self, place: &str, name: &str, input: InputId, ty: Type) -> CExpr {
         match self.inputs[input] {
             None => CExpr::place(format!("{place}{name}"), ty),
@@ -123,7 +123,7 @@ impl Layout {
         }
     }
 
-    /// Gives an input a value.
+    /// Assigns a value to an input.
     pub(crate) fn put(&self, place: &str, name: &str, input: InputId, value: &str) -> String {
         match self.inputs[input] {
             None => format!("{place}{name} = {value};"),
@@ -133,7 +133,7 @@ impl Layout {
         }
     }
 
-    /// Gives an output a value where it stands alone.
+    /// Assigns a value to a single output.
     pub(crate) fn write(&self, name: &str, output: OutputId, value: &str) -> String {
         match self.outputs[output] {
             None => format!("out->{name} = {value};"),
@@ -149,7 +149,7 @@ impl Layout {
         }
     }
 
-    /// Gives all outputs constant values: words at once, numbers one by one.
+    /// Assigns constant values to all outputs: whole words at once, numbers one by one.
     pub(crate) fn constants(
         &self,
         net: &Net,
@@ -181,9 +181,9 @@ impl Layout {
         all
     }
 
-    /// The macros of the header for inputs: how to reach a bit, and the number of each.
+    /// The macros of the header for inputs: how to access a bit, and the number of each.
     ///
-    /// The test itself is a function: where the masks stood in the expressions, gcc would warn of every receptivity that asks for an input and its negation.
+    /// The test is a function: with the masks in the expressions, gcc would warn about every receptivity that reads an input and its negation.
     pub(crate) fn input_macros(
         &self,
         net: &Net,
@@ -199,7 +199,7 @@ impl Layout {
                 format!("static inline bool {prefix}_bit(uint8_t byte, uint8_t mask)"),
                 vec![Node::line("return (byte & mask) != 0U;")],
             ),
-            Node::comment("Boolean inputs are bits: GET reads one, PUT gives it a value."),
+            Node::comment("Boolean inputs are bits: GET reads one, PUT writes it."),
             Node::directive(format!(
                 "#define {upper}_GET(io, bit) ({prefix}_bit((io)->bits[(bit) / 8U], (uint8_t)(1U << ((bit) % 8U))))"
             )),
@@ -237,7 +237,7 @@ impl Layout {
         let word = format!("(io)->bits[(bit) / {bits}U]");
         let mask = format!("((uint32_t)1U << ((bit) % {bits}U))");
         let mut nodes = vec![
-            Node::comment("Boolean outputs are bits: LIT reads one, LIGHT gives it a value."),
+            Node::comment("Boolean outputs are bits: LIT reads one, LIGHT writes it."),
             Node::directive(format!("#define {upper}_LIT(io, bit) (({word} & {mask}) != 0U)")),
             Node::directive(format!(
                 "#define {upper}_LIGHT(io, bit, value) ({word} = ({ty})((value) ? ({word} | {mask}) : ({word} & ~{mask})))"

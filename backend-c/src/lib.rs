@@ -1,8 +1,8 @@
 //! Nets to C99.
 //!
-//! [`emit`] turns a valid net and what is proved of it into a package of C files: a header with the instance structure and the interface, the chart, a
-//! port header with what differs between machines, and for charts with extern functions a header and a stub of the user's library. The text has no
-//! dynamic memory, no recursion and no global variables; it compiles without a warning as C99 and as C++11, and computes the same on machines whose
+//! [`emit`] turns a valid net and the proved facts about it into a package of C files: a header with the instance structure and the interface, the chart, a
+//! port header with what differs between machines, and for charts with extern functions a header and a stub of the user's library. The text uses no
+//! dynamic memory, no recursion and no global variables; it compiles without warnings as C99 and as C++11, and gives the same results on machines whose
 //! `int` has 16 bits.
 //!
 //! ```
@@ -17,9 +17,10 @@
 //! assert_eq!(package.files[0].name, "empty.h");
 //! ```
 //!
-//! There are four shapes: `switch` (the module `switch`: a state variable for each sequential component, with tables where a component only waits for
-//! inputs), `statechart` (a state variable for each region, a jump on it for each event) `bits` (the reaction program of `grafsynth_ir::lower::program`, printed) and, on request,
-//! `engine` (tables that one engine interprets for all charts). `docs/c.md` describes the result for its users.
+//! There are four styles: `switch` (the module `switch`: a state variable for each sequential component, with tables for components that only wait for
+//! inputs), `statechart` (a state variable for each region, and a `switch` on it for each event), `bits` (the reaction program of
+//! `grafsynth_ir::lower::program`, printed) and, on request,
+//! `engine` (tables that one engine interprets for all charts). `docs/c.md` describes the result for users.
 
 mod bits;
 mod calls;
@@ -58,28 +59,28 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{ActionId, InputId, Net, OutputId, StepId, TimerId, TransitionId, VarId};
 use grafsynth_ir::{Span, Valid};
 
-/// The shape of the emitted code.
+/// The style of the emitted code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Style {
-    /// The best that carries the chart: `Switch`, with tables where they pay, else `Bits`. For a statechart `Switch` has a variable for each region.
+    /// The best style for the chart: `Switch`, with tables where they pay, otherwise `Bits`. For a statechart, `Switch` uses a variable for each region.
     #[default]
     Auto,
     /// A `switch` over a state variable for each sequential component, never tables.
     Switch,
-    /// As `Switch`, with tables for all components that only wait for inputs, however small.
+    /// Like `Switch`, with tables for all components that only wait for inputs, however small.
     Tables,
-    /// One bit for each step, the whole reaction as straight code.
+    /// One bit for each step, the whole reaction as straight-line code.
     Bits,
-    /// The chart as an image that an engine interprets, which is the same text for every chart: tables where they can say it, else as `Program`.
+    /// The chart as an image that a fixed engine interprets: tables if they can express it, otherwise like `Program`.
     Engine,
-    /// The same, always the reaction program as byte code, so that every chart can be loaded later.
+    /// Like `Engine`, but always the reaction program as byte code, so that every chart can be loaded later.
     Program,
-    /// A statechart as the tables `BSTATE` and `BTRANS` of seed 002, with guards and actions beside them, and an engine that is the same text for every chart.
+    /// A statechart as the tables `BSTATE` and `BTRANS` of seed 002, with guards and actions as functions, and a fixed engine.
     Btrans,
 }
 
 impl Style {
-    /// All of them.
+    /// All styles.
     pub const ALL: [Style; 7] = [
         Style::Auto,
         Style::Switch,
@@ -90,7 +91,7 @@ impl Style {
         Style::Btrans,
     ];
 
-    /// The word on the command line.
+    /// The name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -104,7 +105,7 @@ impl Style {
         }
     }
 
-    /// What the code looks like, in one line.
+    /// A description of the code, in one line.
     #[must_use]
     pub fn about(self) -> &'static str {
         match self {
@@ -122,39 +123,39 @@ impl Style {
         }
     }
 
-    /// The style of that name.
+    /// The style with that name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|style| style.name() == name)
     }
 }
 
-/// How Boolean inputs and outputs lie in `NAME_in_t` and `NAME_out_t`.
+/// The layout of Boolean inputs and outputs in `NAME_in_t` and `NAME_out_t`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Io {
-    /// A `bool` member each.
+    /// A `bool` member for each.
     #[default]
     Members,
-    /// A bit each: inputs in bytes, outputs in the smallest word that holds all of them, at most 32 bits wide.
+    /// A bit for each: inputs in bytes, outputs in the smallest word that contains all of them, at most 32 bits wide.
     Words,
 }
 
-/// What the user can choose.
+/// The options of the C back end.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Options {
-    /// The shape of the code.
+    /// The style of the code.
     pub style: Style,
-    /// The machine that [`Style::Auto`] looks for the best style on; without one it takes tables from 32 rows on.
+    /// The machine for which [`Style::Auto`] finds the best style; without a machine, it uses tables from 32 rows on.
     pub machine: Option<&'static cost::Machine>,
-    /// What the best style is to be: fast or small.
+    /// What the best style optimises for: speed or size.
     pub goal: cost::Goal,
-    /// Where Boolean inputs and outputs lie.
+    /// The layout of Boolean inputs and outputs.
     pub io: Io,
-    /// The quiescence gate: a reaction on the inputs and the `dt` of the last one returns at once where that one left the instance as it was.
+    /// The quiescence gate: a reaction with the same inputs and the same `dt` as the last one returns at once if the last one left the instance unchanged.
     pub gate: bool,
-    /// The safe state: a reaction looks at the state variables first; where one holds what it never does, the outputs are safe from then on.
+    /// The safe state: a reaction checks the state variables first; on corruption, the outputs stay safe from then on.
     pub safe_state: bool,
-    /// The places of the trace ring in the instance, at most [`trace::MAX_PLACES`]; none for no ring at all.
+    /// The number of entries of the trace ring in the instance, at most [`trace::MAX_PLACES`]; `None` for no ring.
     pub trace: Option<u16>,
     /// What all global names begin with, in place of the chart's name, made a C identifier where it is none.
     pub prefix: Option<String>,
@@ -162,9 +163,9 @@ pub struct Options {
     pub stem: Option<String>,
     /// Call `NAME_activated` and `NAME_enabled` of the user's library when a step changes and when a transition becomes enabled (seed 000).
     pub callbacks: bool,
-    /// The most transitions in one function; larger charts are split, so that a C compiler's time stays linear.
+    /// The maximum number of transitions in one function; larger charts are split, so that a C compiler's time stays linear.
     pub max_transitions: usize,
-    /// The name of the source, for the comment at the top of each file; no path, so that the text is the same everywhere.
+    /// The name of the source, for the comment at the top of each file; without a path, so that the text is the same everywhere.
     pub source: String,
 }
 
@@ -187,7 +188,7 @@ impl Default for Options {
     }
 }
 
-/// Something of the net that a line of the output comes from.
+/// An object of the net that a line of the output comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[expect(missing_docs, reason = "each variant names the thing it points to")]
 pub enum Object {
@@ -201,7 +202,7 @@ pub enum Object {
 }
 
 impl Object {
-    /// Where it was declared.
+    /// Where it is declared.
     #[must_use]
     pub fn span(self, net: &Net) -> Span {
         match self {
@@ -215,7 +216,7 @@ impl Object {
         }
     }
 
-    /// What it is called in the chart.
+    /// Its name in the chart.
     #[must_use]
     pub fn name(self, net: &Net) -> &str {
         match self {
@@ -237,9 +238,9 @@ pub struct File {
     pub name: String,
     /// Its text.
     pub text: String,
-    /// The user fills it in: it is written only where no file of that name exists.
+    /// The user fills it in: it is written only if no file with that name exists.
     pub keep_existing: bool,
-    /// For each line (from 1) that comes from something of the net, what it comes from.
+    /// For each line (from 1) that comes from the net, its objects.
     pub map: Vec<(u32, Vec<Object>)>,
 }
 
@@ -248,23 +249,23 @@ pub struct File {
 pub struct Package {
     /// The files: `STEM.h`, `STEM.c`, `STEM_port.h`, and for a chart with extern functions `STEM_user.h` and `STEM_user.c`.
     pub files: Vec<File>,
-    /// The style that was taken: `switch`, `switch with tables`, `statechart` or `bits`.
+    /// The chosen style: `switch`, `switch with tables`, `statechart` or `bits`.
     pub style: &'static str,
-    /// Why `auto` did not take the style `switch`; empty where it did.
+    /// Why `auto` did not choose the style `switch`; empty if it did.
     pub reason: String,
     /// Warnings and notes.
     pub diagnostics: Vec<Diagnostic>,
     /// For the style `engine` the tables as they are loaded from a memory: the bytes of `STEM_tables.c`. Empty for all others.
     pub image: Vec<u8>,
-    /// What the harness needs to know of names and types.
+    /// The names and types that the harness needs.
     interface: interface::Interface,
-    /// Where the style was chosen for a machine: what was tried.
+    /// If the style was chosen for a machine: the styles that were tried.
     pub tried: Vec<cost::Candidate>,
-    /// For a chart as a program that an engine interprets: the most of its instructions that one reaction runs, with the proved rounds of the evolution.
+    /// For a chart as an interpreted program: the maximum number of instructions that one reaction runs, with the proved rounds of the evolution.
     pub instructions: Option<u64>,
-    /// What the analysis of `NAME.c` needs to know beside it.
+    /// Additional facts for the analysis of `NAME.c`.
     marks: ctext::Marks,
-    /// What its inputs and members can hold.
+    /// The possible values of its inputs and members.
     contract: cost::Contract,
 }
 
@@ -293,7 +294,8 @@ impl Package {
         self.interface.gate
     }
 
-    /// The macro that must switch interrupts off where one shares numbers with the chart: there is a number that a processor of 8 bits does not read or write at once.
+    /// The macro that must disable interrupts if an interrupt shares numbers with the chart: some number cannot be read or written at once by an 8-bit
+    /// processor.
     #[must_use]
     pub fn critical_section(&self, net: &Net) -> Option<String> {
         let is_wide = |ty: grafsynth_ir::expr::Type| ty.bits() > 8;
@@ -307,10 +309,10 @@ impl Package {
 
 /// The net in C.
 ///
-/// A fact is used only as far as it is proved; without facts every chart becomes the style `bits` or variables of one step each.
+/// A fact is used only if it is proved; without facts, every chart gets the style `bits` or one variable per step.
 ///
 /// # Errors
-/// A style that was asked for and can't carry the chart, and what no reaction program can be made of.
+/// The requested style does not support the chart, or the net has no reaction program.
 pub fn emit(
     net: &Valid<Net>,
     facts: &Facts,
@@ -345,18 +347,18 @@ pub fn emit(
             Ok(program) => Some(program),
             Err(refusal) => {
                 let message =
-                    format!("the tables of states and transitions do not carry {}", refusal.what);
+                    format!("the tables of states and transitions do not support {}", refusal.what);
                 diagnostics.push(
                     Diagnostic::error(codes::BTRANS_REFUSED, message)
                         .at(refusal.span, "used here")
-                        .help("build it as `c-engine`, which carries every chart"),
+                        .help("build it as `c-engine`, which supports every chart"),
                 );
                 return Err(diagnostics);
             }
         },
         Style::Engine | Style::Program => {
             let tables = if options.style == Style::Program {
-                Err("it was asked for".to_owned())
+                Err("requested".to_owned())
             } else {
                 engine::program(net, &names, options).map_err(|refusal| refusal.what)
             };
@@ -371,7 +373,7 @@ pub fn emit(
                             return Err(diagnostics);
                         }
                         Err(engine::program::Failure::Refused(refusal)) => {
-                            let message = format!("no engine carries {}", refusal.what);
+                            let message = format!("no engine supports {}", refusal.what);
                             diagnostics.push(
                                 Diagnostic::error(codes::ENGINE_REFUSED, message)
                                     .at(refusal.span, "used here")
@@ -403,14 +405,14 @@ pub fn emit(
                 }
                 Err(statechart::Failure::Refused(refusal)) => {
                     let message = format!(
-                        "the style `{}` does not carry {}",
+                        "the style `{}` does not support {}",
                         options.style.name(),
                         refusal.what
                     );
                     diagnostics.push(
                         Diagnostic::error(codes::STYLE_REFUSED, message)
                             .at(refusal.span, "used here")
-                            .help("leave the style out, or ask for `bits`"),
+                            .help("omit `--style`, or use `--style bits`"),
                     );
                     return Err(diagnostics);
                 }
@@ -446,7 +448,7 @@ pub fn emit(
     })
 }
 
-/// Functions of the user's library whose names C does not allow as they are.
+/// Functions of the user's library whose names are not allowed in C.
 fn renamed(net: &Net, names: &names::Names) -> Vec<Diagnostic> {
     let conditions = net
         .inputs
@@ -464,7 +466,7 @@ fn renamed(net: &Net, names: &names::Names) -> Vec<Diagnostic> {
         .map(|(name, chosen)| {
             Diagnostic::warning(
                 codes::RENAMED,
-                format!("the function of `{name}` is called `{chosen}` in C, where `{name}` can't be used"),
+                format!("the function of `{name}` is called `{chosen}` in C, because `{name}` cannot be used"),
             )
             .at(name.span, "declared here")
             .help("rename it in the chart, so that chart and library agree")
@@ -472,7 +474,7 @@ fn renamed(net: &Net, names: &names::Names) -> Vec<Diagnostic> {
         .collect()
 }
 
-/// Verbatim text for other languages: it is left out.
+/// Verbatim text for other languages: it is omitted.
 fn foreign_code(net: &Net) -> Vec<Diagnostic> {
     net.texts()
         .into_iter()
@@ -480,7 +482,7 @@ fn foreign_code(net: &Net) -> Vec<Diagnostic> {
         .map(|(text, span)| {
             Diagnostic::warning(
                 codes::FOREIGN_CODE,
-                format!("code for `{}` is left out of the C text", text.language),
+                format!("code for `{}` is omitted from the C text", text.language),
             )
             .at(span, "written here")
         })

@@ -1,4 +1,4 @@
-//! `NAME_user.h` and `NAME_user.c`: the functions of the user's library, declared, and a stub of it.
+//! `NAME_user.h` and `NAME_user.c`: the declarations of the user's library functions, and stubs for them.
 
 use crate::cexpr::storage;
 use crate::ctext::{Node, comment_text};
@@ -8,7 +8,7 @@ use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{Driver, InputKind};
 
 impl Layout<'_> {
-    /// The functions of the library: signature, comment, what a stub returns, what it comes from.
+    /// The functions of the library: signature, comment, return value of the stub, origin.
     fn library(&self) -> Vec<(String, String, Option<&'static str>, Object)> {
         let mut all = Vec::new();
         for (id, input) in
@@ -70,7 +70,7 @@ impl Layout<'_> {
     pub(crate) fn library_header(&self) -> File {
         let upper = &self.names.upper;
         let mut nodes = vec![
-            self.banner("the functions that your library provides. Do not edit: it is written anew from the chart."),
+            self.banner("the functions that your library provides. Do not edit: it is regenerated from the chart."),
             Node::directive(format!("#ifndef {upper}_USER_H")),
             Node::directive(format!("#define {upper}_USER_H")),
             Node::blank(),
@@ -108,7 +108,7 @@ impl Layout<'_> {
     pub(crate) fn library_stub(&self) -> File {
         let mut nodes = vec![
             Node::comment(format!(
-                "{}: your library. Fill it in; it is yours and is never written again.",
+                "{}: your library. Fill it in; it is yours and is never overwritten.",
                 comment_text(&self.net.name.text)
             )),
             Node::directive(format!("#include \"{}_user.h\"", self.names.stem)),

@@ -1,8 +1,8 @@
-//! Every identifier of the emitted text, chosen once, by [`grafsynth_ir::names::Namer`].
+//! All identifiers of the emitted text, each chosen once by [`grafsynth_ir::names::Namer`].
 //!
-//! Identifiers are made of the chart's names, never of positions, so that an unrelated edit leaves them alone. Names live in the space they are used in:
-//! members of the input, output and instance structures, enumerators (which all carry the chart's prefix), and functions of the user's library (which
-//! carry none, so that one library serves several charts).
+//! Identifiers are made from the chart's names, never from positions, so that an unrelated edit does not change them. Each name is in the space where it is
+//! used: members of the input, output and instance structures, enumerators (all with the chart's prefix), and functions of the user's library
+//! (without a prefix, so that one library serves several charts).
 
 use crate::io::Layout;
 use crate::{Io, Options};
@@ -10,20 +10,20 @@ use grafsynth_ir::IdMap;
 use grafsynth_ir::names::{C, Namer, Target};
 use grafsynth_ir::net::{EdgeOperand, Input, InputKind, Net, Output, Step, Transition, Var};
 
-/// Members of the instance that the gate has.
+/// Members that the gate adds to the instance.
 const MEMBERS_OF_GATE: [&str; 3] = ["gate", "gate_in", "gate_dt"];
 
 /// The member of the instance that is the trace ring.
 pub(crate) const MEMBER_OF_TRACE: &str = "trace";
-/// The macros of the header about the trace ring, after the prefix.
+/// The macros of the header for the trace ring, after the prefix.
 const MACROS_OF_TRACE: [&str; 3] = ["TRACE_PLACES", "TRACE_BYTES", "TRACE_CHART"];
-/// The member that says whether the chart runs, or stands still in its safe state.
+/// The member that records whether the chart runs or has stopped in its safe state.
 pub(crate) const MEMBER_OF_SAFE_STATE: &str = "intact";
 
-/// What follows a prefix: no word is reserved there.
+/// The part after a prefix, where no word is reserved.
 static SUFFIX: Target = Target { name: "C after a prefix", reserved: &[], ..C };
 
-/// Parameters and locals that every emitted function may have; no member is called so, for readers' sake.
+/// Parameters and locals that every emitted function may have; members avoid these names for readability.
 const OWN: &[&str] = &["self", "in", "out", "dt", "scan", "before"];
 
 /// The identifiers of one chart.
@@ -33,11 +33,11 @@ pub(crate) struct Names {
     pub(crate) stem: String,
     /// In front of types and functions.
     pub(crate) prefix: String,
-    /// In front of macros and enumerators.
+    /// The prefix of macros and enumerators.
     pub(crate) upper: String,
-    /// Members of the input structure; of extern conditions the user's functions.
+    /// Members of the input structure; for extern conditions, the user's functions.
     pub(crate) inputs: IdMap<Input, String>,
-    /// Members of the output structure; of extern actions the user's functions.
+    /// Members of the output structure; for extern actions, the user's functions.
     pub(crate) outputs: IdMap<Output, String>,
     /// Members of the instance.
     pub(crate) vars: IdMap<Var, String>,
@@ -47,17 +47,17 @@ pub(crate) struct Names {
     pub(crate) transitions: IdMap<Transition, String>,
     /// Without the prefix, for `truck_macro_m1`.
     pub(crate) macros: Vec<String>,
-    /// Where Boolean inputs and outputs lie.
+    /// The layout of Boolean inputs and outputs.
     pub(crate) io: Layout,
-    /// What the headers define after the prefix in capitals, beside steps.
+    /// What the headers define after the upper-case prefix, except steps.
     reserved: Vec<String>,
-    /// Members of the instance: what an edge operand was.
+    /// Members of the instance that store the last value of an edge operand.
     pub(crate) edges: IdMap<EdgeOperand, String>,
     /// All members of the instance so far.
     members: Vec<String>,
 }
 
-/// A namer for identifiers that stand alone.
+/// A namer for global identifiers.
 pub(crate) fn namer() -> Namer {
     let mut namer = Namer::new(&C);
     OWN.iter().for_each(|word| namer.reserve(word));
@@ -70,7 +70,7 @@ pub(crate) fn identifier(text: &str) -> String {
 }
 
 impl Names {
-    /// The names of a net, with `prefix` in front of everything global.
+    /// The names of a net, with `prefix` before everything global.
     pub(crate) fn of(net: &Net, prefix: &str, options: &Options) -> Self {
         let prefix = identifier(prefix);
         let upper = prefix.to_ascii_uppercase();
@@ -79,7 +79,7 @@ impl Names {
         let mut global = namer();
         global.reserve(&prefix);
         let io = Layout::of(net, &upper, options.io);
-        // Locals of a reaction must not hide functions of the library.
+        // Locals of a reaction must not shadow functions of the library.
         (0..io.output_words()).for_each(|word| global.reserve(&io.lit(word)));
         let mut in_members = namer();
         let mut out_members = namer();
@@ -154,7 +154,7 @@ impl Names {
         }
     }
 
-    /// A namer for what stands behind the prefix, besides steps.
+    /// A namer for what follows the prefix, except steps.
     pub(crate) fn suffix_namer(&self) -> Namer {
         let mut namer = Namer::new(&SUFFIX);
         self.reserved.iter().for_each(|word| namer.reserve(word));
@@ -186,7 +186,7 @@ pub(crate) fn library(net: &Net, names: &Names) -> Vec<String> {
         .collect()
 }
 
-/// A word for what an edge looks at: the names in it, joined.
+/// A name for the operand of an edge: the names in it, joined.
 fn edge_name(net: &Net, edge: &EdgeOperand) -> String {
     use grafsynth_ir::net::Leaf;
     let mut words: Vec<&str> = Vec::new();
@@ -208,7 +208,7 @@ fn edge_name(net: &Net, edge: &EdgeOperand) -> String {
     words.join("_")
 }
 
-/// What the headers define after the prefix in capitals.
+/// What the headers define after the upper-case prefix.
 const ENUMERATORS: &[&str] = &[
     "ACTIVE",
     "BAD_STATE",

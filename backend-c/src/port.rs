@@ -1,4 +1,4 @@
-//! `NAME_port.h`: what differs between machines, and the ring that interrupts write.
+//! `NAME_port.h`: what differs between machines, and the ring that interrupts write to.
 
 use crate::ctext::{Kind, Node};
 use crate::header::Layout;
@@ -17,7 +17,7 @@ impl Layout<'_> {
             Node::directive("#include <stdbool.h>"),
             Node::directive("#include <stdint.h>"),
             Node::blank(),
-            Node::comment("Around what interrupts share with the chart: switch them off, and restore them."),
+            Node::comment("Critical section around data that interrupts share with the chart: disable interrupts, and restore them."),
             Node::directive(format!("#ifndef {upper}_ENTER_CRITICAL")),
             Node::directive(format!("#define {upper}_ENTER_CRITICAL() ((void)0)")),
             Node::directive("#endif"),
@@ -25,12 +25,12 @@ impl Layout<'_> {
             Node::directive(format!("#define {upper}_EXIT_CRITICAL() ((void)0)")),
             Node::directive("#endif"),
             Node::blank(),
-            Node::comment("A state variable holds a value that it never takes: the memory was disturbed. The usual answer is a restart."),
+            Node::comment("A state variable has an impossible value: the memory was corrupted. The usual answer is a restart."),
             Node::directive(format!("#ifndef {upper}_BAD_STATE")),
             Node::directive(format!("#define {upper}_BAD_STATE(self) ((void)0)")),
             Node::directive("#endif"),
             Node::blank(),
-            Node::comment("After a whole scan: tell the watchdog. When nothing waits after it: sleep until an interrupt."),
+            Node::comment("After a whole scan: tell the watchdog. If nothing is pending after it: sleep until an interrupt."),
             Node::directive(format!("#ifndef {upper}_WATCHDOG")),
             Node::directive(format!("#define {upper}_WATCHDOG() ((void)0)")),
             Node::directive("#endif"),
@@ -38,7 +38,7 @@ impl Layout<'_> {
             Node::directive(format!("#define {upper}_IDLE() ((void)0)")),
             Node::directive("#endif"),
             Node::blank(),
-            Node::comment("Where constant tables live: flash, on machines that have to be told."),
+            Node::comment("The memory of constant tables: flash, on machines where it must be declared."),
             Node::directive(format!("#ifndef {upper}_ROM")),
             Node::directive("#if defined(__FLASH) && !defined(__STRICT_ANSI__) && !defined(__cplusplus)"),
             Node::directive(format!("#define {upper}_ROM const __flash")),
@@ -60,7 +60,7 @@ impl Layout<'_> {
         self.file(format!("{}_port.h", self.names.stem), &nodes, false)
     }
 
-    /// The event ring: interrupts put events in, the loop that calls the chart takes them out.
+    /// The event ring: interrupts add events, and the loop that calls the chart removes them.
     fn ring(&self, nodes: &mut Vec<Node>) {
         let (prefix, upper) = (&self.names.prefix, &self.names.upper);
         let events: Vec<_> =
@@ -82,10 +82,14 @@ impl Layout<'_> {
         );
         nodes.push(Node::blank());
         nodes.extend([
-            Node::comment("What was written before stands in memory before what is written after: between an event and the index that publishes it."),
+            Node::comment(
+                "Memory barrier between writing an event and writing the index that publishes it.",
+            ),
             Node::directive(format!("#ifndef {upper}_BARRIER")),
             Node::directive("#if defined(__AVR__)"),
-            Node::directive(format!("#define {upper}_BARRIER() __asm__ volatile(\"\" ::: \"memory\")")),
+            Node::directive(format!(
+                "#define {upper}_BARRIER() __asm__ volatile(\"\" ::: \"memory\")"
+            )),
             Node::directive("#elif defined(__GNUC__)"),
             Node::directive(format!("#define {upper}_BARRIER() __sync_synchronize()")),
             Node::directive("#else"),
@@ -94,7 +98,7 @@ impl Layout<'_> {
             Node::directive("#endif"),
             Node::blank(),
         ]);
-        nodes.push(Node::comment("The number of places of a ring, a power of two up to 128."));
+        nodes.push(Node::comment("The number of entries of a ring, a power of two up to 128."));
         nodes.push(Node::directive(format!("#ifndef {upper}_RING_SIZE")));
         nodes.push(Node::directive(format!("#define {upper}_RING_SIZE 16U")));
         nodes.push(Node::directive("#endif"));
@@ -106,7 +110,7 @@ impl Layout<'_> {
             Kind::Braces(
                 "typedef struct".to_string(),
                 vec![
-                    Node::line("volatile uint8_t head;").note("the next place to write"),
+                    Node::line("volatile uint8_t head;").note("the next entry to write"),
                     Node::line("volatile uint8_t tail;").note("the next place to read"),
                     Node::line("volatile uint8_t lost;")
                         .note("events that found it full; stays at 255"),
@@ -118,7 +122,7 @@ impl Layout<'_> {
         );
         nodes.push(Node::blank());
         nodes.push(Node::comment(
-            "For interrupts: false when the ring is full; the event is lost then, and counted.",
+            "For interrupts: false when the ring is full; the event is then lost, and counted.",
         ));
         nodes.push(Node::function(
             format!(
@@ -192,7 +196,7 @@ impl Layout<'_> {
             return;
         }
         let mut body = vec![Node::line(format!("{upper}_ENTER_CRITICAL();"))];
-        // The bits of pins in each byte; what else is in it are events.
+        // The bits of pins in each byte; the other bits of the byte are events.
         let mut masks = vec![0_u8; self.names.io.input_words()];
         for (id, _) in &pins {
             match self.names.io.input_bit(*id) {
@@ -216,7 +220,7 @@ impl Layout<'_> {
         }
         body.push(Node::line(format!("{upper}_EXIT_CRITICAL();")));
         nodes.push(Node::comment(
-            "Inputs that interrupts write, all as they stand at one moment. Events are left alone: they come by the ring.",
+            "Copies the inputs that interrupts write, all at one moment, except events, which use the ring.",
         ));
         nodes.push(Node::function(
             format!(
@@ -280,13 +284,13 @@ impl Layout<'_> {
             ]);
             let sleep = vec![Node::line(format!("{upper}_IDLE();"))];
             (
-                "A scan, in a timer's interrupt too: inputs latched once, a reaction for each event that waits and one at least, as many as the ring holds at most.",
+                "A scan, also for a timer interrupt: latches inputs once and runs a reaction for each pending event, at least one and at most the size of the ring.",
                 Node::when("ring->head == ring->tail", sleep),
             )
         } else {
             body.push(step("dt"));
             (
-                "A scan, in a timer's interrupt too: inputs latched once, and a reaction.",
+                "A scan, also for a timer interrupt: latches inputs once and runs a reaction.",
                 Node::line(format!("{upper}_IDLE();")),
             )
         };
@@ -305,7 +309,7 @@ impl Layout<'_> {
         .filter_map(|(is_there, argument)| is_there.then_some(argument))
         .collect();
         nodes.push(Node::comment(
-            "A scan in the main loop: then the watchdog, and sleep if nothing waits. An interrupt between the question and the sleep would be slept through, so both\nstand in a critical section.",
+            "A scan in the main loop: then the watchdog, and sleep if nothing is pending. An interrupt between the check and the sleep would be missed, so both\nare in a critical section.",
         ));
         nodes.push(Node::function(
             format!("static inline void {prefix}_scan({list})"),

@@ -1,12 +1,12 @@
-//! Questions about a net that several styles and files ask.
+//! Queries about a net that several styles and files use.
 
 use grafsynth_ir::net::{Driver, Net, OutputId, StepId};
 use grafsynth_ir::program::{Expr, Leaf};
 
 pub(crate) use grafsynth_ir::net::is_c;
 
-/// When an output asks its extern conditions: only while one of these steps is active, which carry it with a condition. None where `value`, what the output
-/// becomes, reads no input: then nothing is asked.
+/// When an output calls its extern conditions: only while one of these steps is active, which assign it under a condition. `None` if `value`, the new value of
+/// the output, reads no input: then nothing is called.
 pub(crate) fn carriers(net: &Net, output: OutputId, value: &Expr) -> Vec<StepId> {
     let mut reads = false;
     value.for_each_leaf(&mut |leaf| reads |= matches!(leaf, Leaf::Input(_)));

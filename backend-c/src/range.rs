@@ -1,32 +1,32 @@
-//! What the members of the instance can hold: a style says it, and the check of the safe state asks for it.
+//! The value ranges of the instance members: a style defines them, and the check of the safe state uses them.
 
 use crate::cexpr::CExpr;
 use crate::times::unsigned;
 
-/// The values that a member of the instance can hold: those of each element.
+/// The value range of an instance member; for an array, of each element.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Range {
     /// The member's name in the instance.
     pub(crate) name: String,
     /// Its C type.
     pub(crate) ty: &'static str,
-    /// First and one behind the last of the elements of an array; none for no array.
+    /// The first element of an array and the end of its elements (exclusive); `None` for members that are not arrays.
     pub(crate) elements: Option<(u32, u32)>,
-    /// The least value.
+    /// The minimum value.
     pub(crate) lo: i64,
-    /// The largest.
+    /// The maximum value.
     pub(crate) hi: i64,
-    /// It counts what waits within a reaction.
+    /// It counts what is pending within a reaction.
     pub(crate) is_count: bool,
 }
 
 impl Range {
-    /// That of a member that is no array.
+    /// The range of a member that is not an array.
     pub(crate) fn of(name: String, ty: &'static str, lo: i64, hi: i64) -> Self {
         Range { name, ty, elements: None, lo, hi, is_count: false }
     }
 
-    /// The largest value, if that of a union of such members tells whether one of them is above it.
+    /// The maximum value, if the bitwise OR of such members shows whether one of them exceeds it.
     pub(crate) fn union(&self) -> Option<(&'static str, i64)> {
         let (least, largest) = bounds(self.ty);
         let is_mask =
@@ -41,11 +41,11 @@ impl Range {
             Some(_) => format!("self->{}[{index}]", self.name),
             None => format!("self->{}", self.name),
         };
-        // A `bool` that is neither 0 nor 1 must not be read as what it claims to be.
+        // A corrupt `bool` that is neither 0 nor 1 must be read as a byte.
         if self.ty == "bool" { format!("*(const volatile uint8_t *)&{place}") } else { place }
     }
 
-    /// The conditions under which `value` is none of it; none where the type holds nothing else.
+    /// The conditions under which `value` is out of range; empty if the type has no other values.
     pub(crate) fn broken(&self, value: &str) -> Vec<String> {
         let (least, largest) = bounds(self.ty);
         let literal = |value: i64| {
@@ -60,7 +60,7 @@ impl Range {
     }
 }
 
-/// The least and the largest value of an integer type of C; `bool` as the byte that it is in memory.
+/// The minimum and maximum value of an integer type of C; `bool` as its byte in memory.
 fn bounds(ty: &str) -> (i64, i64) {
     match ty {
         "bool" | "uint8_t" => (0, 0xff),

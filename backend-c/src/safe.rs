@@ -1,22 +1,22 @@
-//! Safe values of outputs in C: before the first reaction, at a stop, while the emergency of the chart holds (semantics §3.8), and where memory was damaged.
+//! Safe values of outputs in C: before the first reaction, after a stop, during the emergency of the chart (semantics §3.8), and after memory corruption.
 //!
-//! A reaction computes its outputs as if there were no emergency, and gives the safe values over them at its end: nothing comes behind that could undo it.
+//! A reaction computes its outputs as if there were no emergency, and writes the safe values over them at its end: nothing after that can undo it.
 //!
 //! # The safe state
-//! With [`Options::safe_state`] a reaction first asks whether the instance can be as it is: each state variable, timer, number and Boolean is within the values
-//! that a reaction can leave in it, and of the steps of a component that are bits at most one is active, exactly one where that is proved. If not, the outputs
-//! are safe, the hook `NAME_BAD_STATE` is called once, and the chart stands still until the next `init`. Nothing is said of damage that leaves a state which
-//! the chart could be in: range and cover are all that the instance alone can tell.
+//! With [`Options::safe_state`] a reaction first checks whether the instance is valid: each state variable, timer, number and Boolean is within the values
+//! that a reaction can leave in it, and if a component's steps are bits, at most one is active, or exactly one if that is proved. If the check fails, the
+//! outputs become safe, the hook `NAME_BAD_STATE` is called once, and the chart stops until the next `init`. Corruption that results in a possible state of the
+//! chart is not detected: the instance alone can show only ranges and covers.
 //!
 //! | `intact` | meaning |
 //! |---|---|
-//! | 0xA5 | `init` was called, and no reaction has found damage |
-//! | 0x5A | stopped, by `NAME_stop` or because damage was found: all bits differ, so no disturbed bit leads from one to the other |
-//! | else | damage in this byte, or a chart before its first `init`: memory that was never written does not run |
+//! | 0xA5 | `init` was called, and no reaction has found corruption |
+//! | 0x5A | stopped, by `NAME_stop` or because corruption was found: all bits differ, so no single bit error leads from one to the other |
+//! | else | this byte is corrupt, or `init` was not called yet: memory that was never written does not run |
 //!
-//! The check costs what its comparisons cost. Members whose largest value is one less than a power of two are joined by `|` and compared at once: a bit above
-//! that power is in the union when it is in one of them. It reads the instance as volatile, so that no compiler takes for granted what it wrote there itself;
-//! that also keeps it from rebuilding the reaction around what it would know of the state (which made the text of one chart a third larger on an AVR).
+//! The check costs only its comparisons. Members whose maximum value is a power of two minus one are combined by `|` and compared at once: a bit above
+//! that maximum is in the result if it is in one of them. The check reads the instance as volatile, so that no compiler assumes what it wrote there itself;
+//! this also prevents a compiler from restructuring the reaction around its knowledge of the state (which made the text of one chart a third larger on an AVR).
 
 use crate::Object;
 use crate::cexpr::{CExpr, constant};
@@ -35,10 +35,10 @@ use std::collections::BTreeMap;
 
 /// Its value after `init`.
 const INTACT: &str = "0xA5U";
-/// Its value in a chart that stands still.
+/// Its value in a chart that has stopped.
 const STOPPED: &str = "0x5AU";
 
-/// Gives the outputs that `which` names their safe values: members, and bits of the words that a reaction collects in locals.
+/// Gives the outputs in `which` their safe values: members, and bits of the words that a reaction collects in locals.
 pub(crate) fn force(
     net: &Net,
     names: &Names,
@@ -46,7 +46,7 @@ pub(crate) fn force(
     which: impl Fn(OutputId) -> bool,
 ) -> Vec<Node> {
     let io = &names.io;
-    // Masks of one word: the bits that are forced, those of them that are on, those of all outputs.
+    // Masks of one word: the bits that are forced, those of them that are on, and the bits of all outputs.
     let mut words = vec![(0u32, 0u32, 0u32); io.output_words()];
     let mut objects: Vec<Vec<Object>> = vec![Vec::new(); words.len()];
     let mut members = Vec::new();
@@ -93,7 +93,7 @@ pub(crate) fn force(
     crate::calls::either(holds.clone(), body, Vec::new())
 }
 
-/// Why the safe state can't watch what was asked for.
+/// Why the safe state cannot check the requested code.
 pub(crate) fn refusal(net: &Net, options: &Options) -> Option<Diagnostic> {
     let engine = match options.style {
         crate::Style::Engine => "the table engine",
@@ -104,19 +104,19 @@ pub(crate) fn refusal(net: &Net, options: &Options) -> Option<Diagnostic> {
         }
     };
     let message = format!(
-        "the safe state does not watch {engine}, whose instance is bits and numbers that only its tables tell apart"
+        "the safe state cannot check {engine}: only its tables define the meaning of its instance"
     );
     options.safe_state.then(|| {
         Diagnostic::error(codes::SAFE_STATE_REFUSED, message)
-            .at(net.name.span, "asked for this chart")
-            .help("build it as `c`, or leave out `--safe-state`")
+            .at(net.name.span, "requested for this chart")
+            .help("build it as `c`, or omit `--safe-state`")
     })
 }
 
 /// Adds the check to a program: the function `NAME_intact`, the member, and its value at the end of `init`.
 pub(crate) fn watch(net: &Net, facts: &Facts, interface: &Interface, program: &mut CProgram) {
     let prefix = &interface.names.prefix;
-    // Locals must not hide the functions of the library.
+    // Locals must not shadow the functions of the library.
     let mut locals = namer();
     library(net, &interface.names).iter().for_each(|function| locals.reserve(function));
     locals.reserve("i");
@@ -136,7 +136,7 @@ pub(crate) fn watch(net: &Net, facts: &Facts, interface: &Interface, program: &m
     }
     body.push(Node::line("return true;"));
     program.functions.push(Node::comment(
-        "Whether every state variable holds a value that a reaction can leave in it.",
+        "Whether every state variable has a value that a reaction can leave in it.",
     ));
     program.functions.push(Node::function(
         format!("static bool {prefix}_intact(const volatile {prefix}_t *self)"),
@@ -145,7 +145,7 @@ pub(crate) fn watch(net: &Net, facts: &Facts, interface: &Interface, program: &m
     program.functions.push(Node::blank());
     program.instance.push(Member {
         declaration: format!("uint8_t {MEMBER}"),
-        note: format!("{INTACT} while the chart runs, {STOPPED} when it was stopped"),
+        note: format!("{INTACT} while the chart runs, {STOPPED} after a stop"),
         objects: Vec::new(),
     });
     program.init.push(Node::line(format!("self->{MEMBER} = {INTACT};")));
@@ -155,7 +155,7 @@ fn leave(condition: &str) -> Node {
     Node::when(condition, vec![Node::line("return false;")])
 }
 
-/// The questions whether members hold what they can. Each expression reads one member once: they are volatile there.
+/// The checks that members are in range. Each expression reads one member once, because it is volatile there.
 fn of_ranges(ranges: &[Range], locals: &mut Namer) -> Vec<Node> {
     let mut unions: BTreeMap<(&'static str, i64), Vec<String>> = BTreeMap::new();
     let mut nodes = Vec::new();
@@ -207,7 +207,7 @@ fn of_elements(range: &Range, first: u32, behind: u32) -> Option<Node> {
     (!questions.is_empty()).then(|| Node::block(head, questions))
 }
 
-/// The question whether the bits of a component are those of one of its steps.
+/// The check that the bits of a component are those of one of its steps.
 fn of_component(component: &Component, program: &CProgram, locals: &mut Namer) -> Vec<Node> {
     let steps = component.steps.iter().filter(|step| program.one_bit.contains(step));
     let bits: Vec<&String> = steps.map(|step| &program.active[*step]).collect();
@@ -226,7 +226,7 @@ fn of_component(component: &Component, program: &CProgram, locals: &mut Namer) -
     nodes
 }
 
-/// What stands in front of a reaction.
+/// The check before a reaction.
 pub(crate) fn guard(net: &Net, names: &Names) -> Node {
     let mut body = names.io.constants(net, &names.outputs, |id| net.outputs[id].safe_value());
     let found = vec![
@@ -238,7 +238,7 @@ pub(crate) fn guard(net: &Net, names: &Names) -> Node {
     Node::when(&format!("!{}_intact(self)", names.prefix), body)
 }
 
-/// What a stop does beside the outputs.
+/// The effect of a stop besides the outputs.
 pub(crate) fn stop() -> Node {
     Node::line(format!("self->{MEMBER} = {STOPPED};"))
 }
@@ -248,7 +248,7 @@ pub(crate) fn stopped(names: &Names) -> Vec<Node> {
     let prefix = &names.prefix;
     vec![
         Node::comment(
-            "Whether the chart stands still: before init, after a stop, or since memory was found damaged. Its reactions give the safe outputs then.",
+            "Whether the chart is stopped: before init, after a stop, or after memory corruption. Its reactions then give the safe outputs.",
         ),
         Node::function(
             format!("static inline bool {prefix}_stopped(const {prefix}_t *self)"),
@@ -258,7 +258,7 @@ pub(crate) fn stopped(names: &Names) -> Vec<Node> {
     ]
 }
 
-/// The safe outputs without an instance: as the first value of a variable, and given by a function.
+/// The safe outputs without an instance: as an initialiser, and written by a function.
 pub(crate) fn before_init(net: &Net, names: &Names) -> Vec<Node> {
     let io = &names.io;
     let mut words = vec![0u32; io.output_words()];
@@ -278,7 +278,7 @@ pub(crate) fn before_init(net: &Net, names: &Names) -> Vec<Node> {
     let (prefix, upper) = (&names.prefix, &names.upper);
     vec![
         Node::comment(
-            "The safe outputs for the time before init: the first value of a variable, and a function that gives them.",
+            "The safe outputs for the time before init: an initialiser, and a function that writes them.",
         ),
         Node::directive(format!("#define {upper}_SAFE_OUT {{ {} }}", all.join(", "))),
         Node::function(

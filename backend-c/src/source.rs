@@ -13,7 +13,7 @@ impl Layout<'_> {
         let (prefix, upper, stem) = (&self.names.prefix, &self.names.upper, &self.names.stem);
         let i = self.interface;
         let mut nodes = vec![
-            self.banner("the chart. Do not edit: it is written anew from the chart."),
+            self.banner("the chart. Do not edit: it is regenerated from the chart."),
             Node::directive(format!("#include \"{stem}.h\"")),
             Node::directive(format!("#include \"{stem}_port.h\"")),
         ];
@@ -86,7 +86,7 @@ impl Layout<'_> {
         let later = self.program.helpers.later && self.calls(&format!("{prefix}_later"));
         if let (true, Some(ticks)) = (later, self.interface.ticks) {
             let ty = ticks.name();
-            nodes.push(Node::comment("A timer dt ticks later; it stays at its cap."));
+            nodes.push(Node::comment("A timer dt ticks later; it stops at its maximum."));
             nodes.push(Node::function(
                 format!("static {ty} {prefix}_later({ty} time, {ty} dt, {ty} cap)"),
                 vec![Node::line(format!(
@@ -97,7 +97,7 @@ impl Layout<'_> {
         }
     }
 
-    /// Products and quotients of 64 bits. sdcc for the 8051 adds, shifts and compares such numbers, but its library has none of these.
+    /// Products and quotients of 64 bits. sdcc for the 8051 adds, shifts and compares such numbers, but its library lacks these operations.
     fn wide_functions(&self, nodes: &mut Vec<Node>) {
         let prefix = &self.names.prefix;
         let [product, quotient, rest] = WIDE_FUNCTIONS.map(|word| format!("{prefix}_{word}"));
@@ -105,7 +105,7 @@ impl Layout<'_> {
         if needs_division {
             nodes.push(Node::directive("#if defined(__SDCC_mcs51)"));
             nodes.push(Node::comment(
-                "The quotient of two magnitudes, bit by bit; the rest goes where the pointer says.",
+                "The quotient of two magnitudes, bit by bit; the remainder is stored through the pointer.",
             ));
             nodes.push(Node::function(
                 format!(
@@ -139,7 +139,7 @@ impl Layout<'_> {
             Node::line("uint64_t x = (uint64_t)a;"),
             Node::line("uint64_t y = (uint64_t)b;"),
             Node::line("uint64_t sum = 0U;"),
-            // y loses a bit in each round.
+            // y loses one bit in each round.
             Kind::Block(vec![
                 Arm::new(
                     "while (y != 0U)",
@@ -184,7 +184,7 @@ impl Layout<'_> {
         }
     }
 
-    /// Whether a helper is called in the text that was kept.
+    /// Whether the text that was kept calls a helper.
     fn calls(&self, helper: &str) -> bool {
         let program = &self.program;
         [&program.functions, &program.step, &program.init]
@@ -192,7 +192,7 @@ impl Layout<'_> {
             .any(|nodes| mentions(nodes, helper))
     }
 
-    /// The callbacks of seed 000: what changed in a reaction is told at its end.
+    /// The callbacks of seed 000: the changes of a reaction are reported at its end.
     fn notify(&self, nodes: &mut Vec<Node>, step: &mut Vec<Node>) {
         if !self.interface.has_instance {
             return;
@@ -237,7 +237,7 @@ impl Layout<'_> {
                     .about(Object::Transition(id)),
             );
         }
-        nodes.push(Node::comment("Tells the library what a reaction changed."));
+        nodes.push(Node::comment("Reports the changes of a reaction to the library."));
         nodes.push(Node::function(
             format!(
                 "static void {prefix}_notify(const {prefix}_t *self, const {prefix}_t *before)"
@@ -245,7 +245,7 @@ impl Layout<'_> {
             crate::cprogram::with_unused(&["self", "before"], body),
         ));
         nodes.push(Node::blank());
-        // sdcc knows no initialiser of a structure by another.
+        // sdcc cannot initialise a structure with another one.
         step.insert(0, Node::line(format!("{prefix}_t before;")));
         step.insert(1, Node::line("before = *self;"));
         step.push(Node::line(format!("{prefix}_notify(self, &before);")));

@@ -1,11 +1,11 @@
-//! How far timers must count, and in which type ticks travel.
+//! The maximum of timers, and the type in which ticks are passed.
 
 use crate::cexpr::{CExpr, Class, Prec};
 use grafsynth_ir::expr::{Expr as GenericExpr, ExprKind, Type};
 use grafsynth_ir::net::{Expr, Leaf, StepId};
 use std::collections::BTreeMap;
 
-/// Calls `found` with each leaf that is compared with a constant, and the constant.
+/// Calls `found` with each leaf that is compared with a constant, and with the constant.
 pub(crate) fn compared<L>(expr: &GenericExpr<L>, found: &mut impl FnMut(&L, i64)) {
     if let ExprKind::Compare(_, a, b) = &expr.kind {
         match (&a.kind, &b.kind) {
@@ -21,7 +21,7 @@ pub(crate) fn compared<L>(expr: &GenericExpr<L>, found: &mut impl FnMut(&L, i64)
     }
 }
 
-/// For each step whose time `expr` compares, one above the largest constant: counting further makes no difference.
+/// For each step whose time `expr` compares, one above the largest constant: counting beyond that makes no difference.
 pub(crate) fn step_caps(expr: &Expr, caps: &mut BTreeMap<StepId, i64>) {
     compared(expr, &mut |leaf, constant| {
         if let Leaf::Elapsed(step) = leaf {
@@ -31,7 +31,7 @@ pub(crate) fn step_caps(expr: &Expr, caps: &mut BTreeMap<StepId, i64>) {
     });
 }
 
-/// How the ticks since the last reaction are handed to `NAME_step`.
+/// How `NAME_step` receives the ticks since the last reaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Ticks {
     /// 16 bits are enough: no timer counts further, and all saturate.
@@ -44,12 +44,12 @@ impl Ticks {
         if self.short { "uint16_t" } else { "uint32_t" }
     }
 
-    /// The largest number of ticks that can be handed over; more than that is handed over as this and makes no difference.
+    /// The largest number of ticks that can be passed; a larger number is passed as this one, which makes no difference.
     pub(crate) fn max(self) -> i64 {
         if self.short { 65535 } else { i64::from(i32::MAX) }
     }
 
-    /// The type for a chart whose farthest timer counts to `cap`.
+    /// The type for a chart whose largest timer counts to `cap`.
     pub(crate) fn for_cap(cap: i64) -> Self {
         Ticks { short: cap <= 65535 }
     }
@@ -71,7 +71,7 @@ pub(crate) fn timer_place(text: &str, cap: i64) -> CExpr {
     if cap <= 0xff {
         return CExpr::place(text, Type::Int { lo: 0, hi: cap });
     }
-    // Two bytes and more are unsigned where an `int` has no more, so they are widened or made signed at once.
+    // Types of two bytes and more are unsigned if `int` has no more, so they are widened or made signed at once.
     let class = Class::of(0, cap);
     CExpr::exact(format!("({}){text}", class.name()), Prec::Unary, class, (0, cap))
 }

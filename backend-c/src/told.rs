@@ -1,19 +1,19 @@
-//! What the callbacks of a chart say, held against its instance: part of the bench that runs emitted C.
+//! Compares the callbacks of a chart with its instance: part of the bench that runs emitted C.
 //!
-//! A reaction must say of each step that it changed that it did, once and what it is now, and of each transition that it enabled that it is; of others nothing. Where it does not, the bench ends
-//! with an exit code of its own.
+//! A reaction must report each step that it changed, once and with its new state, and each transition that it enabled; nothing else. Otherwise the bench ends
+//! with a special exit code.
 
 use crate::ctext::{Kind, Node};
 use crate::header::shown;
 use crate::interface::Interface;
 use grafsynth_ir::net::{Net, StepId, TransitionId};
 
-/// Steps that have a callback, and a function that asks for them.
+/// Steps that have a callback and a query function.
 fn steps<'n>(net: &'n Net) -> impl Iterator<Item = StepId> + 'n {
     net.steps.iter().filter(|(_, it)| shown(it.kind, it.hidden)).map(|(id, _)| id)
 }
 
-/// Transitions with a callback whose steps can all be asked for.
+/// Transitions with a callback whose steps can all be queried.
 fn transitions<'n>(net: &'n Net) -> impl Iterator<Item = TransitionId> + 'n {
     let is_shown = |step: &StepId| shown(net.steps[*step].kind, net.steps[*step].hidden);
     net.transitions
@@ -27,7 +27,7 @@ fn is_silent(interface: &Interface) -> bool {
     !interface.callbacks || !interface.has_instance
 }
 
-/// The functions of the library, which count what they are told.
+/// The functions of the library, which record their calls.
 pub(crate) fn functions(net: &Net, interface: &Interface) -> Vec<Node> {
     if is_silent(interface) {
         return Vec::new();
@@ -45,7 +45,7 @@ pub(crate) fn functions(net: &Net, interface: &Interface) -> Vec<Node> {
             vec![
                 Node::when(
                     &format!("{told} == active"),
-                    vec![Node::line("bench_wrong(\"a step is told twice\");")],
+                    vec![Node::line("bench_wrong(\"a step is reported twice\");")],
                 ),
                 Node::line(format!("{told} = active;")),
             ],
@@ -74,7 +74,7 @@ pub(crate) fn functions(net: &Net, interface: &Interface) -> Vec<Node> {
     nodes
 }
 
-/// Before a reaction: what is so.
+/// Before a reaction: records the state.
 pub(crate) fn before(net: &Net, interface: &Interface) -> Vec<Node> {
     if is_silent(interface) {
         return Vec::new();
@@ -92,7 +92,7 @@ pub(crate) fn before(net: &Net, interface: &Interface) -> Vec<Node> {
     nodes
 }
 
-/// After a reaction: what was told is what has changed.
+/// After a reaction: checks that the reports match the changes.
 pub(crate) fn after(net: &Net, interface: &Interface) -> Vec<Node> {
     if is_silent(interface) {
         return Vec::new();
@@ -106,7 +106,7 @@ pub(crate) fn after(net: &Net, interface: &Interface) -> Vec<Node> {
     for id in steps(net) {
         let name = &interface.names.steps[id];
         let is_other = format!("{prefix}_told_{name} != {prefix}_active_{name}(&self)");
-        body.push(wrong(is_other, "a step is told wrong"));
+        body.push(wrong(is_other, "a step is reported wrongly"));
     }
     for id in transitions(net) {
         let names = &interface.names;
@@ -117,7 +117,10 @@ pub(crate) fn after(net: &Net, interface: &Interface) -> Vec<Node> {
         };
         let became = format!("(({}) && !({}))", all("active", "(&self)"), all("was", ""));
         let count = format!("{prefix}_count_{}", names.transitions[id]);
-        body.push(wrong(format!("{count} != ({became} ? 1 : 0)"), "a transition is told wrong"));
+        body.push(wrong(
+            format!("{count} != ({became} ? 1 : 0)"),
+            "a transition is reported wrongly",
+        ));
     }
     nodes.push(Kind::Nested(body).into());
     nodes.push(Node::line("}"));

@@ -1,23 +1,23 @@
-//! The trace ring: the last transitions that fired, with the number of their reaction, in the instance.
+//! The trace ring: the last transitions that fired, with the number of their reaction, stored in the instance.
 //!
-//! A ring is there only where it is asked for; without it not a byte of the text differs. Every style calls `NAME_fired` where a transition fires:
+//! The ring exists only if it is requested; without it the text is unchanged. Every style calls `NAME_fired` when a transition fires:
 //! in `switch` at the transition's owner, in tables with a number in each row, in statecharts once a region has chosen, and in `bits` by a mark of
-//! the reaction program ([`marked_program`](grafsynth_ir::lower::program::marked_program)). The order within one micro-step is the style's own.
+//! the reaction program ([`marked_program`](grafsynth_ir::lower::program::marked_program)). The order within one micro-step depends on the style.
 //!
-//! A program reads the ring byte by byte with `NAME_trace_byte` and sends it wherever it likes. The bytes, numbers with the low byte first:
+//! A program reads the ring byte by byte with `NAME_trace_byte` and can send it anywhere. Its bytes, with numbers in little-endian order:
 //!
-//! | at | bytes | what |
+//! | offset | bytes | contents |
 //! |---|---|---|
 //! | 0 | 4 | `GTR1` |
 //! | 4 | 4 | [`hash`] of the chart |
 //! | 8 | 4 | reactions since `init`, modulo 2^32 |
-//! | 12 | 4 | transitions fired since `init`; stays at the largest number |
-//! | 16 | 2 | places of the ring |
-//! | 18 | 2 | the place that is written next |
-//! | 20 | 6 each | reaction (4), transition (2), from 0 in declaration order; [`BEGINS`] is added where a micro-step begins |
+//! | 12 | 4 | transitions fired since `init`; saturates at the largest number |
+//! | 16 | 2 | number of entries of the ring |
+//! | 18 | 2 | the entry that is written next |
+//! | 20 | 6 each | reaction (4), transition (2), from 0 in declaration order; [`BEGINS`] is added at the beginning of a micro-step |
 //!
-//! The first reaction has the number 1, as in a trace of the simulator. Micro-steps are told apart in charts with stable evolution only: elsewhere there
-//! is one in a reaction.
+//! The first reaction has the number 1, as in a trace of the simulator. Micro-steps are marked only in charts with stable evolution: in others there
+//! is one per reaction.
 
 use crate::Options;
 use crate::codes;
@@ -29,18 +29,18 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::lower::program::Marks;
 use grafsynth_ir::net::{Net, TransitionId, Verbatim};
 
-/// What a dump begins with.
+/// The first bytes of a dump.
 pub const MAGIC: [u8; 4] = *b"GTR1";
-/// The bytes before the first entry.
+/// The number of bytes before the first entry.
 pub const HEADER_BYTES: usize = 20;
-/// The bytes of an entry.
+/// The number of bytes of an entry.
 pub const ENTRY_BYTES: usize = 6;
-/// The most places of a ring: its bytes can still be counted in 16 bits.
+/// The maximum number of entries of a ring: its bytes can still be counted with 16 bits.
 pub const MAX_PLACES: u16 = 8192;
-/// Added to the number of a transition that is the first of a micro-step.
+/// Added to the number of a transition that is the first of its micro-step.
 pub const BEGINS: u16 = 0x8000;
 
-/// A number for all that a chart says (FNV-1a over its text as a net), so that a dump is not read with another chart.
+/// A hash of the whole chart (FNV-1a over its text as a net), so that a dump is not read with another chart.
 #[must_use]
 pub fn hash(net: &Net) -> u32 {
     grafsynth_ir::text::print(net)
@@ -48,30 +48,30 @@ pub fn hash(net: &Net) -> u32 {
         .fold(0x811c_9dc5, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
 }
 
-/// Why there can be no ring.
+/// Why a ring is impossible.
 pub(crate) fn refusal(net: &Net, options: &Options) -> Option<Diagnostic> {
     let places = options.trace?;
     if options.gate {
-        let message = "the trace ring does not go with the gate: it counts every reaction";
+        let message = "the trace ring cannot be combined with the gate, which skips reactions";
         return Some(
             Diagnostic::error(codes::TRACE_REFUSED, message)
                 .at(net.name.span, "this chart")
-                .help("leave out `--gate` or `--trace`"),
+                .help("omit `--gate` or `--trace`"),
         );
     }
     if net.transitions.len() > usize::from(BEGINS) {
         let message = format!(
-            "the trace ring tells {BEGINS} transitions apart, and there are {}",
+            "the trace ring supports at most {BEGINS} transitions, and the chart has {}",
             net.transitions.len()
         );
         return Some(
             Diagnostic::error(codes::TRACE_REFUSED, message)
                 .at(net.name.span, "this chart")
-                .help("leave out `--trace`, or trace a part of the chart"),
+                .help("omit `--trace`, or trace a part of the chart"),
         );
     }
     if places == 0 || places > MAX_PLACES {
-        let message = format!("a trace ring has 1 to {MAX_PLACES} places, not {places}");
+        let message = format!("a trace ring has 1 to {MAX_PLACES} entries, not {places}");
         return Some(
             Diagnostic::error(codes::TRACE_REFUSED, message)
                 .at(net.name.span, "this chart")
@@ -81,7 +81,7 @@ pub(crate) fn refusal(net: &Net, options: &Options) -> Option<Diagnostic> {
     None
 }
 
-/// Notes that a transition fires.
+/// Records that a transition fires.
 pub(crate) fn fired(names: &Names, id: TransitionId) -> Node {
     Node::line(fired_text(names, id))
 }
@@ -90,7 +90,7 @@ fn fired_text(names: &Names, id: TransitionId) -> String {
     format!("{}_fired(self, {}U);", names.prefix, id.index())
 }
 
-/// Notes that a micro-step begins.
+/// Records that a micro-step begins.
 pub(crate) fn micro_step() -> Node {
     Node::line(micro_step_text())
 }
@@ -108,7 +108,7 @@ pub(crate) fn marks(net: &Net, names: &Names) -> Marks {
     }
 }
 
-/// Adds the ring to a program: the member, its start, the count of reactions, and `NAME_fired`.
+/// Adds the ring to a program: the member, its initialisation, the count of reactions, and `NAME_fired`.
 pub(crate) fn add(names: &Names, program: &mut CProgram) {
     let prefix = &names.prefix;
     program.instance.push(Member {
@@ -146,7 +146,7 @@ pub(crate) fn add(names: &Names, program: &mut CProgram) {
     ];
     let head = format!("static void {prefix}_fired({prefix}_t *self, uint16_t transition)");
     let function = vec![
-        Node::comment("Notes in the ring that a transition fires."),
+        Node::comment("Records in the ring that a transition fires."),
         Node::function(head, body),
         Node::blank(),
     ];
@@ -160,18 +160,18 @@ pub(crate) fn ring(names: &Names, net: &Net, places: u16) -> Vec<Node> {
     let body = vec![
         Node::line("uint32_t reactions;").note("since init"),
         Node::line("uint32_t count;").note("transitions fired since init"),
-        Node::line("uint16_t next;").note("the place that is written next"),
+        Node::line("uint16_t next;").note("the entry that is written next"),
         Node::line("bool begins;").note("the next one is the first of its micro-step"),
         Node::line(format!("uint32_t at[{upper}_TRACE_PLACES];")).note("reaction"),
         Node::line(format!("uint16_t fired[{upper}_TRACE_PLACES];"))
-            .note("transition, from 0; 0x8000 is added where a micro-step begins"),
+            .note("transition, from 0; 0x8000 is added at the beginning of a micro-step"),
     ];
     vec![
         Node::directive(format!("#define {upper}_TRACE_PLACES {places}U")),
         Node::directive(format!("#define {upper}_TRACE_BYTES {bytes}U"))
-            .note("what the trace is as bytes"),
+            .note("size of the trace in bytes"),
         Node::directive(format!("#define {upper}_TRACE_CHART 0x{:08x}U", hash(net)))
-            .note("which chart it is of"),
+            .note("identifies the chart"),
         Kind::Braces("typedef struct".to_string(), body, format!(" {}_trace_t;", names.prefix))
             .into(),
         Node::blank(),
@@ -230,7 +230,7 @@ pub(crate) fn reader(names: &Names) -> Vec<Node> {
         format!("static inline uint8_t {prefix}_trace_byte(const {prefix}_t *self, uint16_t at)");
     vec![
         Node::comment(format!(
-            "A byte of the trace, at below {upper}_TRACE_BYTES. Send them all, as they are or as hexadecimal text, for grafsynth trace to read.\nBetween reactions only: the ring must stand still."
+            "A byte of the trace, at below {upper}_TRACE_BYTES. Send them all, raw or as hexadecimal text, to be read by grafsynth trace.\nCall it between reactions only: the ring must not change."
         )),
         Node::function(head, body),
         Node::blank(),

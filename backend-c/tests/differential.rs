@@ -1,9 +1,9 @@
-//! Random nets: the emitted C, compiled and run, gives the trace of the reaction program byte for byte, in both styles.
+//! Random nets: the emitted C, compiled and run, gives the trace of the reaction program byte for byte, in all tested styles.
 
 #![allow(
     clippy::disallowed_methods,
     clippy::print_stdout,
-    reason = "tests try the text on real compilers and say what they skip"
+    reason = "tests try the text on real compilers and report what they skip"
 )]
 
 use std::io::Write as _;
@@ -22,7 +22,7 @@ fn agree(tag: &str, nets: &[(Valid<Net>, Facts)], styles: &[Style]) -> Vec<&'sta
     agree_with(tag, nets, styles, &Options::default())
 }
 
-/// The same with options besides the style.
+/// The same with other options.
 fn agree_with(
     tag: &str,
     nets: &[(Valid<Net>, Facts)],
@@ -73,7 +73,7 @@ fn agree_with(
         for (index, (net, _)) in nets.iter().enumerate() {
             let mut rows = stimulus(net, 200, index as u64 + 1);
             if wanted.gate {
-                // A gate closes where rows repeat.
+                // Repeated rows close a gate.
                 rows = rows.into_iter().flat_map(|row| [row.clone(), row.clone(), row]).collect();
             }
             let mut child = Command::new(folder.0.join("all"))
@@ -112,7 +112,7 @@ fn nets(count: u64, flavour: Flavour) -> Vec<(Valid<Net>, Facts)> {
     (0..count).map(|seed| random_net("chart", seed * 7 + 1, flavour)).collect()
 }
 
-/// Nets of each kind: enough to show a mistake here, few enough to wait for.
+/// Nets of each kind: enough to find a bug here, few enough to be fast.
 const NETS: u64 = 8;
 
 const PLAIN: Flavour =
@@ -161,7 +161,7 @@ fn stable_evolution() {
     }
 }
 
-/// Inputs and outputs in words, and the gate, change nothing that can be seen, in any style.
+/// Inputs and outputs in words, and the gate, cause no visible change in any style.
 #[test]
 fn words_and_gate() {
     let all = Flavour { lists: true, times: true, forks: true, ..PLAIN };

@@ -1,4 +1,4 @@
-//! The emitted C before real compilers: golden text, random nets, and large charts.
+//! The emitted C with real compilers: golden text, random nets, and large charts.
 
 mod differential;
 mod scale;

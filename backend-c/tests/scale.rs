@@ -1,9 +1,9 @@
-//! Large charts: size, speed and the time that emitting takes.
+//! Large charts: size, speed and emission time.
 #![allow(
     clippy::disallowed_methods,
     reason = "these tests try the text on real compilers and measure"
 )]
-#![allow(clippy::print_stdout, reason = "tests say what they measured")]
+#![allow(clippy::print_stdout, reason = "tests report what they measured")]
 
 use std::time::Instant;
 
@@ -11,7 +11,7 @@ use grafsynth_backend_c::{Options, Package, Style, emit};
 
 use crate::support::*;
 
-/// A program that measures a reaction with all inputs 1.
+/// A program that measures a reaction with all inputs set to 1.
 fn bench(folder: &Folder, package: &Package, name: &str) -> f64 {
     let text = format!(
         r#"#define _POSIX_C_SOURCE 199309L
@@ -62,12 +62,12 @@ fn a_thousand_steps_are_fast_and_small() {
         let ns = bench(&folder, &package, name);
         let size = text_size(&folder, &format!("{name}.c"), "gcc", &[]);
         println!(
-            "{name}: {ns} ns of {most_ns}, {} bytes a step of 40, {}",
+            "{name}: {ns} ns of {most_ns}, {} bytes per step (at most 40), {}",
             size as f64 / 1000.0,
             package.style
         );
         assert!(size <= 40_000, "{size} bytes");
-        // The promise is for an idle machine; a busy one must not make this test fail.
+        // The limit applies to an idle machine; a busy one must not fail this test.
         assert!(ns <= most_ns * 5.0, "{ns} ns");
     }
 }
@@ -84,7 +84,7 @@ fn the_switch_alone_stays_small_too() {
         let folder = Folder::new(&format!("{name}-switch"));
         let ns = bench(&folder, &package, name);
         let size = text_size(&folder, &format!("{name}.c"), "gcc", &[]);
-        println!("{name} as switch: {ns} ns, {} bytes a step of 40", size as f64 / 1000.0);
+        println!("{name} as switch: {ns} ns, {} bytes per step (at most 40)", size as f64 / 1000.0);
         assert!(size <= 40_000, "{size} bytes");
     }
 }

@@ -1,6 +1,6 @@
-//! The truck of seed 004: the golden text, every compiler without a warning, and the sizes that are promised.
+//! The truck of seed 004: the golden text, every compiler without a warning, and the promised sizes.
 
-#![allow(clippy::print_stdout, reason = "tests say what they measured")]
+#![allow(clippy::print_stdout, reason = "tests report what they measured")]
 
 use grafsynth_backend_c::{Io, Options, emit};
 
@@ -31,7 +31,7 @@ fn the_truck_compiles_everywhere_and_is_small() {
     ] {
         if have(compiler) {
             let size = text_size(&folder, "truck.c", compiler, flags);
-            println!("truck: {compiler} -Os: {size} bytes of {most}");
+            println!("truck: {compiler} -Os: {size} bytes (at most {most})");
             assert!(size <= most, "{compiler}: {size} bytes");
         }
     }
@@ -48,7 +48,7 @@ fn odd_charts_compile_everywhere_too() {
         [(3, Style::Auto, Io::Members), (4, Style::Bits, Io::Words), (11, Style::Auto, Io::Words)]
     {
         let (net, facts) = random_net("int", seed, flavour);
-        // Functions of one transition each, and callbacks: the most that can be wrong with parameters.
+        // Functions of one transition each, and callbacks: the largest number of parameters that could be wrong.
         let options =
             Options { style, io, callbacks: true, max_transitions: 1, ..Options::default() };
         let package = emit(&net, &facts, &options).expect("it can be emitted");

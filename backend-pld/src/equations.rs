@@ -1,8 +1,8 @@
-//! Equations: a circuit with all decisions taken that a PAL needs, ready to be printed in any of the equation languages.
+//! Equations: a circuit after all decisions for a PAL, ready to be printed in any of the equation languages.
 //!
 //! # Power-up
-//! All internal flip-flops of these devices wake at 0. What the *signal* is then depends on the device ([`crate::device::PowerUp`]), so the form of
-//! each registered equation follows from the signal's first value:
+//! All internal flip-flops of these devices are 0 after power-up. The value of the *signal* then depends on the device ([`crate::device::PowerUp`]), so the
+//! form of each registered equation follows from the signal's initial value:
 //!
 //! ```text
 //!                      first value 0          first value 1
@@ -17,38 +17,38 @@ use grafsynth_ir::logic::{FlopId, Logic, PinInputId, PinOutputId, PinRole};
 use grafsynth_ir::names::{Namer, is_unseen};
 use grafsynth_ir::net::Meta;
 
-/// Names a signal of [`Equations`].
+/// The index of a signal of [`Equations`].
 pub type SignalIndex = usize;
 
 /// A whole design.
 #[derive(Debug)]
 pub struct Equations {
-    /// The chart's name, fit for the language.
+    /// The chart's name as an identifier of the language.
     pub title: String,
     /// The device.
     pub device: &'static Device,
-    /// Comment lines for the head.
+    /// Comment lines for the header.
     pub head: Vec<String>,
     /// All signals: the clock, inputs, flip-flops, outputs.
     pub signals: Vec<Signal>,
     /// One for each flip-flop and output.
     pub equations: Vec<Equation>,
-    /// Pins are numbered.
+    /// The pins are assigned.
     pub has_pins: bool,
     /// The longest chain of buried nodes; 0 if there are none.
     pub depth: usize,
-    /// What the device lacks, where pins were left open for that.
+    /// What the device lacks, if pins were left open for that reason.
     pub lacks: Vec<String>,
     /// Inputs and outputs whose pins are not in the order of declarations.
     pub moved: Vec<MovedPin>,
 }
 
-/// Something with a name, and with a pin where the design fits.
+/// A named signal, with a pin if the design fits.
 #[derive(Debug)]
 pub struct Signal {
     /// Its name in the text.
     pub name: String,
-    /// What it stands for.
+    /// What it represents.
     pub source: Source,
     /// Its pin.
     pub pin: Option<u32>,
@@ -56,13 +56,13 @@ pub struct Signal {
     pub is_pin_inverted: bool,
     /// It is the complement of its flip-flop.
     pub is_complement: bool,
-    /// An output without a macrocell of its own: the flip-flop's signal whose name and pin it has.
+    /// An output without its own macrocell: the flip-flop signal whose name and pin it shares.
     pub shared: Option<SignalIndex>,
-    /// Label, tags and place.
+    /// Label, tags and location.
     pub meta: Meta,
 }
 
-/// What a [`Signal`] stands for.
+/// What a [`Signal`] represents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// The clock.
@@ -73,7 +73,7 @@ pub enum Source {
     Flop(FlopId),
     /// An output.
     Output(PinOutputId),
-    /// A part of a function that is too wide for one sum, by its place among them.
+    /// A part of a function that is too wide for one sum, by its index.
     Buried(usize),
 }
 
@@ -84,18 +84,18 @@ pub struct Equation {
     pub signal: SignalIndex,
     /// The sum gives the signal's complement.
     pub is_complemented: bool,
-    /// Clocked.
+    /// It is clocked.
     pub is_registered: bool,
     /// Sum of products; a product without literals is always true.
     pub products: Vec<Vec<(SignalIndex, bool)>>,
-    /// What the flip-flop does with the sum, where it is clocked.
+    /// The kind of the flip-flop, if it is clocked.
     pub flip_flop: FlipFlop,
     /// A product that inverts the sum while it is true.
     pub inverter: Option<Vec<(SignalIndex, bool)>>,
 }
 
 impl Equation {
-    /// The product terms of the macrocell that it takes.
+    /// The number of product terms that it needs in its macrocell.
     #[must_use]
     pub fn n_terms(&self) -> usize {
         self.products.len() + self.inverter.iter().count()
@@ -116,7 +116,7 @@ impl Equations {
                     Source::Output(id) => Object::Output(logic.outputs[id].clone()),
                     Source::Buried(_) => Object::Buried,
                 };
-                // What is read back is the level at the pin.
+                // The text that is read back describes the level at the pin.
                 let is_complement = signal.is_pin_inverted != signal.is_complement;
                 Named { name: signal.name.clone(), pin: signal.pin, object, is_complement }
             })
@@ -130,7 +130,7 @@ impl Equations {
     }
 }
 
-/// A stored output and its memory have one name in the chart; the memory then ends in `q`.
+/// A stored output and its memory have one name in the chart; the memory gets the suffix `q`.
 pub(crate) fn register_name(namer: &mut Namer, name: &str) -> String {
     if namer.is_taken(name) { namer.name_with_suffix(name, "_q") } else { namer.name(name) }
 }
@@ -141,28 +141,28 @@ pub(crate) fn source_name(logic: &Logic, source: Source) -> &str {
         Source::Input(id) => &logic.inputs[id].name,
         Source::Flop(id) => &logic.flops[id].name,
         Source::Output(id) => &logic.outputs[id].name,
-        // It is named by us, so nobody knows it by another name than the one printed.
+        // The name was generated, so only the printed name exists.
         Source::Buried(_) => "",
     }
 }
 
-/// Names by which a clock without a pin number is known where a text declares none. Ours is the first that the circuit leaves free.
+/// Names of a clock without a pin number in texts that do not declare a clock. We use the first that is free in the circuit.
 pub(crate) const CLOCK_NAMES: [&str; 3] = ["clk", "clock", "ck"];
 
 pub(crate) fn source_matches(logic: &Logic, source: Source, name: &str) -> bool {
     (source == Source::Clock && name == "clk") || source_name(logic, source) == name
 }
 
-/// A line for the head of a circuit whose reactions may take several clocks.
+/// A header line for a circuit whose reactions may take several clocks.
 pub(crate) fn busy_note(logic: &Logic) -> Option<String> {
     let busy = logic.outputs.values().find(|output| output.role == PinRole::Busy)?;
     Some(format!(
-        "one micro-step a clock: inputs are taken on a clock with {0} low, outputs hold until {0} is low again",
+        "one micro-step per clock: inputs are read on a clock with {0} low, outputs are held until {0} is low again",
         busy.name
     ))
 }
 
-/// A text fit for a comment of one line in every language here.
+/// Text that is safe in a one-line comment of every language here.
 pub(crate) fn one_line(text: &str) -> String {
     let text: String = text.chars().map(|c| if is_unseen(c) { ' ' } else { c }).collect();
     text.replace("*/", "* /")

@@ -1,7 +1,7 @@
-//! iCE40: which pins a package has, and the constraints that give them to signals.
+//! iCE40: the pins of each package, and the constraints that assign them to signals.
 //!
-//! Synthesis, placement and the bitstream are the work of yosys, nextpnr and icepack; what comes out is read back and proved like any other text. The
-//! pins are those of Project `IceStorm`'s tables (read); registers wake at 0, and yosys inverts those that must wake at 1.
+//! Synthesis, placement and the bitstream are done by yosys, nextpnr and icepack; the result is read back and proved like any other text. The
+//! pins are from the tables of Project `IceStorm` (read); registers are 0 after power-up, and yosys inverts those that must start at 1.
 
 use crate::codes;
 use crate::{Emitted, Object};
@@ -15,9 +15,9 @@ pub struct Package {
     pub name: &'static str,
     /// The device, as an option of nextpnr-ice40.
     pub device: &'static str,
-    /// The package, in the tools' word.
+    /// The package name for the tools.
     pub package: &'static str,
-    /// Pins that signals can have; the rest is supply, configuration or not bonded.
+    /// Pins that signals can use; the others are for supply or configuration, or not bonded.
     pub pins: &'static [u32],
 }
 
@@ -58,7 +58,7 @@ pub const PACKAGES: &[Package] = &[
 ];
 
 impl Package {
-    /// The package of this name; letter case does not matter. None names the default.
+    /// The package with this name; not case-sensitive. `None` selects the default.
     #[must_use]
     pub fn find(name: Option<&str>) -> Option<&'static Package> {
         match name {
@@ -68,10 +68,10 @@ impl Package {
     }
 }
 
-/// The constraints (`.pcf`): a pin for each signal, as the board says, else the first that is free.
+/// The constraints (`.pcf`): a pin for each signal, as requested, or else the first free one.
 ///
 /// # Errors
-/// Pins that the package does not have, or that two signals want; signals that do not exist; more signals than pins.
+/// Pins that the package does not have, or that two signals request; signals that do not exist; more signals than pins.
 pub fn constraints(
     emitted: &Emitted,
     package: &Package,
@@ -99,9 +99,8 @@ pub fn constraints(
             source.eq_ignore_ascii_case(name) || text.eq_ignore_ascii_case(name)
         };
         let Some(at) = signals.iter().position(is_named) else {
-            let message = format!(
-                "the board gives pin {pin} to `{name}`, and the circuit has no such signal"
-            );
+            let message =
+                format!("pin {pin} is assigned to `{name}`, but the circuit has no such signal");
             let near = nearest(name, signals.iter().map(|(_, source)| source.as_str()));
             let finding = Diagnostic::error(codes::BAD_PIN, message);
             findings.push(match near {
@@ -117,10 +116,10 @@ pub fn constraints(
                 package.pins.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")
             )));
         } else if !taken.insert(*pin) {
-            let message = format!("pin {pin} is given to `{name}` and to another signal");
+            let message = format!("pin {pin} is assigned to `{name}` and to another signal");
             findings.push(
                 Diagnostic::error(codes::BAD_PIN, message)
-                    .help("give each signal a pin of its own"),
+                    .help("assign a separate pin to each signal"),
             );
         } else {
             pins[at] = Some(*pin);
@@ -141,7 +140,7 @@ pub fn constraints(
         );
         findings.push(
             Diagnostic::error(codes::DOES_NOT_FIT, message)
-                .help("name a larger package with `--device`, or build `verilog` for any FPGA"),
+                .help("select a larger package with `--device`, or build `verilog` for any FPGA"),
         );
     }
     if !findings.is_empty() {

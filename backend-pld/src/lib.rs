@@ -1,12 +1,12 @@
-//! Logic to equations and Verilog, and back.
+//! Converts logic to equations and Verilog, and back.
 //!
 //! ```text
 //! Logic ── equations::Equations (names, polarity, products, pins) ──► PALASM  CUPL  GALasm
 //!   │  └── netlist::Netlist (names, what becomes a wire) ───────────► Verilog  BLIF
 //!   └────────────── read ◄───────────────────────────────────────────┘ (all five)
 //! ```
-//! All decisions are taken before a writer runs; a writer only prints. What a reader gives back has names but no roles: [`rebind`] puts those of the
-//! emitted circuit back, so that it can be proved equal to the net.
+//! All decisions are made before a writer runs; a writer only prints. The result of a reader has names but no roles: [`rebind`] restores those of the
+//! emitted circuit, so that it can be proved equal to the net.
 //!
 //! ```
 //! use grafsynth_backend_pld::{Dialect, EmitOptions, emit, read, rebind};
@@ -68,7 +68,7 @@ pub enum Dialect {
 }
 
 impl Dialect {
-    /// All of them.
+    /// All languages.
     pub const ALL: [Dialect; 5] =
         [Dialect::Palasm, Dialect::Cupl, Dialect::Galasm, Dialect::Verilog, Dialect::Blif];
 
@@ -84,7 +84,7 @@ impl Dialect {
         }
     }
 
-    /// How an equation of the language makes this signal a register.
+    /// How a register is written in equations of the language.
     pub(crate) fn register(self, name: &str) -> String {
         match self {
             Dialect::Palasm => format!("`{name} := ..`"),
@@ -95,7 +95,7 @@ impl Dialect {
         }
     }
 
-    /// The usual extension of its files, without the dot.
+    /// The usual file extension, without the dot.
     #[must_use]
     pub fn extension(self) -> &'static str {
         match self {
@@ -107,53 +107,53 @@ impl Dialect {
     }
 }
 
-/// What the caller may choose.
+/// The options of the writers.
 #[derive(Debug, Clone, Default)]
 pub struct EmitOptions {
-    /// The device's name, such as `gal22v10`; none takes the default and says so in the text.
+    /// The device's name, such as `gal22v10`; `None` uses the default and states that in the text.
     pub device: Option<String>,
-    /// Pin numbers by the source's names; the clock is `clock` or `clk`. Signals without a number get one where the design fits the device.
+    /// Pin numbers by the source's names; the clock is `clock` or `clk`. Signals without a number get one if the design fits the device.
     pub pins: Vec<(String, u32)>,
-    /// Pins of an earlier build by the names in its text: signals stay where they were as far as that is still possible.
+    /// Pins of an earlier build by the names in its text: signals keep their pins if that is still possible.
     pub keep: Vec<(String, u32)>,
     /// Test vectors: the SIMULATION section of PALASM, the test bench of Verilog.
     pub vectors: Option<Vectors>,
-    /// Verilog: a reset input beside the initial values.
+    /// Verilog: a reset input in addition to the initial values.
     pub reset: Option<Reset>,
-    /// Use [`Logic::never`] to make sums smaller: the text then behaves otherwise where the chart's assumptions are broken.
+    /// Use [`Logic::never`] to minimise sums further: if the chart's assumptions are violated, the text then behaves differently.
     pub dont_cares: bool,
-    /// What the minimiser may spend on one function.
+    /// The effort limit of the minimiser for one function.
     pub budget: Budget,
-    /// Lines for the head of the text, such as the transitions of the chart.
+    /// Lines for the header of the text, such as the transitions of the chart.
     pub notes: Vec<String>,
 }
 
 /// A reset input, active high.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Reset {
-    /// Its name, made fit for the language.
+    /// Its name, converted to an identifier of the language.
     pub name: String,
-    /// When it acts.
+    /// How it acts.
     pub style: ResetStyle,
 }
 
-/// When a reset acts.
+/// How a reset acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ResetStyle {
-    /// At the next clock.
+    /// At the next clock edge.
     Synchronous,
     /// At once, without a clock.
     Asynchronous,
 }
 
-/// A text with what it was made from.
+/// A text with its origins.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Emitted {
     /// The language.
     pub dialect: Dialect,
     /// The text.
     pub text: String,
-    /// A self-checking test bench in the same language, where one was asked for.
+    /// A self-checking test bench in the same language, if requested.
     pub bench: Option<String>,
     /// The name given to each pin and flip-flop.
     pub names: Vec<Named>,
@@ -163,37 +163,37 @@ pub struct Emitted {
     pub map: Vec<MapLine>,
 }
 
-/// A name in the text and what it stands for.
+/// A name in the text and the object that it represents.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Named {
     /// The name as printed.
     pub name: String,
     /// The pin number, if it has one.
     pub pin: Option<u32>,
-    /// The thing itself.
+    /// The object.
     pub object: Object,
-    /// The pin of this flip-flop shows its complement: because it wakes with the other value, or because the pin is an output that is the complement.
+    /// The pin of this flip-flop shows its complement, because its power-up value is the other one or because the pin is an output that is the complement.
     pub is_complement: bool,
 }
 
-/// What a name stands for.
+/// What a name represents.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Object {
     /// The clock.
     Clock,
-    /// The reset that the text has beside the circuit.
+    /// The reset that the text has in addition to the circuit.
     Reset,
     /// An input bit.
     Input(grafsynth_ir::logic::PinInput),
-    /// A flip-flop; its `next` means nothing here.
+    /// A flip-flop; its `next` is not meaningful here.
     Flop(grafsynth_ir::logic::Flop),
-    /// An output bit; its `value` means nothing here.
+    /// An output bit; its `value` is not meaningful here.
     Output(grafsynth_ir::logic::PinOutput),
-    /// A part of a function that is too wide for one sum: a signal of the text alone.
+    /// A part of a function that is too wide for one sum: a signal of the text only.
     Buried,
 }
 
-/// One line of the text and the place it comes from.
+/// One line of the text and its origin.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MapLine {
     /// The line, from 1.
@@ -209,7 +209,7 @@ pub struct MapLine {
 /// Writes a circuit in one of the languages.
 ///
 /// # Errors
-/// What the language or the device cannot take, each with the signal and the numbers.
+/// Everything that the language or the device does not support, each with the signal and the numbers.
 pub fn emit(
     logic: &Logic,
     dialect: Dialect,
@@ -223,12 +223,12 @@ pub fn emit(
             if logic.outputs.is_empty() && logic.flops.is_empty() =>
         {
             let message = format!(
-                "`{}` has no output and no flip-flop: there is no equation to write in {}",
+                "`{}` has no output and no flip-flop, so there is no equation to write in {}",
                 logic.name.text,
                 dialect.name()
             );
             let diagnostic = Diagnostic::error(codes::NO_EQUATION, message)
-                .help("give the design an output; Verilog and BLIF take a design without one");
+                .help("add an output to the design; Verilog and BLIF support a design without one");
             Err(vec![diagnostic])
         }
         Dialect::Palasm | Dialect::Cupl | Dialect::Galasm => {
@@ -269,7 +269,7 @@ pub fn emit(
     }
 }
 
-/// What the device of these options lacks for a circuit, whatever its sums are: seen by counting, at no cost. None where that shows nothing.
+/// What the device of these options lacks for a circuit, whatever its sums are: found by counting, which is fast. `None` if counting finds nothing.
 #[must_use]
 pub fn too_small(logic: &Logic, options: &EmitOptions) -> Option<String> {
     let device = match options.device.as_deref() {
@@ -279,9 +279,9 @@ pub fn too_small(logic: &Logic, options: &EmitOptions) -> Option<String> {
     fit::lacks(logic, device, options)
 }
 
-/// Reads a circuit. Pins and flip-flops come without roles; power-up values follow from the device's rules where the language does not say them.
+/// Reads a circuit. Pins and flip-flops have no roles; power-up values follow from the device's rules if the language does not state them.
 ///
-/// All findings of the text come at once; where one of them is an error there is no circuit.
+/// All findings of the text are reported at once; if one of them is an error, there is no circuit.
 #[must_use]
 pub fn read(dialect: Dialect, file: FileId, text: &str) -> (Option<Logic>, Vec<Diagnostic>) {
     let mut said = read::read(dialect, file, text);
@@ -289,7 +289,7 @@ pub fn read(dialect: Dialect, file: FileId, text: &str) -> (Option<Logic>, Vec<D
     (said.logic, said.findings)
 }
 
-/// Reads a text with everything that it says: the circuit, and the macrocells of a device as written.
+/// Reads the full contents of a text: the circuit, and the macrocells of a device as written.
 #[must_use]
 pub fn read_text(dialect: Dialect, file: FileId, text: &str) -> read::Text {
     read::read(dialect, file, text)

@@ -1,4 +1,4 @@
-//! A circuit ready for a multi-level language: names, and which functions in between become wires.
+//! A circuit prepared for a multi-level language: names, and the internal functions that become wires.
 
 use crate::equations::{busy_note, one_line, register_name};
 use crate::{Dialect, EmitOptions, Named, Object, Reset};
@@ -8,7 +8,7 @@ use grafsynth_ir::names::{BLIF, Namer, VERILOG};
 use grafsynth_ir::net::Meta;
 use grafsynth_logic::build::{for_each_operand, needed};
 
-/// A function that is nested deeper than this inside an expression becomes a wire of its own.
+/// A function that is nested deeper than this inside an expression becomes a separate wire.
 const MAX_DEPTH: u32 = 6;
 
 /// The name of each function that becomes a wire.
@@ -19,11 +19,11 @@ pub type WireNames = IdMap<Node, Option<String>>;
 pub struct Netlist {
     /// The module's name.
     pub title: String,
-    /// Comment lines for the head.
+    /// Comment lines for the header.
     pub head: Vec<String>,
-    /// The clock, where there is a register.
+    /// The clock, if there is a register.
     pub clock: Option<String>,
-    /// The reset, where one was asked for and there is a register.
+    /// The reset, if one was requested and there is a register.
     pub reset: Option<Reset>,
     /// Names of the inputs.
     pub inputs: IdMap<PinInput, String>,
@@ -33,12 +33,12 @@ pub struct Netlist {
     pub outputs: IdMap<PinOutput, String>,
     /// Names of the functions that become wires.
     pub wires: WireNames,
-    /// What the named ones among them stand for.
+    /// The origins of the named wires.
     pub meta: Vec<(NodeId, Meta)>,
 }
 
 impl Netlist {
-    /// Takes all decisions; the cost is linear in the circuit but for the search of names.
+    /// Makes all decisions in linear time, except for the search for names.
     #[must_use]
     pub fn new(logic: &Logic, dialect: Dialect, options: &EmitOptions) -> Self {
         let is_blif = dialect == Dialect::Blif;
@@ -113,7 +113,7 @@ impl Netlist {
     }
 }
 
-/// A function becomes a wire if it has a name, if several need it, or if it lies deep inside an expression; in BLIF every gate does.
+/// A function becomes a wire if it has a name, if several functions use it, or if it is deep inside an expression; in BLIF every gate does.
 fn choose_wires(
     logic: &Logic,
     is_blif: bool,
@@ -130,7 +130,7 @@ fn choose_wires(
         Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => true,
         Node::Const(_) | Node::Input(_) | Node::Flop(_) | Node::Not(_) => false,
     };
-    // A negation is printed where it is used, so it hands its uses on.
+    // A negation is printed where it is used, so it passes on its uses.
     let mut uses: IdMap<Node, u32> = IdMap::filled(&logic.nodes, 0);
     for (root, _) in roots() {
         uses[root] += 1;
@@ -163,7 +163,7 @@ fn choose_wires(
         }
         depth[id] = if is_wire[id] { 0 } else { below + u32::from(is_gate(id)) };
     }
-    // A wire without a name of its own is called after what needs it: the function of a pin is `next_p2` or `R_d`, its parts have numbers.
+    // A wire without its own name is named after its user: the function of a pin is `next_p2` or `R_d`, its parts are numbered.
     let mut owner: IdMap<Node, Option<u32>> = IdMap::filled(&logic.nodes, None);
     let mut owners: Vec<(String, u32)> = Vec::new();
     for (root, name) in roots() {

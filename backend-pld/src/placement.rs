@@ -1,12 +1,12 @@
-//! A design of which every function sits in a macrocell of a device: what the fuse mapper burns, and what the decoder gives back.
+//! A design in which every function is assigned to a macrocell of a device: the input of the fuse mapper, and the result of the decoder.
 //!
 //! ```text
 //! equations ── fit ──► Placement ── fuse::map ──► FuseMap ── jedec::write ──► .jed
 //!                          ▲                         │
 //!                          └────── fuse::decode ◄────┘
 //! ```
-//! Literals speak of levels on pins, never of array columns: `(14, true)` is true while the level that is read at pin 14, or fed back from its
-//! macrocell, is high. Which column that is, and whether the device feeds back Q or its complement, is the mapper's business.
+//! Literals refer to levels on pins, never to array columns: `(14, true)` is true while the level that is read at pin 14, or fed back from its
+//! macrocell, is high. The mapper determines the column, and whether the device feeds back Q or its complement.
 
 use crate::MovedPin;
 use crate::device::Device;
@@ -20,23 +20,23 @@ pub struct Placement {
     pub part: Option<&'static str>,
     /// A line for the head of a file; may be empty.
     pub title: String,
-    /// The user's electronic signature, at most eight bytes; what is missing is zero.
+    /// The user's electronic signature, at most eight bytes, padded with zeros.
     pub signature: Vec<u8>,
-    /// The names of the pins that have one, in order of their numbers.
+    /// The names of the pins that have one, in order of pin numbers.
     pub pins: Vec<PinName>,
-    /// The macrocells in use, in any order, at most one of each pin. A macrocell that is missing is a plain input or idle.
+    /// The macrocells in use, in any order, at most one for each pin. A missing macrocell is a plain input or idle.
     pub cells: Vec<Cell>,
-    /// While it is true, all registers are cleared at once. Only where the device has it.
+    /// While it is true, all registers are cleared asynchronously; only if the device supports it.
     pub async_reset: Option<Product>,
-    /// All registers are set at the clock while it is true. Only where the device has it.
+    /// All registers are set at the clock edge while it is true; only if the device supports it.
     pub sync_preset: Option<Product>,
-    /// The device cannot be read out after it was burned.
+    /// The device cannot be read out after it was programmed.
     pub is_secured: bool,
     /// Inputs and outputs whose pins were chosen out of the order of declarations.
     pub moved: Vec<MovedPin>,
 }
 
-/// A pin and what the user calls it.
+/// A pin and its user-defined name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PinName {
     /// The pin, from 1.
@@ -47,14 +47,14 @@ pub struct PinName {
     pub is_inverted: bool,
 }
 
-/// What a macrocell does with its sum.
+/// How a macrocell uses its sum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum CellKind {
     /// The pin shows the sum.
     Combinational,
-    /// The pin shows a flip-flop that has the sum as D.
+    /// The pin shows a flip-flop with the sum as D.
     Registered,
-    /// The pin shows the sum while [`Cell::enable`] is true, and else is not driven.
+    /// The pin shows the sum while [`Cell::enable`] is true, otherwise it is not driven.
     Tristate,
 }
 
@@ -63,23 +63,23 @@ pub enum CellKind {
 pub struct Cell {
     /// Its pin.
     pub pin: u32,
-    /// What it does with the sum.
+    /// How it uses the sum.
     pub kind: CellKind,
-    /// The sum gives the complement of what the pin shows.
+    /// The sum gives the complement of the pin's value.
     pub is_active_low: bool,
-    /// True when one of the products is; no products: never.
+    /// True if one of the products is true; without products, never true.
     pub sum: Vec<Product>,
-    /// The pin is driven while it is true; none: always, or as the device's own enable pin says for registers of those that have one.
+    /// The pin is driven while it is true; `None`: always, or for registers, as controlled by the device's enable pin if it has one.
     pub enable: Option<Product>,
-    /// The clock of this flip-flop, on devices where each has its own.
+    /// The clock of this flip-flop, on devices with individual clocks.
     pub clock: Option<Product>,
-    /// Sets the flip-flop at once, on devices where each has its own.
+    /// Sets the flip-flop asynchronously, on devices with individual sets.
     pub set: Option<Product>,
-    /// Clears the flip-flop at once, on devices where each has its own.
+    /// Clears the flip-flop asynchronously, on devices with individual resets.
     pub reset: Option<Product>,
 }
 
-/// A conjunction of literals over pins: `(pin, true)` is the level that is read at or fed back from this pin. No literals: always true.
+/// A conjunction of literals over pins: `(pin, true)` is the level that is read at or fed back from this pin. Without literals, it is always true.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Product(pub Vec<(u32, bool)>);
 
@@ -107,8 +107,8 @@ impl Placement {
         self.cells.iter().find(|cell| cell.pin == pin)
     }
 
-    /// How often a signal goes through the array between two clocks beyond the first time: the longest chain of combinational macrocells that are read.
-    /// Levels that go in circles are counted once.
+    /// How often a signal passes through the array between two clocks, beyond the first time: the longest chain of combinational macrocells that are read.
+    /// Levels in cycles are counted once.
     #[must_use]
     pub fn n_passes(&self) -> usize {
         let gates: Vec<&Cell> =
@@ -130,13 +130,13 @@ impl Placement {
         (0..gates.len()).map(of).max().unwrap_or(0)
     }
 
-    /// What the user calls a pin, if it has a name.
+    /// The user-defined name of a pin, if it has one.
     #[must_use]
     pub fn name(&self, pin: u32) -> Option<&str> {
         self.pins.iter().find(|named| named.pin == pin).map(|named| named.name.as_str())
     }
 
-    /// All products, those of enables, clocks, sets and resets too.
+    /// All products, including those of enables, clocks, sets and resets.
     pub fn products(&self) -> impl Iterator<Item = &Product> {
         let cells = self.cells.iter().flat_map(|cell| {
             let own = [&cell.enable, &cell.clock, &cell.set, &cell.reset];
@@ -147,7 +147,7 @@ impl Placement {
 }
 
 impl Cell {
-    /// A macrocell of this kind with a sum and nothing else.
+    /// A macrocell of this kind with only a sum.
     #[must_use]
     pub fn new(pin: u32, kind: CellKind, is_active_low: bool, sum: Vec<Product>) -> Self {
         Cell { pin, kind, is_active_low, sum, enable: None, clock: None, set: None, reset: None }
@@ -155,19 +155,19 @@ impl Cell {
 }
 
 impl Product {
-    /// The level that it wants of a pin, if it reads it.
+    /// The level that it requires of a pin, if it reads the pin.
     #[must_use]
     pub fn literal(&self, pin: u32) -> Option<bool> {
         self.0.iter().find(|(known, _)| *known == pin).map(|(_, value)| *value)
     }
 
-    /// True if it wants a level and its complement of one pin.
+    /// True if it requires a level and its complement of one pin.
     #[must_use]
     pub fn is_never(&self) -> bool {
         self.0.iter().any(|&(pin, value)| self.0.contains(&(pin, !value)))
     }
 
-    /// The same with its literals in order, each once.
+    /// The same with sorted literals, each once.
     #[must_use]
     pub fn sorted(mut self) -> Self {
         self.0.sort_unstable();

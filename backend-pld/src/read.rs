@@ -1,7 +1,7 @@
 //! The readers.
 //!
-//! Each language has a parser that fills a `draft::Draft`: signals by name, and for each a function or a register. `Draft::finish` makes a
-//! circuit of it. Parsers go on after an error and report all of them; they hold one token at a time, so memory stays near the size of the text, and
+//! Each language has a parser that fills a `draft::Draft`: signals by name, and for each a function or a register. `Draft::finish` converts it to a
+//! circuit. Parsers continue after an error and report all errors; they hold one token at a time, so memory stays near the size of the text, and
 //! nesting is bounded.
 
 mod blif;
@@ -24,24 +24,24 @@ use grafsynth_ir::diag::{Diagnostic, any_error};
 use grafsynth_ir::logic::Logic;
 use grafsynth_ir::span::{FileId, Span};
 
-/// The largest text, in bytes.
+/// The maximum size of a text, in bytes.
 const MAX_BYTES: usize = 64 << 20;
-/// Parentheses deeper than this are refused.
+/// The maximum nesting depth of parentheses.
 pub(crate) const MAX_NESTING: u32 = 256;
 /// A reader stops after this many findings.
 const MAX_FINDINGS: usize = 1000;
 
-/// What a text of logic says.
+/// The contents of a text of logic.
 #[derive(Debug, Clone)]
 pub struct Text {
-    /// The circuit, if nothing is wrong and one clock drives it all.
+    /// The circuit, if there is no error and it has a single clock.
     pub logic: Option<Logic>,
-    /// What of the text a circuit with one clock cannot say (errors: there is no [`Text::logic`] then) or says in a simpler sense (warnings). A device
-    /// may hold it all the same.
+    /// The parts of the text that a single-clock circuit cannot express (errors: [`Text::logic`] is then `None`) or expresses in a simplified form
+    /// (warnings). A device may support them anyway.
     pub beyond: Vec<Diagnostic>,
-    /// The macrocells as written, or why the text does not say which fuses to burn.
+    /// The macrocells as written, or why the text does not define fuses.
     pub placement: Result<Placement, Vec<Diagnostic>>,
-    /// What is wrong with the text itself.
+    /// The findings about the text itself.
     pub findings: Vec<Diagnostic>,
 }
 
@@ -53,8 +53,7 @@ impl Text {
 
 pub(crate) fn read(dialect: Dialect, file: FileId, text: &str) -> Text {
     if text.len() > MAX_BYTES {
-        let message =
-            format!("the text has {} bytes, and at most {MAX_BYTES} are read", text.len());
+        let message = format!("the text has {} bytes; the limit is {MAX_BYTES}", text.len());
         return Text::nothing(vec![
             Diagnostic::error(codes::TOO_LONG, message).at(Span::new(file, 0, 0), "this file"),
         ]);

@@ -1,4 +1,4 @@
-//! Putting the roles back on a circuit that was read.
+//! Restores the roles of a circuit that was read.
 
 use crate::codes;
 use crate::{Dialect, Emitted, Object};
@@ -8,11 +8,11 @@ use grafsynth_ir::logic::{FlopId, Logic, Node, NodeId, PinInput, PinOutput, PinR
 use grafsynth_logic::build::{Builder, map_operands, prune};
 use std::collections::BTreeMap;
 
-/// Gives a circuit that was read back the roles of the one that was written: by name, each input, flip-flop and output becomes what it was, in the
-/// order it was, with label, tags and place. What the text itself says is kept: functions, and the values after power-up. A pin that the text has and
-/// nobody wrote stays with an unknown role.
+/// Gives a circuit that was read back the roles of the circuit that was written: by name, each input, flip-flop and output becomes the original object, in the
+/// original order, with label, tags and location. The functions and power-up values of the text are kept. A pin of the text that
+/// was not written keeps an unknown role.
 ///
-/// Gives a finding for each signal that is missing; the circuit is then incomplete and proves nothing.
+/// Returns a finding for each signal that is missing; the circuit is then incomplete and proves nothing.
 #[must_use]
 pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
     let mut findings = Vec::new();
@@ -29,10 +29,10 @@ pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
     let find_outputs: BTreeMap<String, _> =
         read.outputs.iter().map(|(id, output)| (key(&output.name), id)).collect();
     let mut missing = |name: &str| {
-        let message = format!("`{name}` was written and is not in the text that was read back");
+        let message = format!("`{name}` was written but is missing in the text that was read back");
         findings.push(
             Diagnostic::error(codes::NOT_READ_BACK, message)
-                .help("this is a fault of the tool: please report it with the chart"),
+                .help("this is a bug in grafsynth: please report it with the chart"),
         );
     };
 
@@ -46,7 +46,7 @@ pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
         let name = key(&named.name);
         match &named.object {
             Object::Clock => {}
-            // A pin shows it where it has one; the circuit has no such output.
+            // If it has a pin, the pin shows it; the circuit has no such output.
             Object::Buried => {
                 if let Some(&pin) = find_outputs.get(&name) {
                     is_claimed[pin] = true;
@@ -97,7 +97,7 @@ pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
             },
         }
     }
-    // Registers of outputs have no flip-flop of the state, unless somebody reads them.
+    // Registers of outputs have no state flip-flop, unless something reads them.
     let mut is_read: IdMap<_, bool> = IdMap::filled(&read.flops, false);
     let nodes_in_use =
         grafsynth_logic::build::needed(&read, read.flops.values().map(|flop| flop.next));
@@ -115,7 +115,7 @@ pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
         }
         new.outputs.push(output);
     }
-    // What nobody wrote stays.
+    // Objects that were not written stay.
     for (id, input) in read.inputs.iter() {
         if input_image[id].is_none() {
             input_image[id] = Some(new.inputs.push(input.clone()));
@@ -146,12 +146,12 @@ pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
     findings
 }
 
-/// The same circuit with the complements of these flip-flops in their place.
+/// The same circuit with these flip-flops replaced by their complements.
 fn complemented(logic: Logic, flops: &[FlopId]) -> Logic {
     let mut builder = Builder::default();
     let mut images: IdMap<Node, Option<NodeId>> = IdMap::filled(&logic.nodes, None);
     for (id, node) in logic.nodes.iter() {
-        // A node names only earlier nodes.
+        // A node refers only to earlier nodes.
         let of = |operand: NodeId| images[operand].unwrap_or(operand);
         let image = builder.put(map_operands(node, of));
         let is_complement = matches!(node, Node::Flop(flop) if flops.contains(flop));
@@ -177,7 +177,7 @@ fn complemented(logic: Logic, flops: &[FlopId]) -> Logic {
     new
 }
 
-/// The nodes over the new inputs and flip-flops; a flip-flop that is gone is read by nobody.
+/// The nodes over the new inputs and flip-flops; nothing reads a removed flip-flop.
 fn renumbered(
     read: &Logic,
     inputs: &IdMap<PinInput, Option<Id<PinInput>>>,

@@ -1,7 +1,7 @@
-//! A reset input that a text has beside its circuit, taken out of the circuit that was read back.
+//! Removes a reset input, which a text has in addition to its circuit, from the circuit that was read back.
 //!
-//! The chart knows no reset: it wakes in its initial situation. [`strip`] first sees that with the reset high every register gets its first value
-//! whatever the rest does, and gives the circuit in which the reset is low for ever: that one is proved equal to the chart.
+//! The chart has no reset: it starts in its initial situation. [`strip`] first checks that with the reset high every register gets its initial value
+//! regardless of everything else, and returns the circuit in which the reset is always low: that circuit is proved equal to the chart.
 
 use crate::codes;
 use grafsynth_ir::arena::{Arena, IdMap};
@@ -12,7 +12,7 @@ use grafsynth_logic::build::{Builder, map_operands};
 /// The circuit without its reset inputs.
 ///
 /// # Errors
-/// Registers that the reset does not bring back to their first value.
+/// Registers that the reset does not set to their initial value.
 pub fn strip(logic: Logic) -> Result<Logic, Vec<Diagnostic>> {
     let is_reset = |id: PinInputId| logic.inputs[id].role == PinRole::Reset;
     let Some(reset) = logic.inputs.ids().find(|&id| is_reset(id)) else { return Ok(logic) };
@@ -30,15 +30,15 @@ pub fn strip(logic: Logic) -> Result<Logic, Vec<Diagnostic>> {
     let findings: Vec<Diagnostic> = names
         .map(|register| {
             let message =
-                format!("`{register}` does not get its first value while `{name}` is high");
+                format!("`{register}` does not get its initial value while `{name}` is high");
             Diagnostic::error(codes::NOT_READ_BACK, message)
-                .help("this is a fault of the tool: please report it with the chart")
+                .help("this is a bug in grafsynth: please report it with the chart")
         })
         .collect();
     if findings.is_empty() { Ok(with_reset(&logic, false)) } else { Err(findings) }
 }
 
-/// The circuit with every reset at a constant.
+/// The circuit with every reset set to a constant.
 fn with_reset(logic: &Logic, value: bool) -> Logic {
     let mut inputs = Arena::new();
     let mut moved: IdMap<PinInput, Option<PinInputId>> = IdMap::filled(&logic.inputs, None);
@@ -54,7 +54,7 @@ fn with_reset(logic: &Logic, value: bool) -> Logic {
     for (id, node) in logic.nodes.iter() {
         let of = |id: NodeId| match image[id] {
             Some(new) => new,
-            None => unreachable!("an operand lies before its node"),
+            None => unreachable!("an operand precedes its node"),
         };
         let made = match node {
             Node::Input(input) => match moved[*input] {

@@ -1,11 +1,11 @@
-//! Synchronisers: flip-flops between a pin and the circuit, so that an input that changes at any time is seen by all functions alike.
+//! Synchronisers: flip-flops between a pin and the circuit, so that all functions see the same value of an asynchronous input.
 //!
 //! ```text
 //! pin m ──► m_sync ──► (m_sync_2) ──► everything that read m
 //! ```
-//! The law of docs/semantics.md §9 stays: a row of a trace names what leaves the synchroniser, so the delay lies outside the chart. [`add`] puts the
-//! flip-flops in before a text is written; [`strip`] takes them out of the circuit that was read back, after it has seen that each of them
-//! does nothing but hand its pin on. What is left is the circuit of the chart, and is proved equal to it.
+//! The rule of docs/semantics.md §9 still applies: a row of a trace contains the outputs of the synchronisers, so their delay is outside the chart. [`add`]
+//! inserts the flip-flops before a text is written; [`strip`] removes them from the circuit that was read back, after it has checked that each of them
+//! only passes on its pin. The remaining circuit is that of the chart, and is proved equal to it.
 
 use crate::codes;
 use crate::vectors::Vectors;
@@ -15,18 +15,18 @@ use grafsynth_ir::logic::{Flop, FlopId, Logic, Node, PinInput, PinInputId};
 use grafsynth_ir::net::Meta;
 use grafsynth_logic::build::{needed, prune, roots};
 
-/// The flip-flops behind one input bit.
+/// The flip-flops after one input bit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Chain {
     /// The pin.
     pub input: PinInputId,
-    /// From the pin inwards; at least one.
+    /// From the pin inwards; at least one flip-flop.
     pub flops: Vec<FlopId>,
 }
 
-/// Puts `stages` flip-flops behind each input bit for which `wakes_as` gives a value; that value is what they hold after power-up.
+/// Inserts `stages` flip-flops after each input bit for which `wakes_as` returns a value; that value is their power-up value.
 ///
-/// They stand behind all other flip-flops, in the order of the pins. Without stages there are no chains, and nothing changes.
+/// They follow all other flip-flops, in the order of the pins. Without stages there are no chains, and nothing changes.
 #[must_use]
 pub fn add(
     mut logic: Logic,
@@ -68,19 +68,19 @@ pub fn add(
     (prune(logic), chains)
 }
 
-/// Takes the chains out of a circuit that was read back.
+/// Removes the chains from a circuit that was read back.
 ///
 /// # Errors
-/// A chain that does more or less than to hand its pin on: its flip-flops hold something else, or something else reads what lies before its end.
+/// A chain that does not just pass on its pin: its flip-flops have other functions, or something reads the chain before its end.
 pub fn strip(mut logic: Logic, chains: &[Chain]) -> Result<Logic, Vec<Diagnostic>> {
     let findings: Vec<Diagnostic> = chains
         .iter()
         .filter(|chain| !is_chain(&logic, chain))
         .map(|chain| {
             let pin = &logic.inputs[chain.input].name;
-            let message = format!("the synchroniser of `{pin}` was written and reads otherwise");
+            let message = format!("the synchroniser of `{pin}` reads back differently");
             Diagnostic::error(codes::NOT_READ_BACK, message)
-                .help("this is a fault of the tool: please report it with the chart")
+                .help("this is a bug in grafsynth: please report it with the chart")
         })
         .collect();
     if !findings.is_empty() {
@@ -112,7 +112,7 @@ pub fn strip(mut logic: Logic, chains: &[Chain]) -> Result<Logic, Vec<Diagnostic
     Ok(prune(logic))
 }
 
-/// Whether each flip-flop holds what the one before it held, and nothing else reads the pin or what lies before the end.
+/// Whether each flip-flop stores the value of the one before it, and nothing else reads the pin or the chain before its end.
 fn is_chain(logic: &Logic, chain: &Chain) -> bool {
     let Some((last, inner)) = chain.flops.split_last() else { return false };
     let mut source = Node::Input(chain.input);
@@ -122,7 +122,7 @@ fn is_chain(logic: &Logic, chain: &Chain) -> bool {
         }
         source = Node::Flop(flop);
     }
-    // Only the next stage may need what is not the end.
+    // Only the next stage may read a stage before the end.
     let roots = roots(logic).zip(own_roots(logic, chain)).filter(|(_, is_own)| !is_own);
     let needed = needed(logic, roots.map(|(root, _)| root));
     logic.nodes.iter().all(|(id, node)| match node {
@@ -137,22 +137,22 @@ fn is_chain(logic: &Logic, chain: &Chain) -> bool {
     })
 }
 
-/// For each root, in the order of [`roots`]: it is the D function of a flip-flop of the chain.
+/// For each root, in the order of [`roots`]: whether it is the D function of a flip-flop of the chain.
 fn own_roots(logic: &Logic, chain: &Chain) -> impl Iterator<Item = bool> {
     logic.flops.ids().map(|id| chain.flops.contains(&id)).chain(std::iter::repeat(false))
 }
 
-/// The vectors of the circuit with chains, from those of the circuit without: `vectors` begins with as many rows as there are stages in which
-/// nothing happens, and the pins of the chains show each row so many clocks earlier.
+/// The vectors of the circuit with chains, from those of the circuit without: `vectors` begins with as many idle rows as there are stages,
+/// and the pins of the chains show each row that many clocks earlier.
 ///
-/// What a pin shows that reads a synchronised input without a register is checked only while that input stays as it is: the chain moves on with the
+/// An output that reads a synchronised input without a register is checked only while that input does not change: the chain advances with the
 /// same clock.
 pub fn delayed(logic: &Logic, chains: &[Chain], vectors: &mut Vectors) {
     let Some(stages) = chains.first().map(|chain| chain.flops.len()) else { return };
     let n_rows = vectors.rows.len();
     let wanted: Vec<Vec<bool>> = vectors.rows.iter().map(|row| row.inputs.clone()).collect();
     let at = |row: usize| &wanted[row.min(n_rows - 1)];
-    // Which chains each output reads at once.
+    // The chains that each output reads directly.
     let reads: Vec<Vec<usize>> = logic
         .outputs
         .values()
@@ -233,7 +233,7 @@ mod tests {
         }
         assert!(with.flops[q].init);
         assert!(strip(with, &chains).is_err());
-        // And one whose first stage is not the pin.
+        // And one whose first stage does not store the pin.
         let (mut with, chains) = add(toggle(), 1, |_| Some(false));
         let next = with.flops[q].next;
         for (id, flop) in with.flops.iter_mut() {

@@ -20,7 +20,7 @@ fn meta(label: &str) -> Meta {
     Meta { label: label.into(), ..Meta::default() }
 }
 
-/// The truck of seed 004 as the encoding makes it.
+/// The truck of seed 004 as the encoding produces it.
 pub(crate) fn truck() -> Logic {
     let mut builder = Builder::default();
     builder.logic.name = Name::new("truck", Span::default());
@@ -77,7 +77,7 @@ pub(crate) fn truck() -> Logic {
     builder.finish()
 }
 
-/// Checks that both circuits show the same pins and flip-flops over pseudo-random inputs, in 64 runs at once.
+/// Checks that both circuits have the same pin and flip-flop values for pseudo-random inputs, in 64 parallel runs.
 pub(crate) fn same_behaviour(a: &Logic, b: &Logic, clocks: usize) {
     assert_eq!(a.inputs, b.inputs);
     let named = |logic: &Logic| {
@@ -95,7 +95,7 @@ pub(crate) fn same_behaviour(a: &Logic, b: &Logic, clocks: usize) {
     assert_eq!(difference(a, b, clocks), None);
 }
 
-/// The first signal that two circuits with the same pins and flip-flops disagree on.
+/// The first signal in which two circuits with the same pins and flip-flops differ.
 pub(crate) fn difference(a: &Logic, b: &Logic, clocks: usize) -> Option<String> {
     let (mut x, mut y) = (LogicSim::new(a), LogicSim::new(b));
     let mut state = 0x9E37_79B9_7F4A_7C15u64;

@@ -1,7 +1,7 @@
 //! Test vectors: rows of a trace as bits of a circuit's pins.
 //!
-//! A row is one reaction. Where that takes several clocks (semantics.md §9) events and the tick are high in the first of them only, and outputs are
-//! checked when `busy` has fallen.
+//! A row is one reaction. If that takes several clocks (semantics.md §9), events and the tick are high in the first of them only, and outputs are
+//! checked after `busy` has fallen.
 
 use crate::codes;
 use grafsynth_ir::diag::Diagnostic;
@@ -15,13 +15,13 @@ use grafsynth_logic::chip::{ChipSim, NoRow, most_clocks};
 pub struct Vectors {
     /// One for each reaction, and row 0.
     pub rows: Vec<VectorRow>,
-    /// For each output of the circuit: checked before the clock instead of after.
+    /// For each output of the circuit: whether it is checked before the clock instead of after.
     pub mealy: Vec<bool>,
-    /// For each input of the circuit: an event or the tick, one clock wide.
+    /// For each input of the circuit: whether it is an event or the tick, which last one clock.
     pub pulses: Vec<bool>,
-    /// The place of the `busy` pin among the outputs, where a reaction may take several clocks.
+    /// The index of the `busy` pin among the outputs, if a reaction may take several clocks.
     pub busy: Option<usize>,
-    /// No reaction takes more clocks than this.
+    /// The maximum number of clocks of a reaction.
     pub most_clocks: u64,
 }
 
@@ -30,15 +30,15 @@ pub struct Vectors {
 pub struct VectorRow {
     /// A value for each input of the circuit.
     pub inputs: Vec<bool>,
-    /// What each output must show; none where it is not known.
+    /// The expected value of each output; `None` if it is not known.
     pub outputs: Vec<Option<bool>>,
-    /// What each flip-flop must hold after the clock; none where it is not known. May be empty.
+    /// The expected value of each flip-flop after the clock; `None` if it is not known. May be empty.
     pub flops: Vec<Option<bool>>,
-    /// How many clocks this circuit takes for it: 0 in row 0, 1 in all others where there is no `busy` pin.
+    /// The number of clocks that this circuit needs for it: 0 in row 0, 1 in all others if there is no `busy` pin.
     pub clocks: u64,
 }
 
-/// Events and the tick are high for one clock.
+/// Whether it is an event or the tick, which is high for one clock.
 fn is_pulse(net: &Net, role: PinRole) -> bool {
     match role {
         PinRole::Input(id, _) => net.inputs[id].kind.is_event(),
@@ -58,19 +58,19 @@ fn never_ends(row: usize, why: NoRow) -> Diagnostic {
     };
     let message = format!("the circuit is still busy with row {row} after {clocks} clocks");
     Diagnostic::error(codes::BAD_VECTORS, message)
-        .help("this is a fault of the tool: please report it with the chart")
+        .help("this is a bug in grafsynth: please report it with the chart")
 }
 
-/// One row of a trace in the net's numbers.
+/// One row of a trace, with the numbers of the net.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct TraceRow {
     /// Ticks: 0 or 1.
     pub dt: u64,
-    /// Values by number of the net's input.
+    /// Values by index of the net's input.
     pub inputs: Vec<i64>,
-    /// Values by number of the net's output; none where the trace leaves a cell open.
+    /// Values by index of the net's output; `None` if the trace leaves a cell open.
     pub outputs: Vec<Option<i64>>,
-    /// Whether each step is active, by number of the step; may be empty.
+    /// Whether each step is active, by index of the step; may be empty.
     pub steps: Vec<bool>,
     /// The fault flag.
     pub fault: bool,
@@ -80,7 +80,7 @@ impl Vectors {
     /// The bits of a trace.
     ///
     /// # Errors
-    /// When a row has more than one tick.
+    /// A row has more than one tick.
     pub fn of(net: &Net, logic: &Logic, rows: &[TraceRow]) -> Result<Self, Vec<Diagnostic>> {
         let mut findings = Vec::new();
         let bit_of = |value: i64, lo: i64, bit: u32| {
@@ -92,7 +92,7 @@ impl Vectors {
         for (index, row) in rows.iter().enumerate() {
             if row.dt > 1 {
                 let message = format!(
-                    "row {index} has dt {}, and a chip takes one tick a clock at most",
+                    "row {index} has dt {}, but a chip processes at most one tick per clock",
                     row.dt
                 );
                 findings.push(
@@ -123,7 +123,7 @@ impl Vectors {
                         .map(|value| bit_of(value, lo, bit))
                 }
                 PinRole::Fault => Some(row.fault),
-                // A row is checked when the reaction has ended.
+                // A row is checked after the reaction has ended.
                 PinRole::Busy => Some(false),
                 PinRole::Input(..) | PinRole::Tick | PinRole::Reset | PinRole::Unknown => None,
             };
@@ -133,7 +133,7 @@ impl Vectors {
                 let bit = if let Origin::Step(step) = holds.origin {
                     is_active(step)
                 } else if let Origin::Region(step) = holds.origin {
-                    // What the register of a region that is left keeps, no row shows.
+                    // No row shows the value that the register of an inactive region keeps.
                     let parent = net.steps.get(step)?.parent?;
                     is_active(parent).filter(|is_active| *is_active).and(is_active(step))
                 } else {

@@ -1,4 +1,4 @@
-//! The writers: they print, and decide nothing.
+//! The writers: they print, and make no decisions.
 
 pub(crate) mod bench;
 pub(crate) mod blif;
@@ -11,7 +11,7 @@ use crate::MapLine;
 use crate::equations::{Equation, Equations};
 use grafsynth_ir::net::Meta;
 
-/// A text that grows line by line, with the origin of its lines.
+/// A text that grows line by line, with the origins of its lines.
 #[derive(Debug, Default)]
 pub(crate) struct Sheet {
     pub(crate) text: String,
@@ -27,7 +27,7 @@ impl Sheet {
         self.lines += 1;
     }
 
-    /// Adds a line that comes from something in the source.
+    /// Adds a line that comes from an object of the source.
     pub(crate) fn line_of(&mut self, line: &str, name: &str, meta: &Meta) {
         self.line(line);
         self.map.push(MapLine {
@@ -39,7 +39,7 @@ impl Sheet {
     }
 }
 
-/// How a language writes sums.
+/// The operators with which a language writes sums.
 pub(crate) struct Signs {
     pub(crate) not: &'static str,
     pub(crate) and: &'static str,
@@ -73,7 +73,7 @@ impl Signs {
         equation.products.iter().map(|product| self.product(equations, product)).collect()
     }
 
-    /// Prints `head sum`, on one line where it is short, else one product a line.
+    /// Prints `head sum`, on one line if it is short, otherwise with one product per line.
     pub(crate) fn print(
         &self,
         sheet: &mut Sheet,
@@ -89,7 +89,7 @@ impl Signs {
             sheet.line_of(&flat, &signal.name, &signal.meta);
             return;
         }
-        // A product longer than a line is broken after an operator; the second line and those after it are indented.
+        // A product longer than a line is broken after an operator; the continuation lines are indented.
         let count = products.len();
         for (index, product) in products.iter().enumerate() {
             let lead = if index == 0 { format!("{head} ") } else { format!("    {} ", self.or) };

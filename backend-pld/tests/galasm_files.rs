@@ -1,6 +1,6 @@
-//! `GALasm` texts by others: every sound one gives its macrocells, every broken one its errors with their places.
+//! `GALasm` texts by others: every valid one gives its macrocells, every invalid one its errors with their locations.
 
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 #![allow(clippy::disallowed_methods, reason = "tests read files")]
 
 use grafsynth_backend_pld::placement::{CellKind, Placement, Product};
@@ -8,7 +8,7 @@ use grafsynth_backend_pld::{Dialect, read_text};
 use grafsynth_ir::span::FileId;
 use std::path::{Path, PathBuf};
 
-/// The folder with files by others, by an environment variable or beside the checkout.
+/// The folder with files by others, from an environment variable or beside the checkout.
 fn corpus(folder: &str) -> Vec<(String, String)> {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus");
     let root = std::env::var_os("GRAFSYNTH_CORPUS").map_or(beside, PathBuf::from);
@@ -29,7 +29,7 @@ fn corpus(folder: &str) -> Vec<(String, String)> {
     files
 }
 
-/// A placement as a text of one form for all: what pins show, over levels of pins.
+/// A placement as text in a canonical form: the values of pins, over levels of pins.
 fn shown(placement: &Placement) -> String {
     let product = |product: &Product| {
         let literal =

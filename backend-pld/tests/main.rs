@@ -1,3 +1,3 @@
-//! What needs more than the text of one module: files by others.
+//! Tests that need more than the text of one module: files by others.
 
 mod galasm_files;

@@ -1,7 +1,7 @@
-//! The JSON of a net: what `docs/net-json.md` says, and `docs/net-json.schema.json` in the words of JSON Schema.
+//! The JSON of a net, as described in `docs/net-json.md` and, as JSON Schema, in `docs/net-json.schema.json`.
 //!
-//! Everything that the net numbers is an array, and whatever names a thing gives its place in that array. Expressions are trees of objects with an `op`;
-//! operands stand in `args`. The members of an object are in alphabetical order, so that the same net gives the same bytes.
+//! All numbered objects of the net are in arrays, and references are indices into these arrays. Expressions are trees of objects with an `op`;
+//! operands are in `args`. The members of an object are in alphabetical order, so that the same net gives the same bytes.
 
 use grafsynth_ir::Valid;
 use grafsynth_ir::diag::Diagnostic;
@@ -17,12 +17,12 @@ use grafsynth_ir::program::{self, Origin, Program, ResetEffect};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// What `format` says.
+/// The value of `format`.
 pub const FORMAT: &str = "grafsynth-net";
-/// What `version` says. It grows when something goes or changes its meaning; members may be added without.
+/// The value of `version`. It increases if a member is removed or changes its meaning; new members may be added without.
 pub const VERSION: u32 = 1;
 
-/// The longest time between two reactions, in ticks (semantics §7).
+/// The maximum time between two reactions, in ticks (semantics §7).
 const MOST_TICKS: i64 = i32::MAX as i64;
 
 /// The JSON of a net as text, with a line break at its end.
@@ -37,7 +37,7 @@ pub fn text(json: &Value) -> String {
 /// The JSON of a net, with the program of one reaction.
 ///
 /// # Errors
-/// What no bounded program can say.
+/// The net has no bounded program.
 pub fn json(net: &Valid<Net>) -> Result<Value, Vec<Diagnostic>> {
     let program = program(net, &ProgramOptions::default())?;
     let idents = Idents::of(net);
@@ -206,7 +206,7 @@ pub fn json(net: &Valid<Net>) -> Result<Value, Vec<Diagnostic>> {
     }))
 }
 
-/// Identifiers of ASCII letters, digits and `_`, each its own within its array.
+/// Identifiers of ASCII letters, digits and `_`, each unique within its array.
 struct Idents {
     inputs: Vec<String>,
     outputs: Vec<String>,
@@ -291,7 +291,7 @@ fn driver(driver: &Driver) -> Value {
     }
 }
 
-/// What the output has while the emergency holds, declared or not; null for functions, which are not called then.
+/// The value of the output during the emergency, declared or not; null for functions, which are not called then.
 fn safe(output: &Output) -> Value {
     match output.driver {
         Driver::Extern { .. } => Value::Null,
@@ -382,11 +382,11 @@ fn tree<L>(expr: &Expr<L>, leaf: &impl Fn(&L) -> Value) -> Value {
 
 // --- the program -----------------------------------------------------------------------------------------------------------------------------------
 
-/// What is asked of a program while it is written.
+/// What is collected about a program while it is written.
 struct Writing<'a> {
     net: &'a Net,
     program: &'a Program,
-    /// The largest absolute value that any expression, or part of one, can have.
+    /// The largest absolute value of any expression or subexpression.
     largest: u64,
 }
 
@@ -432,7 +432,7 @@ fn program_json(net: &Net, program: &Program) -> Value {
     })
 }
 
-/// For each item of an arena the cell that holds it, if one does.
+/// For each item of an arena, the cell that stores it, if any.
 fn cells_of<T>(
     program: &Program,
     arena: &grafsynth_ir::Arena<T>,
@@ -507,7 +507,7 @@ impl Writing<'_> {
         self.largest = self.largest.max(lo.unsigned_abs()).max(hi.unsigned_abs());
     }
 
-    /// Looks at what an expression and its parts can be. What has no type was refused by validation.
+    /// Records the range of an expression and its parts. Validation has rejected expressions without a type.
     fn measure(&mut self, expr: &program::Expr) {
         let (net, program) = (self.net, self.program);
         let mut leaf = |leaf: &program::Leaf| match *leaf {
@@ -518,7 +518,7 @@ impl Writing<'_> {
         };
         match type_of(expr, &mut leaf) {
             Ok(ty) => self.bound(ty),
-            // Sums that saturate when they are stored may have no type of 64 bits; a template had better take exact integers then.
+            // Sums that saturate on storing may exceed 64 bits; a template should then use exact integers.
             Err(_) => self.largest = u64::MAX,
         }
         for operand in expr.operands() {
@@ -527,7 +527,7 @@ impl Writing<'_> {
     }
 }
 
-/// What of the net a cell holds: a kind, and what it is of.
+/// The origin of a cell in the net: a kind, and its object.
 fn origin(origin: Origin) -> Value {
     let of = |kind: &str, what: &str, index: usize| json!({ "kind": kind, what: index });
     let only = |kind: &str| json!({ "kind": kind });

@@ -1,7 +1,7 @@
-//! Nets for languages that are the user's: a stable JSON of a net ([`json`]), and templates that are rendered over it ([`render`]).
+//! Output in languages defined by the user: a stable JSON of a net ([`json`]), and templates that are rendered over it ([`render`]).
 //!
-//! The JSON holds the net (steps, transitions, conditions as trees) and, ready to be printed statement by statement, the program of one reaction
-//! (`grafsynth_ir::lower::program`): a template that prints it computes exactly what the chart means. `docs/net-json.md` and `docs/templates.md` are
+//! The JSON contains the net (steps, transitions, conditions as trees) and, ready to be printed statement by statement, the program of one reaction
+//! (`grafsynth_ir::lower::program`): a template that prints it computes exactly the reaction of the chart. `docs/net-json.md` and `docs/templates.md` are
 //! for their users.
 //!
 //! ```
@@ -14,8 +14,8 @@
 //! assert_eq!(render(&json(&net).expect("it has a program"), &template).expect("it has no error"), "empty has 0 steps\n");
 //! ```
 //!
-//! The back ends of grafsynth itself are functions and use no template engine. Templates are text of strangers: their work is bounded
-//! ([`FUEL`], [`MOST_TEXT`]), and what is wrong with them is a diagnostic.
+//! The back ends of grafsynth itself are functions and use no template engine. Templates are untrusted text: their work is bounded
+//! ([`FUEL`], [`MOST_TEXT`]), and errors in them are diagnostics.
 
 pub mod codes;
 mod json;

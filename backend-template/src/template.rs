@@ -1,4 +1,4 @@
-//! Rendering a template of the user's over the JSON of a net, with bounded work.
+//! Renders a user template over the JSON of a net, with bounded work.
 
 use crate::codes;
 use grafsynth_ir::diag::Diagnostic;
@@ -8,40 +8,40 @@ use minijinja::value::{Rest, Serde, ValueKind};
 use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior, Value, context};
 use std::io;
 
-/// The instructions that one rendering may take: some seconds. A program of 10 000 steps needs about a tenth of it.
+/// The maximum number of instructions of one rendering: some seconds. A program of 10 000 steps needs about a tenth of it.
 pub const FUEL: u64 = 50_000_000;
 
-/// The bytes that one rendering may give.
+/// The maximum number of bytes of one rendering.
 pub const MOST_TEXT: usize = 64 << 20;
 
-/// Macros that call themselves, as those for expressions do, this deep at most.
+/// The maximum depth of recursive macros, such as those for expressions.
 const RECURSION: usize = 400;
 
-/// Filters that make as much as a number tells them to, and the largest number that they take here: each call is one instruction, whatever it makes.
+/// Filters whose output size depends on a number, and the largest number allowed: each call is one instruction, however much it makes.
 const BY_NUMBER: [&str; 6] = ["batch", "format", "indent", "round", "slice", "tojson"];
 const MOST_NUMBER: f64 = 10_000.0;
 
-/// What stands in front of the reason when a template refuses a chart.
+/// The prefix of the reason if a template refuses a chart.
 const REFUSED: &str = "refused: ";
 
-/// A text of the user's.
+/// A user template.
 #[derive(Debug, Clone, Copy)]
 pub struct Template<'a> {
     /// The file that findings point into.
     pub file: FileId,
-    /// Its path, for the text that names its origin: `{{ template }}`.
+    /// Its path, for output that names its origin: `{{ template }}`.
     pub path: &'a str,
     /// The text, in the language of Jinja2.
     pub text: &'a str,
 }
 
-/// The text that a template makes of a net.
+/// The text that a template generates from a net.
 ///
-/// Besides the members of the JSON a template has `grafsynth` (the version), `template` (its file's name), and `refuse(reason)`, by which it says that it
-/// cannot carry a chart. Names that do not exist are errors, not nothing.
+/// In addition to the members of the JSON, a template has `grafsynth` (the version), `template` (its file's name), and `refuse(reason)`, by which it reports
+/// that it does not support a chart. Unknown names are errors, not empty.
 ///
 /// # Errors
-/// What is wrong with the template, with its place (G0611), that it refuses the chart (G0612), or that it does not come to an end (G0613).
+/// An error in the template, with its location (G0611); the template refuses the chart (G0612); or it exceeds its limits (G0613).
 pub fn render(
     json: &serde_json::Value,
     template: &Template<'_>,
@@ -92,7 +92,7 @@ pub fn render(
     }
 }
 
-/// True if no number tells a filter to make more than [`MOST_NUMBER`] of something.
+/// True if no number makes a filter produce more than [`MOST_NUMBER`] of something.
 fn is_modest(name: &str, arguments: &[Value]) -> bool {
     let is_number = |value: &Value| {
         let number = (value.kind() == ValueKind::Number).then(|| f64::try_from(value.clone()));
@@ -102,7 +102,7 @@ fn is_modest(name: &str, arguments: &[Value]) -> bool {
         let names = value.try_iter().into_iter().flatten();
         names.filter_map(|name| value.get_item(&name).ok()).all(|value| is_number(&value))
     };
-    // `"%5d"` has its number in the text.
+    // `"%5d"` contains its number in the text.
     let is_short = |text: &str| text.split(|c: char| !c.is_ascii_digit()).all(|it| it.len() < 5);
     let text = arguments.first().and_then(Value::as_str).filter(|_| name == "format");
     text.is_none_or(is_short)
@@ -112,7 +112,7 @@ fn is_modest(name: &str, arguments: &[Value]) -> bool {
             .all(|value| is_number(value) && (value.kind() != ValueKind::Map || is_named(value)))
 }
 
-/// A text that grows to its bound and no further.
+/// A text with a maximum size.
 struct Bounded {
     bytes: Vec<u8>,
     is_full: bool,
@@ -133,9 +133,9 @@ impl io::Write for Bounded {
     }
 }
 
-/// What the engine says, in our terms.
+/// The error of the engine in our terms.
 fn finding(error: &Error, template: &Template<'_>) -> Diagnostic {
-    // The innermost cause says what is wrong; the outer ones only that it was met in a macro.
+    // The innermost cause describes the error; the outer ones only that it occurred in a macro.
     let mut innermost = error;
     let mut next = std::error::Error::source(error);
     while let Some(source) = next {
@@ -148,12 +148,12 @@ fn finding(error: &Error, template: &Template<'_>) -> Diagnostic {
     let span = place.unwrap_or(Span { file: template.file, ..Span::default() });
     let said = innermost.detail().map_or_else(|| innermost.kind().to_string(), str::to_owned);
     if let Some(reason) = said.strip_prefix(REFUSED) {
-        let message = format!("the template does not carry this chart: {reason}");
+        let message = format!("the template does not support this chart: {reason}");
         return Diagnostic::error(codes::TEMPLATE_REFUSED, message).at(span, "refused here");
     }
     if innermost.kind() == ErrorKind::OutOfFuel {
         let message = format!("the template takes more than {FUEL} instructions");
-        return Diagnostic::error(codes::TEMPLATE_ENDLESS, message).at(span, "it had come to here");
+        return Diagnostic::error(codes::TEMPLATE_ENDLESS, message).at(span, "it was here");
     }
     let kind = innermost.kind().to_string();
     let message = if said == kind { kind } else { format!("{kind}: {said}") };
@@ -161,15 +161,13 @@ fn finding(error: &Error, template: &Template<'_>) -> Diagnostic {
     if innermost.kind() != ErrorKind::UndefinedError {
         return found;
     }
-    found.help(
-        "docs/net-json.md lists what there is; `build --target json` writes it for this chart",
-    )
+    found.help("docs/net-json.md lists all names; `build --target json` writes them for this chart")
 }
 
-/// Where in the template it was met.
+/// Where in the template it occurred.
 fn place(error: &Error, template: &Template<'_>) -> Option<Span> {
     let range = error.range().or_else(|| {
-        // Only the line is known: the whole of it.
+        // Only the line is known, so the whole line is used.
         let line = error.line()?.checked_sub(1)?;
         let start: usize = template.text.split_inclusive('\n').take(line).map(str::len).sum();
         let length = template.text.get(start..)?.lines().next()?.len();

@@ -50,7 +50,7 @@ pub(crate) struct Global {
 }
 
 impl Global {
-    /// The strictness that the user asked for.
+    /// The requested strictness.
     pub(crate) fn demands(&self) -> Demands {
         Demands {
             deny_open: self.deny.contains(&Deny::Open),
@@ -71,6 +71,23 @@ pub(crate) enum Deny {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Allow {
     Tested,
+}
+
+/// Values of `new --kind`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Kind {
+    /// A Grafcet with a board: C, and a fuse map for a GAL22V10.
+    Grafcet,
+    /// A statechart with history: C and Verilog.
+    Statechart,
+    /// Rules: C and PALASM.
+    Rules,
+    /// A sequential function chart in structured text: C and Verilog.
+    Sfc,
+    /// A Grafcet for a GAL16V8: the fuse map, and how to program it.
+    Gal,
+    /// A Grafcet with a main program for an ATmega328P (Arduino Uno).
+    Avr,
 }
 
 /// Whether to use colours.
@@ -160,7 +177,8 @@ pub(crate) struct Input {
 /// The designs of a verb.
 #[derive(Debug, Args)]
 pub(crate) struct Inputs {
-    /// Charts (.graf .rules .scxml .st .xml .c .kiss2 .net) or logic (.pds .pld .v .blif .pla .jed); `-` is standard input. A folder stands for all charts in it and below it, without hidden folders and links to folders.
+    /// Charts (.graf .rules .scxml .st .xml .c .kiss2 .net) or logic (.pds .pld .v .blif .pla .jed); `-` is standard input. For a folder, all charts in and
+    /// below it are used, except hidden folders and links to folders.
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<String>,
     #[command(flatten)]
@@ -174,7 +192,7 @@ impl Input {
     }
 }
 
-/// Heading of the options that say how a file is read.
+/// Heading of the options that define how a file is read.
 const READING: &str = "Input options";
 
 /// Heading of the options for charts in C.
@@ -306,6 +324,9 @@ impl COptions {
 pub(crate) struct New {
     /// Name of the project and of its folder.
     pub(crate) name: String,
+    /// What the project is written in, or made for.
+    #[arg(long, value_enum, default_value = "grafcet")]
+    pub(crate) kind: Kind,
 }
 
 #[derive(Debug, Args)]
@@ -315,12 +336,16 @@ pub(crate) struct Check {
     /// Print the intermediate form after this pass (`list` lists the passes).
     #[arg(long, value_name = "PASS")]
     pub(crate) dump_after: Option<String>,
-    /// Write a copy of the file with a certificate after each library chart: the proved properties, the version of the tool and the hash of the text. `-` is standard output.
+    /// Write a copy of the file with a certificate after each library chart: the proved properties, the version of the tool and the hash of the text. `-` is
+    /// standard output.
     #[arg(long, value_name = "OUTPUT")]
     pub(crate) certify: Option<PathBuf>,
     /// Show notes on correct code: `conflicts` lists the conflicts that the policy decides, and who wins.
     #[arg(long, value_name = "WHAT", value_parser = ["conflicts"], value_delimiter = ',')]
     pub(crate) notes: Vec<String>,
+    /// Write the trace of each counterexample to this file, as `.csv`, `.vcd` or `.jsonl`: further ones to FILE-2, FILE-3. `sim --stimulus FILE` runs a `.csv` again.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) trace: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) limits: Limits,
 }
@@ -333,7 +358,7 @@ pub(crate) struct Limits {
     pub(crate) proof_limit: u64,
 }
 
-/// Whose C may run on this machine. Only the command line can allow it, never a chart or a board.
+/// Permission to run C code on this machine. Only the command line can give it, never a chart or a board.
 #[derive(Debug, Clone, Copy, Args)]
 pub(crate) struct Trust {
     /// Run C text from the chart (`code c`) when its C is compiled and tested; by default that text is left out.
@@ -406,7 +431,8 @@ pub(crate) struct Build {
     /// Device for equations and fuse maps (`list` lists the devices).
     #[arg(long, value_name = "DEVICE", help_heading = CIRCUITS)]
     pub(crate) device: Option<String>,
-    /// State encoding of mutually exclusive steps: `one-hot` (a flip-flop per step), `zero-hot` (all but the initial step), `compact` (binary); `auto` uses the first that fits the device.
+    /// State encoding of mutually exclusive steps: `one-hot` (a flip-flop per step), `zero-hot` (all but the initial step), `compact` (binary); `auto` uses
+    /// the first that fits the device.
     #[arg(long, value_name = "CODE", value_parser = ["auto", "one-hot", "zero-hot", "compact"], default_value = "auto", help_heading = CIRCUITS)]
     pub(crate) encoding: String,
     /// When a chart with `evolution stable` takes one clock per micro-step, with a `busy` pin, instead of one clock per reaction.
@@ -430,7 +456,7 @@ pub(crate) struct Build {
     /// Keep the pins of an earlier output (`.jed`, `.pld`, `.pds`) if the functions still fit there.
     #[arg(long, value_name = "FILE", help_heading = CIRCUITS)]
     pub(crate) keep_pins: Option<String>,
-    /// Minimise and place imported logic again, also on another device, instead of burning it as written.
+    /// Minimise and fit imported logic again, also on another device, instead of programming it as written.
     #[arg(long, help_heading = CIRCUITS)]
     pub(crate) refit: bool,
 }
@@ -478,7 +504,7 @@ pub(crate) struct Trace {
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
     /// One design: run it on all engines. Several designs: compare the first with each other one, by their common columns. Two folders: compare files of
-    /// equal name. `-` is standard input. `--board` and `--assert` belong to the first design, the other input options to each.
+    /// equal name. `-` is standard input. `--board` and `--assert` apply to the first design, the other input options to each.
     #[command(flatten)]
     pub(crate) inputs: Inputs,
     #[command(flatten)]
@@ -609,7 +635,8 @@ const EXAMPLES: [(&str, &str); 12] = [
     (
         "new",
         "  grafsynth new lamp                       # lamp/lamp.graf, .board, .csv and a Makefile
-  make -C lamp                             # check, simulate and build it",
+  grafsynth new blink --kind avr           # with a main program for an Arduino Uno
+  make -C lamp test                        # check it, and run it through every engine",
     ),
     (
         "check",

@@ -4,18 +4,18 @@ use grafsynth_ir::Diagnostic;
 use grafsynth_ir::diag::{Severity, any_error};
 use grafsynth_verify::Open;
 
-/// How a verb ended.
+/// The outcome of a verb.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Exit {
-    /// Done and true.
+    /// Success: done and proved.
     Done = 0,
-    /// The input is wrong, or cannot be done as asked.
+    /// The input is invalid, or the request is impossible.
     Errors = 1,
-    /// An option is wrong, or a file cannot be read or written.
+    /// An option is invalid, or a file cannot be read or written.
     Usage = 2,
-    /// A property does not hold, an output is not the chart, or a comparison found a difference.
+    /// A property is violated, an output is not equal to the chart, or a comparison found a difference.
     Refuted = 3,
-    /// A question stayed open.
+    /// A question is still open.
     Open = 4,
     /// The user stopped it.
     Interrupted = 130,
@@ -26,7 +26,7 @@ impl Exit {
     const STRENGTH: [Exit; 6] =
         [Exit::Done, Exit::Open, Exit::Refuted, Exit::Errors, Exit::Usage, Exit::Interrupted];
 
-    /// Of two that apply the one that counts.
+    /// The stronger of two exit codes.
     #[must_use]
     pub(crate) fn worse(self, other: Exit) -> Exit {
         let strength = |exit| Exit::STRENGTH.iter().position(|one| *one == exit);
@@ -46,7 +46,7 @@ impl Exit {
     }
 }
 
-/// What the user wants to be strict or lenient about.
+/// The user's choice of strictness.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Demands {
     /// A check that was not carried out counts as an open question.
@@ -58,17 +58,17 @@ pub(crate) struct Demands {
 }
 
 impl Demands {
-    /// What an open question gives.
+    /// The exit code of an open question.
     pub(crate) fn open(self, open: &Open) -> Exit {
         if self.allow_tested && open.tested.is_some() { Exit::Done } else { Exit::Open }
     }
 
-    /// What a check gives that was not carried out.
+    /// The exit code of a check that was not carried out.
     pub(crate) fn unchecked(self) -> Exit {
         if self.deny_open { Exit::Open } else { Exit::Done }
     }
 
-    /// True if the findings keep a verb from going on.
+    /// True if the findings prevent a verb from continuing.
     pub(crate) fn refuse(self, found: &[Diagnostic]) -> bool {
         let is_warning = |one: &Diagnostic| one.severity == Severity::Warning;
         any_error(found) || self.deny_warnings && found.iter().any(is_warning)

@@ -1,4 +1,4 @@
-//! Options that nothing in the command takes. They are refused before anything is read: who gave one asked another question than the one that would be answered.
+//! Options without effect in the command. They are rejected before anything is read: otherwise the user would get an answer to another question.
 
 use crate::args::{Build, Cli, Compare, Reading, Sim, Verb};
 use crate::files;
@@ -8,16 +8,16 @@ use clap::parser::ValueSource;
 use grafsynth_driver::format::Format;
 use grafsynth_driver::target::Target;
 
-/// An option, what takes it, and whether that is in the command.
+/// An option, what uses it, and whether the command does.
 struct Rule {
     /// Its name in [`crate::args`].
     option: &'static str,
-    /// Completes "it is for ..".
+    /// Completes the message "it is for ..".
     taker: &'static str,
     is_taken: bool,
 }
 
-/// What is wrong with the options of a command that was parsed; none if something takes each of them.
+/// The first option of a parsed command that has no effect; `None` if all are used.
 pub(crate) fn refusal(cli: &Cli, matches: &ArgMatches) -> Option<String> {
     let (name, given) = matches.subcommand()?;
     let rules = rules(&cli.verb);
@@ -26,13 +26,13 @@ pub(crate) fn refusal(cli: &Cli, matches: &ArgMatches) -> Option<String> {
     });
     let lines: Vec<String> = idle
         .map(|rule| {
-            format!("{} does nothing here: it is for {}", flag(name, rule.option), rule.taker)
+            format!("{} has no effect here: it is for {}", flag(name, rule.option), rule.taker)
         })
         .collect();
     (!lines.is_empty()).then(|| lines.join("\n"))
 }
 
-/// An option as it is written on the command line.
+/// An option as written on the command line.
 fn flag(verb: &str, option: &str) -> String {
     let command = Cli::command();
     let known = command.find_subcommand(verb);
@@ -51,7 +51,7 @@ fn rules(verb: &Verb) -> Vec<Rule> {
             let is_dumped = arguments.dump_after.is_some();
             rules.extend(["certify", "notes", "proof_limit"].map(|option| Rule {
                 option,
-                taker: if is_dumped { "a check, which --dump-after is none" } else { CHARTS },
+                taker: if is_dumped { "checks, and --dump-after does not check" } else { CHARTS },
                 is_taken: files.any_chart() && !is_dumped,
             }));
             rules
@@ -80,20 +80,20 @@ fn rules(verb: &Verb) -> Vec<Rule> {
 
 const CHARTS: &str = "charts, and this is logic";
 
-/// The formats of the files that a command names; none where only the text would say it.
+/// The formats of the files that a command names; `None` if only the text would show it.
 struct Files(Vec<Option<Format>>);
 
 impl Files {
     fn of<'f>(files: impl IntoIterator<Item = &'f String>, reading: &Reading) -> Files {
         let said = reading.from.as_deref().and_then(Format::named);
         let format = |file: &String| {
-            // Of a folder the charts are taken that are not in C.
+            // In a folder, charts except C files are used.
             if files::is_folder(file) { Some(Format::Graf) } else { Format::of(file, "") }
         };
         Files(files.into_iter().map(|file| said.or_else(|| format(file))).collect())
     }
 
-    /// True if one may be in such a format.
+    /// True if a file may have such a format.
     fn any(&self, is_it: impl Fn(Format) -> bool) -> bool {
         self.0.iter().any(|format| format.is_none_or(&is_it))
     }
@@ -107,7 +107,7 @@ impl Files {
     }
 }
 
-/// The options that say how a file is read.
+/// The options that define how a file is read.
 fn of_reading(files: &Files) -> Vec<Rule> {
     let c = [
         "entry",
@@ -136,7 +136,7 @@ fn of_reading(files: &Files) -> Vec<Rule> {
     c.into_iter().chain(of_charts).chain([root]).collect()
 }
 
-/// What is said only of charts' C.
+/// Options for the C output of charts only.
 const OF_C: [&str; 11] = [
     "style",
     "optimise",
@@ -151,34 +151,34 @@ const OF_C: [&str; 11] = [
     "trust_code",
 ];
 
-/// What is said only of charts' circuits.
+/// Options for circuits of charts only.
 const OF_CIRCUITS: [&str; 5] = ["busy", "encoding", "no_dc", "safe", "synchronise"];
 
-/// What else is said only of charts' outputs. The first two are looked at more closely where the targets are.
+/// Other options for outputs of charts only. The first two are checked in more detail with the targets.
 const OF_OUTPUTS: [&str; 6] = ["reset", "keep_pins", "stimulus", "emit", "template", "blob"];
 
 fn of_build(arguments: &Build) -> Vec<Rule> {
     let files = Files::of(&arguments.inputs.files, &arguments.inputs.reading);
     let targets = || arguments.target.iter().flat_map(|names| names.split(','));
-    // A name that is no target is refused as such.
+    // An unknown target is rejected elsewhere.
     let any =
         |is_it: fn(Target) -> bool| targets().any(|name| Target::named(name).is_none_or(is_it));
     let rule = |option, taker, is_taken| Rule { option, taker, is_taken };
     let mut rules = of_reading(&files);
-    rules.push(rule("refit", "logic by others, and a chart is fitted always", files.any_logic()));
+    rules.push(rule("refit", "logic by others; a chart is always fitted", files.any_logic()));
     if !files.any_chart() {
         let of_charts = OF_C.into_iter().chain(OF_CIRCUITS).chain(OF_OUTPUTS);
         rules.extend(of_charts.map(|option| rule(option, CHARTS, false)));
         return rules;
     }
     let is_c = any(|target| matches!(target, Target::C(_)));
-    rules.extend(OF_C.map(|option| rule(option, "C, and no target is", is_c)));
-    let circuits = "circuits, and no target is one";
+    rules.extend(OF_C.map(|option| rule(option, "C, and no target is C", is_c)));
+    let circuits = "circuits, and no target is a circuit";
     let is_circuit = any(Target::is_circuit);
     rules.extend(OF_CIRCUITS.map(|option| rule(option, circuits, is_circuit)));
     rules.push(rule("device", circuits, is_circuit));
-    rules.push(rule("reset", "Verilog, and no target is", any(Target::can_reset)));
-    let pins = "texts and fuse maps with pins, and no target is one";
+    rules.push(rule("reset", "Verilog, and no target is Verilog", any(Target::can_reset)));
+    let pins = "texts and fuse maps with pins, and no target has pins";
     rules.push(rule("keep_pins", pins, any(Target::has_pins)));
     rules
 }
@@ -201,10 +201,10 @@ fn of_compare(arguments: &Compare) -> Vec<Rule> {
     let is_one = arguments.inputs.files.len() == 1;
     let rule = |option, taker, is_taken| Rule { option, taker, is_taken };
     let mut rules = of_reading(&files);
-    let one = "one design that all engines run, and here are several";
+    let one = "one design that all engines run, not for several designs";
     rules.push(rule("engines", one, is_one));
     rules.push(rule("trust_code", one, is_one));
-    let logic = "logic by others: two charts are compared by the names that they have";
+    let logic = "logic by others; two charts are compared by their own names";
     rules.push(rule("rename", logic, !is_one && files.any_logic()));
     rules.push(rule("no_proof", "two designs", !is_one));
     rules.push(rule("seed", "random reactions", arguments.stimulus.is_none()));

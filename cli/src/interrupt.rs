@@ -1,15 +1,15 @@
-//! Ctrl-C: what is known is printed, nothing is written, and the program ends by the signal, as its caller expects.
+//! Ctrl-C: known results are printed, nothing is written, and the program ends by the signal, as its caller expects.
 //!
-//! Files that are being written in that moment are written to the end: all of a build or none. A program that has come to its end by then ends as it would have.
+//! Files that are being written at that moment are completed: all of a build or none. A program that has finished by then ends normally.
 
 use crate::render::Style;
 use crate::report::Report;
 
-/// Begins to wait for Ctrl-C. Where there are no signals, the system just ends the program.
+/// Starts to wait for Ctrl-C. On systems without signals, the system ends the program.
 #[cfg(not(unix))]
 pub(crate) fn watch(_report: Report, _style: Style) {}
 
-/// Begins to wait for Ctrl-C.
+/// Starts to wait for Ctrl-C.
 #[cfg(unix)]
 pub(crate) fn watch(report: Report, style: Style) {
     use signal_hook::consts::SIGINT;
@@ -18,7 +18,7 @@ pub(crate) fn watch(report: Report, style: Style) {
         if signals.forever().next().is_none() {
             return;
         }
-        // Held to the end, so that nothing is begun to be written any more.
+        // Locked to the end, so that no new write begins.
         let written = crate::files::writing();
         stopped(&report, style, *written);
         grafsynth_engines::scratch::remove_all();
@@ -27,7 +27,7 @@ pub(crate) fn watch(report: Report, style: Style) {
     let _ = std::thread::Builder::new().name("interrupt".to_owned()).spawn(wait);
 }
 
-/// Says what is known, and what is not any more found out.
+/// Reports what is known, and what was not completed.
 #[cfg(unix)]
 fn stopped(report: &Report, style: Style, is_written: bool) {
     let doing = crate::progress::what();

@@ -1,4 +1,4 @@
-//! The values that an option accepts, for `--target list` and its like. They need no file, so they are answered before the command line is parsed.
+//! The values that an option accepts, for `--target list` and similar. They need no file, so they are answered before the command line is parsed.
 
 use grafsynth_backend_c::{Style, cost};
 use grafsynth_driver::format::Format;
@@ -34,7 +34,7 @@ const LISTS: [List; 8] = [
     List { id: "to", options: &["--to"], verbs: &["convert"], entries: formats },
 ];
 
-/// The list that the command line asks for, one value on each line.
+/// The list that the command line requests, one value per line.
 pub(crate) fn asked() -> Option<String> {
     let words: Vec<String> =
         std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();

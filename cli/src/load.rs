@@ -14,37 +14,41 @@ use grafsynth_ir::Diagnostic;
 use grafsynth_ir::Valid;
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::net::Net;
+use std::cell::Cell;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
-/// The path that a property of the command line has.
+/// The path shown for properties from the command line.
 const ASSERT: &str = "<--assert>";
 
-/// The most library files of a design.
+/// The maximum number of library files of a design.
 const MOST_LIBRARIES: usize = 1_000;
 
-/// What every verb has at hand.
+/// The common data of all verbs.
 pub(crate) struct Session {
     /// All texts read so far.
     pub(crate) sources: Sources,
     /// How findings are shown.
     pub(crate) style: Style,
-    /// Nothing but findings and what was asked for.
+    /// Print only findings and requested output.
     pub(crate) quiet: bool,
-    /// What the user wants to be strict or lenient about.
+    /// The user's choice of strictness.
     pub(crate) demands: Demands,
-    /// What machines read.
+    /// The machine-readable report.
     report: Report,
     limits: ReadLimits,
     pub(crate) source_limit: u64,
+    /// Trace files written so far, by all sessions of this run.
+    pub(crate) traces: Rc<Cell<usize>>,
 }
 
-/// A verb cannot go on: what to say is said, only the exit code is left.
+/// A verb cannot continue: unless a message is included, it was already printed.
 pub(crate) enum Stop {
     /// The input has errors, which were shown.
     Errors,
-    /// The input cannot be done as asked: to be shown.
+    /// The request is impossible for the input; with the message to show.
     Input(String),
-    /// Wrong use or a file that cannot be read: to be shown.
+    /// Wrong usage or an unreadable file; with the message to show.
     Usage(String),
 }
 
@@ -59,7 +63,7 @@ impl Session {
         Session {
             sources: Sources::default(),
             style,
-            // What is said beside the report would be read as part of it.
+            // Messages besides the report would be read as part of it.
             quiet: global.quiet || report.is_for_machines(),
             demands: global.demands(),
             report,
@@ -69,6 +73,7 @@ impl Session {
                 diagnostics: global.max_diagnostics,
             },
             source_limit: global.source_limit,
+            traces: Rc::default(),
         }
     }
 
@@ -82,15 +87,16 @@ impl Session {
             report: self.report.clone(),
             limits: self.limits,
             source_limit: self.source_limit,
+            traces: Rc::clone(&self.traces),
         }
     }
 
-    /// What follows is about this file.
+    /// The following results belong to this file.
     pub(crate) fn begin(&self, file: &str) {
         self.report.design(file);
     }
 
-    /// The designs that were named, and those in folders.
+    /// The named designs, and those in folders.
     pub(crate) fn inputs(&self, inputs: &Inputs) -> Result<Vec<Input>, Stop> {
         let mut all = Vec::new();
         for file in &inputs.files {
@@ -105,7 +111,7 @@ impl Session {
         Ok(all)
     }
 
-    /// Runs a verb on each input by itself, each under its name. Those that cannot be done do not keep the others from it; the worst exit code counts.
+    /// Runs a verb on each input separately, under its name. A failure does not stop the others; the worst exit code is returned.
     pub(crate) fn each(
         &self,
         inputs: &[Input],
@@ -132,7 +138,7 @@ impl Session {
         }
     }
 
-    /// Shows findings: on standard error, or in the report for machines.
+    /// Shows findings on standard error, or in the report for machines.
     pub(crate) fn show(&self, found: &[Diagnostic]) {
         if found.is_empty() {
             return;
@@ -146,14 +152,14 @@ impl Session {
         }
     }
 
-    /// Shows that no row of inputs meets all assumptions of the chart, if it is so: then there is nothing to compare or to run.
+    /// Reports if no row of inputs satisfies all assumptions of the chart: then there is nothing to compare or to run.
     pub(crate) fn is_impossible(&self, net: &Valid<Net>) -> bool {
         let found = grafsynth_verify::check_assumption(net);
         self.show(found.as_slice());
         found.is_some()
     }
 
-    /// Gives an answer: `text` to people (what holds is not said where nothing is to be said), the answer as data to machines.
+    /// Gives an answer: `text` to people (positive results not if quiet), the answer as data to machines.
     pub(crate) fn answer(&self, answer: &Answer, text: &str) {
         if self.report.is_for_machines() {
             self.report.answer(&self.sources, answer);
@@ -165,36 +171,36 @@ impl Session {
         }
     }
 
-    /// Gives an answer to machines alone: people read it in another form, or need not.
+    /// Gives an answer to machines only: people read it in another form, or do not need it.
     pub(crate) fn keep(&self, answer: &Answer) {
         self.report.answer(&self.sources, answer);
     }
 
-    /// Findings that are shown later, for a user who stops the program before.
+    /// Findings that are shown later, in case the user interrupts the program first.
     pub(crate) fn know_found(&self, found: &[Diagnostic]) {
         self.report.know_findings(&self.sources, render::spoken(&self.sources, found));
     }
 
-    /// Answers that are given at the end, for a user who stops the program before.
+    /// Answers that are given at the end, in case the user interrupts the program first.
     pub(crate) fn know(&self, known: Vec<(Answer, String)>) {
         self.report.know_answers(known);
     }
 
-    /// Prints a result that is not to be missed, unless a report for machines is there to hold it.
+    /// Prints an important result, unless a report for machines contains it.
     pub(crate) fn tell(&self, text: &str) {
         if !self.report.is_for_machines() {
             crate::print(text);
         }
     }
 
-    /// Says on standard error what is wrong, unless a report for machines holds it.
+    /// Prints an error on standard error, unless a report for machines contains it.
     pub(crate) fn warn(&self, text: &str) {
         if !self.report.is_for_machines() {
             crate::print_error(&format!("grafsynth: {text}\n"));
         }
     }
 
-    /// Says on standard error what else was done, unless nothing is to be said.
+    /// Prints additional information on standard error, unless quiet.
     pub(crate) fn note(&self, text: &str) {
         if !self.quiet {
             crate::print_error(text);
@@ -208,7 +214,7 @@ impl Session {
         Ok(self.sources.add(shown, text))
     }
 
-    /// Reads a design with its companions, showing its findings. `also` is checked on it before findings are shown.
+    /// Reads a design with its companions and shows its findings. `also` is checked on it before findings are shown.
     pub(crate) fn design(&mut self, input: &Input) -> Result<(Design, Vec<Diagnostic>), Stop> {
         let reading = &input.reading;
         let format = match &reading.from {
@@ -253,7 +259,7 @@ impl Session {
         }
     }
 
-    /// Reads the file `NAME.extension` beside `path`, if it is there, and says so: answers may rest on what it assumes.
+    /// Reads the file `NAME.extension` beside `path` if it exists, and reports that: answers may depend on its assumptions.
     fn companion(
         &mut self,
         path: &str,
@@ -270,7 +276,7 @@ impl Session {
         Ok(Some(text))
     }
 
-    /// Reads the files of library charts that a text names, and those that these name. One that cannot be read, is not below `root`, or is too much is
+    /// Reads the files of library charts that a text names, and those that these name. A file that cannot be read, is not below `root`, or is too large is
     /// left out: the driver reports it at its name.
     fn libraries(
         &mut self,
@@ -315,7 +321,7 @@ impl Session {
         }
     }
 
-    /// The texts read so far that decide what a build writes, by their names as seen from the folder of the first.
+    /// The texts read so far that determine what a build writes, with their names relative to the folder of the first.
     pub(crate) fn made_of(&self) -> Vec<files::Hashed> {
         let first = self.sources.get(grafsynth_ir::FileId(0));
         let folder = first.and_then(|source| Path::new(&source.path).parent());
@@ -330,7 +336,7 @@ impl Session {
         all
     }
 
-    /// Writes files that the user named, but none over a text that was read.
+    /// Writes files that the user named, but never over a text that was read.
     pub(crate) fn write_named(&self, files: Vec<(PathBuf, Vec<u8>)>) -> Result<(), Stop> {
         let read: Vec<String> = self.paths().into_iter().map(files::canonical).collect();
         let mut written: Vec<String> = Vec::new();
@@ -356,18 +362,18 @@ impl Session {
         self.sources.iter().map(|(_, source)| source.path.as_str()).collect()
     }
 
-    /// As [`Session::design`], for verbs that need a chart.
+    /// Like [`Session::design`], for verbs that need a chart.
     pub(crate) fn net(&mut self, input: &Input) -> Result<(NetDesign, Vec<Diagnostic>), Stop> {
         match self.design(input)? {
             (Design::Net(design), found) => Ok((*design, found)),
             (Design::Logic(_), _) => Err(Stop::Input(format!(
-                "{} is logic, which has no steps, and this needs a chart (.graf .rules .net): check, sim, compare and convert take logic",
+                "{} is logic, but this verb needs a chart (.graf .rules .net); check, sim, compare and convert accept logic",
                 input.file
             ))),
         }
     }
 
-    /// A path as a chart, read as other arguments say.
+    /// A path as a chart, read according to other arguments.
     pub(crate) fn net_at(
         &mut self,
         path: &str,
@@ -377,9 +383,9 @@ impl Session {
     }
 }
 
-/// The charts in a folder and below it, in the order of their paths.
+/// The charts in and below a folder, in the order of their paths.
 pub(crate) fn charts_below(folder: &str) -> Result<Vec<String>, Stop> {
-    // C is not taken unasked: it is what `build` writes.
+    // C files are skipped unless requested: `build` writes them.
     let is_chart = |path: &str| {
         Format::of(path, "").is_some_and(|format| format.is_chart() && format != Format::C)
     };
@@ -391,7 +397,7 @@ pub(crate) fn charts_below(folder: &str) -> Result<Vec<String>, Stop> {
             .filter(|(format, ..)| *format != Format::C)
             .map(|(_, _, extension)| format!(".{extension}"))
             .collect();
-        return Err(Stop::Input(format!("{folder} holds no chart ({})", known.join(" "))));
+        return Err(Stop::Input(format!("{folder} contains no chart ({})", known.join(" "))));
     }
     Ok(charts)
 }
@@ -400,7 +406,7 @@ fn unknown_format(name: &str) -> Stop {
     let known: Vec<&str> = Format::ALL.iter().map(|(_, name, _)| *name).collect();
     let near = grafsynth_ir::diag::nearest(name, known.iter().copied());
     let hint = near.map(|near| format!(", did you mean `{near}`?")).unwrap_or_default();
-    Stop::Usage(format!("no format is called `{name}`{hint} (known: {})", known.join(", ")))
+    Stop::Usage(format!("unknown format `{name}`{hint} (known: {})", known.join(", ")))
 }
 
 fn starts_with_role(text: &str) -> bool {

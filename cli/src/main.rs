@@ -1,6 +1,7 @@
 //! The command line of grafsynth: arguments, files, rendering, exit codes. Everything else is in `grafsynth-driver` and `grafsynth-engines`.
 
 mod args;
+mod evidence;
 mod exit;
 mod files;
 mod idle;
@@ -29,7 +30,7 @@ const WIDTH: usize = 140;
 /// The height of a terminal that does not say it, in lines.
 const HEIGHT: usize = 40;
 
-/// Why standard output lost a part of what was printed.
+/// The error that lost a part of the standard output.
 static LOST: OnceLock<String> = OnceLock::new();
 
 fn main() -> ExitCode {
@@ -42,7 +43,7 @@ fn main() -> ExitCode {
         .and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
     let (cli, matches) = match parsed {
         Ok(parsed) => parsed,
-        // Help and the version are what was asked for.
+        // Help and the version are requested output.
         Err(said) if !said.use_stderr() => {
             note_lost(said.print());
             return end(Exit::Done);
@@ -64,7 +65,7 @@ fn main() -> ExitCode {
         Ok(exit) => exit,
         Err(stop) => stopped(&report, stop),
     };
-    // Where the user has stopped the program in this moment, the signal ends it; else it comes too late from here on.
+    // If the user interrupts the program at this moment, the signal ends it; after this it is too late.
     std::mem::forget(files::writing());
     progress::end();
     report.sum_up(style, cli.global.quiet);
@@ -92,8 +93,11 @@ fn run(cli: &Cli, session: &mut Session) -> Result<Exit, Stop> {
     }
 }
 
-/// Says what is wrong with the options: as a report, where one was asked for.
-#[expect(clippy::disallowed_methods, reason = "what cannot be parsed is looked at as it is")]
+/// Reports invalid options: as a report, if one was requested.
+#[expect(
+    clippy::disallowed_methods,
+    reason = "arguments that cannot be parsed are scanned directly"
+)]
 fn misused(said: &clap::Error) -> ExitCode {
     let words: Vec<String> = std::env::args().collect();
     let asks = |name: &str| {
@@ -114,7 +118,7 @@ fn misused(said: &clap::Error) -> ExitCode {
     end(Exit::Usage)
 }
 
-/// Says why a verb could not go on.
+/// Reports why a verb could not continue.
 fn stopped(report: &Report, stop: Stop) -> Exit {
     let (text, exit) = match stop {
         Stop::Errors => return Exit::Errors,
@@ -129,7 +133,7 @@ fn stopped(report: &Report, stop: Stop) -> Exit {
     exit
 }
 
-/// True if what a verb makes goes to standard output, so that a report has no place there.
+/// True if the result of a verb goes to standard output, so a report must not be printed there.
 fn makes_standard_output(verb: &Verb) -> bool {
     let is_dash = |path: &std::path::Path| path.as_os_str() == "-";
     match verb {
@@ -147,7 +151,7 @@ fn makes_standard_output(verb: &Verb) -> bool {
     }
 }
 
-/// The exit code, unless what was printed did not arrive.
+/// The exit code, unless the output was lost.
 fn end(exit: Exit) -> ExitCode {
     let Some(why) = LOST.get() else { return ExitCode::from(exit as u8) };
     print_error(&format!("grafsynth: cannot write to standard output: {why}\n"));
@@ -178,7 +182,7 @@ fn style(cli: &Cli) -> Style {
     }
 }
 
-/// Prints what was asked for. What does not arrive makes the exit code 2; a reader that went away (`| head`) is no error.
+/// Prints requested output. Lost output gives exit code 2; a closed pipe (`| head`) is not an error.
 pub(crate) fn print(text: &str) {
     progress::aside(|| {
         let mut out = io::stdout().lock();
@@ -194,7 +198,7 @@ fn note_lost(printed: io::Result<()>) {
     }
 }
 
-/// Prints what is said beside it.
+/// Prints additional messages.
 pub(crate) fn print_error(text: &str) {
     progress::aside(|| {
         let _ = std::io::stderr().lock().write_all(text.as_bytes());

@@ -1,6 +1,6 @@
-//! A bound on memory and time for what cannot be bounded by counting steps: in a template, one step can double a string.
+//! A bound on memory and time for work that cannot be bounded by counting steps: in a template, one step can double a string.
 //!
-//! How much memory the program holds is looked at every few milliseconds while the work runs, where the system says it (Linux). Elsewhere only the time is
+//! The memory of the process is measured every few milliseconds while the work runs, if the system supports it (Linux). Otherwise only the time is
 //! bounded.
 
 use std::sync::Arc;
@@ -8,20 +8,20 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// How much more memory the work may take than the program had before it, in bytes.
+/// The maximum amount of additional memory for the work, in bytes.
 const LIMIT: u64 = 1 << 30;
-/// How long the work may take.
+/// The maximum time for the work.
 const TIME: Duration = Duration::from_secs(60);
 const GLANCE: Duration = Duration::from_millis(2);
 
-/// Ends the program with the exit code of a wrong input when [`LIMIT`] or [`TIME`] is passed while this value lives.
+/// Ends the program with the exit code of an invalid input if [`LIMIT`] or [`TIME`] is exceeded while this value lives.
 pub(crate) struct Bound {
     is_done: Arc<AtomicBool>,
     watcher: Option<JoinHandle<()>>,
 }
 
 impl Bound {
-    /// Begins to look at what `work` takes; `code` is the finding's where it is too much.
+    /// Starts to measure `work`; `code` is the code of the finding if a bound is exceeded.
     pub(crate) fn start(code: &'static str, work: &'static str) -> Self {
         let is_done = Arc::new(AtomicBool::new(false));
         let seen = Arc::clone(&is_done);
@@ -64,8 +64,8 @@ fn stop(said: &str) -> ! {
     std::process::exit(crate::exit::Exit::Errors as i32)
 }
 
-/// The bytes that the program holds now; none where the system does not say.
-#[expect(clippy::disallowed_methods, reason = "no source is read, but a number of the system")]
+/// The memory of the process in bytes; `None` if the system does not report it.
+#[expect(clippy::disallowed_methods, reason = "this reads a system value, not a source")]
 fn resident() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;

@@ -1,15 +1,15 @@
-//! What is being tried: a line on standard error for whoever waits at a terminal longer than two seconds.
+//! The current task: a line on standard error for users who wait at a terminal for more than two seconds.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal as _;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// Nobody is told of what takes less.
+/// Shorter tasks are not shown.
 const PATIENCE: Duration = Duration::from_secs(2);
 const TICK: Duration = Duration::from_millis(120);
 
-/// What is being tried, and the line that says so.
+/// The current task, and the line that shows it.
 struct Now {
     doing: String,
     line: Option<ProgressBar>,
@@ -21,7 +21,7 @@ fn now() -> std::sync::MutexGuard<'static, Now> {
     NOW.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Begins to show what is being tried, if somebody can see it.
+/// Starts to show the current task, if there is a terminal.
 pub(crate) fn begin() {
     if !std::io::stderr().is_terminal() {
         return;
@@ -38,11 +38,11 @@ pub(crate) fn begin() {
         line.enable_steady_tick(TICK);
         now.line = Some(line);
     };
-    // Without the thread nothing is shown, which is all that is lost.
+    // If the thread cannot be created, only the progress line is lost.
     let _ = std::thread::Builder::new().name("progress".to_owned()).spawn(show);
 }
 
-/// Says what is being tried from now on.
+/// Sets the current task.
 pub(crate) fn doing(what: String) {
     let mut now = now();
     if let Some(line) = &now.line {
@@ -51,12 +51,12 @@ pub(crate) fn doing(what: String) {
     now.doing = what;
 }
 
-/// What is being tried.
+/// The current task.
 pub(crate) fn what() -> String {
     now().doing.clone()
 }
 
-/// Prints something without the line in its way.
+/// Prints something without mixing it with the line.
 pub(crate) fn aside(print: impl FnOnce()) {
     let line = now().line.clone();
     match line {
@@ -65,7 +65,7 @@ pub(crate) fn aside(print: impl FnOnce()) {
     }
 }
 
-/// Takes the line away.
+/// Removes the line.
 pub(crate) fn end() {
     if let Some(line) = now().line.take() {
         line.finish_and_clear();

@@ -30,7 +30,7 @@ pub(crate) struct Style {
     pub(crate) format: MessageFormat,
     /// Colours.
     pub(crate) color: bool,
-    /// At most so many findings of a file are shown; the rest is counted.
+    /// The maximum number of findings shown for a file; the rest is counted.
     pub(crate) max_diagnostics: usize,
     /// Width of the terminal in columns.
     pub(crate) width: usize,
@@ -177,7 +177,7 @@ fn short(sources: &Sources, diagnostic: &Diagnostic) -> String {
 
 /// The longest part of a source line that is shown; longer lines are cut to a window around the place.
 const LINE_WINDOW: usize = 200;
-/// Places of one file that stand further apart than this many lines are shown in separate windows.
+/// Locations of one file that are more lines apart than this are shown in separate windows.
 const LINES_APART: usize = 8;
 
 fn human(sources: &Sources, folded: &Folded<'_>, renderer: &Renderer) -> String {
@@ -235,7 +235,7 @@ fn human(sources: &Sources, folded: &Folded<'_>, renderer: &Renderer) -> String 
     renderer.render(&groups)
 }
 
-/// A piece of one source text with what is to be marked in it, in bytes of the piece.
+/// A part of a source text with its marks, in bytes of that part.
 struct Window<'a> {
     path: &'a str,
     first_line: usize,

@@ -1,9 +1,9 @@
-//! Golden cases: each file under `tests/cases` says in its first line what to run; what that prints, writes and returns is the file beside it.
+//! Golden cases: the first line of each file under `tests/cases` is the command to run; the file beside it has the expected output, files and exit code.
 //!
-//! The first line is a comment with `run:` and the arguments of grafsynth. `{}` stands for the file itself (appended if it is missing), `{out}` for an
-//! folder that is empty, or a copy of `FILE.in` beside the case; whatever is there afterwards belongs to the accepted output, but for the list of
-//! outputs, whose hashes are compared with the files instead. `GRAFSYNTH_BLESS=1` writes the accepted output of cases that have none
-//! and replaces those that differ: read the difference before committing it.
+//! The first line is a comment with `run:` and the arguments of grafsynth. `{}` is replaced by the file itself (appended if it is missing), `{out}` by an
+//! empty folder, or by a copy of `FILE.in` beside the case; its contents afterwards belong to the accepted output, except the list of
+//! outputs, whose hashes are compared with the files instead. `GRAFSYNTH_BLESS=1` writes the accepted output of cases without one
+//! and replaces outputs that differ: read the difference before committing it.
 
 #![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]
 
@@ -42,7 +42,7 @@ fn every_case_gives_what_lies_beside_it() {
     println!("{} cases", cases.len());
     assert!(
         wrong.is_empty(),
-        "{} of {} cases differ (GRAFSYNTH_BLESS=1 accepts what they give now):\n\n{}",
+        "{} of {} cases differ (GRAFSYNTH_BLESS=1 accepts the new output):\n\n{}",
         wrong.len(),
         cases.len(),
         wrong.join("\n\n")
@@ -76,7 +76,7 @@ pub(crate) fn command(case: &Path) -> Option<String> {
 }
 
 fn run(case: &Path) -> String {
-    let folder = case.parent().expect("a case lies in a folder");
+    let folder = case.parent().expect("a case is in a folder");
     let name = case.file_name().expect("a case has a name").to_string_lossy().into_owned();
     let out = tempfile::tempdir().expect("a temporary folder");
     let before = PathBuf::from(format!("{}.in", case.display()));
@@ -84,11 +84,11 @@ fn run(case: &Path) -> String {
         let mut there = Vec::new();
         files(&before, &mut there);
         for path in there {
-            let name = path.strip_prefix(&before).expect("it lies in the folder");
+            let name = path.strip_prefix(&before).expect("it is in the folder");
             fs::copy(&path, out.path().join(name)).expect("a file can be copied");
         }
     }
-    let line = command(case).expect("a case says what to run");
+    let line = command(case).expect("a case has a command");
     let mut arguments = split(&line);
     if !arguments.iter().any(|argument| argument == "{}") {
         arguments.push("{}".to_owned());
@@ -119,11 +119,11 @@ fn run(case: &Path) -> String {
     written.sort();
     for path in written {
         let shown =
-            path.strip_prefix(out.path()).expect("it lies in the folder").display().to_string();
+            path.strip_prefix(out.path()).expect("it is in the folder").display().to_string();
         let bytes = fs::read(&path).expect("an output can be read");
         if shown.ends_with(".outputs.json") {
             let wrong = wrong_hashes(out.path(), &bytes);
-            assert!(wrong.is_empty(), "{}: {shown} lies about {wrong:?}", case.display());
+            assert!(wrong.is_empty(), "{}: {shown} is wrong about {wrong:?}", case.display());
             continue;
         }
         let _ = writeln!(text, "---- {shown}\n{}", clean(&bytes).trim_end());
@@ -131,7 +131,7 @@ fn run(case: &Path) -> String {
     text
 }
 
-/// The files that are not what a list of outputs says. A file of the user's has no hash.
+/// The files that differ from a list of outputs. A file that belongs to the user has no hash.
 pub(crate) fn wrong_hashes(folder: &Path, list: &[u8]) -> Vec<String> {
     let list: serde_json::Value = serde_json::from_slice(list).expect("a list of outputs");
     let builds = list["builds"].as_array().expect("builds");
@@ -189,7 +189,7 @@ fn difference(expected: &str, got: &str) -> String {
     diff.unified_diff().context_radius(3).header("accepted", "now").to_string()
 }
 
-/// Each code has a page with its title and three sections. (The crates run the examples of their own pages; those of the command line are cases.)
+/// Each code has a page with its title and three sections. (The crates test the examples of their own pages; those of the command line are cases.)
 #[test]
 fn every_code_has_its_page_and_every_page_its_code() {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/codes");

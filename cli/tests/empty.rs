@@ -1,4 +1,4 @@
-//! A file that says nothing is an error in every language, never a design without parts.
+//! An empty file is an error in every language, never a design without parts.
 
 #![allow(clippy::disallowed_methods, reason = "tests write files and start the program")]
 
@@ -11,7 +11,7 @@ fn an_empty_file_is_an_error_in_every_language() {
     let folder = tempfile::tempdir().unwrap();
     let extensions = Format::ALL.iter().map(|(_, _, extension)| *extension);
     for extension in extensions.chain(["exp", "kiss"]) {
-        // Nothing at all, blank lines, and a mark of the byte order alone, as editors leave behind.
+        // Empty, blank lines, and a byte order mark alone, as left by editors.
         for text in ["", " \n\n\t\n", "\u{feff}\n"] {
             let file = format!("nothing.{extension}");
             fs::write(folder.path().join(&file), text).unwrap();
@@ -27,7 +27,7 @@ fn an_empty_file_is_an_error_in_every_language() {
     }
 }
 
-/// What stands beside a design: nothing said there is nothing asked for, but for a stimulus, which has a header at least.
+/// Files beside a design may be empty, except a stimulus, which needs at least a header.
 #[test]
 fn an_empty_stimulus_is_an_error() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,7 +1,7 @@
-//! The exit code of each verb in each situation, and that docs/exit-codes.md has the same table.
+//! The exit code of each verb in each situation, and a check that docs/exit-codes.md has the same table.
 
 #![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 
 use crate::traced;
 use std::fmt::Write as _;
@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// What can be the matter, in the order of the table.
+/// The situations, in the order of the table.
 const SITUATIONS: [&str; 12] = [
     "all is well",
     "the input is wrong",
@@ -43,7 +43,7 @@ const VERBS: [&str; 14] = [
     "man",
 ];
 
-/// Verb, situation, exit code, and the rest of the command line. `>` at its end sends standard output to a full disk.
+/// Verb, situation, exit code, and the rest of the command line. A `>` at its end sends standard output to a full disk.
 const CELLS: &[(&str, usize, i32, &str)] = &[
     ("new", 0, 0, "lamp"),
     ("new", 3, 2, "9lives"),
@@ -190,7 +190,7 @@ const GOOD: &str = "chart lamp {
 }
 ";
 
-/// A loop of more rounds than proofs unroll, beside a number with too many values to try each.
+/// A loop with more rounds than proofs unroll, and a number with too many values to enumerate.
 fn hard(kept: &str, assert: &str) -> String {
     format!(
         "chart hard {{
@@ -297,7 +297,7 @@ fn each_verb_has_the_same_codes() {
     let has_compiler = traced::dump(folder);
     if has_compiler {
         let dump = fs::read_to_string(folder.join("dump.hex")).expect("the ring");
-        // The first transition that fired becomes one that was not enabled.
+        // The first fired transition becomes one that was not enabled.
         let mut lines: Vec<&str> = dump.lines().collect();
         let (first, second) = (20, 26);
         for byte in 4..6 {
@@ -305,7 +305,7 @@ fn each_verb_has_the_same_codes() {
         }
         fs::write(folder.join("damaged.hex"), lines.join("\n")).expect("it is written");
     }
-    // A fuse map whose vectors ask for what its fuses do not do.
+    // A fuse map with vectors that its fuses fail.
     let (made, said) = run(folder, "build", "good.graf --target jedec --stimulus good.csv -o out");
     assert_eq!(made, Some(0), "{said}");
     let map = fs::read_to_string(folder.join("out/good.jed")).expect("the fuse map");
@@ -326,7 +326,7 @@ fn each_verb_has_the_same_codes() {
     assert!(wrong.is_empty(), "{wrong}");
 }
 
-/// The map with the first tested output of a vector the other way round, and no checksums.
+/// The map with the first tested output of a vector inverted, and without checksums.
 fn spoiled(map: &str) -> String {
     let mut is_done = false;
     let lines = map.lines().filter(|line| !line.starts_with('C')).map(|line| {
@@ -339,7 +339,7 @@ fn spoiled(map: &str) -> String {
         line.to_owned()
     });
     let text: Vec<String> = lines.collect();
-    // The checksum of the transmission behind ETX is optional when it is 0000.
+    // The checksum of the transmission after ETX is not checked if it is 0000.
     let text = text.join("\n");
     match text.find('\u{3}') {
         Some(end) => format!("{}\u{3}0000\n", &text[..end]),
@@ -347,7 +347,7 @@ fn spoiled(map: &str) -> String {
     }
 }
 
-/// What a command says that is stopped while it does this; it is given longer where it had not come so far.
+/// The output of a command that is interrupted during this task; it gets more time if it has not reached the task.
 #[cfg(unix)]
 fn interrupted(folder: &Path, arguments: &[&str], doing: &str) -> std::process::Output {
     let mut said = String::new();
@@ -378,13 +378,13 @@ fn an_interrupted_verb_writes_nothing_and_ends_by_the_signal() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     files(folder.path());
     let doing = "stopped while comparing hard.graf and hard_twin.graf; nothing was written";
-    // So many reactions take hours.
+    // This many reactions take hours.
     let arguments = ["compare", "hard.graf", "hard_twin.graf", "--random", "1000000000"];
     let output = interrupted(folder.path(), &arguments, doing);
     assert_eq!(output.status.signal(), Some(2), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// Who stops a long `check` is told what was found before it began to explore.
+/// A user who interrupts a long `check` sees what was found before the exploration.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_check_says_what_it_found() {
@@ -432,5 +432,5 @@ fn table() -> String {
 fn the_page_has_the_same_table() {
     let page = include_str!("../../docs/exit-codes.md");
     let table = table();
-    assert!(page.contains(&table), "docs/exit-codes.md does not hold this table:\n{table}");
+    assert!(page.contains(&table), "docs/exit-codes.md does not contain this table:\n{table}");
 }

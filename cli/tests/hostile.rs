@@ -1,10 +1,10 @@
-//! Damaged files of every kind through every verb that reads them: an answer within 10 s of a processor and 2 GB, never a panic or an abort.
+//! Damaged files of every kind with every verb that reads them: an answer within 10 s of CPU time and 2 GB, never a panic or an abort.
 //!
-//! Seeds are the cases and examples of this project and, where `GRAFSYNTH_CORPUS` names a folder of other people's files, those too.
+//! Seeds are the cases and examples of this project and, if `GRAFSYNTH_CORPUS` names a folder with files by others, those too.
 
 #![cfg(unix)]
 #![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,14 +14,14 @@ use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Kibibytes of address space.
+/// The limit of the address space in kibibytes.
 const MEMORY: u64 = 2 << 20;
-/// Seconds of a processor. A program that is not optimised gets more.
+/// The limit of CPU time in seconds. An unoptimised program gets more.
 const TIME: u64 = if cfg!(debug_assertions) { 60 } else { 10 };
-/// The largest seed.
+/// The maximum size of a seed in bytes.
 const SEED: u64 = 64 << 10;
 
-/// What charts are read by. `{}` is the damaged file, `{seed}` another one of its kind, `{out}` a folder.
+/// The commands that read charts. `{}` is the damaged file, `{seed}` another one of its kind, `{out}` a folder.
 const CHART: [&str; 9] = [
     "check {}",
     "check {} --certify -",
@@ -43,7 +43,7 @@ const LOGIC: [&str; 7] = [
     "compare {} {seed} --random 50",
 ];
 
-/// The kinds of files: the extensions of seeds, and what reads them.
+/// The kinds of files: the extensions of seeds, and the commands that read them.
 fn kinds() -> Vec<(&'static str, Vec<&'static str>, Vec<String>)> {
     let texts = |all: &[&str]| all.iter().map(|text| (*text).to_owned()).collect::<Vec<String>>();
     let with = |more: &[&str]| {
@@ -114,7 +114,7 @@ impl Random {
 /// One to four edits: bits, cuts, repetitions, pieces of other files, brackets, huge and odd numbers, words swapped.
 fn damaged(seeds: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
     let mut bytes = seeds[random.below(seeds.len())].clone();
-    // Most files stay near to sound ones, so that more than their reader is met.
+    // Most files stay similar to valid ones, so that they get past their reader.
     let n_edits = if random.below(3) == 0 { 1 + random.below(4) } else { 1 };
     for _ in 0..n_edits {
         let from = random.below(bytes.len() + 1);
@@ -144,7 +144,7 @@ fn damaged(seeds: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
             }
             5 => bytes.truncate(from),
             _ => {
-                // The next number becomes another one.
+                // Replaces the next number by another one.
                 let digits = |byte: &u8| byte.is_ascii_digit();
                 let Some(start) = bytes[from..].iter().position(digits).map(|at| from + at) else {
                     continue;
@@ -200,7 +200,7 @@ fn collect(folder: &Path, all: &mut BTreeMap<String, Vec<Vec<u8>>>) {
     }
 }
 
-/// Sound files of each kind. What no folder has is made by the program itself.
+/// Valid files of each kind. Kinds without files are made by the program itself.
 fn seeds(root: &Path, work: &Path) -> BTreeMap<String, Vec<Vec<u8>>> {
     let mut all = BTreeMap::new();
     for folder in ["tests/cases", "tests/scxml", "tests/c", "examples", "cli/templates"] {
@@ -286,7 +286,7 @@ struct Case<'a> {
 }
 
 impl Case<'_> {
-    /// The exit code, or what went wrong; the file is then kept.
+    /// The exit code, or the error; the file is then kept.
     fn run(&self, random: &mut Random) -> Result<i32, String> {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let at = |name: &str| folder.path().join(name).display().to_string();

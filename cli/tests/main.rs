@@ -1,4 +1,4 @@
-//! The program itself, started as a user starts it.
+//! Tests of the program itself, started as a user starts it.
 
 mod cases;
 mod empty;
@@ -6,6 +6,7 @@ mod exit_codes;
 mod fixes;
 mod hostile;
 mod names;
+mod new;
 mod packages;
 mod pages;
 mod reports;

@@ -1,4 +1,4 @@
-//! What `build --package` writes, and what it leaves alone.
+//! The files that `build --package` writes, and those that it does not change.
 
 #![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]
 
@@ -42,7 +42,7 @@ fn the_files_of_the_user_stay() {
     for name in ours {
         assert_ne!(fs::read_to_string(out.join(name)).expect("it is there"), "changed\n", "{name}");
     }
-    assert!(!out.join("lamp.c").exists(), "packages stand in place of the bare files");
+    assert!(!out.join("lamp.c").exists(), "packages replace the separate files");
 }
 
 #[test]
@@ -50,7 +50,7 @@ fn all_files_are_written_or_none() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let out = folder.path().join("out");
     fs::create_dir(&out).expect("it is made");
-    // A file where the last package needs a folder.
+    // A file in place of a folder of the last package.
     fs::write(out.join("lamp-platformio"), "mine\n").expect("it is written");
     let run = build(folder.path(), &["--target", "c", "--package", "plain,arduino,platformio"]);
     assert_eq!(run.status.code(), Some(2), "{}", String::from_utf8_lossy(&run.stderr));

@@ -1,7 +1,7 @@
-//! The example of each page under `docs/codes` triggers its code when it is run as the page says.
+//! The example of each page under `docs/codes` triggers its code if it is run as described on the page.
 //!
 //! The fence names the language, then the verb with its options (`check` if none). Lines `// stimulus` and `// state` of an example begin a second file,
-//! which is given with `--stimulus` or `--restore`.
+//! which is passed with `--stimulus` or `--restore`.
 
 #![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]
 
@@ -9,13 +9,13 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// Pages whose example needs more than one run of the program; the crate that owns the code has a test for them.
+/// Pages whose example needs more than one run of the program; the crate that owns the code tests it.
 const ELSEWHERE: [(&str, &str); 14] = [
     ("G0003", "needs a second design: tests/cases/codes/G0003.graf"),
     ("G0015", "needs what an older build wrote: tests/cases/codes/G0015.graf"),
     ("G0019", "needs a stimulus beside a chart: tests/cases/codes/G0019.graf"),
-    ("G0108", "the command line refuses a long file before the reader does"),
-    ("G0109", "the count of what is not shown is the command line's own"),
+    ("G0108", "the command line rejects a long file before the reader does"),
+    ("G0109", "the command line itself counts what is not shown"),
     ("G0120", "needs a file to write to: tests/cases/convert/macro_to_rules.graf"),
     ("G0511", "needs a broken trace"),
     ("G0512", "needs a broken trace"),
@@ -23,7 +23,7 @@ const ELSEWHERE: [(&str, &str); 14] = [
     ("G0604", "needs a cross compiler: tests/tests/controllers.rs"),
     ("G0715", "needs vectors that no verb makes: the tests of backend-pld"),
     ("G0728", "needs a text of more than 64 MiB"),
-    ("G0789", "needs a fault in our own mapper: the tests of fuse maps flip fuses"),
+    ("G0789", "needs a bug in our own mapper: the tests of fuse maps flip fuses"),
     ("G0729", "needs a text that our own writer never writes"),
 ];
 
@@ -86,7 +86,7 @@ pub(crate) fn prepare(page: &str) -> (tempfile::TempDir, Vec<String>) {
     let file = folder.path().join(format!("example.{extension}"));
     fs::write(&file, format!("{body}\n")).expect("the example can be written");
     let mut arguments: Vec<String> = verb.split_whitespace().map(str::to_owned).collect();
-    // An option at the end that names what the second file is for stands there for the reader.
+    // An option at the end that names the purpose of the second file is only for the reader.
     arguments.retain(|argument| argument != "--stimulus" && argument != "--restore");
     let shown = format!("example.{extension}");
     if arguments.iter().any(|argument| argument == "{}") {

@@ -1,7 +1,7 @@
-//! What machines read: JSON lines keep to docs/report.schema.json, SARIF to the schema of the standard, and both hold what people are told.
+//! Machine-readable reports: JSON lines follow docs/report.schema.json, SARIF follows the schema of the standard, and both contain what people see.
 
 #![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 
 use boon::{Compiler, SchemaIndex, Schemas};
 use serde_json::Value;
@@ -61,7 +61,7 @@ fn grafsynth(folder: &Path, arguments: &[&str], format: &str) -> Output {
         .expect("grafsynth starts")
 }
 
-/// Verbs in situations that give each kind of line.
+/// Verbs in situations that produce each kind of line.
 const RUNS: [&[&str]; 13] = [
     &["check", "a lamp 50%.graf"],
     &["check", "a lamp 50%.graf", "bad.graf", "missing.graf"],
@@ -151,7 +151,7 @@ fn what_people_are_told_stands_in_the_json() {
     }
 }
 
-/// The schema of SARIF 2.1.0, which a crate carries that nothing is built of.
+/// The schema of SARIF 2.1.0, from a crate that is not otherwise used.
 fn sarif_schema() -> Option<PathBuf> {
     let metadata = Command::new(env!("CARGO"))
         .args(["metadata", "--format-version", "1"])

@@ -1,4 +1,4 @@
-//! C that differs from its chart, or that no compiler takes, is never written; what could not be checked is said with the exit code.
+//! C code that differs from its chart, or that no compiler accepts, is never written; the exit code shows what could not be checked.
 
 #![cfg(unix)]
 #![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]
@@ -56,7 +56,7 @@ fn has_compiler() -> bool {
     found
 }
 
-/// Spoils the text of one style on its way to the compiler.
+/// Corrupts the text of one style on its way to the compiler.
 const SPOILED: &str = "if grep -q 'style switch' lamp.c
 then sed -i 's/in->button/!in->button/' lamp.c
 fi
@@ -76,7 +76,7 @@ fn c_that_differs_is_not_written_and_the_style_that_is_right_is_named() {
         assert!(said.contains("differs from the chart after"), "{said}");
         let how = if proof.len() > 2 { "is equal in what was tested" } else { "is proved equal" };
         assert!(said.contains(&format!("the style `bits` {how}")), "{said}");
-        // The style that is named can be written.
+        // The suggested style can be written.
         let output = build(folder.path(), SPOILED, &["-t", "c-bits"]);
         assert_eq!(output.status.code(), Some(0), "{}", text(&output));
         assert!(is_written(folder.path()));
@@ -111,7 +111,7 @@ fn c_that_the_compiler_refuses_is_an_error() {
     assert!(said.contains("lamp.c:7: no such thing"), "{said}");
 }
 
-/// A compiler for another machine says nothing about the text.
+/// A compiler for another machine proves nothing about the text.
 #[test]
 fn c_without_a_compiler_for_this_machine_is_written_and_open() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -120,7 +120,10 @@ fn c_without_a_compiler_for_this_machine_is_written_and_open() {
         let said = text(&output);
         assert_eq!(output.status.code(), Some(4), "{said}");
         assert!(is_written(folder.path()), "{said}");
-        assert!(said.contains("not checked: the C compiler makes no programs here"), "{said}");
+        assert!(
+            said.contains("not checked: the C compiler cannot create programs for this machine"),
+            "{said}"
+        );
         let output = run(folder.path(), "/nowhere/cc", proof);
         let said = text(&output);
         assert_eq!(output.status.code(), Some(4), "{said}");

@@ -1,7 +1,7 @@
-//! From `build --trace` to `trace`: the ring of a chart that was built for a machine is read with the same options, and with others refused.
+//! From `build --trace-ring` to `trace`: the ring of a chart that was built for a machine is read with the same options, and rejected with others.
 
 #![allow(clippy::disallowed_methods, reason = "tests read files and start programs")]
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 
 use std::fs;
 use std::path::Path;
@@ -49,10 +49,10 @@ fn grafsynth(folder: &Path, arguments: &[&str]) -> Output {
         .expect("grafsynth starts")
 }
 
-/// Costs that a model counts and properties are in the mark of the chart.
+/// Costs from a model and properties are part of the hash of the chart.
 const READING: [&str; 4] = ["--for", "avr", "--assert", "never (on.active and off.active)"];
 
-/// Builds `ramp.graf` in the folder, runs it, and leaves its ring in `dump.hex`; false where no compiler is here.
+/// Builds `ramp.graf` in the folder, runs it, and leaves its ring in `dump.hex`; false if no compiler is available.
 pub(crate) fn dump(folder: &Path) -> bool {
     if Command::new("cc").arg("--version").output().is_err() {
         assert!(std::env::var_os("CI").is_none(), "a C compiler is missing, and CI must have it");

@@ -1,4 +1,4 @@
-//! The C of a chart's author never runs on this machine unless the command line says so.
+//! The C code of a chart's author never runs on this machine unless the command line permits it.
 
 #![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]
 
@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// A chart that has C in each kind of place; each text leaves a file behind when it runs.
+/// A chart with C code in each kind of place; each text leaves a file behind when it runs.
 fn chart(marker: &Path) -> String {
     let code = |place: &str| {
         let shell = format!("touch {}.{place}", marker.display());
@@ -54,7 +54,7 @@ fn grafsynth(folder: &Path, arguments: &[&str]) -> Output {
         .expect("grafsynth starts")
 }
 
-/// What the texts left behind, which is then removed.
+/// The files left behind by the texts; they are then removed.
 fn marks(folder: &Path) -> Vec<String> {
     let mut all = Vec::new();
     for entry in fs::read_dir(folder).expect("a folder") {
@@ -73,7 +73,7 @@ fn marks(folder: &Path) -> Vec<String> {
 fn foreign_c_runs_only_where_it_is_trusted() {
     if grafsynth_engines::tools::c_compiler().is_none() {
         assert!(std::env::var_os("CI").is_none(), "CI must have a C compiler");
-        println!("skipped: no C compiler is here");
+        println!("skipped: no C compiler is installed");
         return;
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -113,11 +113,11 @@ fn foreign_c_runs_only_where_it_is_trusted() {
         assert_eq!(marks(folder), all, "{arguments:?}: the test can fail");
         assert!(!said.contains("left out"), "{arguments:?}: {said}");
     }
-    // Where nothing is compiled, nothing is said of it; what proofs don't see is.
+    // If nothing is compiled, there is no note about that, but there is one about proofs.
     let checked = grafsynth(folder, &["check", "lamp.graf"]);
     let said = String::from_utf8_lossy(&checked.stderr).into_owned();
     assert!(said.contains("4 texts of C are not seen by simulation, asserts"), "{said}");
-    // Without a proof the C is compiled and tested all the same.
+    // Without a proof, the C code is still compiled and tested.
     for (run, compiles) in [
         ("sim lamp.graf --random 5", false),
         ("build lamp.graf --target c -o out --no-proof", true),
@@ -129,7 +129,7 @@ fn foreign_c_runs_only_where_it_is_trusted() {
     }
 }
 
-/// Names, labels, comments, tags and the names of files reach the emitted texts as names and comments, never as code.
+/// Names, labels, comments, tags and file names reach the emitted texts as names and comments, never as code.
 #[test]
 fn nothing_else_of_a_chart_becomes_code() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -211,7 +211,7 @@ fn without_comments(text: &str) -> String {
     code
 }
 
-/// Files that a chart names are read below its folder only, and only where they are files.
+/// Files that a chart names are read only below its folder, and only if they are regular files.
 #[test]
 fn a_chart_names_files_below_its_folder() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -248,7 +248,7 @@ fn a_chart_names_files_below_its_folder() {
     assert!(is_read, "{said}");
 }
 
-/// A template that doubles a string in each step is ended, not killed.
+/// A template that doubles a string in each step is rejected, not killed.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_template_that_grows_without_end_is_refused() {

@@ -1,4 +1,4 @@
-//! Builds that are killed, builds at once, and folders in which something stands in the way: the files are always those of one build.
+//! Killed builds, concurrent builds, and folders with obstacles: the files always belong to one build.
 
 #![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]
 
@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// Two versions of one chart, which make files of the same names, each with other bytes.
+/// Two versions of one chart, which produce files with the same names but different contents.
 const VERSIONS: [&str; 2] = [
     "chart lamp {\n extern condition dark\n output lit\n initial step off\n step on { lit }\n off -> on when dark\n on -> off when not dark\n}\n",
     "chart lamp {\n extern condition dark\n output lit\n initial step on { lit }\n step off\n on -> off when not dark\n off -> on when dark\n}\n",
 ];
-/// Files of the user's in the folder of the outputs.
+/// Files of the user in the output folder.
 const MINE: [&str; 4] = ["notes.txt", ".hidden", "lamp-plain/notes.txt", "lamp-plain/lamp_user.c"];
 
 fn many(few: u64, many: u64) -> u64 {
@@ -72,7 +72,7 @@ fn snapshot(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
             if path.is_dir() {
                 open.push(path);
             } else {
-                let name = path.strip_prefix(folder).expect("it lies there").to_owned();
+                let name = path.strip_prefix(folder).expect("it is there").to_owned();
                 all.insert(name, fs::read(path).expect("it can be read"));
             }
         }
@@ -80,7 +80,7 @@ fn snapshot(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     all
 }
 
-/// The entries of ours below a folder, whatever lies in them.
+/// Our entries below a folder, whatever they contain.
 fn entries(folder: &Path) -> Vec<PathBuf> {
     let mut all = Vec::new();
     let mut open = vec![folder.to_owned()];
@@ -98,7 +98,7 @@ fn entries(folder: &Path) -> Vec<PathBuf> {
     all
 }
 
-/// What each version leaves in the folder when nothing disturbs it.
+/// The files of each version after an undisturbed build.
 fn complete_sets(folder: &Path) -> [BTreeMap<PathBuf, Vec<u8>>; 2] {
     [0, 1].map(|version| {
         let output = done(build(folder, version));
@@ -159,7 +159,7 @@ fn a_killed_build_leaves_the_files_of_one_build() {
             "round {round}: files of two builds, and nothing that completes them"
         );
         n_left += left.len();
-        // Any run in that folder puts it in order.
+        // Any run in that folder repairs it.
         let run = done(grafsynth(folder.path(), &["check", "out/lamp.net"]));
         assert!(run.status.success(), "round {round}: {}", String::from_utf8_lossy(&run.stderr));
         let now = snapshot(&out);
@@ -200,7 +200,7 @@ fn two_builds_at_once_leave_the_files_of_one() {
     );
 }
 
-/// What a build over something in the way says; nothing is written then.
+/// The message of a build with an obstacle; nothing is written.
 fn refused(folder: &Path) -> String {
     let before = snapshot(&folder.join("out"));
     let output = done(build(folder, 0));
@@ -268,7 +268,7 @@ fn a_build_does_not_replace_what_it_reads() {
     assert_eq!(fs::read_to_string(folder.path().join("lamp.net")).expect("it is there"), before);
 }
 
-/// A journal of a write in the folder that the entry lies in.
+/// A journal of a write in the folder that contains the entry.
 fn journal(entry: &Path, files: &str) -> String {
     #[cfg(unix)]
     let (device, inode) = {
@@ -283,7 +283,7 @@ fn journal(entry: &Path, files: &str) -> String {
     )
 }
 
-/// A journal that came with somebody's files replaces none of them: it was begun in another folder.
+/// A journal that came with somebody's files does not replace any of them: it was begun in another folder.
 #[cfg(unix)]
 #[test]
 fn a_journal_of_another_folder_completes_nothing() {
@@ -306,7 +306,7 @@ fn a_journal_of_another_folder_completes_nothing() {
     assert_eq!(fs::read_to_string(folder.path().join("0/lamp.graf")).expect("it is there"), lamp);
 }
 
-/// A journal leads nowhere but into its folder.
+/// A journal affects only its own folder.
 #[test]
 fn a_foreign_journal_stays_in_its_folder() {
     let folder = project();
@@ -327,7 +327,7 @@ fn a_foreign_journal_stays_in_its_folder() {
     assert!(folder.path().join("out/x").is_file(), "a sound journal is completed");
 }
 
-/// Who looks into a folder for its charts finds those of a write that was killed before its renames.
+/// A search of a folder for charts finds those of a write that was killed before its renames.
 #[test]
 fn a_folder_that_is_looked_into_is_completed_first() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -345,13 +345,13 @@ fn a_folder_that_is_looked_into_is_completed_first() {
     assert!(!at(".grafsynth-build").exists());
 }
 
-/// A write that was killed after some renames, and that cannot be completed since, is undone: the old files come back.
+/// A write that was killed after some renames and can no longer be completed is undone: the old files are restored.
 #[test]
 fn a_write_that_cannot_be_completed_is_undone() {
     let folder = project();
     let at = |name: &str| folder.path().join("out").join(name);
     fs::create_dir(at(".grafsynth-build")).expect("it is made");
-    // The first was renamed into place, the second is a new file there, the third meets a folder.
+    // The first was renamed into place, the second is a new file there, the third collides with a folder.
     fs::write(at("a.txt"), "new\n").expect("it is written");
     fs::write(at(".grafsynth-build/old-0"), "old\n").expect("it is written");
     fs::write(at("b.txt"), "new\n").expect("it is written");
@@ -369,7 +369,7 @@ fn a_write_that_cannot_be_completed_is_undone() {
     assert_eq!(entries(folder.path()), Vec::<PathBuf>::new());
 }
 
-/// What does not arrive on standard output is an error; a reader that went away is none.
+/// Lost standard output is an error; a closed pipe is not.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_lost_output_is_exit_2() {
@@ -391,7 +391,7 @@ fn a_lost_output_is_exit_2() {
     assert!(Path::new("/dev/full").exists());
 }
 
-/// `convert` of C writes the functions that stay C once; after that the file is the user's.
+/// `convert` of C writes the functions that stay C once; after that the file belongs to the user.
 #[test]
 fn converting_c_again_keeps_the_users_functions() {
     let cases = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/cases/c");

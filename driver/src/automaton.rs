@@ -1,8 +1,8 @@
-//! The reachable product automaton of a chart: one state for each state that the chart can be in, one row for each input (seed 000, Fig. 3: the
+//! The reachable product automaton of a chart: one state for each reachable state of the chart, one row for each input (seed 000, Fig. 3: the
 //! equivalent finite-state machine).
 //!
-//! Outputs are those of the reaction: what a row of the trace shows. A machine that is read back has them as mealy outputs, so its trace is that of the
-//! chart from row 1 on; row 0, before any reaction, shows what the first reaction would give with all inputs 0.
+//! Outputs are those of the reaction, as in a row of the trace. A machine that is read back has them as mealy outputs, so its trace equals that of the
+//! chart from row 1 on; row 0, before any reaction, shows the result of a first reaction with all inputs 0.
 
 use crate::codes::NO_TABLE;
 use crate::rows;
@@ -14,41 +14,41 @@ use grafsynth_sim::{InputRow, Row, Simulator, State};
 use indexmap::IndexMap;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Inputs that are enumerated, the tick among them.
+/// The maximum number of inputs that are enumerated, including the tick.
 const MAX_INPUTS: usize = 14;
-/// States that a table may have.
+/// The maximum number of states of a table.
 const MAX_STATES: usize = 10_000;
-/// Reactions that are run by [`machine`].
+/// The maximum number of reactions that [`machine`] runs.
 const MAX_REACTIONS: usize = 1 << 21;
 
-/// What happens in a state under an input.
+/// The result of a state and an input.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct Answer {
     to: Option<usize>,
     outputs: Vec<Trit>,
 }
 
-/// The state table of a net. An input `tick` is added where the net keeps a time.
+/// The state table of a net. An input `tick` is added if the net measures time.
 ///
-/// Inputs that break an assumption have no row, so they are open; so is what the net leaves open.
+/// Inputs that violate an assumption have no row, so they are don't-cares; so is everything that the net leaves undefined.
 ///
 /// # Errors
-/// What is no bit, or how large the table would be.
+/// Something is not a bit, or the table would be too large.
 pub fn machine(net: &Valid<Net>) -> Result<Machine, Vec<Diagnostic>> {
     machine_within(net, MAX_REACTIONS)
 }
 
-/// As [`machine`], running at most so many reactions.
+/// Like [`machine`], with at most this many reactions.
 ///
 /// # Errors
-/// As [`machine`].
+/// Like [`machine`].
 pub fn machine_within(net: &Valid<Net>, max_reactions: usize) -> Result<Machine, Vec<Diagnostic>> {
     let mut found = Vec::new();
     let mut refuse = |span: Span, message: String| {
         found.push(
             Diagnostic::error(NO_TABLE, message)
                 .at(span, "")
-                .help("a state table has bits for inputs and outputs"),
+                .help("a state table supports only single bits as inputs and outputs"),
         );
     };
     let mut inputs: Vec<InputId> = Vec::new();
@@ -82,7 +82,7 @@ pub fn machine_within(net: &Valid<Net>, max_reactions: usize) -> Result<Machine,
     };
     if n_inputs > MAX_INPUTS {
         return Err(too_large(format!(
-            "the table would have 2^{n_inputs} inputs in each state, and at most 2^{MAX_INPUTS} are written"
+            "the table would have 2^{n_inputs} inputs in each state; the limit is 2^{MAX_INPUTS}"
         )));
     }
     let mut simulator = Simulator::new(net);
@@ -189,7 +189,7 @@ fn name(net: &Net, row: &Row) -> String {
     if names.is_empty() { "empty".to_owned() } else { names.join("+") }
 }
 
-/// Few cubes that cover exactly these points: each point that none covers yet is widened column by column, as long as all points are among them.
+/// A few cubes that cover exactly these points: each uncovered point is widened column by column, as long as all points stay in the set.
 fn cubes(codes: &BTreeSet<u32>, n_inputs: usize) -> Vec<Vec<Trit>> {
     let mut covered: BTreeSet<u32> = BTreeSet::new();
     let mut cubes = Vec::new();

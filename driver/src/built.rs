@@ -1,4 +1,4 @@
-//! What is asked of a build, and what it gives: the data that all ways from a net to an output share.
+//! The inputs and results of a build: the data that all paths from a net to an output share.
 
 use crate::coding::EncodingChoice;
 use crate::output_report::{Outcome, OutputReport};
@@ -13,87 +13,87 @@ use grafsynth_logic::BusyMode;
 use grafsynth_sim::Stimulus;
 use grafsynth_verify::Limits;
 
-/// What the user chose.
+/// The options of a build.
 #[derive(Debug, Clone, Default)]
 pub struct BuildOptions {
     /// What the names of the files begin with; none: the chart's name.
     pub stem: Option<FileStem>,
     /// The device family of equations; none takes the default.
     pub device: Option<String>,
-    /// C: style, callbacks.
+    /// C: style, callbacks and more.
     pub c: grafsynth_backend_c::Options,
-    /// C: folders for ecosystems in place of the bare files.
+    /// C: folders for ecosystems instead of separate files.
     pub packages: Vec<Ecosystem>,
-    /// Templates of the user's, for [`crate::target::Target::Template`].
+    /// The user's templates, for [`crate::target::Target::Template`].
     pub templates: Vec<TemplateFile>,
-    /// When a reaction of a circuit may take several clocks.
+    /// Whether a reaction of a circuit may take several clocks.
     pub busy: BusyMode,
-    /// Flip-flops in front of each input that is not declared `synchronous`.
+    /// The number of synchronising flip-flops before each input that is not declared `synchronous`.
     pub synchronise: u32,
     /// Verilog: a reset input.
     pub reset: Option<Reset>,
-    /// Pins of an earlier build, by the names in its file: signals stay there as far as that is still possible.
+    /// Pins of an earlier build, by the names in its file: signals keep their pins if that is still possible.
     pub keep_pins: Vec<(String, u32)>,
-    /// How the steps are coded.
+    /// The state encoding.
     pub encoding: EncodingChoice,
-    /// Equations may do what they like in situations that are not reached, and where the chart's assumptions are broken.
+    /// Use unreachable situations and violations of the chart's assumptions as don't-cares.
     pub dont_cares: bool,
-    /// Every situation that is not reached leads back to the initial one in one clock, and that is proved.
+    /// Every unreachable situation returns to the initial one in one clock, and this is proved.
     pub safe: bool,
     /// Test vectors for the SIMULATION section and the test bench.
     pub stimulus: Option<Stimulus>,
-    /// Prove the outputs equal.
+    /// Prove that the outputs are equal to the net.
     pub prove: bool,
-    /// [`Built::packages`] hold the C that the author of the chart wrote.
+    /// [`Built::packages`] contain the C code of the chart's author.
     pub trusts_code: bool,
-    /// Gather what a page says of each chip: [`Built::chips`].
+    /// Collect the data of each chip for the report page: [`Built::chips`].
     pub report: bool,
-    /// How far proofs may go.
+    /// Limits of proofs.
     pub limits: Limits,
 }
 
 /// A file to be written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OutputFile {
-    /// Its name; in a package with the folders that it lies in, parted by `/`.
+    /// Its name; in a package with its folders, separated by `/`.
     pub name: String,
     /// Its text.
     pub text: String,
-    /// It is the user's: written only where no file of that name is.
+    /// The file belongs to the user: it is written only if no file with that name exists.
     pub keep_existing: bool,
-    /// Which line comes from which place.
+    /// The origin of each line.
     pub map: Vec<MapEntry>,
 }
 
-/// One line of an output and where it comes from.
+/// One line of an output and its origin.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MapEntry {
     /// The line, from 1.
     pub line: u32,
-    /// What it comes from.
+    /// The name of its origin.
     pub name: String,
-    /// Where that was declared.
+    /// Where the origin is declared.
     pub span: grafsynth_ir::Span,
     /// Its requirement tags.
     pub req: Vec<String>,
 }
 
-/// What a build gave.
+/// The result of a build.
 #[derive(Debug, Clone, Default)]
 pub struct Built {
     /// The files, in the order of the targets.
     pub files: Vec<OutputFile>,
-    /// What was proved and how, a line for each output.
+    /// What was proved and how, one line for each output.
     pub lines: Vec<OutputReport>,
     /// Findings of the back ends.
     pub found: Vec<Diagnostic>,
-    /// C packages, which the caller may compare with the net by running them: without the C of the chart's author, unless that is trusted.
+    /// C packages, which the caller may run and compare with the net: without the C code of the chart's author, unless it is trusted.
     pub packages: Vec<Package>,
-    /// Bitstreams, which the caller may have made where the tools are.
+    /// Bitstream jobs, which the caller may run if the tools are available.
     pub bitstreams: Vec<crate::ice40::Job>,
-    /// What a page says of each chip, where one was asked for.
+    /// The data of each chip for the report page, if requested.
     pub chips: Vec<Chip>,
-    /// What was measured of the first C package, where the caller had it measured for the page.
+    /// Measurements of the first C package for the report page, if requested.
     pub measured: Vec<Measured>,
 }
 
@@ -116,14 +116,14 @@ impl BuildOptions {
 }
 
 impl Built {
-    /// The worst of all lines.
+    /// The worst outcome of all lines.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
         self.lines.iter().map(OutputReport::outcome).max().unwrap_or(Outcome::Proved)
     }
 }
 
-/// A template as it was read.
+/// A template as read from its file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TemplateFile {
     /// The file that findings point into.
@@ -135,7 +135,7 @@ pub struct TemplateFile {
 }
 
 impl TemplateFile {
-    /// The file that it makes for a chart: `my.py.j2` makes `STEM.py`, a template without a language `STEM.txt`.
+    /// The file that it generates for a chart: `my.py.j2` makes `STEM.py`; a template without a language makes `STEM.txt`.
     #[must_use]
     pub fn output(&self, stem: &FileStem) -> String {
         let name = self.path.rsplit(['/', '\\']).next().unwrap_or(&self.path);
@@ -147,19 +147,19 @@ impl TemplateFile {
     }
 }
 
-/// What was measured of a package beside its bound.
+/// Measurements of a package, in addition to its bound.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Measured {
-    /// The machine, as [`grafsynth_backend_c::cost::machine`] calls it.
+    /// The machine, as named by [`grafsynth_backend_c::cost::machine`].
     pub machine: &'static str,
-    /// Reactions that were looked at.
+    /// The number of measured reactions.
     pub reactions: u64,
-    /// The dearest of them, in the unit of the machine.
+    /// The most expensive of them, in the unit of the machine.
     pub step: u64,
-    /// `NAME_init`.
+    /// The cost of `NAME_init`.
     pub init: u64,
-    /// Bytes of stack; none where it was not looked at.
+    /// Bytes of stack; `None` if not measured.
     pub stack: Option<u64>,
-    /// Bytes of text and constant tables.
+    /// Bytes of code and constant tables.
     pub text: u64,
 }

@@ -1,6 +1,6 @@
-//! Certificates for the library charts of a file: what is proved of each, by which version, of which text (seed 004, IV.C).
+//! Certificates for the library charts of a file: the proved properties of each, the version that proved them, and the text (seed 004, IV.C).
 //!
-//! [`certificates`](crate::libraries::certificates) looks at those that a file has; [`certify`] writes them.
+//! [`certificates`](crate::libraries::certificates) checks those that a file has; [`certify`] writes them.
 
 use crate::codes;
 use crate::source::Sources;
@@ -15,33 +15,34 @@ use grafsynth_verify::{Limits, Outcome};
 /// A text with its certificates.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Certified {
-    /// The text of the file: as it was, but for the certificates, each behind its library chart or in the place of the former one.
+    /// The text of the file, unchanged except for the certificates: each follows its library chart or replaces the former one.
     pub text: String,
-    /// How many library charts have one now.
+    /// The number of library charts that now have a certificate.
     pub charts: usize,
-    /// How many properties they name.
+    /// The number of properties in the certificates.
     pub properties: usize,
-    /// Each named property and what is known of it, in their order.
+    /// Each named property with its result, in order.
     pub verdicts: Vec<Certifiable>,
-    /// Named properties that no certificate names, with the reason.
+    /// Named properties that are in no certificate, with the reason.
     pub found: Vec<Diagnostic>,
 }
 
 /// A named property of a library chart.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Certifiable {
-    /// Its name, where it stands.
+    /// Its name, with its location.
     pub name: Name,
     /// The library chart.
     pub of: Name,
-    /// The chart by itself, which a witness is a stimulus of.
+    /// The chart alone, to which a witness stimulus belongs.
     pub net: Valid<Net>,
-    /// What is known of it.
+    /// The result.
     pub outcome: Outcome,
 }
 
-/// Proves the named properties of the library charts that stand in `file`, each chart by itself, and writes down which hold. One proof a property, within
-/// `limits`. Properties without a name cannot be mentioned. Tasks that declare no cost have the one that the model of `machine` counts.
+/// Proves the named properties of the library charts in `file`, each chart alone, and writes certificates for those that are proved. Each property gets one
+/// proof within
+/// `limits`. Properties without a name cannot be listed. Tasks without a declared cost get the estimate of the model of `machine`.
 #[must_use]
 pub fn certify(
     design: &Design,
@@ -58,7 +59,7 @@ pub fn certify(
         verdicts: Vec::new(),
         found: Vec::new(),
     };
-    // Where text is replaced, and by what.
+    // The ranges of text to replace, and their replacements.
     let mut changes: Vec<(std::ops::Range<usize>, String)> = Vec::new();
     for (index, library) in design.libraries.iter().enumerate() {
         if library.span.file != file || library.span.start == library.span.end {
@@ -67,7 +68,8 @@ pub fn certify(
         let net = match task_costs::alone(design, index, machine) {
             Ok(net) => net,
             Err(why) => {
-                let message = format!("{} is not certified: by itself it has errors", library.name);
+                let message =
+                    format!("{} is not certified: the chart alone has errors", library.name);
                 let finding = Diagnostic::warning(codes::CERTIFICATE, message);
                 certified.found.push(finding.at(library.name.span, why));
                 continue;
@@ -90,7 +92,7 @@ pub fn certify(
         changes.push(match &library.certificate {
             Some(old) => (old.span.range(), certificate),
             None => {
-                // A comment behind the closing brace speaks of the chart, so the line stays whole.
+                // A comment after the closing brace belongs to the chart, so the line stays together.
                 let end = library.span.range().end;
                 let rest = text.get(end..).unwrap_or_default().lines().next().unwrap_or_default();
                 let is_end = rest.trim().is_empty() || rest.trim_start().starts_with('#');
@@ -110,7 +112,7 @@ pub fn certify(
     certified
 }
 
-/// What is known of the named properties of a library chart, in their order.
+/// The results of the named properties of a library chart, in order.
 fn verdicts(
     net: &Valid<Net>,
     library: &Library,
@@ -125,7 +127,10 @@ fn verdicts(
         }
         let (name, span) = (&property.name, property.meta.span);
         if name.is_empty() {
-            let message = format!("a property of {} has no name to certify it by", library.name);
+            let message = format!(
+                "a property of {} cannot be certified because it has no name",
+                library.name
+            );
             found.push(
                 Diagnostic::note(codes::CERTIFICATE, message)
                     .at(span, "")
@@ -136,7 +141,7 @@ fn verdicts(
         let why = match &verdict.outcome {
             Outcome::Proved { .. } => None,
             Outcome::Refuted { row, .. } => {
-                Some(format!("it is broken in row {row} of a stimulus"))
+                Some(format!("it is violated in row {row} of a stimulus"))
             }
             Outcome::Open(why) => Some(why.to_string()),
         };

@@ -1,4 +1,4 @@
-//! From a net to its circuit and through a text of it: what equations, netlists and fuse maps have in common.
+//! From a net to its circuit and through a text: the common part of equations, netlists and fuse maps.
 
 use crate::codes;
 use grafsynth_backend_pld::vectors::TraceRow;
@@ -13,21 +13,21 @@ use grafsynth_logic::{BusyMode, EncodeOptions};
 use grafsynth_sim::{Clocked, InputRow, Row, Simulator, Stimulus};
 use grafsynth_verify::Limits;
 
-/// Reactions times steps and transitions that an enumeration before a build may look at: some hundredths of a second.
+/// The maximum number of reactions times steps and transitions for an enumeration before a build: some hundredths of a second.
 pub(crate) const ENUMERATION_WORK: u64 = 20_000_000;
 
-/// What the back ends need to know of a net: the structure, and for a chart that evolves until it is stable a bound on its micro-steps, which only
-/// an enumeration can give. It costs time in proportion to the net, not to its states.
+/// The facts that back ends need about a net: its structure, and for a chart that evolves until it is stable a bound on its micro-steps, which only
+/// an enumeration can find. The time is proportional to the size of the net, not to the number of its states.
 #[must_use]
 pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
     match net.settings.evolution {
         Evolution::Single => grafsynth_verify::structural_facts(net),
         Evolution::Stable { .. } => {
-            // A reaction takes time in proportion to what it looks at.
+            // The time of a reaction is proportional to the size of what it reads.
             let size = (net.steps.len() + net.transitions.len()).max(1) as u64;
             let limits = Limits {
                 pairs: limits.pairs.min((ENUMERATION_WORK / size).clamp(1_000, 100_000)),
-                // A diagram that unrolls micro-steps is small or hopeless, and a build is not to wait for it.
+                // A diagram that unrolls micro-steps is either small or hopeless, and a build must not wait for it.
                 image_bits: limits.image_bits.min(512),
                 image_work: limits.image_work.min(1_000_000),
                 ..limits.clone()
@@ -37,19 +37,19 @@ pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
     }
 }
 
-/// The circuit of a net: one clock a reaction where the depth of its evolution is proved and the composition is not too large, else one micro-step a
+/// The circuit of a net: one clock per reaction if the depth of its evolution is proved and the composition is not too large, otherwise one micro-step per
 /// clock with `busy` (semantics.md §9).
 ///
 /// # Errors
-/// What a chip cannot do, each with its place.
+/// Everything that a chip cannot do, each with its location.
 pub fn logic(net: &Valid<Net>, facts: &Facts) -> Result<Logic, Vec<Diagnostic>> {
     logic_as(net, facts, BusyMode::default())
 }
 
-/// The circuit of a net, with a choice when a reaction may take several clocks.
+/// The circuit of a net, with a choice whether a reaction may take several clocks.
 ///
 /// # Errors
-/// What a chip cannot do, each with its place.
+/// Everything that a chip cannot do, each with its location.
 pub fn logic_as(net: &Valid<Net>, facts: &Facts, busy: BusyMode) -> Result<Logic, Vec<Diagnostic>> {
     let program = program(net, &ProgramOptions::default())?;
     grafsynth_logic::encode(
@@ -60,7 +60,7 @@ pub fn logic_as(net: &Valid<Net>, facts: &Facts, busy: BusyMode) -> Result<Logic
     )
 }
 
-/// A text and the circuit that a stranger reads in it.
+/// A text, and the circuit that an independent reader finds in it.
 #[derive(Debug, Clone)]
 pub struct Through {
     /// The text with its names.
@@ -72,21 +72,21 @@ pub struct Through {
 /// Writes a circuit in a language and reads it back.
 ///
 /// # Errors
-/// What the language cannot say, or what the reader does not understand of our own text.
+/// The language cannot express the circuit, or the reader does not understand our own text.
 pub fn through(
     logic: &Logic,
     dialect: Dialect,
     options: &EmitOptions,
 ) -> Result<Through, Vec<Diagnostic>> {
     let emitted = grafsynth_backend_pld::emit(logic, dialect, options)?;
-    // The text is no file of the user's, so its findings must not point into one: a number that no source has.
+    // The text is not a file of the user, so its findings must not refer to one: this number has no source.
     let (read_back, found) = grafsynth_backend_pld::read(dialect, FileId(u32::MAX), &emitted.text);
     let Some(mut read_back) = read_back.filter(|_| !any_error(&found)) else { return Err(found) };
     let found = grafsynth_backend_pld::rebind(&mut read_back, &emitted);
     if any_error(&found) { Err(found) } else { Ok(Through { emitted, read_back }) }
 }
 
-/// What the back end needs to know of a net beyond its circuit.
+/// The options that the back end needs about a net in addition to its circuit.
 #[must_use]
 pub fn emit_options(net: &Net, device: Option<&str>, vectors: Option<Vectors>) -> EmitOptions {
     let transitions = net.transitions.values().take(200).map(|transition| {
@@ -116,8 +116,8 @@ pub fn emit_options(net: &Net, device: Option<&str>, vectors: Option<Vectors>) -
     }
 }
 
-/// The circuit with `stages` flip-flops in front of each input that is not declared `synchronous`, and of the tick; each wakes with the code that its
-/// input has at reset.
+/// The circuit with `stages` flip-flops before each input that is not declared `synchronous`, and before the tick; their power-up value is the code of
+/// their input at reset.
 #[must_use]
 pub fn synchronised(net: &Net, logic: Logic, stages: u32) -> (Logic, Vec<synchronise::Chain>) {
     synchronise::add(logic, stages, |pin| match pin.role {
@@ -136,7 +136,7 @@ pub fn synchronised(net: &Net, logic: Logic, stages: u32) -> (Logic, Vec<synchro
     })
 }
 
-/// The vectors of a circuit behind synchronisers: what its pins show comes as many clocks earlier as there are stages.
+/// The vectors of a circuit with synchronisers: each row appears at the pins as many clocks earlier as there are stages.
 pub(crate) fn delayed_vectors(
     net: &Valid<Net>,
     logic: &Logic,
@@ -146,10 +146,10 @@ pub(crate) fn delayed_vectors(
 ) -> Result<Vectors, Vec<Diagnostic>> {
     let Some(chain) = chains.first() else { return vectors(net, logic, stimulus) };
     if logic.outputs.values().any(|output| output.role == PinRole::Busy) {
-        let message = "a circuit that is `busy` takes its inputs when it is ready, and synchronisers move them on with every clock: no bench can say what it must show";
+        let message = "a circuit with `busy` reads its inputs when it is ready, but synchronisers shift them with every clock: no test bench can predict its outputs";
         return Err(vec![
             Diagnostic::error(codes::NO_BENCH, message)
-                .help("leave out `--stimulus` or `--synchronise`, or use `--busy never`"),
+                .help("omit `--stimulus` or `--synchronise`, or use `--busy never`"),
         ]);
     }
     let idle = InputRow { dt: 0, ..InputRow::zero(net) };
@@ -160,14 +160,14 @@ pub(crate) fn delayed_vectors(
     Ok(vectors)
 }
 
-/// Whether functions may be anything in states that are not reached. In a design with an emergency they may not, or what is proved of its pins would
-/// hold in reachable states only.
+/// Whether functions may use unreachable states as don't-cares. In a design with an emergency they must not, because the proof about its pins would
+/// then apply to reachable states only.
 pub(crate) fn may_be_free(net: &Net) -> bool {
     net.emergency.is_none()
 }
 
-/// What is proved of a net without its assumptions, where a circuit may not rest on those: in a design with an emergency, whose pins must be right after
-/// an assumption was broken too, whichever chart moved then. None where the facts as they are serve.
+/// The facts proved about a net without its assumptions, if a circuit must not rely on them: in a design with an emergency, the pins must be right even after
+/// an assumption was violated in any chart. `None` if the facts can be used unchanged.
 pub(crate) fn unconditional(net: &Valid<Net>, limits: &Limits) -> Option<Facts> {
     let is_assumed = |property: &Property| property.role == PropertyRole::Assume;
     if may_be_free(net) || !net.properties.iter().any(is_assumed) {
@@ -175,7 +175,7 @@ pub(crate) fn unconditional(net: &Valid<Net>, limits: &Limits) -> Option<Facts> 
     }
     let mut free = net.clone().into_inner();
     free.properties.retain(|property| !is_assumed(property));
-    // A net is as valid without a property.
+    // Removing a property keeps a net valid.
     validate(free).ok().map(|free| facts(&free, limits))
 }
 
@@ -203,7 +203,7 @@ fn vectors_of(
     for input in inputs {
         let row = simulator.step(&input);
         if row.open.next {
-            // What follows from an open situation says nothing of a right circuit.
+            // Rows after an undefined situation do not constrain a correct circuit.
             break;
         }
         rows.push(vector_row(net, row, &input));

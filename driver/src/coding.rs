@@ -1,7 +1,7 @@
-//! How the steps of a circuit are coded, and what its equations may take for granted: from the proved facts of a net.
+//! State encoding of a circuit, and the don't-cares of its equations: from the proved facts of a net.
 //!
-//! Groups are the sequential components of [`Facts`]; where the reachable situations themselves are known and few, they are don't-cares too. All of that
-//! is said of states between clocks, so a circuit that makes one micro-step a clock is left as it is. Whatever is assumed here, the text that comes out
+//! Groups are the sequential components of [`Facts`]; if the reachable situations are known and few, unreachable ones are don't-cares. All of this
+//! applies to states between clocks, so a circuit with one micro-step per clock is left unchanged. Whatever is assumed here, the resulting text
 //! is read back and proved equal to the net from power-up on.
 
 use grafsynth_backend_pld::device::{Device, PowerUp};
@@ -15,37 +15,37 @@ pub use grafsynth_logic::recode::Encoding;
 use grafsynth_logic::recode::{self, Group, Room, TRIES};
 use std::collections::BTreeMap;
 
-/// What the user asks for.
+/// The requested encoding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum EncodingChoice {
-    /// One-hot if that fits the device, else zero-hot, else compact, if one of them does.
+    /// One-hot if that fits the device, else zero-hot, else compact, whichever fits first.
     #[default]
     Auto,
-    /// This one.
+    /// This encoding.
     This(Encoding),
 }
 
-/// More situations than these are no don't-cares: the diagram of all of them would be part of each function's.
+/// With more situations than this, unreachable ones are not used as don't-cares: the diagram of all situations would be part of each function's diagram.
 const SITUATIONS: usize = 256;
-/// In more situations than these it is not asked which groups exclude each other.
+/// With more situations than this, the exclusion of groups is not examined.
 const MANY_SITUATIONS: usize = 1 << 14;
 
-/// A circuit with the codes and the don't-cares that were chosen.
+/// A circuit with the chosen codes and don't-cares.
 #[derive(Debug, Clone)]
 pub struct Coded {
     /// The circuit.
     pub logic: Logic,
-    /// The code of its groups.
+    /// The encoding of its groups.
     pub encoding: Encoding,
-    /// Steps that lost their flip-flop.
+    /// The number of steps without their own flip-flop.
     pub n_coded: usize,
-    /// Inputs that nothing reads and that were given no pin, because the device has too few.
+    /// The number of unread inputs without a pin, because the device has too few pins.
     pub n_unread: usize,
-    /// Why it is not the code before it in the order of [`EncodingChoice::Auto`]: what that lacks on the device.
+    /// Why this is not an earlier encoding in the order of [`EncodingChoice::Auto`]: what that one lacks on the device.
     pub why: Option<String>,
 }
 
-/// The groups of steps that exclude each other, by their flip-flops: components, those of them joined that exclude each other, the registers of regions,
+/// The groups of mutually exclusive steps, by their flip-flops: components, joined if they exclude each other, the registers of regions,
 /// and steps that are always active.
 #[must_use]
 pub fn groups(net: &Net, facts: &Facts, logic: &Logic) -> Vec<Group> {
@@ -57,7 +57,7 @@ pub fn groups(net: &Net, facts: &Facts, logic: &Logic) -> Vec<Group> {
             component.steps.iter().map(|step| flops.get(step).copied()).collect();
         let Some(steps) = steps else { continue };
         let first = &net.steps[component.steps[0]];
-        // A part of the chart that is one group gives it its name, and so its bits.
+        // A part of the chart that is one group gives the group its name, and so its bits.
         let part = &net.parts[first.part];
         let of_part = net.steps.values().filter(|step| step.part == first.part).count();
         let name = if of_part == component.steps.len() { &part.name } else { &first.name };
@@ -82,12 +82,12 @@ pub fn groups(net: &Net, facts: &Facts, logic: &Logic) -> Vec<Group> {
     groups.into_iter().map(|(_, group)| group).chain(regions(net, logic)).collect()
 }
 
-/// How many flip-flops a compact group of so many steps has.
+/// The number of flip-flops of a compact group with this many steps.
 fn n_bits(n_steps: usize, is_always: bool) -> u32 {
     (n_steps + usize::from(!is_always)).next_power_of_two().trailing_zeros()
 }
 
-/// Joins groups of which no two steps are ever active together, where one number for both is shorter than two: inner states of states that exclude each other.
+/// Joins groups whose steps exclude each other, if one common number is shorter than two: inner states of mutually exclusive states.
 fn join(groups: &mut Vec<(Vec<StepId>, Group)>, sets: &[Vec<u64>]) {
     let mut at = 0;
     while at < groups.len() {
@@ -114,8 +114,8 @@ fn join(groups: &mut Vec<(Vec<StepId>, Group)>, sets: &[Vec<u64>]) {
     }
 }
 
-/// The registers of regions: of the children of a state, at most one is set, whether the state is active or is only remembered. Once entered, the register
-/// of a state that a history remembers is never empty again; that of a state further in may be.
+/// The registers of regions: of the children of a state, at most one is set, whether the state is active or only recorded. Once entered, the register
+/// of a state that a history records is never empty again; the register of a state inside it may be.
 fn regions(net: &Net, logic: &Logic) -> Vec<Group> {
     let mut children: BTreeMap<StepId, Vec<FlopId>> = BTreeMap::new();
     for (step, flop) in flops_of(logic, region) {
@@ -135,17 +135,17 @@ fn regions(net: &Net, logic: &Logic) -> Vec<Group> {
     children.into_iter().filter(|(_, steps)| steps.len() > 1).map(of_parent).collect()
 }
 
-/// The child of a region that a bit of its register stands for.
+/// The child of a region that a bit of its register represents.
 fn region(origin: Origin) -> Option<StepId> {
     if let Origin::Region(step) = origin { Some(step) } else { None }
 }
 
-/// The flip-flops that tell by themselves whether a step is active.
+/// The flip-flops that represent single steps.
 fn flops_of_steps(logic: &Logic) -> BTreeMap<StepId, FlopId> {
     flops_of(logic, |origin| if let Origin::Step(step) = origin { Some(step) } else { None })
 }
 
-/// Flip-flops by their steps; a step with several (it is counted) has none here.
+/// Flip-flops by their steps; a step with several (its activity is counted) is not included.
 fn flops_of(logic: &Logic, step_of: impl Fn(Origin) -> Option<StepId>) -> BTreeMap<StepId, FlopId> {
     let mut held: BTreeMap<StepId, Vec<FlopId>> = BTreeMap::new();
     for (id, flop) in logic.flops.iter() {
@@ -161,7 +161,7 @@ fn flops_of(logic: &Logic, step_of: impl Fn(Origin) -> Option<StepId>) -> BTreeM
         .collect()
 }
 
-/// The reachable situations, where all of them are known and not more than so many.
+/// The reachable situations, if all of them are known and there are not more than this.
 fn sets(facts: &Facts, most: usize) -> Option<&[Vec<u64>]> {
     let reach = facts.reach.as_ref().filter(|reach| reach.exact)?;
     reach.sets.as_deref().filter(|sets| sets.len() <= most)
@@ -171,30 +171,30 @@ fn is_active(set: &[u64], step: StepId) -> bool {
     set.get(step.index() / 64).is_some_and(|word| word >> (step.index() % 64) & 1 == 1)
 }
 
-/// Codes of one circuit that were found already: a search for them does not depend on the device, and what does depends on its macrocells alone. Valid for
+/// A cache of encodings: a search for them does not depend on the device, except for its macrocells. Valid for
 /// one net with its facts and its circuit.
 #[derive(Debug, Clone, Default)]
 pub struct Known {
-    /// By the code, how many assignments were judged, whether it is safe, and how many inputs were left out.
+    /// By encoding, number of tried assignments, safety, and number of omitted inputs.
     made: BTreeMap<(Encoding, usize, bool, usize), Coded>,
-    /// For macrocells with so many product terms each, by polarity, and how many inputs were left out.
+    /// By the product terms of the macrocells, polarity, and number of omitted inputs.
     within: BTreeMap<(Vec<usize>, bool, usize), Option<Logic>>,
-    /// The work of the searches within devices so far.
+    /// The work of the searches for given devices so far.
     work: usize,
 }
 
 impl Known {
-    /// A search for codes that find room in a device ended at its bound, so another code may still fit.
+    /// A search for an encoding that fits a device reached its limit, so another encoding may still fit.
     #[must_use]
     pub fn is_spent(&self) -> bool {
         self.work >= MOST_WORK
     }
 }
 
-/// What all searches for codes within devices may cost together, as [`recode::recode_within`] counts it: some seconds.
+/// The limit for the total work of all such searches, as [`recode::recode_within`] counts it: some seconds.
 const MOST_WORK: usize = 50_000_000;
 
-/// Codes the steps for a language and a device.
+/// Encodes the steps for a language and a device.
 #[must_use]
 pub fn code(
     net: &Net,
@@ -209,7 +209,7 @@ pub fn code(
     code_knowing(known, net, facts, logic, asked, dialect, options)
 }
 
-/// As [`code`], for one of several devices: what was found for another one is not sought again. `asked` is the choice, and whether every illegal
+/// Like [`code`], for one of several devices: results for another device are reused. `asked` is the choice, and whether every illegal
 /// situation must return.
 #[must_use]
 pub fn code_knowing(
@@ -294,7 +294,7 @@ pub fn code_knowing(
             Err(lack) => why = lack,
         }
     }
-    // Where the pins are enough and the product terms are not, other numbers for the steps may still do. Logic blocks lack ways in rather than terms.
+    // If there are enough pins but too few product terms, other codes for the steps may still fit. Logic blocks lack inputs rather than terms.
     if may_fit(logic, &groups, Encoding::Compact, options)
         && let Some(device) = device_of(options).filter(|device| device.blocks.is_none())
         && let room = room(device, &known)
@@ -318,7 +318,7 @@ pub fn code_knowing(
     choice
 }
 
-/// The languages of devices.
+/// The languages that assign pins.
 fn needs_pins(dialect: Dialect) -> bool {
     match dialect {
         Dialect::Palasm | Dialect::Cupl | Dialect::Galasm => true,
@@ -326,14 +326,14 @@ fn needs_pins(dialect: Dialect) -> bool {
     }
 }
 
-/// Assignments of codes that are judged where none of the ordinary ones fits the device.
+/// The number of assignments that are tried if no ordinary encoding fits the device.
 pub const MORE_TRIES: usize = 2_000;
 
 fn device_of(options: &EmitOptions) -> Option<&'static Device> {
     options.device.as_deref().map_or(Some(Device::default_device()), Device::find)
 }
 
-/// What a device has for the sums of a circuit: the macrocells whose pins no input needs, the narrowest ones given away first.
+/// What a device has for the sums of a circuit: the macrocells whose pins no input needs; inputs take the narrowest ones.
 fn room(device: &Device, logic: &Logic) -> Room {
     let mut terms: Vec<usize> = (device.macrocells.iter())
         .map(|cell| cell.registered_terms.max(cell.combinational_terms) as usize)
@@ -346,8 +346,8 @@ fn room(device: &Device, logic: &Logic) -> Room {
     Room { terms, is_by_power_up: device.power_up == PowerUp::ByPolarity }
 }
 
-/// Why a circuit of this choice has no flip-flop for each step, or has one though that does not fit: what the device lacks. Nothing where it fits, where
-/// the user said which code to take, and where a language has no pins.
+/// Why this circuit does not have a flip-flop for each step, or has one although that does not fit: what the device lacks. `None` if it fits, if
+/// the user chose the encoding, and for a language without pins.
 #[must_use]
 pub fn why_not_one_hot(
     net: &Net,
@@ -381,7 +381,7 @@ pub fn misfit(equations: &Equations) -> Option<&str> {
     Some(line.split_once(": ").map_or(line.as_str(), |(_, parts)| parts))
 }
 
-/// What is emitted for it: a circuit that returns from every illegal state must not have its sums cut short by them.
+/// The circuit to emit: if it must return from every illegal state, these must not be used as don't-cares.
 #[must_use]
 pub fn emitted(coded: &Coded, safe: bool) -> Logic {
     let mut logic = coded.logic.clone();
@@ -391,7 +391,7 @@ pub fn emitted(coded: &Coded, safe: bool) -> Logic {
     logic
 }
 
-/// Whether it fits, and what the device lacks if not.
+/// Whether it fits; if not, what the device lacks.
 fn fits(coded: &Coded, options: &EmitOptions) -> Result<(), String> {
     let code = match coded.encoding {
         Encoding::OneHot => "one-hot",
@@ -411,7 +411,7 @@ fn fits(coded: &Coded, options: &EmitOptions) -> Result<(), String> {
     }
 }
 
-/// Whether pins and flip-flops are few enough, so that it is worth finding sums.
+/// Whether there are enough pins and flip-flops, so that it is worth minimising sums.
 fn may_fit(logic: &Logic, groups: &[Group], encoding: Encoding, options: &EmitOptions) -> bool {
     let Some(device) = device_of(options) else { return false };
     let saved: usize = groups
@@ -425,17 +425,17 @@ fn may_fit(logic: &Logic, groups: &[Group], encoding: Encoding, options: &EmitOp
                 .saturating_sub(n_bits(group.steps.len(), group.is_always) as usize),
         })
         .sum();
-    // An output may be a flip-flop, so at best the more numerous of both decide.
+    // An output may be a flip-flop, so the larger number is a lower bound.
     let n_cells = logic.flops.len().saturating_sub(saved).max(logic.outputs.len());
-    // Where macrocells are more than pins, only outputs and inputs need those.
+    // If not every macrocell has a pin, only outputs and inputs need pins.
     let n_pins = device.blocks.map_or(n_cells, |_| logic.outputs.len()) + logic.inputs.len();
     n_cells <= device.n_cells() && n_pins < device.n_pins as usize
 }
 
-/// The reachable situations as values of flip-flops, where they are known and few and every step has one.
+/// The reachable situations as values of flip-flops, if they are known and few and every step has a flip-flop.
 struct Situations {
     flops: Vec<FlopId>,
-    /// Of each situation the value of each flip-flop; none where the register of a region that is left may hold anything.
+    /// For each situation the value of each flip-flop; `None` if the register of an inactive region may have any value.
     values: Vec<Vec<Option<bool>>>,
 }
 
@@ -444,7 +444,7 @@ impl Situations {
         let sets = sets(facts, SITUATIONS)?;
         let plain = flops_of_steps(logic);
         let gated = flops_of(logic, region);
-        // Each with the state that must be active for it to mean anything.
+        // Each with the state that must be active for its value to matter.
         let mut flops: Vec<(FlopId, StepId, Option<StepId>)> = Vec::new();
         for (step, data) in net.steps.iter() {
             match (plain.get(&step), gated.get(&step)) {
@@ -466,12 +466,12 @@ impl Situations {
         Some(Situations { flops: flops.into_iter().map(|(flop, ..)| flop).collect(), values })
     }
 
-    /// How many bits tell them apart.
+    /// The number of bits that distinguish them.
     fn n_bits(&self) -> usize {
         self.values.len().next_power_of_two().trailing_zeros() as usize
     }
 
-    /// The values of all flip-flops, where every situation says all of them.
+    /// The values of all flip-flops, if every situation defines all of them.
     fn whole(&self) -> Option<Vec<Vec<bool>>> {
         self.values.iter().map(|values| values.iter().copied().collect()).collect()
     }

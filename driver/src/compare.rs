@@ -1,4 +1,4 @@
-//! Two charts, by what they have in common: proved for every stimulus, or compared on some.
+//! Compares the common columns of two charts: proved for every stimulus, or tested with some.
 
 use crate::codes;
 use grafsynth_ir::net::Net;
@@ -7,16 +7,16 @@ use grafsynth_sim::{Difference, Stimulus};
 use grafsynth_verify::pair::{Common, Incomparable, Omitted, Side, charts_on};
 use itertools::Itertools as _;
 
-/// What a comparison found.
+/// The result of a comparison.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Outcome {
     /// The first difference.
     pub difference: Option<Difference>,
-    /// How many computed columns both have.
+    /// The number of computed columns that both have.
     pub n_columns: usize,
-    /// Outputs that only one of both has, each with the one that has it: they were not compared.
+    /// Outputs that only one design has, with that design: they were not compared.
     pub apart: Apart,
-    /// Rows that were compared beside that of the reset. Fewer than the stimulus has where a row is none that both designs allow.
+    /// The number of compared rows, without the reset row. It is less than the stimulus has if both designs do not allow a row.
     pub n_rows: usize,
 }
 
@@ -30,7 +30,7 @@ pub struct Apart {
 }
 
 impl Apart {
-    /// The outputs of each side that has some, as a phrase.
+    /// For each side with such outputs, a phrase that lists them.
     pub fn parts(&self) -> impl Iterator<Item = String> {
         let sides = [(&self.first, "first"), (&self.second, "second")];
         let sides = sides.into_iter().filter(|(names, _)| !names.is_empty());
@@ -44,18 +44,18 @@ impl std::fmt::Display for Apart {
     }
 }
 
-/// What two charts have in common.
+/// The common part of two charts.
 ///
 /// # Errors
-/// When they cannot be compared.
+/// They cannot be compared.
 pub fn common(left: &Valid<Net>, right: &Valid<Net>) -> Result<Common, Vec<Diagnostic>> {
     Common::of(left, right).map_err(|why| vec![incomparable(&why)])
 }
 
-/// Two nets under a stimulus of the first: inputs by name, and every computed column that both have, `steps` if they have the same step names.
+/// Two nets with a stimulus of the first: inputs by name, and every computed column that both have, and `steps` if they have the same step names.
 ///
 /// # Errors
-/// When they cannot be compared.
+/// They cannot be compared.
 pub fn nets(
     left: &Valid<Net>,
     right: &Valid<Net>,
@@ -89,11 +89,11 @@ pub fn nets(
 #[must_use]
 pub fn incomparable(why: &Incomparable) -> Diagnostic {
     let help = match why {
-        Incomparable::NothingInCommon => "designs are compared by the columns that both have",
+        Incomparable::NothingInCommon => "designs are compared by their common columns",
         Incomparable::Ticks { .. } => {
-            "a row's `dt` counts ticks, so one row is two lengths of time: give both charts the same `tick`"
+            "`dt` counts ticks, so a row has a different duration in each chart: give both charts the same `tick`"
         }
-        Incomparable::NoCommonValue { .. } => "let the ranges of the input overlap",
+        Incomparable::NoCommonValue { .. } => "make the ranges of the input overlap",
     };
     Diagnostic::error(codes::LOGIC_DOES_NOT_FIT, why.to_string()).help(help)
 }

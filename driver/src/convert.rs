@@ -1,4 +1,4 @@
-//! One format to another, and the canonical form.
+//! Converts one format to another, and prints the canonical form.
 
 use crate::automaton;
 use crate::codes;
@@ -15,14 +15,14 @@ use grafsynth_verify::Limits;
 pub struct Converted {
     /// The text.
     pub text: String,
-    /// What of the design is not in it, or stands there in other words, each with its place: the behaviour is the same without.
+    /// What the text does not contain or expresses differently, each with its location; the behaviour is the same.
     pub lost: Vec<Diagnostic>,
 }
 
 /// The text of a design in another format.
 ///
 /// # Errors
-/// What the target cannot say, each with its place.
+/// Everything that the target cannot express, each with its location.
 pub fn convert(design: &Design, to: Format) -> Result<Converted, Vec<Diagnostic>> {
     if let (Design::Net(design), Format::Scxml) = (design, to) {
         let (text, lost) = match &design.chart {
@@ -44,7 +44,7 @@ pub fn convert(design: &Design, to: Format) -> Result<Converted, Vec<Diagnostic>
     Ok(Converted { text: plain(design, to)?, lost: Vec::new() })
 }
 
-/// The formats that lose nothing.
+/// The formats that lose no information.
 fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
     match (design, to) {
         (Design::Net(design), Format::Graf) => match &design.chart {
@@ -66,7 +66,7 @@ fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
             let options = pipeline::emit_options(net, None, None);
             Ok(pipeline::through(&logic, dialect(to), &options)?.emitted.text)
         }
-        // What was read from fuses is written product by product, whatever its clocks.
+        // A design read from fuses is written product by product, whatever its clocks.
         (Design::Logic(logic), Format::Palasm) if logic.fuses.is_some() => {
             let placement = logic.placement.as_ref().map_err(Clone::clone)?;
             Ok(grafsynth_backend_pld::fuse::palasm(placement))
@@ -96,8 +96,8 @@ fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
             crate::jedec::as_written(logic.placement.as_ref().map_err(Clone::clone)?)
         }
         (_, Format::C) => Err(vec![
-            Diagnostic::error(codes::WRITES_C, "C is not one text: it has a header and more")
-                .help("`build FILE --target c -o FOLDER` writes it, read back and compared with the chart"),
+            Diagnostic::error(codes::WRITES_C, "C output has several files, and `convert` writes one")
+                .help("use `build FILE --target c -o FOLDER`, which also compares the C code with the chart"),
         ]),
         (
             Design::Logic(_),

@@ -1,4 +1,4 @@
-//! Which language a text is written in.
+//! Detects the language of a text.
 
 /// The languages that a design can be written in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -22,7 +22,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// All of them with their name on the command line and their file extension.
+    /// All formats with their name on the command line and their file extension.
     pub const ALL: [(Format, &'static str, &'static str); 15] = [
         (Format::Graf, "graf", "graf"),
         (Format::Rules, "rules", "rules"),
@@ -41,7 +41,7 @@ impl Format {
         (Format::C, "c", "c"),
     ];
 
-    /// The format of a file by its extension; `.pld` is GALasm if its first line that is no comment names a GAL, else CUPL.
+    /// The format of a file by its extension; `.pld` is GALasm if its first non-comment line names a GAL, otherwise CUPL.
     #[must_use]
     pub fn of(path: &str, text: &str) -> Option<Format> {
         let extension = path.rsplit(['/', '\\']).next()?.rsplit_once('.')?.1.to_ascii_lowercase();
@@ -66,7 +66,7 @@ impl Format {
         Format::ALL.iter().find(|(_, _, ext)| *ext == extension).map(|(format, _, _)| *format)
     }
 
-    /// The format of a text without a file name, by the words that its language begins with; none if no language is recognised.
+    /// The format of a text without a file name, by its first words; `None` if no language is recognised.
     #[must_use]
     pub fn guess(text: &str) -> Option<Format> {
         let text = text.trim_start_matches('\u{feff}');
@@ -136,7 +136,7 @@ impl Format {
         C.iter().any(is_c).then_some(Format::C)
     }
 
-    /// The format of that name on the command line.
+    /// The format with that name on the command line.
     #[must_use]
     pub fn named(name: &str) -> Option<Format> {
         Format::ALL.iter().find(|(_, known, _)| *known == name).map(|(format, _, _)| *format)
@@ -174,7 +174,7 @@ impl Format {
     }
 }
 
-/// A text without its comments, whatever the language: block comments of C, IEC and XML, and lines that start with `//`, `;` or, but for C's directives, `#`.
+/// A text without its comments, in any language: block comments of C, IEC and XML, and lines that start with `//`, `;` or `#` (except C directives).
 fn without_comments(text: &str) -> String {
     let mut rest = text;
     let mut code = String::new();

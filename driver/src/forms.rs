@@ -1,8 +1,8 @@
-//! The forms a flip-flop's function can be written in, and what each needs: D or T, as it is or inverted, with and without don't-cares.
+//! The forms of a flip-flop's function, and the product terms of each: D or T, plain or inverted, with and without don't-cares.
 //!
-//! A D flip-flop takes its next value, a T flip-flop changes where its input is 1: its function is the next value xor the present one. A macrocell with
-//! free polarity can have the sum of the complement instead. A flip-flop that holds the complement of its bit asks for the same four sums. The figures
-//! say which of them a device should offer; docs/benchmarks.md has them for families of charts.
+//! A D flip-flop stores its input, a T flip-flop toggles if its input is 1: its function is the next value xor the present one. A macrocell with
+//! programmable polarity can use the sum of the complement instead. A flip-flop that stores the complement of its bit needs the same four sums. The figures
+//! show which forms a device should offer; docs/benchmarks.md lists them for families of charts.
 
 use grafsynth_ir::logic::{Flop, FlopId, Logic, NodeId};
 use grafsynth_ir::program::Origin;
@@ -15,7 +15,7 @@ use grafsynth_logic::support::{Functions, Var};
 pub enum Form {
     /// The next value.
     D,
-    /// Its complement, inverted by the macrocell.
+    /// The complement, inverted by the macrocell.
     InvertedD,
     /// The value changes.
     T,
@@ -24,7 +24,7 @@ pub enum Form {
 }
 
 impl Form {
-    /// All of them.
+    /// All forms.
     pub const ALL: [Form; 4] = [Form::D, Form::InvertedD, Form::T, Form::InvertedT];
     /// Those of a D flip-flop.
     pub const OF_D: [Form; 2] = [Form::D, Form::InvertedD];
@@ -35,23 +35,23 @@ impl Form {
 pub struct Sum {
     /// The number of products.
     pub products: usize,
-    /// Whether none has fewer.
+    /// Whether it is the minimum.
     pub minimum: Minimum,
 }
 
-/// What the forms of one function need, in the order of [`Form::ALL`].
+/// The sums of one function, in the order of [`Form::ALL`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Forms {
     /// The flip-flop.
     pub name: String,
-    /// The function as it is.
+    /// Without don't-cares.
     pub as_it_is: [Sum; 4],
-    /// With everything free that cannot matter: [`Logic::never`] and [`Logic::unreachable`], told by any signal of the circuit.
+    /// With all don't-cares: [`Logic::never`] and [`Logic::unreachable`], over any signal of the circuit.
     pub with_dont_cares: [Sum; 4],
 }
 
 impl Forms {
-    /// The least number of products among these forms, and the first form that has it.
+    /// The minimum number of products among these forms, and the first form that has it.
     #[must_use]
     pub fn best(&self, forms: &[Form], dont_cares: bool) -> (usize, Form) {
         let sums = if dont_cares { &self.with_dont_cares } else { &self.as_it_is };
@@ -60,10 +60,10 @@ impl Forms {
     }
 }
 
-/// The forms of each flip-flop that holds a step, or a bit of a code that steps share.
+/// The forms of each flip-flop that stores a step, or a bit of a code for several steps.
 ///
 /// # Errors
-/// When the budget does not suffice for a function as it is.
+/// The budget is too small for a function without don't-cares.
 pub fn of_steps(logic: &Logic, budget: Budget) -> Result<Vec<Forms>, Refused> {
     let of_step = |flop: &Flop| {
         flop.holds.is_none_or(|holds| matches!(holds.origin, Origin::Step(_) | Origin::Region(_)))
@@ -86,7 +86,7 @@ pub fn of_steps(logic: &Logic, budget: Budget) -> Result<Vec<Forms>, Refused> {
 /// macrocell.
 ///
 /// # Errors
-/// When the budget does not suffice.
+/// The budget is too small.
 pub fn of_outputs(logic: &Logic, budget: Budget) -> Result<Vec<usize>, Refused> {
     let own = |node: NodeId| !matches!(logic.nodes[node], grafsynth_ir::logic::Node::Flop(_));
     logic
@@ -104,8 +104,8 @@ fn free(logic: &Logic) -> Vec<NodeId> {
     logic.never.iter().chain(&logic.unreachable).copied().collect()
 }
 
-/// The sums of [`Form::ALL`] of a function, for a flip-flop or for none (then T is D). Don't-cares bring their own signals: a step that a function does
-/// not depend on can stand for the absence of others.
+/// The sums of [`Form::ALL`] of a function, for a flip-flop or for none (then T is D). Don't-cares add their own signals: a step that a function does
+/// not depend on can indicate the absence of others.
 fn sums(
     logic: &Logic,
     next: NodeId,
@@ -125,7 +125,7 @@ fn sums(
     Ok([sum(d, false)?, sum(d, true)?, sum(t, false)?, sum(t, true)?])
 }
 
-/// The function of a D and of a T flip-flop, and where both are free. Flip-flops are first in the order.
+/// The functions of a D and of a T flip-flop, and the don't-cares of both. Flip-flops come first in the order.
 fn diagrams(
     bdd: &mut Bdd,
     functions: &mut Functions,
@@ -161,7 +161,7 @@ mod tests {
         (forms.as_it_is.map(|sum| sum.products), forms.with_dont_cares.map(|sum| sum.products))
     }
 
-    /// A step that is entered from two others by the same input, and left by either of two.
+    /// A step that is entered from two others on the same input, and left on either of two.
     fn circuit() -> grafsynth_ir::logic::Logic {
         let mut builder = Builder::default();
         let (p, first) = builder.flop_named("p", true);
@@ -202,7 +202,7 @@ mod tests {
         let (as_it_is, with_dont_cares) = products(s);
         assert_eq!(as_it_is[0], 3);
         assert_eq!(as_it_is[1], 6);
-        // With them: a*/s + s*/b*/c, and /a*/s + s*b + s*c; T = a*/s + s*b + s*c, stays: /a*/s + s*/b*/c.
+        // With don't-cares: a*/s + s*/b*/c, and /a*/s + s*b + s*c; T = a*/s + s*b + s*c, complement: /a*/s + s*/b*/c.
         assert_eq!(with_dont_cares, [2, 3, 3, 2]);
         assert_eq!(s.best(&Form::ALL, true), (2, Form::D));
         assert_eq!(s.best(&Form::OF_D, false), (3, Form::D));

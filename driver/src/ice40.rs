@@ -1,7 +1,7 @@
-//! What is needed for an iCE40 bitstream, and the proof of one that was made.
+//! The data for an iCE40 bitstream, and the proof of a finished one.
 //!
-//! The Verilog is proved equal to the net as for any FPGA. Other tools make the bitstream of it; what its bits mean is read back as Verilog, and
-//! that is proved equal to the first one: together, the bitstream is the chart.
+//! The Verilog is proved equal to the net as for any FPGA. Other tools convert it to the bitstream; the bitstream is read back as Verilog, and
+//! that is proved equal to the first one. Together, this proves that the bitstream implements the chart.
 
 use crate::judge::EqualBy;
 use crate::output_report::{OutputFault, OutputProof, OutputReport, OutputVerdict};
@@ -14,7 +14,7 @@ use grafsynth_ir::{Diagnostic, FileId};
 use grafsynth_verify::Limits;
 use grafsynth_verify::circuits::{Equality, Pairs, circuits};
 
-/// What the tools get.
+/// The inputs of the tools.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Job {
     /// The name of the bitstream.
@@ -29,7 +29,7 @@ pub struct Job {
     pub package: &'static Package,
 }
 
-/// Gives each signal of a text its pin.
+/// Assigns a pin to each signal of a text.
 ///
 /// # Errors
 /// An unknown device, and pins that it does not have.
@@ -42,13 +42,11 @@ pub fn job(
     let Some(package) = Package::find(device) else {
         let device = device.unwrap_or_default();
         let names = grafsynth_backend_pld::ice40::PACKAGES.iter().map(|package| package.name);
-        let finding = Diagnostic::error(
-            codes::UNKNOWN_DEVICE,
-            format!("no iCE40 package is called `{device}`"),
-        );
+        let finding =
+            Diagnostic::error(codes::UNKNOWN_DEVICE, format!("unknown iCE40 package `{device}`"));
         let help = match nearest(device, names.clone()) {
             Some(near) => format!("did you mean `{near}`?"),
-            None => format!("there are {}", names.collect::<Vec<_>>().join(", ")),
+            None => format!("known packages: {}", names.collect::<Vec<_>>().join(", ")),
         };
         return Err(vec![finding.help(help)]);
     };
@@ -67,7 +65,7 @@ pub fn job(
     })
 }
 
-/// Whether a bitstream, given as the Verilog that was made from it, is the circuit that went into it.
+/// Whether a bitstream, given as the Verilog that was read back from it, equals its source circuit.
 #[must_use]
 pub fn judge(job: &Job, read_back: &str, limits: &Limits) -> OutputReport {
     let circuit = |text: &str| -> Result<Logic, String> {
@@ -79,7 +77,7 @@ pub fn judge(job: &Job, read_back: &str, limits: &Limits) -> OutputReport {
     let (ours, theirs) = match (circuit(&job.verilog), circuit(read_back)) {
         (Ok(ours), Ok(theirs)) => (ours, theirs),
         (Err(why), _) | (_, Err(why)) => {
-            let why = format!("what was read back does not parse: {why}");
+            let why = format!("the text that was read back does not parse: {why}");
             return OutputReport::open(&job.name, why);
         }
     };

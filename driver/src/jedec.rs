@@ -1,4 +1,4 @@
-//! A circuit burned into a device: forms and pins, fuses, test vectors, file; and all of it read back.
+//! Maps a circuit to a device: forms and pins, fuses, test vectors, file; and reads all of it back.
 //!
 //! ```text
 //! code        coding::code                 codes of steps, don't-cares
@@ -33,29 +33,29 @@ use grafsynth_ir::{Diagnostic, FileId, Span, Valid, validate};
 use grafsynth_verify::OpenReason;
 use grafsynth_verify::equiv::only_tested;
 
-/// Levels that a map does not give though its vectors want them: so many are shown.
+/// The maximum number of failed test vector levels that are shown.
 const SHOWN_FAILURES: usize = 6;
-/// Clocks that the device is run beside the decoded circuit, 64 runs side by side.
+/// The number of clocks for which the device is compared with the decoded circuit, in 64 parallel runs.
 const CLOCKS: usize = 64;
 
-/// A device ready to be burned, and what a stranger reads in its file.
+/// A device ready to be programmed, and what an independent reader finds in its file.
 #[derive(Debug, Clone)]
 pub struct Burned {
     /// The file.
     pub text: String,
     /// The fuses of the file.
     pub map: FuseMap,
-    /// What was meant.
+    /// The intended placement.
     pub placement: Placement,
-    /// What each pin stands for.
+    /// The role of each pin.
     pub roles: Vec<Role>,
-    /// The circuit that the fuses are.
+    /// The circuit decoded from the fuses.
     pub logic: Logic,
     /// The test vectors of the file.
     pub vectors: Vec<Vector>,
 }
 
-/// The signature of a net: a hash of its text form (64 bits, FNV-1a), so that a device in a drawer tells which chart it holds.
+/// The signature of a net: a hash of its text form (64 bits, FNV-1a), so that a programmed device shows which chart it contains.
 #[must_use]
 pub fn signature(net: &Net) -> [u8; 8] {
     let text = grafsynth_ir::text::print(net);
@@ -65,11 +65,11 @@ pub fn signature(net: &Net) -> [u8; 8] {
     hash.to_be_bytes()
 }
 
-/// Burns a circuit of a net: the file is made, read back, decoded, compared with what was meant product by product, and run beside the circuit that was
-/// decoded. That this circuit is the net is left to the caller. `n_vectors`: so many test vectors; none takes a good number for the design.
+/// Maps a circuit of a net to fuses: the file is made, read back, decoded, compared with the intended placement product by product, and simulated together
+/// with the decoded circuit. The caller must prove that this circuit equals the net. `n_vectors`: the number of test vectors; `None` for a sufficient number.
 ///
 /// # Errors
-/// What does not fit the device; a device whose fuse map is not known.
+/// The design does not fit the device, or the fuse map of the device is unknown.
 pub fn burn(
     net: &Net,
     circuit: &Logic,
@@ -80,11 +80,11 @@ pub fn burn(
     burn_as(net, circuit, &emit_options(net, device, None), stimulus, n_vectors)
 }
 
-/// Burns a circuit with the code of its steps that a build chooses for the device, and with its don't-cares. The circuit that comes back shows the steps in
-/// every code.
+/// Maps a circuit to fuses with the state encoding that a build chooses for the device, and with its don't-cares. The circuit that is read back shows the
+/// steps in every encoding.
 ///
 /// # Errors
-/// As [`burn`].
+/// Like [`burn`].
 pub fn burn_coded(
     net: &Valid<Net>,
     facts: &Facts,
@@ -102,7 +102,7 @@ pub fn burn_coded(
     Ok(burned)
 }
 
-/// [`burn`] with wishes for the equations: the device, and whether don't-cares are used.
+/// [`burn`] with options for the equations: the device, and whether don't-cares are used.
 fn burn_as(
     net: &Net,
     circuit: &Logic,
@@ -119,7 +119,7 @@ fn burn_as(
     let n_vectors = n_vectors.unwrap_or_else(|| vectors::enough(&placement));
     let vectors = vectors::vectors(&map, &placement, &first, n_vectors).map_err(one)?;
     let text = jedec::write(&map, &head(&placement, &options.notes), &vectors);
-    // From here on only the text counts. It is no file of the user's, so its findings must not point into one.
+    // From here on only the text counts. It is not a file of the user, so its findings must not refer to one.
     let (file, found) = jedec::read(FileId(u32::MAX), &text);
     let Some(file) = file.filter(|_| !any_error(&found)) else { return Err(found) };
     let read = file.fuse_map(Some(placement.device)).map_err(one)?;
@@ -145,20 +145,20 @@ fn burn_as(
 fn not_as_meant(what: &str) -> Diagnostic {
     Diagnostic::error(
         fuse::codes::NOT_AS_MEANT,
-        format!("the fuse map that was made says something else than was meant: {what}"),
+        format!("the generated fuse map differs from the placement: {what}"),
     )
-    .help("this is a fault of the tool: please report it with the chart")
+    .help("this is a bug in grafsynth: please report it with the chart")
 }
 
 fn head(placement: &Placement, notes: &[String]) -> Head {
     let device = placement.device;
     let mut lines = vec![
         format!("{} - fuse map made by grafsynth {}", placement.title, env!("CARGO_PKG_VERSION")),
-        // The word by which other tools and people find it.
+        // The word that other tools and people search for.
         format!("Device: {}", device.burned_as),
     ];
     if !device.burned_as.eq_ignore_ascii_case(device.name) {
-        lines.push(format!("in the place of a {}", device.palasm));
+        lines.push(format!("replacing a {}", device.palasm));
     }
     lines.extend(notes.iter().cloned());
     Head { lines, pins: placement.pins.clone() }
@@ -177,14 +177,14 @@ fn levels(circuit: &Logic, roles: &[Role], stimulus: &Vectors) -> Vec<Vec<(u32, 
             })
             .collect()
     };
-    // Row 0 is the state after power-up; a circuit that is busy needs clocks of its own, and the walk gives it those.
+    // Row 0 is the state after power-up; a circuit with `busy` needs additional clocks, which the walk provides.
     if stimulus.busy.is_some() {
         return Vec::new();
     }
     stimulus.rows.iter().skip(1).map(|vector| row(&vector.inputs)).collect()
 }
 
-/// The command that burns a file, where the programmer is known to have the device.
+/// The command that programs a file, if the programmer supports the device.
 #[must_use]
 pub fn command(placement: &Placement, file: &str) -> Option<String> {
     command_for(placement.device, placement.part, file)
@@ -208,7 +208,7 @@ pub(crate) fn other_parts(device: &Device, part: Option<&'static str>) -> &'stat
     }
 }
 
-/// Builds the fuse map of a net; it is written only if it is not refuted.
+/// Builds the fuse map of a net; it is returned only if it is not refuted.
 pub(crate) fn build(
     net: &Valid<Net>,
     facts: &Facts,
@@ -221,7 +221,7 @@ pub(crate) fn build(
         keep: options.keep_pins.clone(),
         ..emit_options(net, options.device.as_deref(), None)
     };
-    // A device is filled from the same equations as a text for it.
+    // A device uses the same equations as a text for it.
     let dialect = Dialect::Palasm;
     let coded = coding::code(net, facts, logic, options.encoding, options.safe, dialect, &wishes);
     let code = code_of(net, facts, logic, &coded, options, dialect, &wishes);
@@ -308,12 +308,12 @@ fn times(n: usize) -> String {
     }
 }
 
-/// What is said of a fuse map beside its proof.
+/// The notes on a fuse map besides its proof.
 fn said(burned: &Burned, file: &str) -> Vec<Note> {
     let device = burned.placement.device;
     let terms: usize = burned.placement.cells.iter().map(|cell| cell.sum.len()).sum();
     let mut parts = vec![format!(
-        "{} macrocells with {terms} product terms of a {}, fuse by fuse as meant, {} test vectors",
+        "{} macrocells with {terms} product terms of a {}, fuses verified, {} test vectors",
         burned.placement.cells.len(),
         device.name,
         burned.vectors.len()
@@ -333,7 +333,7 @@ fn said(burned: &Burned, file: &str) -> Vec<Note> {
     let n_parts = burned.roles.iter().filter(|role| matches!(role.object, Object::Buried)).count();
     if n_parts > 0 {
         parts.push(format!(
-            "{} of sums that are too wide: signals go through the array up to {} more before the clock",
+            "{} of sums that are too wide: signals pass through the array up to {} more before the clock",
             if n_parts == 1 { "one is a part".to_owned() } else { format!("{n_parts} are parts") },
             times(burned.placement.n_passes())
         ));
@@ -341,17 +341,17 @@ fn said(burned: &Burned, file: &str) -> Vec<Note> {
     let remembered: Vec<&str> = device.remembered().map(|figure| figure.what).collect();
     if !remembered.is_empty() {
         parts.push(format!(
-            "rests on what is remembered of the data sheet: {}",
+            "uses data-sheet values that were not verified: {}",
             remembered.join(", ")
         ));
     }
     parts.into_iter().map(Note::Burned).collect()
 }
 
-/// A file as a design of its own: its macrocells, its circuit where it is one, and what is to be said of it.
+/// A file as a design: its macrocells, its circuit if it has one, and the findings about it.
 ///
 /// # Errors
-/// A device whose fuse map is not known, and fuses that no data sheet describes.
+/// A device whose fuse map is unknown, and fuses that no data sheet describes.
 pub fn design(file: &Jedec, id: FileId) -> Result<(LogicDesign, Vec<Diagnostic>), Vec<Diagnostic>> {
     let start = Span::new(id, 0, 0);
     let placed = |finding: Diagnostic| {
@@ -371,7 +371,7 @@ pub fn design(file: &Jedec, id: FileId) -> Result<(LogicDesign, Vec<Diagnostic>)
     placement.pins.sort_by_key(|named| named.pin);
     placement.pins.dedup_by_key(|named| named.pin);
     if !placement.pins.is_empty() {
-        // Where the file names its pins, a constant on a pin without a name is a macrocell that the device cannot switch off.
+        // If the file names its pins, a constant on an unnamed pin is a macrocell that the device cannot disable.
         let whole = placement.clone();
         placement.cells.retain(|cell| {
             let is_read = whole.products().any(|product| product.literal(cell.pin).is_some());
@@ -388,7 +388,7 @@ pub fn design(file: &Jedec, id: FileId) -> Result<(LogicDesign, Vec<Diagnostic>)
             for (at, pin, level) in failures.into_iter().take(SHOWN_FAILURES) {
                 let wanted = file.vectors[at].get(pin as usize - 1).map_or('X', |own| own.letter());
                 let message = format!(
-                    "test vector {} wants {wanted} at pin {pin}, and the fuses give {}",
+                    "test vector {} expects {wanted} at pin {pin}, but the fuses give {}",
                     at + 1,
                     level.letter()
                 );
@@ -415,29 +415,29 @@ pub fn design(file: &Jedec, id: FileId) -> Result<(LogicDesign, Vec<Diagnostic>)
     Ok((LogicDesign { logic, beyond, placement: Ok(placement), interface, fuses }, found))
 }
 
-/// The name at the head of a file of ours.
+/// The design name in the head of our files.
 fn title(file: &Jedec) -> Option<String> {
     let (title, _) = file.head.lines().next()?.split_once(" - fuse map made by")?;
     Some(title.to_owned())
 }
 
-/// The file of a design as it was written: its own products in its own macrocells, nothing minimised and nothing moved; read back and decoded to the same
-/// products before it is given.
+/// The file of a design as it was written: its own products in its own macrocells, without minimising or moving anything; read back and decoded to the same
+/// products before it is returned.
 ///
 /// # Errors
-/// What the device cannot hold; a device whose fuse map is not known.
+/// The device cannot hold something, or its fuse map is unknown.
 pub fn as_written(placement: &Placement) -> Result<String, Vec<Diagnostic>> {
     written(placement).map(|written| written.text)
 }
 
-/// A file, and what was read in it.
+/// A file, and the contents that were read back.
 pub(crate) struct Written {
     pub(crate) text: String,
     pub(crate) map: FuseMap,
     pub(crate) n_vectors: usize,
 }
 
-/// [`as_written`] with what was read back.
+/// [`as_written`] with the contents that were read back.
 pub(crate) fn written(placement: &Placement) -> Result<Written, Vec<Diagnostic>> {
     let one = |finding: Box<Diagnostic>| vec![*finding];
     let map = fuse::map(placement)?;

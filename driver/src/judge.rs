@@ -1,4 +1,4 @@
-//! Logic by others against a chart or against other logic: pins are found by name, then both are run on a stimulus, or compared with a proof.
+//! Compares logic by others with a chart or with other logic: pins are matched by name, then both are run with a stimulus, or compared by a proof.
 
 use crate::circuit;
 use crate::codes;
@@ -15,7 +15,7 @@ use grafsynth_verify::circuits::{Apart, Equality, Pairs, circuits};
 use grafsynth_verify::{Limits, Open, Verdict};
 use itertools::Itertools as _;
 
-/// Names of the second design and what they are called in the first.
+/// Names of the second design and the corresponding names of the first.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Renames(Vec<(String, String)>);
 
@@ -23,7 +23,7 @@ impl Renames {
     /// Reads `old=new` pairs.
     ///
     /// # Errors
-    /// The text that is no such pair.
+    /// A text that is not such a pair.
     pub fn parse(pairs: &[String]) -> Result<Self, String> {
         let pair = |text: &String| {
             let (old, new) = text.split_once('=').ok_or_else(|| text.clone())?;
@@ -35,7 +35,7 @@ impl Renames {
         Ok(Renames(pairs.iter().map(pair).collect::<Result<_, _>>()?))
     }
 
-    /// What a name of the second design is called in the first. The letter case of `old` counts where two pairs differ in nothing else.
+    /// The name in the first design of a name of the second. The letter case of `old` matters only if two pairs differ in nothing else.
     fn apply<'n>(&'n self, name: &'n str) -> &'n str {
         let pair = |is: &dyn Fn(&str) -> bool| self.0.iter().find(|(old, _)| is(old));
         let exact = pair(&|old| old == name);
@@ -43,13 +43,13 @@ impl Renames {
     }
 }
 
-/// The names are equal but for letter case.
+/// The names are equal except for letter case.
 fn is_alike(a: &str, b: &str) -> bool {
     a.to_lowercase() == b.to_lowercase()
 }
 
-/// Which name of the first design one of the second means: the same, else the only one that differs in letter case alone, if no other name of the second
-/// could mean it. `others` are all names of the second.
+/// The name of the first design that matches a name of the second: the same name, or else the only one that differs in letter case alone, if no other name
+/// of the second matches it. `others` are all names of the second.
 fn twin<T>(name: &str, known: &[(T, &str)], others: &[&str]) -> Option<T>
 where
     T: Copy,
@@ -63,17 +63,17 @@ where
     first.filter(|_| second.is_none() && is_only_one).map(|(id, _)| *id)
 }
 
-/// A circuit whose pins carry what a net has; outputs that the net does not have are gone.
+/// A circuit whose pins have the roles of a net; outputs that the net does not have are removed.
 #[derive(Debug, Clone)]
 struct Bound {
     logic: Logic,
     outputs: Vec<OutputId>,
-    /// What only the net or only the circuit has.
+    /// The parts that only the net or only the circuit has.
     apart: compare::Apart,
 }
 
-/// Finds the pins of a circuit in a net by name. Where the chart evolves until it is stable, an output `busy` that the chart does not have says that the
-/// reaction still runs (semantics.md §9); an input `tick` is the chart's time.
+/// Matches the pins of a circuit with a net by name. If the chart evolves until it is stable, an output `busy` that the chart does not have shows that the
+/// reaction is still running (semantics.md §9); an input `tick` is the chart's time.
 fn bind(net: &Net, logic: &Logic, renames: &Renames) -> Result<Bound, Vec<Diagnostic>> {
     let mut bound =
         Bound { logic: logic.clone(), outputs: Vec::new(), apart: compare::Apart::default() };
@@ -90,7 +90,7 @@ fn bind(net: &Net, logic: &Logic, renames: &Renames) -> Result<Bound, Vec<Diagno
             None if input.role == PinRole::Tick || is_alike(name, "tick") => {
                 input.role = PinRole::Tick;
             }
-            // A pin that no function reads may carry anything.
+            // A pin that no function reads may be anything.
             _ if !logic.nodes.values().any(|node| *node == Node::Input(id)) => {
                 input.role = PinRole::Reset;
             }
@@ -102,7 +102,7 @@ fn bind(net: &Net, logic: &Logic, renames: &Renames) -> Result<Bound, Vec<Diagno
                         format!("the logic has an input `{}`, {why}", input.name),
                     )
                     .at(input.meta.span, "")
-                    .help("inputs are found by name, in any letter case where that is clear; `--rename LOGIC=CHART` says which one is meant"),
+                    .help("inputs are matched by name, ignoring letter case if that is unambiguous; use `--rename LOGIC=CHART` to match other names"),
                 );
             }
         }
@@ -218,10 +218,10 @@ fn first_difference(ours: &Trace, theirs: &Trace, outputs: &[OutputId]) -> Optio
     None
 }
 
-/// Proves that logic by others does what a net does, or finds a stimulus that tells them apart.
+/// Proves that logic by others is equivalent to a net, or finds a stimulus that distinguishes them.
 ///
 /// # Errors
-/// As [`with_net`].
+/// Like [`with_net`].
 pub fn prove_with_net(
     net: &Valid<Net>,
     logic: &Logic,
@@ -233,10 +233,10 @@ pub fn prove_with_net(
     Ok(grafsynth_verify::equiv(net, &facts, &bound.logic, limits))
 }
 
-/// Two circuits on one stimulus of the first, by the pins that both have.
+/// Two circuits with one stimulus of the first, compared at the pins that both have.
 ///
 /// # Errors
-/// As [`with_net`].
+/// Like [`with_net`].
 pub fn with_logic(
     left: &LogicDesign,
     right: &Logic,
@@ -255,28 +255,28 @@ pub fn with_logic(
     })
 }
 
-/// What a proof of two circuits found.
+/// The result of a proof about two circuits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Judged {
     /// They are equal, and how that was proved.
     Equal(EqualBy),
     /// They differ, and where.
     Different(CircuitsApart),
-    /// It was not found out, and why.
+    /// The result is unknown, with the reason.
     Open(Open),
 }
 
 /// How two circuits were proved equal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EqualBy {
-    /// Every state of both together was visited under every input.
+    /// Every state of both together was visited with every input.
     Enumerated {
         /// Pairs of states.
         states: usize,
         /// Outputs compared.
         outputs: usize,
     },
-    /// Their flip-flops wake alike, and this many functions are equal.
+    /// Their power-up values are equal, and this many functions are equal.
     Functions(usize),
 }
 
@@ -303,10 +303,10 @@ impl std::fmt::Display for EqualBy {
     }
 }
 
-/// Proves two circuits equal from power-up on, in the outputs that both have, or finds out where they differ.
+/// Proves two circuits equal from power-up on, in the outputs that both have, or finds a difference.
 ///
 /// # Errors
-/// As [`with_net`].
+/// Like [`with_net`].
 pub fn prove_with_logic(
     left: &LogicDesign,
     right: &Logic,
@@ -356,7 +356,7 @@ fn pairs(left: &Logic, right: &Logic, renames: &Renames) -> Pairs {
     Pairs { inputs: inputs.collect(), outputs: outputs.collect(), flops: flops.collect() }
 }
 
-/// The difference with the names that the first circuit has.
+/// The difference, with the names of the first circuit.
 fn named(left: &Logic, pairs: &Pairs, apart: &Apart) -> CircuitsApart {
     let inputs = || pairs.inputs.iter().filter_map(|(pin, _)| *pin);
     let values = |row: &Vec<bool>| {
@@ -375,24 +375,24 @@ fn named(left: &Logic, pairs: &Pairs, apart: &Apart) -> CircuitsApart {
 /// Where two circuits differ.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CircuitsApart {
-    /// The output, as the first circuit calls it.
+    /// The output, as named in the first circuit.
     pub output: String,
-    /// What it is in the first; the second has the other value.
+    /// Its value in the first circuit; the second has the other value.
     pub left: bool,
-    /// The inputs, as the first circuit calls them.
+    /// The inputs, as named in the first circuit.
     pub inputs: Vec<String>,
-    /// Their values at each clock, and last those under which the output differs without a further clock.
+    /// Their values at each clock; the last row shows the difference without a further clock.
     pub rows: Vec<Vec<bool>>,
 }
 
 impl CircuitsApart {
-    /// Clocks before the output differs.
+    /// The number of clocks before the output differs.
     #[must_use]
     pub fn clocks(&self) -> usize {
         self.rows.len().saturating_sub(1)
     }
 
-    /// The inputs as a table of comma-separated values: a line of names, a line for each clock, and last the line under which the output differs.
+    /// The inputs as comma-separated values: a line of names, a line for each clock, and a last line with the inputs that show the difference.
     #[must_use]
     pub fn to_csv(&self) -> String {
         let lines = self.rows.iter().map(|row| row.iter().copied().map(bit).join(","));

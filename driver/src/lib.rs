@@ -15,6 +15,7 @@ pub mod coding;
 pub mod compare;
 pub mod convert;
 pub mod diff;
+pub mod evidence;
 pub mod format;
 pub mod forms;
 pub mod ice40;

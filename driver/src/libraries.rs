@@ -1,6 +1,6 @@
 //! Library charts from other files: `use "FILE"` at the top of a chart.
 //!
-//! The driver opens no files. Whoever has the files asks `wanted` what a text names, adds those texts to the table of sources and lists them in
+//! The driver opens no files. The caller asks `wanted` which files a text names, adds their texts to the table of sources and lists them in
 //! [`Texts::libraries`](crate::read::Texts); `resolve` joins them.
 
 use crate::codes;
@@ -11,21 +11,21 @@ use grafsynth_frontend::graf::{self, Limits};
 use grafsynth_ir::chart::{Design, Import};
 use grafsynth_ir::{Diagnostic, FileId};
 
-/// A text that another one names.
+/// A text that another text names.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LibraryText {
-    /// The text in which the name stands.
+    /// The text that contains the name.
     pub from: FileId,
-    /// The name as it stands there.
+    /// The name as written there.
     pub name: String,
-    /// The text meant.
+    /// The referenced text.
     pub text: FileId,
 }
 
-/// The most files that one design may use.
+/// The maximum number of files that one design may use.
 const MAX_FILES: usize = 1_000;
 
-/// The names of the files that a chart uses, as written. Nothing but the top of the text is looked at.
+/// The names of the files that a chart uses, as written. Only the top of the text is read.
 #[must_use]
 pub fn wanted(file: FileId, text: &str) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
@@ -37,7 +37,7 @@ pub fn wanted(file: FileId, text: &str) -> Vec<String> {
     names
 }
 
-/// Adds the library charts of all files that a design uses, directly or through others, each file once, in the order in which they are named first.
+/// Adds the library charts of all files that a design uses, directly or indirectly, each file once, in the order in which they are first named.
 pub(crate) fn resolve(
     sources: &Sources,
     libraries: &[LibraryText],
@@ -51,7 +51,7 @@ pub(crate) fn resolve(
         Reading { sources, libraries, limits, open: vec![main], done: Vec::new(), design, found };
     let imports = reading.design.imports.clone();
     reading.all(main, &imports);
-    // Files are named at the top, before the charts of the text itself.
+    // Files are named at the top, before the charts of the text.
     design.libraries.rotate_left(own);
 }
 
@@ -59,7 +59,7 @@ struct Reading<'a> {
     sources: &'a Sources,
     libraries: &'a [LibraryText],
     limits: &'a Limits,
-    /// The files that lead to the present one.
+    /// The chain of files that leads to the current one.
     open: Vec<FileId>,
     done: Vec<FileId>,
     design: &'a mut Design,
@@ -81,7 +81,7 @@ impl Reading<'_> {
                         format!("the library file {} cannot be read", import.file),
                     )
                     .at(import.span, "named here")
-                    .help("its place is told from the file that names it, and it has to be a file below the folder of the chart, or below --root DIR"),
+                    .help("its path is relative to the file that names it, and it must be below the folder of the chart, or below --root DIR"),
                 ),
             }
         }
@@ -98,10 +98,10 @@ impl Reading<'_> {
             self.found.push(
                 Diagnostic::error(
                     codes::LIBRARY_FILE,
-                    format!("library files use each other in a circle: {}", names.join(" -> ")),
+                    format!("library files use each other in a cycle: {}", names.join(" -> ")),
                 )
-                .at(import.span, "closes the circle")
-                .help("put the charts that both need into a file of their own"),
+                .at(import.span, "closes the cycle")
+                .help("move the charts that both need to a separate file"),
             );
             return;
         }
@@ -117,11 +117,11 @@ impl Reading<'_> {
             self.found.push(
                 Diagnostic::error(
                     codes::LIBRARY_FILE,
-                    format!("chart {} stands in a library file", chart.name),
+                    format!("chart {} is in a library file", chart.name),
                 )
-                .at(chart.name.span, "runs by itself, so no other file can use it")
+                .at(chart.name.span, "runs by itself, so other files cannot use it")
                 .at(import.span, "used here")
-                .help("write `library chart`, and `use` it where it shall run"),
+                .help("declare it as `library chart`, and `use` it where it is to run"),
             );
         }
         self.open.push(file);
@@ -131,19 +131,19 @@ impl Reading<'_> {
     }
 }
 
-/// What stands for the design when nothing in its file runs: its last library chart, which may use the others, with its parameters as inputs and outputs.
+/// The design to use if nothing in its file runs: its last library chart, which may use the others, with its parameters as inputs and outputs.
 pub(crate) fn last_alone(design: Design) -> Design {
     if !design.charts.is_empty() {
         return design;
     }
-    // A file that only names others has no library chart of its own.
+    // A file that only names others has no library chart.
     let last = design.libraries.len().checked_sub(1);
     last.and_then(|last| grafsynth_ir::lower::alone(&design, last)).unwrap_or(design)
 }
 
-/// Looks at the certificates of a design's library charts: the text must be the one that was certified, and what was proved is proved again.
+/// Checks the certificates of a design's library charts: the text must be the one that was certified, and its properties are proved again.
 ///
-/// One proof for each certified property, within `limits`. Tasks that declare no cost have the one that the model of `machine` counts.
+/// One proof for each certified property, within `limits`. Tasks without a declared cost get the estimate of the model of `machine`.
 #[must_use]
 pub fn certificates(
     design: &Design,
@@ -158,12 +158,12 @@ pub fn certificates(
             found.push(
                 Diagnostic::warning(
                     codes::CERTIFICATE,
-                    format!("the certificate of {} speaks of another text", library.name),
+                    format!("the certificate of {} is for another text", library.name),
                 )
-                .at(certificate.span, format!("given by version {}", certificate.version))
+                .at(certificate.span, format!("issued by version {}", certificate.version))
                 .at(library.name.span, "changed since then")
                 .help(format!(
-                    "`check --certify FILE` proves its properties as it is now, and writes the certificate: version {}, sha256 \"{hash}\"",
+                    "run `check --certify FILE` to prove its properties again and write the certificate: version {}, sha256 \"{hash}\"",
                     env!("CARGO_PKG_VERSION")
                 )),
             );
@@ -173,12 +173,12 @@ pub fn certificates(
             Ok(net) => net,
             Err(why) => {
                 let message = format!(
-                    "the certificate of {} is not looked at: by itself the library chart has errors",
+                    "the certificate of {} is not checked: the library chart alone has errors",
                     library.name
                 );
                 found.push(
                     Diagnostic::warning(codes::CERTIFICATE, message)
-                        .at(certificate.span, "proves nothing of it")
+                        .at(certificate.span, "proves nothing about it")
                         .at(library.name.span, why),
                 );
                 continue;
@@ -194,14 +194,14 @@ pub fn certificates(
                 Some(grafsynth_verify::Outcome::Proved { .. }) => continue,
                 Some(grafsynth_verify::Outcome::Refuted { row, .. }) => (
                     format!(
-                        "it is broken in row {row} of a stimulus that `check` of the library shows"
+                        "it is violated in row {row} of a stimulus that `check` of the library shows"
                     ),
                     true,
                 ),
                 Some(grafsynth_verify::Outcome::Open(why)) => (why.to_string(), false),
                 None => ("no property of the library chart has that name".to_owned(), true),
             };
-            let message = format!("{property} of {} is certified, and not proved", library.name);
+            let message = format!("{property} of {} is certified but not proved", library.name);
             let finding = if is_wrong {
                 Diagnostic::error(codes::CERTIFICATE, message)
             } else {

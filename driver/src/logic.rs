@@ -1,7 +1,7 @@
-//! Logic by others as a design of its own, and what its columns are; how it stands to a chart or to other logic is [`crate::judge`]'s.
+//! Logic by others as a design, and the names of its columns; [`crate::judge`] compares it with a chart or with other logic.
 //!
-//! A circuit has no steps and no declared variables, so it gets an [`interface`]: a net that only has its inputs and outputs, by which stimuli are read
-//! and traces are written. The interface does nothing; the circuit does.
+//! A circuit has no steps and no declared variables, so it gets an [`interface`]: a net with its inputs and outputs only, which is used to read stimuli
+//! and to write traces. The interface has no behaviour; the circuit has.
 
 use grafsynth_backend_pld::codes::{TAKEN_AS, UNSUPPORTED};
 use grafsynth_backend_pld::fuse::{FuseMap, Role};
@@ -16,14 +16,14 @@ use grafsynth_ir::span::{Name, Span};
 use grafsynth_ir::{Diagnostic, Valid, validate};
 use std::collections::BTreeSet;
 
-/// Logic without a chart: what names mean is not known.
+/// Logic without a chart: the meaning of names is unknown.
 #[derive(Debug, Clone)]
 pub struct LogicDesign {
-    /// The circuit, with the roles of [`LogicDesign::interface`]; none where one clock does not drive all of it.
+    /// The circuit, with the roles of [`LogicDesign::interface`]; `None` if it is not driven by a single clock.
     pub logic: Option<Logic>,
-    /// Why there is no circuit (errors), or in what simpler sense the text was taken (warnings).
+    /// Why there is no circuit (errors), or how the text was simplified (warnings).
     pub beyond: Vec<Diagnostic>,
-    /// Its macrocells as written, or why the text does not say which fuses to burn.
+    /// Its macrocells as written, or why the text does not define fuses.
     pub placement: Result<Placement, Vec<Diagnostic>>,
     /// The columns of stimuli and traces.
     pub interface: Valid<Net>,
@@ -34,23 +34,23 @@ pub struct LogicDesign {
 /// A fuse map by others.
 #[derive(Debug, Clone)]
 pub struct Fuses {
-    /// The fuses.
+    /// The fuse map.
     pub map: FuseMap,
     /// Inputs, outputs and flip-flops, with the roles of [`LogicDesign::interface`].
     pub parts: Logic,
-    /// Which pin is which part.
+    /// The pin of each part.
     pub roles: Vec<Role>,
-    /// The test vectors of the file.
+    /// The number of test vectors in the file.
     pub n_vectors: usize,
-    /// Those of them that the fuses do not pass.
+    /// The number of test vectors that the fuses fail.
     pub n_failed: usize,
 }
 
 impl LogicDesign {
-    /// A design of a text that was read without errors.
+    /// A design from a text that was read without errors.
     ///
     /// # Errors
-    /// When its pins cannot be columns.
+    /// Its pins cannot be columns.
     pub fn of_text(text: Text) -> Result<Self, Vec<Diagnostic>> {
         Self::new(text.logic, text.beyond, text.placement)
     }
@@ -58,7 +58,7 @@ impl LogicDesign {
     /// A design of a circuit, a placement, or both.
     ///
     /// # Errors
-    /// When its pins cannot be columns.
+    /// Its pins cannot be columns.
     pub fn new(
         mut logic: Option<Logic>,
         beyond: Vec<Diagnostic>,
@@ -83,7 +83,7 @@ impl LogicDesign {
         })
     }
 
-    /// What is to be said of a design that is read but perhaps not run: where it can still be burned as written, what one clock cannot drive is no error.
+    /// The findings about a design that is read but perhaps not run: if it can still be programmed as written, parts outside a single clock are not errors.
     #[must_use]
     pub fn remarks(&self) -> Vec<Diagnostic> {
         let soften = |finding: &Diagnostic| {
@@ -107,12 +107,12 @@ impl LogicDesign {
     }
 }
 
-/// Letters that a column cannot have.
+/// Characters that a column name cannot have.
 fn is_odd(c: char) -> bool {
     c.is_whitespace() || c.is_control() || ",;\"'`#()[]{}".contains(c)
 }
 
-/// A net with the columns of a circuit: its inputs, its outputs, and as variables the flip-flops that no output of the same name shows. The circuit's pins
+/// A net with the columns of a circuit: its inputs, its outputs, and as variables the flip-flops without an output of the same name. The circuit's pins
 /// and flip-flops get the roles of that net.
 #[must_use]
 pub fn interface(logic: &mut Logic) -> Net {

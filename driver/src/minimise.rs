@@ -1,4 +1,4 @@
-//! Tables of two-level logic made small: read, minimise, report.
+//! Minimises two-level logic tables: read, minimise, report.
 
 use grafsynth_backend_pld::pla::{self, Kind, Pla};
 use grafsynth_ir::diag::Diagnostic;
@@ -8,36 +8,36 @@ use grafsynth_logic::minimise::{
 };
 use std::fmt::Write as _;
 
-/// What to minimise for.
+/// The options of the minimiser.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
-    /// Each output by itself, as a PAL has it; otherwise products are shared.
+    /// Each output separately, as in a PAL; otherwise products are shared.
     pub per_output: bool,
-    /// Outputs may be written inverted.
+    /// Outputs may be inverted.
     pub free_polarity: bool,
-    /// Look for the proved minimum, not only for a small sum.
+    /// Find the proved minimum, not only a small sum.
     pub exact: bool,
-    /// How much work it may be: see [`Effort::of_level`].
+    /// The effort: see [`Effort::of_level`].
     pub budget: u32,
 }
 
 /// A minimised table.
 #[derive(Debug, Clone)]
 pub struct Minimised {
-    /// The small table.
+    /// The minimised table.
     pub table: Pla,
     /// The same as text.
     pub text: String,
-    /// Products, literals, what is proved: a few lines.
+    /// Products, literals and what is proved, in a few lines.
     pub report: String,
-    /// Each number of products is proved to be the least.
+    /// Each number of products is proved to be the minimum.
     pub is_exact: bool,
 }
 
-/// Reads a table and makes it small. The result was compared with the table before it is returned.
+/// Reads and minimises a table. The result is compared with the original before it is returned.
 ///
 /// # Errors
-/// The findings, where one of them is an error.
+/// The findings, if one of them is an error.
 pub fn minimise(
     file: FileId,
     text: &str,
@@ -69,7 +69,7 @@ pub fn minimise(
                 pla::codes::TOO_LARGE,
                 format!("the table cannot be minimised: {refused}"),
             )
-            .help("a larger --budget allows larger diagrams, or split the table by outputs");
+            .help("raise --budget to allow larger diagrams, or split the table by outputs");
             findings.push(match places.on.first() {
                 Some(&span) => finding.at(span, "the first product of the table"),
                 None => finding,
@@ -79,7 +79,7 @@ pub fn minimise(
     }
 }
 
-/// Choices of phases that are judged for each unit of the budget.
+/// The number of phase combinations that are tried for each unit of the budget.
 const TRIES: usize = 40;
 
 /// The shared sum with the phases that need the fewest products, and how they were found.
@@ -96,7 +96,7 @@ fn with_phases(
         small.report,
         "phases: {}{}",
         counted(found.tries, "choice"),
-        if found.is_complete { " judged, all there are" } else { " judged" }
+        if found.is_complete { " tried, all there are" } else { " judged" }
     );
     Ok(small)
 }
@@ -185,7 +185,7 @@ fn counted(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
-/// What is proved of a number of products: of literals nothing is.
+/// What is proved about a number of products; about literals nothing is proved.
 fn proof(minimum: Minimum) -> String {
     match minimum {
         Minimum::Exact => "proved minimum".to_owned(),

@@ -1,4 +1,4 @@
-//! What is known of each output: proved, refuted or open, and what else the user should know of it. Data until it is printed.
+//! The result for each output: proved, refuted or open, with notes for the user. It remains data until it is printed.
 
 use crate::judge::{CircuitsApart, EqualBy};
 use grafsynth_backend_pld::MovedPin;
@@ -6,16 +6,16 @@ use grafsynth_sim::Stimulus;
 use grafsynth_verify::equiv::{Counterexample, Verdict};
 use grafsynth_verify::{Certificate, Dominance, Method, Open, OpenReason, Scope};
 
-/// How sure we are of an output, the surest first.
+/// How certain the result for an output is, the most certain first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outcome {
-    /// It does what the net does.
+    /// It is equivalent to the net.
     Proved,
-    /// No program can tell: the text is in a language that grafsynth does not read.
+    /// It cannot be checked: grafsynth does not read the language of the text.
     NotChecked,
-    /// It was not found out.
+    /// The result is unknown.
     Open,
-    /// It does something else.
+    /// It differs from the net.
     Refuted,
 }
 
@@ -32,29 +32,29 @@ impl Outcome {
     }
 }
 
-/// What a build says of one of its outputs.
+/// The report of a build for one output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OutputReport {
     /// The name of the file.
     pub name: String,
-    /// Whether it is the net.
+    /// Whether it equals the net.
     pub verdict: OutputVerdict,
-    /// What else is to be said of it, in order.
+    /// Additional notes, in order.
     pub notes: Vec<Note>,
 }
 
-/// Whether an output is the net.
+/// Whether an output equals the net.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum OutputVerdict {
-    /// It is, as this proof shows.
+    /// It does, by this proof.
     Proved(OutputProof),
-    /// It is not.
+    /// It does not.
     Refuted(OutputFault),
     /// It was read back, and its equality is open.
     ReadBack(Open),
-    /// It was not read back, nor run to the end.
+    /// It was not read back, or its run did not finish.
     Open(Open),
-    /// No program can tell: grafsynth does not read that language.
+    /// It cannot be checked: grafsynth does not read that language.
     NotChecked,
 }
 
@@ -65,105 +65,105 @@ pub enum OutputProof {
     SameNet,
     /// A fuse map decodes to the same products in the same macrocells.
     SameProducts,
-    /// A circuit, read back, is equal to the net for all that a chip sees.
+    /// A circuit, read back, is equivalent to the net in everything that a chip can observe.
     Circuit(Certificate),
-    /// A circuit, read back, is equal to the circuit that it was made of.
+    /// A circuit, read back, equals the circuit that it was made from.
     Rebuilt(EqualBy),
-    /// A bitstream, read back, is equal to the Verilog that it was made of.
+    /// A bitstream, read back, equals the Verilog that it was made from.
     Bitstream(EqualBy),
-    /// Compiled C gives the net's rows in every state, under every input and these ticks.
+    /// Compiled C gives the rows of the net in every state, for every input and these ticks.
     Run {
-        /// States of net and C together.
+        /// The number of states of net and C together.
         states: u64,
-        /// Reactions compared.
+        /// The number of compared reactions.
         reactions: u64,
-        /// For which stimuli.
+        /// The stimuli that this applies to.
         scope: Scope,
     },
 }
 
-/// Where an output is not the net.
+/// Where an output differs from the net.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum OutputFault {
     /// A cell of a trace differs after these reactions.
     Row {
-        /// A stimulus that shows it in its last row.
+        /// A stimulus whose last row shows the difference.
         stimulus: Stimulus,
         /// The column.
         column: String,
-        /// The cell in the chart.
+        /// The value in the chart.
         chart: String,
-        /// The cell in the output.
+        /// The value in the output.
         output: String,
-        /// What the output is called: `the output`, `C`.
+        /// The name of the output in messages: `the output`, `C`.
         of: &'static str,
     },
-    /// It reads back as something else.
+    /// It reads back as another net.
     ReadsBackAsAnother,
-    /// A signal has no pin in what was read back.
+    /// A signal has no pin in the design that was read back.
     PinLost(String),
     /// A pin of a bitstream differs from the Verilog after these clocks.
     Clock {
         /// The pin.
         pin: String,
-        /// How many clocks.
+        /// The number of clocks.
         clocks: usize,
     },
-    /// It differs from the circuit that it was made of; says where.
+    /// It differs from the circuit that it was made from, with the location.
     Rebuilt(CircuitsApart),
-    /// Compiled C does not answer: it crashes, or does not end a reaction.
+    /// Compiled C does not respond: it crashes, or a reaction does not end.
     NoAnswer(String),
 }
 
-/// What else a line says of an output.
+/// A note on an output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Note {
-    /// A part of what a fuse map holds: macrocells, products, vectors; how to burn it.
+    /// The contents of a fuse map: macrocells, products, vectors; or the command that programs it.
     Burned(String),
-    /// Whether the emergency dominates in every state of what was read back.
+    /// Whether the emergency dominates in every state of the design that was read back.
     Emergency(Dominance),
-    /// Codes of steps and don't-cares.
+    /// The state encoding and don't-cares.
     Codes(String),
-    /// Illegal codes lead back, proved or needless.
+    /// Illegal codes return to legal ones, by proof or because there are none.
     Safe(String),
-    /// It was not proved that illegal codes lead back, and why.
+    /// It is not proved that illegal codes return, with the reason.
     NotSafe(String),
-    /// Pins are not assigned, since the design does not fit; what would fit.
+    /// Pins are not assigned because the design does not fit, with advice.
     PinsOpen(String),
     /// An input or output whose pin is not in the order of declarations, and why.
     PinMoved(MovedPin),
     /// How micro-steps become clocks.
     Form(String),
-    /// A history that has flip-flops of its own, and why.
+    /// A history that has its own flip-flops, with the reason.
     History {
         /// Its name.
         name: String,
-        /// Why.
+        /// The reason.
         why: String,
     },
-    /// Inputs that arrive later.
+    /// Inputs that arrive with a delay.
     Synchronised {
-        /// Pins with a synchroniser.
+        /// The number of pins with a synchroniser.
         pins: usize,
-        /// Its flip-flops.
+        /// The number of its flip-flops.
         stages: usize,
     },
-    /// The chart's own C was left out when this was compiled and run.
+    /// The chart's own C code was left out of the compiled and tested program.
     WithoutForeignCode,
-    /// The macro that the user defines where an interrupt shares numbers with the chart; nothing of that was checked.
+    /// The macro that the user must define if an interrupt shares numbers with the chart; this was not checked.
     CriticalSection(String),
-    /// The quiescence gate was in front of the reactions that were compared.
+    /// The quiescence gate was active in the compared reactions.
     Gate,
-    /// A style of C is wrong, by a fault of the tool, and another one is right.
+    /// A style of C is wrong because of a bug in grafsynth, and another one is right.
     OtherStyle {
         /// Its name.
         style: &'static str,
-        /// How sure that is.
+        /// How certain that is.
         outcome: Outcome,
     },
-    /// A style of C is wrong, by a fault of the tool, and no other style is right.
+    /// A style of C is wrong because of a bug in grafsynth, and no other style is right.
     NoStyle,
-    /// What a tool remarked.
+    /// A remark of an external tool.
     Remark(String),
 }
 
@@ -225,12 +225,12 @@ impl std::fmt::Display for Note {
                 write!(f, "pins not assigned: the design does not fit; {advice}")
             }
             Note::History { name, why } => {
-                write!(f, "history `{name}` has flip-flops of its own: {why}")
+                write!(f, "history `{name}` has its own flip-flops: {why}")
             }
             Note::CriticalSection(name) => {
                 write!(
                     f,
-                    "with interrupts, define {name}: without it numbers of more than 8 bits can tear"
+                    "with interrupts, define {name}: otherwise numbers of more than 8 bits can be read half-written"
                 )
             }
             Note::Gate => f.write_str("with the gate of --gate"),
@@ -241,9 +241,9 @@ impl std::fmt::Display for Note {
                         "is equal in what was tested"
                     }
                 };
-                write!(f, "this is a fault of grafsynth: the style `{style}` {how}")
+                write!(f, "this is a bug in grafsynth: the style `{style}` {how}")
             }
-            Note::NoStyle => f.write_str("this is a fault of grafsynth"),
+            Note::NoStyle => f.write_str("this is a bug in grafsynth"),
             Note::WithoutForeignCode => f.write_str("without the chart's own C (see --trust-code)"),
             Note::Synchronised { pins, stages } => {
                 write!(f, "{pins} inputs arrive {stages} clocks later, by synchronisers")
@@ -265,19 +265,19 @@ impl OutputReport {
         OutputReport::new(name, OutputVerdict::Proved(proof))
     }
 
-    /// An output that is wrong.
+    /// An incorrect output.
     #[must_use]
     pub fn refuted(name: &str, fault: OutputFault) -> Self {
         OutputReport::new(name, OutputVerdict::Refuted(fault))
     }
 
-    /// An output that was neither read back nor run to the end.
+    /// An output that was not read back, or whose run did not finish.
     #[must_use]
     pub fn open(name: &str, why: impl Into<OpenReason>) -> Self {
         OutputReport::new(name, OutputVerdict::Open(Open::because(why)))
     }
 
-    /// The report for what the verifier says of a text that was read back.
+    /// The report for the verdict of the verifier on a text that was read back.
     #[must_use]
     pub fn of_verdict(name: &str, verdict: Verdict) -> Self {
         let verdict = match verdict {
@@ -298,7 +298,7 @@ impl OutputReport {
         OutputReport::new(name, verdict)
     }
 
-    /// How sure we are, all notes included.
+    /// How certain the result is, including all notes.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
         let own = match self.verdict {
@@ -329,7 +329,7 @@ impl OutputReport {
         self.notes.iter().map(of_note).fold(own, Outcome::max)
     }
 
-    /// Its parts as a person reads them: the verdict, then each note.
+    /// Its parts as text: the verdict, then each note.
     pub fn parts(&self) -> impl Iterator<Item = String> + '_ {
         std::iter::once(self.verdict.to_string()).chain(self.notes.iter().map(ToString::to_string))
     }
@@ -385,10 +385,10 @@ impl std::fmt::Display for OutputFault {
                 "differs from the chart after {} reactions: {column} is `{chart}` in the chart and `{output}` in {of}",
                 stimulus.len()
             ),
-            OutputFault::ReadsBackAsAnother => write!(f, "reads back as another net"),
-            OutputFault::PinLost(name) => write!(f, "`{name}` is on no pin of the bitstream"),
+            OutputFault::ReadsBackAsAnother => write!(f, "reads back as a different net"),
+            OutputFault::PinLost(name) => write!(f, "`{name}` has no pin in the bitstream"),
             OutputFault::Clock { pin, clocks } => {
-                write!(f, "is not the Verilog: `{pin}` differs after {clocks} clocks")
+                write!(f, "differs from the Verilog: `{pin}` differs after {clocks} clocks")
             }
             OutputFault::Rebuilt(how) => write!(f, "differs from the text: {how}"),
             OutputFault::NoAnswer(how) => f.write_str(how),

@@ -1,10 +1,10 @@
-//! The page of each diagnostic code: cause, an example that triggers it, the way out.
+//! The page of each diagnostic code: cause, an example that triggers it, and a fix.
 
 use grafsynth_ir::Code;
 
 include!(concat!(env!("OUT_DIR"), "/pages.rs"));
 
-/// The page of a code such as `G0101` (letter case does not matter), in Markdown.
+/// The page of a code such as `G0101` (not case-sensitive), in Markdown.
 #[must_use]
 pub fn page(code: &str) -> Option<&'static str> {
     let code = code.to_ascii_uppercase();

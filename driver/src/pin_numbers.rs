@@ -1,12 +1,12 @@
-//! Logic by others that is compared by pin number: a fuse map rarely says what its pins are called.
+//! Compares logic by others by pin number: a fuse map rarely contains the names of its pins.
 
 use crate::logic::LogicDesign;
 use grafsynth_backend_pld::Object;
 use grafsynth_ir::logic::Logic;
 use std::collections::BTreeMap;
 
-/// The circuit of the second design with its pins called what the first one calls the pins of these numbers. None where names serve: no fuse map is
-/// among the two, or each that is names all its pins, or a design does not say its pins, or the packages differ.
+/// The circuit of the second design with the names that the first one gives to the same pin numbers. `None` if names are sufficient: neither design is a
+/// fuse map, or each fuse map names all its pins, or a design does not define its pins, or the packages differ.
 #[must_use]
 pub fn by_number(first: &LogicDesign, second: &LogicDesign) -> Option<Logic> {
     let (Ok(ours), Ok(theirs)) = (&first.placement, &second.placement) else { return None };
@@ -22,7 +22,7 @@ pub fn by_number(first: &LogicDesign, second: &LogicDesign) -> Option<Logic> {
     }
     let (wanted, known) = (names(first), names(second));
     let mut circuit = second.logic.clone()?;
-    // A name with a blank is nobody's, so a pin that the first design does not use is not mistaken for another.
+    // No name contains a blank, so a pin that the first design does not use cannot be mistaken for another.
     let rename = |name: &mut String| {
         let pin = known.iter().find(|(_, known)| *known == name).map(|(pin, _)| *pin);
         if let Some(pin) = pin {
@@ -41,7 +41,7 @@ pub fn by_number(first: &LogicDesign, second: &LogicDesign) -> Option<Logic> {
     Some(circuit)
 }
 
-/// What the circuit of a design calls each pin.
+/// The name of each pin in the circuit of a design.
 fn names(design: &LogicDesign) -> BTreeMap<u32, String> {
     if let Some(fuses) = &design.fuses {
         let named = fuses.roles.iter().filter_map(|role| match &role.object {

@@ -1,4 +1,4 @@
-//! From a net to its outputs: the back half of the pipeline, as one visible list.
+//! From a net to its outputs: the back half of the pipeline, as one explicit list.
 //!
 //! ```text
 //! facts      verify::facts                what is proved of the net
@@ -10,7 +10,7 @@
 //! strip      reset, synchronise           what the chart does not know, seen to do nothing else
 //! prove      verify::equiv                equal to the net, for every reachable state
 //! ```
-//! C goes from the net and its facts to text; comparing it needs a compiler, so that is left to the caller ([`Built::packages`]).
+//! C is generated from the net and its facts; to compare it needs a compiler, so that is left to the caller ([`Built::packages`]).
 
 pub use crate::built::{BuildOptions, Built, MapEntry, OutputFile};
 use crate::circuit::{ENUMERATION_WORK, delayed_vectors, may_be_free, unconditional};
@@ -37,7 +37,8 @@ pub use grafsynth_logic::BusyMode;
 use grafsynth_verify::equiv::only_tested;
 use grafsynth_verify::{Limits, OpenReason};
 
-/// Errors about variables that the designer wants not to be shared with a halted step (semantics §6). They need the situations, not the structure alone.
+/// Errors about variables that the designer declares not to be shared with a halted step (semantics §6). They depend on the situations, not on the structure
+/// alone.
 fn refused_sharing(net: &Valid<Net>) -> Vec<Diagnostic> {
     if !net.sharing.values().any(|said| *said == Sharing::Refuse) {
         return Vec::new();
@@ -55,14 +56,14 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
     if !built.found.is_empty() {
         return built;
     }
-    // Here, so that nothing behind it, advice on what would fit least of all, counts on what this design may not have.
+    // Here, so that no later step, in particular advice on what would fit, uses what this design may not have.
     let without = (options.dont_cares && !may_be_free(net))
         .then(|| BuildOptions { dont_cares: false, ..options.clone() });
     let options = without.as_ref().unwrap_or(options);
     let needs_logic =
         targets.iter().any(|target| target.dialect().is_some() || *target == Target::Jedec);
     let free = if needs_logic { unconditional(net, &options.limits) } else { None };
-    // What C rests on is another matter: it keeps all steps apart.
+    // C may use the facts that depend on assumptions, because it keeps all steps apart.
     let conditional = facts;
     let facts = free.as_ref().unwrap_or(facts);
     let logic = needs_logic.then(|| logic_as(net, facts, options.busy));
@@ -72,7 +73,7 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
     if let Some(Ok(logic)) = &logic {
         built.found.extend(one_clock_all_the_same(net, logic, options.busy));
     }
-    // Verilog is asked for by two targets, and written once.
+    // Two targets need Verilog; it is written once.
     let mut verilog: Option<Option<Emitted>> = None;
     for target in targets {
         match (target, target.dialect(), &logic) {
@@ -90,7 +91,7 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
             (Target::Jedec, None, Some(Ok(logic))) => {
                 crate::jedec::build(net, facts, logic, options, &mut built);
             }
-            // Why there is no circuit was said.
+            // The missing circuit was already reported.
             (_, Some(_), _) | (Target::Jedec, None, _) => {}
             (Target::C(style), None, _) => {
                 let c = options.c_for(net, *style);
@@ -136,11 +137,11 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
     built
 }
 
-/// The pins of an iCE40, and what its tools need.
+/// The pins of an iCE40, and the inputs of its tools.
 fn ice40(net: &Net, emitted: &Emitted, options: &BuildOptions, built: &mut Built) {
     let stem = options.stem_for(net);
     let board = net.board.device.as_ref().map(|name| name.text.as_str());
-    // The board may be that of another chip that the chart is also built for.
+    // The pin assignment may be for another chip that the chart is also built for.
     let of_board = board.filter(|name| name.to_ascii_lowercase().starts_with("ice40"));
     let device = options.device.as_deref().or(of_board);
     let pins: Vec<(String, u32)> = if board.is_none() || of_board.is_some() {
@@ -166,7 +167,7 @@ fn ice40(net: &Net, emitted: &Emitted, options: &BuildOptions, built: &mut Built
     }
 }
 
-/// Writes one text, reads it back and has it proved; gives the text unless it was refused or refuted.
+/// Writes one text, reads it back and has it proved; returns the text unless it was rejected or refuted.
 fn equations(
     net: &Valid<Net>,
     facts: &Facts,
@@ -281,7 +282,7 @@ fn equations(
             budget: emit_options.budget,
         };
         let n_vectors = emit_options.vectors.as_ref().map_or(0, |vectors| vectors.rows.len());
-        // The text was made of these equations, and is made of them again.
+        // The text was made from these equations, so they are recomputed.
         let again = is_flat.then(|| Equations::new(&circuit, dialect, &emit_options));
         built.chips.push(match again {
             Some(Ok(again)) => Chip::of_equations(made, dialect, &again, n_vectors),

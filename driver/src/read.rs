@@ -16,23 +16,23 @@ use grafsynth_ir::{Diagnostic, FileId, Span, Valid, chart, lower, text, validate
 
 pub use grafsynth_frontend::c::{Calls as CCalls, Group as CGroup, Options as COptions};
 
-/// What a source says.
+/// The contents of a source.
 #[derive(Debug, Clone)]
 pub enum Design {
     /// A chart, and the net that runs.
     Net(Box<NetDesign>),
-    /// Logic without a chart: what names mean is not known.
+    /// Logic without a chart: the meaning of names is unknown.
     Logic(Box<LogicDesign>),
 }
 
 /// A chart with its net.
 #[derive(Debug, Clone)]
 pub struct NetDesign {
-    /// As drawn; none for a `.net` text.
+    /// The chart as drawn; `None` for a `.net` text.
     pub chart: Option<chart::Design>,
-    /// As it runs.
+    /// The net that runs.
     pub net: Valid<Net>,
-    /// Which tasks cost what a model says.
+    /// The tasks whose costs come from a model.
     pub counted: Option<Counted>,
     /// C text that defines the extern functions of a chart that was read from C.
     pub library: Option<String>,
@@ -53,20 +53,20 @@ pub struct Texts {
     pub libraries: Vec<LibraryText>,
     /// Files with properties, and single properties from the command line.
     pub properties: Vec<FileId>,
-    /// How a design in C becomes a chart.
+    /// Options for reading a design in C.
     pub c: COptions,
-    /// The machine whose cost model says what tasks cost that declare none.
+    /// The machine whose cost model estimates the cost of tasks that declare none.
     pub machine: Option<&'static Machine>,
 }
 
 /// Limits of the front ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ReadLimits {
-    /// The deepest nesting that is read.
+    /// The maximum nesting depth.
     pub nesting: u32,
-    /// The longest source in bytes.
+    /// The maximum size of a source in bytes.
     pub source: usize,
-    /// Findings of a file that are kept; the rest is counted.
+    /// The maximum number of findings kept for a file; the rest is counted.
     pub diagnostics: usize,
 }
 
@@ -86,7 +86,7 @@ impl Default for ReadLimits {
     }
 }
 
-/// Reads a design, its board and its properties. The design is there only if no finding is an error.
+/// Reads a design, its board and its properties. The design is returned only if no finding is an error.
 #[must_use]
 pub fn read(
     sources: &Sources,
@@ -205,7 +205,7 @@ pub fn read(
                 };
                 if n_open > 0 {
                     let message = format!(
-                        "{} left open for some inputs, and the circuit shows 0 there",
+                        "{} undefined for some inputs, and the circuit outputs 0 there",
                         if n_open == 1 {
                             "an output is".to_owned()
                         } else {
@@ -215,7 +215,7 @@ pub fn read(
                     said.beyond.push(
                         Diagnostic::warning(TAKEN_AS, message)
                             .at(start, "")
-                            .help("`minimise` uses what is left open"),
+                            .help("`minimise` uses them as don't-cares"),
                     );
                 }
                 logic_design(said, texts, &mut found)
@@ -249,7 +249,7 @@ pub fn is_consequence(finding: &Diagnostic, read: &[Diagnostic]) -> bool {
     })
 }
 
-/// The design of a text of logic. A text that gives neither a circuit nor macrocells is none.
+/// The design of a logic text. A text with neither a circuit nor macrocells is not a design.
 fn logic_design(
     mut said: grafsynth_backend_pld::read::Text,
     texts: &Texts,
@@ -304,13 +304,16 @@ fn unknown_format(file: FileId, path: &str) -> Diagnostic {
         Format::ALL.iter().map(|(_, name, extension)| format!(".{extension} ({name})")).collect();
     Diagnostic::error(
         codes::UNKNOWN_FORMAT,
-        format!("the name of {path} does not say what is in it"),
+        format!("cannot tell the format of {path} from its name"),
     )
     .at(Span::new(file, 0, 0), "")
-    .help(format!("give the format with --from, or use one of {}", known.join(", ")))
+    .help(format!(
+        "give the format with --from, or use one of these extensions: {}",
+        known.join(", ")
+    ))
 }
 
-/// Reads the property files for a net, whose integer names decide what `+` and `*` mean.
+/// Reads the property files for a net, whose integer names define the meaning of `+` and `*`.
 fn read_properties(
     sources: &Sources,
     texts: &Texts,
@@ -366,7 +369,7 @@ fn chart_design(
             grafsynth_frontend::board::parse_within(file, &source.text, &limits.front());
         found.extend(diagnostics);
         if let Some(chart) = design.charts.first_mut() {
-            // The board file stands beside the chart so that one chart serves several boards: it replaces the chart's own.
+            // The board file is separate so that one chart can be used with several boards: it replaces the chart's own board.
             if !board.boards.is_empty() {
                 chart.items.retain(|item| !matches!(item, chart::Item::Board(_)));
             }
@@ -375,7 +378,7 @@ fn chart_design(
         }
     }
     let (net, more, counted) = task_costs::lower(&design, texts.machine);
-    // After an error of the reader the design lacks what was not read: warnings about what is left would speak of that.
+    // After an error of the reader, parts of the design are missing, so warnings about the rest could be wrong.
     let is_whole = !any_error(found);
     found.extend(more.into_iter().filter(|finding| is_whole || finding.is_error()));
     let mut design = with_properties(sources, texts, limits, Some(design), net?, found)?;

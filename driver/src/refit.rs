@@ -1,4 +1,4 @@
-//! Logic by others to files: burned as written, or made small and moved to another device or language.
+//! Writes logic by others to files: programmed as written, or minimised and moved to another device or language.
 //!
 //! ```text
 //! as written   Placement ── map ──► fuses ── write ──► .jed ── read, decode ──► the same products in the same macrocells
@@ -25,29 +25,30 @@ use grafsynth_verify::Limits;
 /// What to write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wanted {
-    /// Equations or a netlist, made small.
+    /// Equations or a netlist, minimised.
     Text(Dialect),
     /// A fuse map of the macrocells as written.
     AsWritten,
-    /// A fuse map of the circuit, made small and given pins anew.
+    /// A fuse map of the circuit, minimised and fitted again.
     Refit,
 }
 
-/// A file and what was proved of it.
+/// A file and its proof.
 #[derive(Debug, Clone)]
 pub struct Made {
     /// The file.
     pub file: OutputFile,
-    /// What was proved, or why nothing was.
+    /// What was proved, or why nothing was proved.
     pub line: OutputReport,
-    /// What a page says of it, where one was asked for.
+    /// The data of the report page, if requested.
     pub chip: Option<Chip>,
 }
 
-/// Makes a file of a design, called `stem` with the extension of its kind, and what a page says of it where `report` is set. `device` is for what is fitted anew; none is the one that the text names, or the default.
+/// Makes a file from a design, named `stem` with the extension of its kind, and the data of the report page if `report` is set. `device` is for designs that
+/// are fitted again; `None` selects the device that the text names, or the default.
 ///
 /// # Errors
-/// What the device or the language cannot hold, or why there is no circuit or no placement.
+/// The device or the language does not support something, or there is no circuit or no placement.
 pub fn make(
     design: &LogicDesign,
     wanted: Wanted,
@@ -96,7 +97,7 @@ pub fn make(
     }
 }
 
-/// The file of a placement as it is.
+/// The file of an unchanged placement.
 fn burned(
     name: String,
     placement: &Placement,
@@ -108,10 +109,10 @@ fn burned(
     Ok(Made { file: file(name, written.text), line, chip })
 }
 
-/// What a page says of a placement that was burned as it is.
+/// The report data of an unchanged placement.
 fn chip(name: &str, placement: &Placement, line: &OutputReport, written: &Written) -> Chip {
     let mut roles = own_roles(placement);
-    // Devices without one clock for all are no circuit: of those the page has products and no counts.
+    // A device without a single clock has no circuit: the page shows its products but no counts.
     let circuit = fuse::logic(placement, &roles).unwrap_or_else(|_| {
         let (parts, own) = shell(placement);
         roles = own;
@@ -127,7 +128,7 @@ fn chip(name: &str, placement: &Placement, line: &OutputReport, written: &Writte
     Chip::burned(made, &written.map, placement, &roles, written.n_vectors)
 }
 
-/// What a page knows of logic by others.
+/// The report data about logic by others.
 fn about<'a>(name: &'a str, line: &OutputReport, circuit: &'a Logic) -> About<'a> {
     About {
         file: name,
@@ -160,12 +161,12 @@ fn line(name: &str, judged: Judged) -> OutputReport {
 struct Fitted {
     emitted: Emitted,
     options: EmitOptions,
-    /// What the text says of macrocells, or why it does not say them.
+    /// The macrocells of the text, or why it does not define them.
     placement: Result<Placement, Vec<Diagnostic>>,
     judged: Judged,
 }
 
-/// The circuit in a language, small, with pins; what a stranger reads in that text; and whether both are equal.
+/// The circuit in a language, minimised, with pins; the circuit that is read back from that text; and whether both are equal.
 fn fitted(
     design: &LogicDesign,
     dialect: Dialect,
@@ -174,7 +175,7 @@ fn fitted(
 ) -> Result<Fitted, Vec<Diagnostic>> {
     let circuit = design.circuit()?;
     let own = design.placement.as_ref().ok();
-    // Pins stay where they are as long as the device is the same.
+    // Pins do not change if the device is the same.
     let same =
         own.filter(|own| device.is_none_or(|name| name.eq_ignore_ascii_case(own.device.name)));
     let is_signal = |name: &str| {

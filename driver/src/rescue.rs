@@ -1,7 +1,7 @@
-//! What would make a design fit that does not: other codes, other settings, other devices, each of them tried.
+//! What would make a design fit: other encodings, other settings, other devices, each of them tried.
 //!
-//! Nothing is advised that was not fitted: with its own codes, sums, divisors and pins, and for a fuse map down to the fuses. [`MOST_FITS`] bounds the
-//! search; devices that are too small whatever is done are left out without a trial.
+//! Only designs that were fitted are suggested: with their own encodings, sums, divisors and pins, and for a fuse map down to the fuses. [`MOST_FITS`]
+//! bounds the search; devices that are too small in any case are skipped.
 
 use crate::built::BuildOptions;
 use crate::circuit::{emit_options, may_be_free, synchronised};
@@ -21,26 +21,26 @@ use grafsynth_ir::{Diagnostic, Name, Span};
 use grafsynth_logic::build::needed;
 use std::collections::BTreeMap;
 
-/// Fits that are tried.
+/// The maximum number of fits that are tried.
 const MOST_FITS: usize = 16;
-/// Ways out that are named.
+/// The maximum number of suggestions.
 const MOST_NAMED: usize = 3;
 
-/// What did not fit.
+/// The design that did not fit.
 #[derive(Clone, Copy)]
 pub(crate) struct Asked<'a> {
     pub(crate) net: &'a Net,
     pub(crate) facts: &'a Facts,
-    /// One flip-flop a step.
+    /// With one flip-flop for each step.
     pub(crate) logic: &'a Logic,
     pub(crate) options: &'a BuildOptions,
-    /// The language that was asked for.
+    /// The requested language.
     pub(crate) dialect: Dialect,
-    /// It was to be burned, not only written.
+    /// A fuse map was requested, not only equations.
     pub(crate) is_burned: bool,
 }
 
-/// Settings of a trial.
+/// The settings of a trial.
 #[derive(Clone, Copy)]
 struct Trial {
     device: &'static Device,
@@ -49,7 +49,7 @@ struct Trial {
     safe: bool,
 }
 
-/// Says in the findings of a fit what would fit instead.
+/// Adds what would fit instead to the findings of a fit.
 pub(crate) fn advise(asked: &Asked<'_>, found: &mut [Diagnostic]) {
     let is_misfit =
         |finding: &Diagnostic| [DOES_NOT_FIT, fuse::codes::CANNOT_HOLD].contains(&finding.code);
@@ -81,7 +81,7 @@ fn advice(asked: &Asked<'_>, device: &'static Device) -> String {
         if n_tried == MOST_FITS || fits.len() == MOST_NAMED {
             break;
         }
-        // A device that was named already is not named with another code.
+        // A device that was already suggested is not suggested with another encoding.
         if trial.device != device && named.contains(&trial.device.name) {
             continue;
         }
@@ -99,7 +99,7 @@ fn advice(asked: &Asked<'_>, device: &'static Device) -> String {
                 options.push("don't-cares (leave out --no-dc)".to_owned());
             }
             if trial.safe != asked.options.safe {
-                options.push("no return from illegal situations (leave out --safe)".to_owned());
+                options.push("no return from illegal situations (omit --safe)".to_owned());
             }
             let code = match trial.encoding {
                 EncodingChoice::Auto => format!(", {}", name(coded)),
@@ -112,7 +112,7 @@ fn advice(asked: &Asked<'_>, device: &'static Device) -> String {
         }
     }
     if !fits.is_empty() {
-        return format!("what fits, each tried: {}", fits.join("; "));
+        return format!("these were tried and fit: {}", fits.join("; "));
     }
     let mut tried = match n_tried {
         0 => "no other device or setting is large enough".to_owned(),
@@ -124,7 +124,7 @@ fn advice(asked: &Asked<'_>, device: &'static Device) -> String {
         n => format!("it does not fit any of the {n} other devices and settings either"),
     };
     if known.is_spent() {
-        tried.push_str(" (the search for codes ended at its bound of work)");
+        tried.push_str(" (the search for codes reached its limit)");
     }
     match times(asked).or_else(|| encoder(asked.net)).or_else(|| by_hand(asked.logic)) {
         Some(by_hand) => format!("{tried}; {by_hand}"),
@@ -142,7 +142,7 @@ fn name(encoding: Encoding) -> &'static str {
     }
 }
 
-/// What is worth trying, the least change first: codes and settings on the same device, then devices, the smallest first, then both.
+/// What to try, the smallest change first: encodings and settings on the same device, then devices, the smallest first, then both.
 fn trials(asked: &Asked<'_>, device: &'static Device) -> Vec<Trial> {
     let options = asked.options;
     let same = Trial {
@@ -172,11 +172,11 @@ fn trials(asked: &Asked<'_>, device: &'static Device) -> Vec<Trial> {
     let mut others: Vec<&'static Device> = DEVICES
         .iter()
         .filter(|other| {
-            // What a PAL can do in whose place a GAL is burned, that GAL can do itself.
+            // What a GAL can do in place of a PAL, it can also do directly.
             **other != *device && !other.name.contains("-as-") && asked.may_hold(other)
         })
         .collect();
-    // The old PALs last: they are burned once, and their polarities are fixed.
+    // The old PALs come last: they can be programmed only once, and their polarities are fixed.
     others.sort_by_key(|device| {
         let is_fixed = device.polarity != Polarity::Programmable;
         (is_fixed, device.n_pins, device.macrocells.len())
@@ -197,7 +197,7 @@ impl Asked<'_> {
         }
     }
 
-    /// The device has pins for the inputs and macrocells for the outputs, were everything else free.
+    /// The device has pins for the inputs and macrocells for the outputs, if everything else fits.
     fn may_hold(&self, device: &Device) -> bool {
         let (n_inputs, n_outputs) = (self.logic.inputs.len(), self.logic.outputs.len());
         let has_flops = !self.logic.flops.is_empty();
@@ -208,7 +208,7 @@ impl Asked<'_> {
             && (device.layout.is_some() || !self.is_burned && self.dialect != Dialect::Galasm)
     }
 
-    /// Fits it: the code that was taken, macrocells and product terms.
+    /// Fits it: returns the encoding, macrocells and product terms.
     fn fit(&self, trial: &Trial, known: &mut Known) -> Option<(Encoding, usize, usize)> {
         let own = self.device()?;
         let mut wishes = EmitOptions {
@@ -216,7 +216,7 @@ impl Asked<'_> {
             ..emit_options(self.net, Some(trial.device.name), None)
         };
         if trial.device != own {
-            // The numbers of the board are those of another package.
+            // The pin numbers are for another package.
             wishes.pins.clear();
         }
         let coded = coding::code_knowing(
@@ -346,12 +346,12 @@ fn encoder(net: &Net) -> Option<String> {
     let is_fewer = n_bits as usize + 1 < n;
     (net.settings.events_exclusive && is_fewer).then(|| {
         format!(
-            "by hand: its {n} events never come together, so an encoder in front of the chip makes {n_bits} pins and a strobe of them"
+            "by hand: its {n} events never occur together, so an external encoder can reduce them to {n_bits} pins and a strobe"
         )
     })
 }
 
-/// Two chips: what a second one for the outputs would take over.
+/// Two chips: what a second chip for the outputs would contain.
 fn by_hand(logic: &Logic) -> Option<String> {
     let moved: Vec<_> = (logic.outputs.values())
         .filter(|output| output.registered.is_none() && output.role != PinRole::Busy)
@@ -366,7 +366,7 @@ fn by_hand(logic: &Logic) -> Option<String> {
     let n_flops = reads(|node| matches!(node, Node::Flop(_)));
     let n_inputs = reads(|node| matches!(node, Node::Input(_)));
     Some(format!(
-        "by hand it may go on two chips: a second one for the {} outputs reads {n_flops} flip-flops and {n_inputs} inputs, and leaves the first with {} flip-flops and {} inputs",
+        "by hand it may fit two chips: a second one for the {} outputs reads {n_flops} flip-flops and {n_inputs} inputs, and the first keeps {} flip-flops and {} inputs",
         moved.len(),
         logic.flops.len(),
         logic.inputs.len()

@@ -1,10 +1,10 @@
-//! Reads the trace ring of an emitted chart (`build --target c --trace-ring N`, bytes as in [`grafsynth_backend_c::trace`]) and says what the chart did.
+//! Reads the trace ring of an emitted chart (`build --target c --trace-ring N`, bytes as in [`grafsynth_backend_c::trace`]) and reports what the chart did.
 //!
-//! The ring holds which transitions fired in which reaction, not what the inputs were, so it is replayed without receptivities: each micro-step must be
-//! one that the situation enables and the conflict policy allows ([`Simulator::replay`]). A ring that never wrapped is replayed from reset. Of one
-//! that did, the first micro-step may be cut and the situation before it is lost; from the second on each transition says that its preceding steps
-//! were active, and a proved sequential component with an active step has no other. Steps of which nothing is known yet make a `?`. Charts with
-//! enclosing steps, forcing or states are not pieced together like this: their transitions are listed.
+//! The ring contains the transitions that fired in each reaction, but not the inputs, so it is replayed without receptivities: each micro-step must be
+//! one that the situation enables and the conflict policy allows ([`Simulator::replay`]). A ring that never wrapped is replayed from reset. In one
+//! that did, the first micro-step may be incomplete and the situation before it is lost; from the second on, each transition shows that its preceding steps
+//! were active, and a proved sequential component with an active step has no other. Steps whose state is not known yet are shown as `?`. Charts with
+//! enclosing steps, forcing or states are not reconstructed like this: their transitions are listed.
 
 use grafsynth_backend_c::trace::{BEGINS, ENTRY_BYTES, HEADER_BYTES, MAGIC, hash};
 use grafsynth_ir::facts::Facts;
@@ -12,32 +12,32 @@ use grafsynth_ir::net::{Evolution, Net, Policy, StepId, StepKind, TransitionId, 
 use grafsynth_ir::{IdMap, Valid};
 use grafsynth_sim::Simulator;
 
-/// A ring, its entries in order.
+/// A ring with its entries in order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Ring {
     /// Reactions since reset, modulo 2^32.
     pub reactions: u32,
-    /// Transitions fired since reset; more than there are entries where older ones were overwritten.
+    /// Transitions fired since reset; more than the number of entries if older ones were overwritten.
     pub count: u32,
-    /// Places.
+    /// The capacity of the ring.
     pub places: u16,
-    /// What was kept, oldest first.
+    /// The entries, oldest first.
     pub entries: Vec<Entry>,
 }
 
 /// One transition that fired.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Entry {
-    /// In this reaction; the first has the number 1.
+    /// The number of its reaction; the first has the number 1.
     pub reaction: u32,
-    /// This one.
+    /// The transition.
     pub transition: TransitionId,
-    /// It is the first of its micro-step, as far as the chart tells them apart.
+    /// It is the first of its micro-step, if the chart marks micro-steps.
     pub begins: bool,
 }
 
 impl Ring {
-    /// Entries that were overwritten by later ones.
+    /// The number of overwritten entries.
     #[must_use]
     pub fn lost(&self) -> u32 {
         self.count.saturating_sub(u32::try_from(self.entries.len()).unwrap_or(u32::MAX))
@@ -49,37 +49,37 @@ impl Ring {
 pub struct Reaction {
     /// Its number; 0 is the reset.
     pub number: u32,
-    /// What fired, micro-step by micro-step.
+    /// The transitions that fired, by micro-step.
     pub fired: Vec<Vec<TransitionId>>,
     /// The steps that are known to be active after it, in declaration order.
     pub active: Vec<StepId>,
-    /// Nothing else is active.
+    /// No other step is active.
     pub is_known: bool,
 }
 
-/// What the chart did.
+/// The behaviour of the chart.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Replay {
-    /// Row by row, row 0 first where nothing was overwritten.
+    /// Row by row, row 0 first if nothing was overwritten.
     pub reactions: Vec<Reaction>,
-    /// Why the rest is no behaviour of the chart.
+    /// Why the remaining entries are not a behaviour of the chart.
     pub broken: Option<String>,
 }
 
-/// The ring in a dump: its bytes, or the same as hexadecimal text with white space anywhere.
+/// The ring in a dump: its bytes, or the same as hexadecimal text with optional white space.
 ///
 /// # Errors
-/// What is wrong with the dump: no ring, damaged, or of another chart.
+/// The dump is not a ring, is corrupt, or belongs to another chart.
 pub fn parse(net: &Net, dump: &[u8]) -> Result<Ring, String> {
     let from_text;
     let bytes = if dump.starts_with(&MAGIC) {
         dump
     } else {
-        from_text = hexadecimal(dump).ok_or("this is no trace ring, and no hexadecimal text")?;
+        from_text = hexadecimal(dump).ok_or("this is neither a trace ring nor hexadecimal text")?;
         &from_text
     };
     if !bytes.starts_with(&MAGIC) {
-        return Err("this is no trace ring: it does not begin with GTR1".to_owned());
+        return Err("this is not a trace ring: it does not begin with GTR1".to_owned());
     }
     let byte = |at: usize| bytes.get(at).copied().unwrap_or(0);
     let short = |at: usize| u16::from_le_bytes([byte(at), byte(at + 1)]);
@@ -88,13 +88,13 @@ pub fn parse(net: &Net, dump: &[u8]) -> Result<Ring, String> {
     let expected = HEADER_BYTES + ENTRY_BYTES * usize::from(places);
     if bytes.len() < HEADER_BYTES || bytes.len() != expected {
         return Err(format!(
-            "the trace ring is cut: {} bytes, and {expected} are needed for {places} places",
+            "the trace ring is truncated: {} bytes, expected {expected} for {places} entries",
             bytes.len()
         ));
     }
     if long(4) != hash(net) {
         return Err(format!(
-            "the trace ring is of another chart, of another version of this one, or of one built with other options (`--for`, `--assert`, ..): its mark is {:08x}, that of `{}` is {:08x}",
+            "the trace ring is of another chart, of another version of this one, or of one built with other options (`--for`, `--assert`, ..): its hash is {:08x}, that of `{}` is {:08x}",
             long(4),
             net.name,
             hash(net)
@@ -102,7 +102,7 @@ pub fn parse(net: &Net, dump: &[u8]) -> Result<Ring, String> {
     }
     let wrapped = count >= u32::from(places);
     if places == 0 || next >= places || (!wrapped && count != u32::from(next)) {
-        return Err("the trace ring is damaged: its numbers contradict each other".to_owned());
+        return Err("the trace ring is corrupt: its numbers contradict each other".to_owned());
     }
     let order: Vec<u16> =
         if wrapped { (next..places).chain(0..next).collect() } else { (0..next).collect() };
@@ -111,11 +111,11 @@ pub fn parse(net: &Net, dump: &[u8]) -> Result<Ring, String> {
         let at = HEADER_BYTES + ENTRY_BYTES * usize::from(place);
         let number = usize::from(short(at + 4) & !BEGINS);
         let reaction = long(at);
-        // Reactions count modulo 2^32, so what is compared is how long ago they were.
+        // Reactions count modulo 2^32, so their ages are compared.
         let age = |it: u32| reactions.wrapping_sub(it);
         let is_late = entries.last().is_some_and(|last| age(reaction) > age(last.reaction));
         if number >= net.transitions.len() || is_late {
-            return Err(format!("the trace ring is damaged at place {place}"));
+            return Err(format!("the trace ring is corrupt at entry {place}"));
         }
         entries.push(Entry {
             reaction,
@@ -149,7 +149,7 @@ pub fn replay(net: &Valid<Net>, facts: &Facts, ring: &Ring) -> Replay {
     }
 }
 
-/// The entries, reaction by reaction and micro-step by micro-step.
+/// The entries, by reaction and micro-step.
 fn grouped(net: &Net, ring: &Ring) -> Vec<Reaction> {
     let stable = net.settings.evolution != Evolution::Single;
     let mut reactions: Vec<Reaction> = Vec::new();
@@ -173,7 +173,7 @@ fn grouped(net: &Net, ring: &Ring) -> Vec<Reaction> {
 fn impossible(net: &Net, number: u32, fired: &[TransitionId]) -> String {
     let names: Vec<&str> = fired.iter().map(|id| net.transitions[*id].name.text.as_str()).collect();
     let verb = if names.len() == 1 { "fires" } else { "fire together" };
-    format!("in reaction {number} {} {verb}, which this chart cannot do there", names.join(", "))
+    format!("in reaction {number} {} {verb}, which is impossible in this chart", names.join(", "))
 }
 
 fn from_reset(net: &Valid<Net>, reactions: Vec<Reaction>) -> Replay {
@@ -197,7 +197,7 @@ fn from_reset(net: &Valid<Net>, reactions: Vec<Reaction>) -> Replay {
     Replay { reactions: done, broken: None }
 }
 
-/// No situation depends on more than preceding and following steps.
+/// The situation depends only on preceding and following steps.
 fn is_plain(net: &Net) -> bool {
     let is_leaf = |kind| matches!(kind, StepKind::Leaf);
     !net.settings.policy.is_statechart()
@@ -211,7 +211,7 @@ fn from_anywhere(net: &Net, facts: &Facts, reactions: Vec<Reaction>) -> Replay {
     let mut is_first = true;
     for mut reaction in reactions {
         for fired in &reaction.fired {
-            // Of the oldest micro-step a part may be overwritten.
+            // The oldest micro-step may be partly overwritten.
             if std::mem::take(&mut is_first) {
                 continue;
             }
@@ -227,7 +227,7 @@ fn from_anywhere(net: &Net, facts: &Facts, reactions: Vec<Reaction>) -> Replay {
     Replay { reactions: done, broken: None }
 }
 
-/// A micro-step on what is known; false where it contradicts that.
+/// Applies a micro-step to the known situation; false on a contradiction.
 fn micro_step(
     net: &Net,
     facts: &Facts,
@@ -268,7 +268,7 @@ fn micro_step(
     settle(facts, known)
 }
 
-/// What components add: beside an active step no other, and one that must be active where all others are not. False for two active ones.
+/// Applies components: besides an active step no other is active, and one must be active if all others are not. False if two are active.
 fn settle(facts: &Facts, known: &mut IdMap<grafsynth_ir::net::Step, Option<bool>>) -> bool {
     for component in &facts.components {
         let n_active = component.steps.iter().filter(|it| known[**it] == Some(true)).count();
@@ -287,7 +287,7 @@ fn settle(facts: &Facts, known: &mut IdMap<grafsynth_ir::net::Step, Option<bool>
     true
 }
 
-/// A replay as CSV: `scan,fired,steps`. Micro-steps are parted by `;`, and `?` stands for what is not known yet.
+/// A replay as CSV: `scan,fired,steps`. Micro-steps are separated by `;`, and `?` marks what is not known yet.
 #[must_use]
 pub fn to_csv(net: &Net, replay: &Replay) -> String {
     let mut text = String::from("scan,fired,steps\n");

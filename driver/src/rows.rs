@@ -1,4 +1,4 @@
-//! Every row that a stimulus of a net can have, where they are few.
+//! All possible rows of a stimulus of a net, if there are few.
 
 use grafsynth_ir::Valid;
 use grafsynth_ir::lower::program::{ProgramOptions, program};
@@ -6,7 +6,7 @@ use grafsynth_ir::net::{InputKind, Net};
 use grafsynth_ir::program::Origin;
 use grafsynth_sim::{InputRow, breaks_assumption};
 
-/// Every input row with each of these `dt` that breaks no assumption; none if there are more than `max` before the assumptions are asked.
+/// Every input row with each of these `dt` that violates no assumption; `None` if there are more than `max` before the assumptions are checked.
 #[must_use]
 pub fn all(net: &Net, dts: &[u32], max: usize) -> Option<Vec<InputRow>> {
     let mut rows: Vec<InputRow> =
@@ -32,7 +32,7 @@ pub fn all(net: &Net, dts: &[u32], max: usize) -> Option<Vec<InputRow>> {
     Some(rows)
 }
 
-/// True if what the net does can depend on `dt`: its reaction keeps a time.
+/// True if the behaviour of the net can depend on `dt`: its reaction measures time.
 #[must_use]
 pub fn uses_time(net: &Valid<Net>) -> bool {
     let Ok(program) = program(net, &ProgramOptions::default()) else { return true };

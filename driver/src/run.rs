@@ -1,4 +1,4 @@
-//! Designs run in this process: the reference simulator, and circuits as the net they were made from.
+//! Runs designs in this process: the reference simulator, and circuits as the net they were made from.
 
 use crate::logic::LogicDesign;
 use grafsynth_backend_pld::fuse::run::Burned;
@@ -89,7 +89,7 @@ fn chip_row<S: Parts>(net: &Net, chip: &mut ChipSim<'_, S>, input: InputRow) -> 
     row.inputs = input.values;
     row.steps = net.steps.ids().filter(|step| chip.is_active(*step) == Some(true)).collect();
     for (id, output) in net.outputs.iter() {
-        // A circuit without the pin of a stored output still has what it shows; where the pin is there it counts, wrong or forced as it may be.
+        // A circuit without the pin of a stored output still has its memory; if the pin exists, its value counts, whether wrong or forced.
         let memory = || match output.driver {
             Driver::Stored(var) => chip.var(var, 0),
             Driver::Continuous(_)

@@ -1,4 +1,4 @@
-//! What is said of a circuit besides its proof: its codes and don't-cares, its form, whether it is safe and whether the emergency dominates.
+//! Notes on a circuit besides its proof: its encoding and don't-cares, its form, whether it is safe and whether the emergency dominates.
 
 use crate::built::BuildOptions;
 use crate::codes;
@@ -13,7 +13,7 @@ use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_logic::BusyMode;
 use grafsynth_logic::recode::Encoding;
 
-/// What a page says of the codes of a circuit; none where no page was asked for.
+/// The encoding of a circuit for the report page; `None` if no page was requested.
 pub(crate) fn code_of(
     net: &Net,
     facts: &Facts,
@@ -33,15 +33,15 @@ pub(crate) fn code_of(
     Some(code)
 }
 
-/// Says of a circuit that was to be made safe whether that is proved of what was read back; if it is not, the line is open.
+/// Reports whether a circuit that was to be safe is proved safe after reading back; if not, the line is open.
 pub(crate) fn say_safe(line: &mut OutputReport, logic: &Logic, read_back: &Logic) {
     line.notes.push(if logic.outputs.values().any(|output| output.role == PinRole::Busy) {
-        Note::Safe("not made safe: it makes one micro-step a clock".to_owned())
+        Note::Safe("not made safe: it runs one micro-step per clock".to_owned())
     } else {
         match grafsynth_logic::recode::is_safe(read_back) {
             Ok(codes) if codes.illegal == 0 => Note::Safe("safe: no code is illegal".to_owned()),
             Ok(codes) => Note::Safe(format!(
-                "safe: all {} illegal codes of {} flip-flops lead back in one clock, proved over all codes",
+                "safe: all {} illegal codes of {} flip-flops return in one clock, proved over all codes",
                 codes.illegal, codes.n_flops
             )),
             Err(why) => Note::NotSafe(why),
@@ -49,7 +49,7 @@ pub(crate) fn say_safe(line: &mut OutputReport, logic: &Logic, read_back: &Logic
     });
 }
 
-/// Says of a circuit whether the emergency dominates in every state of what was read back; if it does not, the line is refuted.
+/// Reports whether the emergency dominates in every state of the circuit that was read back; if not, the line is refuted.
 pub(crate) fn say_emergency(
     line: &mut OutputReport,
     net: &Valid<Net>,
@@ -63,7 +63,7 @@ pub(crate) fn say_emergency(
     line.notes.push(Note::Emergency(found));
 }
 
-/// What a line says of codes and don't-cares; nothing where each step has its flip-flop and each function is what it is everywhere.
+/// The note on encoding and don't-cares; `None` if each step has its flip-flop and no don't-cares are used.
 pub(crate) fn codes_and_dont_cares(
     coded: &coding::Coded,
     emitted: &Logic,
@@ -82,7 +82,7 @@ pub(crate) fn codes_and_dont_cares(
                 Encoding::Compact => "compactly",
             }
         ));
-        parts.extend(coded.why.as_ref().map(|why| format!("chosen, for {why}")));
+        parts.extend(coded.why.as_ref().map(|why| format!("chosen because {why}")));
     }
     if coded.n_unread > 0 {
         let (inputs, have) =
@@ -91,9 +91,9 @@ pub(crate) fn codes_and_dont_cares(
     }
     if options.dont_cares {
         let kinds = [
-            (emitted.unreachable.is_empty(), "situations that are not reached"),
+            (emitted.unreachable.is_empty(), "unreachable situations"),
             (emitted.never.is_empty(), "broken assumptions"),
-            (emitted.open.is_empty(), "what the chart leaves open"),
+            (emitted.open.is_empty(), "what the chart leaves undefined"),
         ];
         let kinds: Vec<&str> =
             kinds.into_iter().filter(|(is_none, _)| !is_none).map(|(_, kind)| kind).collect();
@@ -106,7 +106,7 @@ pub(crate) fn codes_and_dont_cares(
     (!parts.is_empty()).then(|| parts.join("; "))
 }
 
-/// How a circuit evolves until it is stable, and why so; nothing for a chart that makes one micro-step a reaction.
+/// How a circuit evolves until it is stable, with the reason; `None` for a chart with one micro-step per reaction.
 #[must_use]
 pub fn form(net: &Net, facts: &Facts, logic: &Logic, busy: BusyMode) -> Option<String> {
     let Evolution::Stable { limit } = net.settings.evolution else { return None };
@@ -115,40 +115,40 @@ pub fn form(net: &Net, facts: &Facts, logic: &Logic, busy: BusyMode) -> Option<S
         let why = match busy {
             BusyMode::Always | BusyMode::Never => "as asked".to_owned(),
             BusyMode::WhenUnproved if !is_proved => {
-                format!("for it is not proved that {limit} of them are always enough")
+                format!("because it is not proved that {limit} of them are always enough")
             }
             BusyMode::WhenUnproved | BusyMode::WhenTooLarge => {
-                "for they are too large in one".to_owned()
+                "because one clock for all would be too large".to_owned()
             }
         };
-        return Some(format!("one micro-step a clock with `busy`, {why}"));
+        return Some(format!("one micro-step per clock with `busy`, {why}"));
     }
     let why = match &facts.stable_depth {
-        Some(depth) => format!("{} deep as proved", depth.value),
+        Some(depth) => format!("at most {}, as proved", depth.value),
         None if is_proved => match &facts.rounds {
-            Some(rounds) => format!("{} checks as proved", rounds.value),
-            None => format!("{limit} are always enough as proved"),
+            Some(rounds) => format!("{} checks, as proved", rounds.value),
+            None => format!("{limit} are always enough, as proved"),
         },
         None => match busy {
             BusyMode::Never | BusyMode::WhenTooLarge => "as asked".to_owned(),
             BusyMode::WhenUnproved | BusyMode::Always => {
-                format!("for none can have a clock of its own: {}", why_one_clock(net))
+                format!("because none can have its own clock: {}", why_one_clock(net))
             }
         },
     };
     Some(format!("micro-steps composed into one clock, {why}"))
 }
 
-/// Why no micro-step of a chart can have a clock of its own.
+/// Why no micro-step of a chart can have its own clock.
 fn why_one_clock(net: &Net) -> &'static str {
     if net.emergency.is_some() {
         "with an emergency no output may wait for the end of a reaction"
     } else {
-        "nothing fires, or actions are called on the way"
+        "nothing fires, or actions are called in between"
     }
 }
 
-/// A warning where a clock for each micro-step was asked for and cannot be had.
+/// Warns if one clock per micro-step was requested but is impossible.
 pub(crate) fn one_clock_all_the_same(
     net: &Net,
     logic: &Logic,
@@ -160,8 +160,8 @@ pub(crate) fn one_clock_all_the_same(
         return None;
     }
     let why = why_one_clock(net);
-    let message = format!("no micro-step of `{}` can have a clock of its own: {why}", net.name);
+    let message = format!("no micro-step of `{}` can have its own clock: {why}", net.name);
     let place = net.emergency.as_ref().map_or(net.name.span, |emergency| emergency.meta.span);
     let finding = Diagnostic::warning(codes::ONE_CLOCK, message).at(place, "");
-    Some(finding.help("a reaction takes one clock; leave out `--busy always`"))
+    Some(finding.help("a reaction takes one clock; omit `--busy always`"))
 }

@@ -1,4 +1,4 @@
-//! The table of source texts: what `FileId` means, and where a byte stands.
+//! The table of source texts: the meaning of a `FileId`, and the position of a byte.
 
 use grafsynth_ir::{FileId, Span};
 
@@ -18,7 +18,7 @@ pub struct Source {
     line_starts: Vec<u32>,
 }
 
-/// A place as editors count: both from 1, columns in characters.
+/// A position as shown by editors: line and column from 1, columns in characters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Position {
     /// Line, from 1.
@@ -43,7 +43,7 @@ impl Sources {
         id
     }
 
-    /// The text of that number.
+    /// The text with that number.
     #[must_use]
     pub fn get(&self, file: FileId) -> Option<&Source> {
         self.files.get(file.0 as usize)
@@ -57,13 +57,13 @@ impl Sources {
             .map(|(index, source)| (FileId(u32::try_from(index).unwrap_or(u32::MAX)), source))
     }
 
-    /// Where a span starts; none for a span of no known file.
+    /// The start of a span; `None` for a span in an unknown file.
     #[must_use]
     pub fn start(&self, span: Span) -> Option<Position> {
         self.get(span.file).map(|source| source.position(span.start as usize))
     }
 
-    /// Where a span ends.
+    /// The end of a span.
     #[must_use]
     pub fn end(&self, span: Span) -> Option<Position> {
         self.get(span.file).map(|source| source.position(span.end as usize))
@@ -98,7 +98,7 @@ impl Source {
         start..end.max(start)
     }
 
-    /// Line and column of a byte; a byte inside a character counts as that character's first.
+    /// Line and column of a byte; a byte inside a character counts as that character's first byte.
     #[must_use]
     pub fn position(&self, offset: usize) -> Position {
         let offset = self.boundary(offset);

@@ -1,6 +1,6 @@
-//! A state table as the functions that a chip needs, with one flip-flop for each state or with codes; and codes that need few products.
+//! A state table as the functions of a chip, with one flip-flop for each state or with codes; and a search for codes that need few products.
 //!
-//! What the machine leaves open is free, and so is every code of the flip-flops that no state has.
+//! Undefined entries of the machine are don't-cares, and so are codes of the flip-flops without a state.
 
 use grafsynth_backend_pld::pla::{Kind, Pla};
 use grafsynth_frontend::kiss2::{Machine, Trit};
@@ -10,17 +10,17 @@ use grafsynth_logic::minimise::{
 use grafsynth_sim::Random;
 use std::collections::BTreeSet;
 
-/// How flip-flops hold the state.
+/// The encoding of the state in flip-flops.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Coding {
     /// One flip-flop for each state.
     OneHot,
-    /// A code for each state, in its order, and how many bits the codes have (at most 20).
+    /// A code for each state, in order, and the number of bits of the codes (at most 20).
     Codes(Vec<u32>, usize),
 }
 
 impl Coding {
-    /// The number of the state as its code.
+    /// The number of the state in binary as its code.
     #[must_use]
     pub fn binary(machine: &Machine) -> Self {
         let n_states = machine.states.len();
@@ -45,13 +45,13 @@ impl Coding {
     }
 }
 
-/// The fewest bits that tell so many states apart.
+/// The minimum number of bits that distinguish this many states.
 fn bits_of(n_states: usize) -> usize {
     (usize::BITS - n_states.saturating_sub(1).leading_zeros()) as usize
 }
 
-/// The functions of a machine: its inputs, then the flip-flops, on the left; what the flip-flops take, then its outputs, on the right. On and off are
-/// said, the rest is free.
+/// The functions of a machine: its inputs, then the flip-flops, on the left; the next values of the flip-flops, then its outputs, on the right. On-set and
+/// off-set are listed, the rest is don't-care.
 #[must_use]
 pub fn table(machine: &Machine, coding: &Coding) -> Pla {
     let (n_inputs, n_bits) = (machine.inputs.len(), coding.n_bits(machine));
@@ -93,19 +93,19 @@ pub fn table(machine: &Machine, coding: &Coding) -> Pla {
     table
 }
 
-/// The functions of a table of [`table`], ready to be minimised.
+/// The functions of a table made by [`table`], ready to be minimised.
 ///
 /// # Errors
-/// When the diagrams need more than `nodes` nodes.
+/// The diagrams need more than `nodes` nodes.
 pub fn function(table: &Pla, nodes: usize) -> Result<Function, Refused> {
     Function::new(&table.on, &Terms::new(table.shape()), Some(&table.off), nodes)
 }
 
-/// One flip-flop for each state, and a small sum for all flip-flops and outputs together. Where the ordinary search ends without a proof, the states are
-/// taken as one multi-valued variable too, and the shorter sum counts.
+/// One flip-flop for each state, and a small sum for all flip-flops and outputs together. If the ordinary search ends without a proof, the states are
+/// also treated as one multi-valued variable, and the shorter sum is used.
 ///
 /// # Errors
-/// When the diagrams need more than `nodes` nodes, or there is no sum of bearable length.
+/// The diagrams need more than `nodes` nodes, or there is no sum of reasonable length.
 pub fn one_hot(machine: &Machine, nodes: usize, effort: &Effort) -> Result<Outcome, Refused> {
     let table = table(machine, &Coding::OneHot);
     let function = function(&table, nodes)?;
@@ -113,10 +113,10 @@ pub fn one_hot(machine: &Machine, nodes: usize, effort: &Effort) -> Result<Outco
     shorter(machine, (&table.on, &table.off), &function, plain, effort)
 }
 
-/// As [`one_hot`], each flip-flop and output by itself.
+/// Like [`one_hot`], each flip-flop and output separately.
 ///
 /// # Errors
-/// When the diagrams need more than `nodes` nodes.
+/// The diagrams need more than `nodes` nodes.
 pub fn one_hot_per_output(
     machine: &Machine,
     nodes: usize,
@@ -151,7 +151,7 @@ fn shorter(
     let states = machine.inputs.len()..machine.inputs.len() + machine.states.len();
     let found = minimise::one_hot(function, sums, states, Some(&plain.terms), effort)?;
     let Some(mut found) = found else { return Ok(plain) };
-    // Both bounds hold for both.
+    // Both bounds apply to both sums.
     let lower = lower(&plain).max(lower(&found));
     let cost = |outcome: &Outcome| (outcome.terms.len(), outcome.terms.n_literals());
     if cost(&plain) <= cost(&found) {
@@ -169,20 +169,20 @@ fn lower(outcome: &Outcome) -> usize {
     }
 }
 
-/// What a search for codes may spend.
+/// The limits of a search for codes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Search {
-    /// Codings that are minimised.
+    /// The number of codings that are minimised.
     pub tries: u64,
     /// The seed of the moves.
     pub seed: u64,
 }
 
-/// Codes with the fewest bits whose shared sum of products is small: from the binary codes on, two states change their codes, or one takes a free one,
-/// as long as that needs no more products. Gives the codes and their sum.
+/// Codes with the minimum number of bits whose shared sum of products is small: starting with the binary codes, two states exchange their codes, or one
+/// takes a free one, as long as that needs no more products. Returns the codes and their sum.
 ///
 /// # Errors
-/// When the diagrams of the first codes are too large.
+/// The diagrams of the initial codes are too large.
 pub fn few_products(
     machine: &Machine,
     search: Search,
@@ -230,11 +230,11 @@ pub fn few_products(
     Ok((coding, outcome))
 }
 
-/// Codes to start from: by number, by a walk in which a state's code is near those that it comes from, and with the state that most rows lead to at 0.
+/// Initial codes: by number, by a walk in which a state's code is close to those of its predecessors, and with code 0 for the state that most rows lead to.
 fn starts(machine: &Machine, n_bits: usize) -> Vec<Vec<u32>> {
     let n_states = machine.states.len();
     let binary: Vec<u32> = (0..).take(n_states).collect();
-    // How much two states have in common: rows with one next state, and rows from one state.
+    // The affinity of two states: rows with the same next state, and rows from the same state.
     let mut weight = vec![vec![0_u32; n_states]; n_states];
     let mut join = |a: usize, b: usize, by: u32| {
         if a != b {
@@ -297,7 +297,7 @@ fn starts(machine: &Machine, n_bits: usize) -> Vec<Vec<u32>> {
     let most =
         (0..n_states).max_by_key(|state| (entries(*state), std::cmp::Reverse(*state))).unwrap_or(0);
     let mut zero = near.clone();
-    // Codes may all be flipped alike; a state at 0 needs no product for its bits.
+    // All codes may be inverted alike; a state with code 0 needs no products for its bits.
     let mask = near.get(most).copied().unwrap_or(0);
     zero.iter_mut().for_each(|code| *code ^= mask);
     vec![binary, near, zero]
@@ -329,7 +329,7 @@ mod tests {
 
     #[test]
     fn states_as_one_variable_are_never_worse_and_right() {
-        // A counter up and down with an output on every third state, and a row for every state: too many flip-flops for the codes to be listed.
+        // An up/down counter with an output on every third state, and a row for every state: too many flip-flops to list the codes.
         let n = 60;
         let mut text = String::from(".i 2\n.o 1\n0- * s0 0\n");
         for at in 0..n {
@@ -342,7 +342,7 @@ mod tests {
         let hot = table(&machine, &Coding::OneHot);
         let plain = shared(&function(&hot, 1 << 20).expect("small"), &effort).expect("small");
         let found = one_hot(&machine, 1 << 20, &effort).expect("small");
-        // Each state is entered from two others; s0 from wherever too, and what goes there says nothing of the output.
+        // Each state is entered from two others, s0 also by don't-care inputs; the rows to s0 do not define the output.
         assert!(found.terms.len() <= plain.terms.len() && found.terms.len() <= 2 * n + 1);
         let wrong = function(&hot, 1 << 20).expect("small").wrong_outputs(&found.terms);
         assert_eq!(wrong, Ok(Vec::new()));

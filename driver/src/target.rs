@@ -1,4 +1,4 @@
-//! What a build can write.
+//! The targets of a build.
 
 use grafsynth_backend_c::Style;
 use grafsynth_backend_pld::Dialect;
@@ -7,7 +7,7 @@ use grafsynth_backend_pld::device::Device;
 /// A target of `build`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
-    /// C99, in this style or the one of the options.
+    /// C99, in this style or in the style of the options.
     C(Option<Style>),
     /// A language of logic.
     Logic(Dialect),
@@ -19,11 +19,11 @@ pub enum Target {
     Net,
     /// The net and the program of one reaction as JSON.
     Json,
-    /// A language of the user's, through a template over that JSON.
+    /// A language defined by the user, through a template over that JSON.
     Template,
 }
 
-/// The devices that equations and fuse maps can be for, each with its size and its other names.
+/// The devices for equations and fuse maps, each with its size and its other names.
 pub fn devices() -> impl Iterator<Item = (&'static str, String)> {
     Device::all().map(|device| {
         let mut about = format!("{} macrocells", device.n_cells());
@@ -39,7 +39,7 @@ pub fn devices() -> impl Iterator<Item = (&'static str, String)> {
 }
 
 impl Target {
-    /// All targets with their names and what they are.
+    /// All targets with their names and descriptions.
     pub const ALL: [(Target, &'static str, &'static str); 17] = [
         (Target::C(None), "c", "C99: one instance structure, init, step, stop and getters"),
         (
@@ -50,23 +50,23 @@ impl Target {
         (
             Target::C(Some(Style::Tables)),
             "c-tables",
-            "the same, components as constant tables where they can be",
+            "the same, components as constant tables if possible",
         ),
         (Target::C(Some(Style::Bits)), "c-bits", "the same, always one bit for each step"),
         (
             Target::C(Some(Style::Engine)),
             "c-engine",
-            "the same, as tables that an engine interprets, which is one text for all charts",
+            "the same, as tables for an engine that is the same for all charts",
         ),
         (
             Target::C(Some(Style::Btrans)),
             "c-btrans",
-            "the same, a statechart as a table of states and one of transitions, sorted by event",
+            "the same, a statechart as a table of states and a table of transitions sorted by event",
         ),
         (
             Target::C(Some(Style::Program)),
             "c-program",
-            "the same, as byte code that an engine interprets, whatever the chart uses",
+            "the same, as byte code for an engine; supports every chart",
         ),
         (Target::Logic(Dialect::Palasm), "palasm", "PALASM 2 equations (.pds)"),
         (Target::Logic(Dialect::Cupl), "cupl", "CUPL equations (.pld)"),
@@ -74,21 +74,21 @@ impl Target {
         (
             Target::Logic(Dialect::Verilog),
             "verilog",
-            "Verilog-2001, with a test bench where a stimulus is given",
+            "Verilog-2001, with a test bench if a stimulus is given",
         ),
         (Target::Logic(Dialect::Blif), "blif", "Berkeley Logic Interchange Format"),
         (Target::Jedec, "jedec", "the fuse map of a GAL, with test vectors (.jed)"),
         (
             Target::Ice40,
             "ice40",
-            "Verilog, pins (.pcf) and, where yosys, nextpnr and icestorm are here, the bitstream of an iCE40",
+            "Verilog, pins (.pcf) and, with yosys, nextpnr and icestorm, the bitstream of an iCE40",
         ),
         (Target::Net, "net", "the net itself, as text"),
         (Target::Json, "json", "the net and one reaction as a program, as JSON (docs/net-json.md)"),
-        (Target::Template, "template", "a language of yours: --template FILE (docs/templates.md)"),
+        (Target::Template, "template", "your own language, by --template FILE (docs/templates.md)"),
     ];
 
-    /// The target of that name.
+    /// The target with that name.
     #[must_use]
     pub fn named(name: &str) -> Option<Target> {
         Target::ALL.iter().find(|(_, known, _)| *known == name).map(|(target, _, _)| *target)
@@ -110,7 +110,7 @@ impl Target {
         self == Target::Jedec || self.dialect().is_some()
     }
 
-    /// True if its text gives signals the pins of a device.
+    /// True if its text assigns signals to the pins of a device.
     #[must_use]
     pub fn has_pins(self) -> bool {
         match self.dialect() {

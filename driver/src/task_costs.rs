@@ -1,7 +1,7 @@
-//! Costs of tasks that declare none (semantics §6): the lowering asks for numbers, and the cost model of the C back end has them.
+//! Costs of tasks that declare none (semantics §6): the lowering needs numbers, and the cost model of the C back end provides them.
 //!
-//! What a task takes is found in the C of the net that it is in, and that net depends on the costs: they decide where a step halts, and so which of its variables are buffered or locked. The
-//! costs begin at 0 and only grow, net by net, until the model says nothing new.
+//! The cost of a task is determined from the C code of its net, and that net depends on the costs: they decide where a step halts, and so which of its
+//! variables are buffered or locked. The costs start at 0 and only grow, net by net, until they do not change any more.
 
 use grafsynth_backend_c::codes::TASK_NOT_COUNTED;
 use grafsynth_backend_c::cost::{self, Machine};
@@ -10,19 +10,19 @@ use grafsynth_ir::lower::{Lowered, TaskCosts, lower_with};
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Span, Valid};
 
-/// What the tasks of a net without declared costs cost, and where that comes from.
+/// The estimated costs of tasks without declared costs, and the model.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Counted {
     /// The machine of the model.
     pub machine: &'static Machine,
-    /// What they cost, by their place.
+    /// The costs, by location.
     pub costs: TaskCosts,
 }
 
-/// Nets that are tried before costs count as growing for ever.
+/// The maximum number of nets that are tried before the costs count as diverging.
 const ROUNDS: usize = 16;
 
-/// The net of a design; tasks without a declared cost get it from the model of the machine, where one was named.
+/// The net of a design; tasks without a declared cost get the estimate of the model of the machine, if one was given.
 pub(crate) fn lower(
     design: &Design,
     machine: Option<&'static Machine>,
@@ -55,15 +55,16 @@ pub(crate) fn lower(
             return (Some(net), found, Some(Counted { machine, costs }));
         }
     }
-    let message =
-        format!("the costs of tasks grow with what they decide, after {ROUNDS} rounds still");
+    let message = format!(
+        "the costs of tasks still grow after {ROUNDS} rounds, because the net depends on them"
+    );
     let found = Diagnostic::error(TASK_NOT_COUNTED, message)
         .at(design.charts.first().map_or_else(Span::default, |chart| chart.name.span), "its tasks")
-        .help("write `cost N` behind the names of the tasks that share variables");
+        .help("write `cost N` after the names of the tasks that share variables");
     (None, vec![found], None)
 }
 
-/// The net of a library chart by itself, tasks without a declared cost as in [`lower`]; otherwise the first thing that is wrong with it.
+/// The net of a single library chart, with task costs as in [`lower`]; otherwise its first error.
 pub(crate) fn alone(
     design: &Design,
     library: usize,

@@ -1,5 +1,5 @@
-//! The JSON of a net, and what templates of the user's make of it. Neither is read back: nobody but the user knows what the text means. The page of
-//! targets says so, and `docs/templates.md` how the two that we bring are compared with the simulator.
+//! The JSON of a net, and the output of user templates over it. Neither is read back: only the user knows the meaning of the text. The page of
+//! targets states this, and `docs/templates.md` describes how the two included templates are compared with the simulator.
 
 pub use crate::built::TemplateFile;
 use crate::built::{BuildOptions, Built, OutputFile};

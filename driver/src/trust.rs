@@ -1,10 +1,10 @@
-//! C that the author of a chart wrote (`code c`): a compiler sees it, simulation and proofs don't, and whoever runs it runs what the author wanted.
+//! C code of the chart's author (`code c`): a compiler sees it, simulation and proofs do not, and running it can have any effect.
 
 use crate::codes;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Span};
 
-/// That proofs do not see the chart's own C; none if it has none.
+/// A warning that proofs do not see the chart's own C code; `None` if it has none.
 #[must_use]
 pub fn unseen(net: &Net) -> Option<Diagnostic> {
     let places = net.c_texts();
@@ -13,11 +13,11 @@ pub fn unseen(net: &Net) -> Option<Diagnostic> {
         counted(places.len()),
         if places.len() == 1 { "is" } else { "are" }
     );
-    let help = "what it writes to `self` or `out` holds in the compiled chart only; `build --trust-code` compares that with the chart";
+    let help = "what it writes to `self` or `out` affects the compiled chart only; `build --trust-code` compares that with the chart";
     note(&places, message, help)
 }
 
-/// That the chart's own C is left out of what is compiled and run; none if it has none.
+/// A note that the chart's own C code is left out of what is compiled and run; `None` if it has none.
 #[must_use]
 pub fn left_out(net: &Net) -> Option<Diagnostic> {
     let places = net.c_texts();
@@ -26,7 +26,7 @@ pub fn left_out(net: &Net) -> Option<Diagnostic> {
         counted(places.len()),
         if places.len() == 1 { "is" } else { "are" }
     );
-    let help = "--trust-code compiles and runs it: it can do on this machine whatever you can";
+    let help = "use --trust-code to compile and run it; it then runs with your permissions";
     note(&places, message, help)
 }
 

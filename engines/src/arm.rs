@@ -1,7 +1,7 @@
-//! The emitted C on a Cortex-M3: arm-none-eabi-gcc, and qemu's board mps2-an385.
+//! Runs the emitted C on a Cortex-M3: arm-none-eabi-gcc, and qemu's board mps2-an385.
 //!
-//! Bytes go in and out by ARM's semihosting (the interface that debuggers offer to a target): files of the folder are opened, read and written in
-//! blocks of 256 bytes, and `SYS_EXIT` ends the machine.
+//! Bytes are transferred by ARM's semihosting (the interface that debuggers offer to a target): files of the folder are opened, read and written in blocks
+//! of 256 bytes, and `SYS_EXIT` stops the machine.
 
 use crate::firmware::{BENCH, Bench, Machine, Piece, traces};
 use crate::{Availability, Engine, EngineError, Job, tools};
@@ -11,11 +11,11 @@ use grafsynth_sim::Trace;
 /// A Cortex-M3 with 4 MB each of code and of data.
 #[derive(Debug, Clone, Default)]
 pub struct ArmEngine {
-    /// Style of what is emitted.
+    /// The style of the emitted C.
     pub options: Options,
 }
 
-/// The bench's way out of the machine. Operation numbers: Arm, *Semihosting for AArch32 and AArch64*, §6.
+/// The bench's interface to the host. Operation numbers: Arm, *Semihosting for AArch32 and AArch64*, §6.
 pub(crate) const PORT: &str = r#"#ifndef BENCH_PORT_H
 #define BENCH_PORT_H
 
@@ -94,7 +94,7 @@ static void bench_end(void)
 #endif
 "#;
 
-/// The machine's vectors and start: a fault ends it with another code.
+/// The machine's vectors and start-up code: a fault ends it with another exit code.
 pub(crate) const START: &str = r#"#include <stdint.h>
 
 extern uint32_t _stack[];
@@ -125,7 +125,7 @@ __attribute__((section(".vectors"), used)) static const void *const vectors[] = 
 };
 "#;
 
-/// Both memories are loaded by qemu, so initialised data stands where it is used.
+/// qemu loads both memories, so initialised data is already in place.
 pub(crate) const LINK: &str = "MEMORY
 {
     code (rx) : ORIGIN = 0x00000000, LENGTH = 4M

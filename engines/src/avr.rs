@@ -1,8 +1,8 @@
-//! The emitted C on an AVR, whose `int` has 16 bits: avr-gcc, and simavr as a library.
+//! Runs the emitted C on an AVR, whose `int` has 16 bits: avr-gcc, and simavr as a library.
 //!
-//! The program `simavr` shows a firmware's output as a log with colours and has no way in, so a small host of our own is compiled against libsimavr: a
-//! read of GPIOR1 takes the next byte of the stimulus, a write to GPIOR0 gives one of the answer. Both are ordinary registers of the machine, so the
-//! firmware needs no library and loses no cycles. It ends by sleeping with interrupts off, from which an AVR does not wake.
+//! The program `simavr` shows a firmware's output as a coloured log and has no input, so a small host of our own is compiled against libsimavr: a read of
+//! GPIOR1 returns the next byte of the stimulus, a write to GPIOR0 adds one byte to the answer. Both are ordinary registers of the machine, so the
+//! firmware needs no library and loses no cycles. It ends by sleeping with interrupts off, from which an AVR does not wake up.
 
 use crate::firmware::{ANSWER, BENCH, Bench, Machine, Piece, STIMULUS, too_large_for, traces};
 use crate::{Availability, Engine, EngineError, Job, c, simavr, tools};
@@ -11,21 +11,21 @@ use grafsynth_sim::Trace;
 use std::path::Path;
 use std::sync::OnceLock;
 
-/// An ATmega1284P: 128 KB of flash and 16 KB of RAM, and a program counter of two bytes as on the small ones.
+/// An ATmega1284P: 128 KB of flash and 16 KB of RAM, and a program counter of two bytes as on the small devices.
 #[derive(Debug, Default)]
 pub struct AvrEngine {
-    /// Style of what is emitted.
+    /// The style of the emitted C.
     pub options: Options,
-    /// The simulator, compiled when it is first needed.
+    /// The simulator, compiled at its first use.
     pub host: OnceLock<Result<c::Program, String>>,
 }
 
-/// The name for avr-gcc and for simavr.
+/// The machine's name for avr-gcc and for simavr.
 const MACHINE: &str = "atmega1284p";
-/// Bytes of RAM, and what is kept free for the stack.
+/// Bytes of RAM, and the part that is reserved for the stack.
 const RAM: (usize, usize) = (16 * 1024, 1024);
 
-/// The bench's way out of the machine.
+/// The bench's interface to the host.
 pub(crate) const PORT: &str = "#ifndef BENCH_PORT_H
 #define BENCH_PORT_H
 
@@ -60,7 +60,7 @@ static inline void bench_end(void)
 #endif
 ";
 
-/// The machine: runs `chart.elf` with `stimulus.bin` and writes `answer.bin`; its exit code is 0 if the firmware came to its end.
+/// The host: runs `chart.elf` with `stimulus.bin` and writes `answer.bin`; its exit code is 0 if the firmware ended normally.
 const HOST: &str = r#"int main(int argc, char **argv)
 {
     avr_t *avr = argc == 5 ? machine(argv) : NULL;
@@ -128,7 +128,7 @@ impl Machine for AvrEngine {
         let machine = format!("-mmcu={MACHINE}");
         let mut arguments = vec![
             machine.as_str(),
-            // `__flash` is not known to -std=c99.
+            // -std=c99 does not know `__flash`.
             "-std=gnu99",
             "-Os",
             "-Wl,--gc-sections",
@@ -138,7 +138,7 @@ impl Machine for AvrEngine {
         ];
         arguments.extend(bench.sources.iter().map(String::as_str));
         bench.compile(&["avr-gcc"], &arguments, "an ATmega1284P")?;
-        // The linker does not know where RAM ends.
+        // The linker does not know the size of the RAM.
         let sizes = bench.start(&["avr-size"], &["chart.elf"])?;
         if ram(&sizes.stdout).is_none_or(|bytes| bytes + RAM.1 > RAM.0) {
             return Err(EngineError::Refused(vec![too_large_for("an ATmega1284P")]));
@@ -160,7 +160,7 @@ impl Machine for AvrEngine {
     }
 }
 
-/// Bytes of `.data` and `.bss` in what `size` prints.
+/// Bytes of `.data` and `.bss` in the output of `size`.
 fn ram(printed: &[u8]) -> Option<usize> {
     let text = String::from_utf8_lossy(printed);
     let mut numbers = text.lines().nth(1)?.split_whitespace().skip(1);

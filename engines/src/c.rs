@@ -1,4 +1,4 @@
-//! The emitted C, compiled by the host's compiler and run.
+//! Compiles the emitted C with the host's compiler and runs it.
 
 use crate::scratch::Scratch;
 use crate::tools;
@@ -12,17 +12,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// The host's C compiler on the emitted text.
+/// The emitted C, compiled by the host's C compiler.
 #[derive(Debug, Clone, Default)]
 pub struct CEngine {
-    /// Style and callbacks of what is emitted.
+    /// The style and callbacks of the emitted C.
     pub options: Options,
 }
 
-/// Longer than a compiler takes for any chart of the tests.
+/// Longer than a compiler needs for any chart of the tests.
 pub(crate) const LIMIT: Duration = Duration::from_secs(300);
 
-/// What our own text must pass without a word. It is checked by the tests; here a compiler of the user's may have flags and opinions of its own.
+/// The tests check that our text compiles without warnings. Here the user's compiler may have its own flags and warnings.
 const FLAGS: [&str; 2] = ["-std=c99", "-O1"];
 
 impl Engine for CEngine {
@@ -69,7 +69,7 @@ impl Engine for CEngine {
 /// The trace that a harness printed.
 ///
 /// # Errors
-/// That it is not a trace of this net.
+/// The output is not a trace of this net.
 pub fn parse(net: &Net, output: &[u8]) -> Result<Trace, EngineError> {
     let text = String::from_utf8_lossy(output);
     Trace::parse_csv(&TraceLayout::of(net), FileId(u32::MAX), &text).map_err(|found| {
@@ -78,10 +78,10 @@ pub fn parse(net: &Net, output: &[u8]) -> Result<Trace, EngineError> {
     })
 }
 
-/// A compiled program; its folder goes with it.
+/// A compiled program; its folder is removed with it.
 #[derive(Debug)]
 pub struct Program {
-    /// The folder, removed when this is dropped.
+    /// The folder, removed on drop.
     pub folder: Scratch,
     /// The executable.
     pub path: PathBuf,
@@ -90,7 +90,7 @@ pub struct Program {
 /// Why there is no program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum CompileError {
-    /// The compiler refuses the text: its words.
+    /// The compiler rejects the text: its output.
     Refused(String),
     /// There is no compiler, or it cannot be run.
     Machine(String),
@@ -99,7 +99,9 @@ pub enum CompileError {
 impl std::fmt::Display for CompileError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            CompileError::Refused(words) => write!(f, "the C compiler refused our text: {words}"),
+            CompileError::Refused(words) => {
+                write!(f, "the C compiler rejected the emitted text: {words}")
+            }
             CompileError::Machine(why) => f.write_str(why),
         }
     }
@@ -111,10 +113,10 @@ impl From<CompileError> for String {
     }
 }
 
-/// Compiles a package with a `main`, without the user's library (the harness brings its functions).
+/// Compiles a package with a `main`, without the user's library (the harness provides its functions).
 ///
 /// # Errors
-/// What the compiler says.
+/// The output of the compiler.
 pub fn compile(package: &Package, main: &str, flags: &[&str]) -> Result<Program, CompileError> {
     let folder = temporary().map_err(CompileError::Machine)?;
     let mut sources = vec!["bench_main.c".to_owned()];
@@ -128,30 +130,30 @@ pub fn compile(package: &Package, main: &str, flags: &[&str]) -> Result<Program,
     compile_in(folder, &sources, flags, &[])
 }
 
-/// Compiles one text that is a whole program.
+/// Compiles one text that is a complete program.
 ///
 /// # Errors
-/// What the compiler says.
+/// The output of the compiler.
 pub fn compile_text(text: &str, flags: &[&str]) -> Result<Program, String> {
     let folder = temporary()?;
     write(folder.path(), "bench_main.c", text)?;
     Ok(compile_in(folder, &["bench_main.c".to_owned()], flags, &[])?)
 }
 
-/// The same by another compiler than the host's.
+/// Compiles with another compiler than the host's.
 ///
 /// # Errors
-/// What that compiler says.
+/// The output of that compiler.
 pub fn compile_text_by(compiler: &Path, text: &str, flags: &[&str]) -> Result<Program, String> {
     let folder = temporary()?;
     write(folder.path(), "bench_main.c", text)?;
     Ok(compile_by(compiler, folder, &["bench_main.c".to_owned()], flags, &[])?)
 }
 
-/// [`compile_text`] with libraries, which stand behind the text on the command line.
+/// Like [`compile_text`], with libraries after the text on the command line.
 ///
 /// # Errors
-/// What the compiler says.
+/// The output of the compiler.
 pub fn compile_with(text: &str, flags: &[&str], libraries: &[&str]) -> Result<Program, String> {
     let folder = temporary()?;
     write(folder.path(), "bench_main.c", text)?;
@@ -164,8 +166,9 @@ fn compile_in(
     flags: &[&str],
     libraries: &[&str],
 ) -> Result<Program, CompileError> {
-    let compiler = tools::c_compiler()
-        .ok_or_else(|| CompileError::Machine("no C compiler is here".to_owned()))?;
+    let compiler = tools::c_compiler().ok_or_else(|| {
+        CompileError::Machine("no C compiler found; install one or set CC".to_owned())
+    })?;
     compile_by(&compiler, folder, sources, flags, libraries)
 }
 
@@ -192,7 +195,7 @@ fn compile_by(
 }
 
 fn temporary() -> Result<Scratch, String> {
-    Scratch::new().map_err(|error| format!("cannot make a temporary folder: {error}"))
+    Scratch::new().map_err(|error| format!("cannot create a temporary folder: {error}"))
 }
 
 #[expect(clippy::disallowed_methods, reason = "engines work in temporary folders")]
@@ -200,7 +203,7 @@ fn write(folder: &Path, name: &str, text: &str) -> Result<(), String> {
     fs::write(folder.join(name), text).map_err(|error| format!("cannot write {name}: {error}"))
 }
 
-/// A stimulus as a harness reads it: a line for each reaction, the ticks and then the inputs with a column.
+/// A stimulus in the format of a harness: a line for each reaction, the ticks and then the inputs that have a column.
 #[must_use]
 pub fn lines(net: &Net, stimulus: &Stimulus) -> String {
     let mut text = String::new();

@@ -1,12 +1,12 @@
-//! The emitted C on an 8051: sdcc, and the simulator s51 of ucsim.
+//! Runs the emitted C on an 8051: sdcc, and the simulator s51 of ucsim.
 //!
-//! sdcc is the strictest of the compilers: 16-bit `int`, its own library (without 64-bit multiplication and division), and parameters at fixed addresses, so
-//! nothing may be re-entered. Bytes go in and out by ucsim's *simulator interface*, one address of the external RAM: write `r` and read the next
+//! sdcc is the strictest of the compilers: 16-bit `int`, its own library (without 64-bit multiplication and division), and parameters at fixed addresses,
+//! so functions are not re-entrant. Bytes are transferred by ucsim's *simulator interface*, one address of the external RAM: write `r` and read the next
 //! byte of a file, write `w` and then a byte, write `s` to stop.
 //!
-//! The stack shares 256 bytes with what the linker places below it, and nothing on the machine notices when it runs over their end: the pointer starts again at 0, and the
-//! chart goes on with other numbers. s51 itself stops at a call or a push that does this. A function that keeps its variables on the stack moves the pointer by itself;
-//! for that a breakpoint watches that the pointer is never below where the stack starts.
+//! The stack shares 256 bytes with the data that the linker places below it, and the machine does not detect an overflow: the pointer wraps to 0, and the
+//! chart continues with wrong numbers. s51 itself stops at a call or a push that does this. A function that keeps its variables on the stack moves the
+//! pointer directly; for this case a breakpoint checks that the pointer is never below the start of the stack.
 
 use crate::firmware::{ANSWER, BENCH, Bench, Machine, Piece, STIMULUS, traces};
 use crate::{Availability, Engine, EngineError, Job, tools};
@@ -17,11 +17,11 @@ use grafsynth_sim::Trace;
 /// An 8052 with 64 KB each of code and of external RAM.
 #[derive(Debug, Clone, Default)]
 pub struct C8051Engine {
-    /// Style of what is emitted.
+    /// The style of the emitted C.
     pub options: Options,
 }
 
-/// The bench's way out of the machine.
+/// The bench's interface to the host.
 const PORT: &str = "#ifndef BENCH_PORT_H
 #define BENCH_PORT_H
 
@@ -55,7 +55,7 @@ static void bench_end(void)
 #endif
 ";
 
-/// Settings of compiler and linker; the last byte of the external RAM is the door.
+/// Settings of compiler and linker; the last byte of the external RAM is the interface.
 const FLAGS: [&str; 9] = [
     "-mmcs51",
     "--model-large",
@@ -124,7 +124,7 @@ impl Bench {
         arguments.extend(["-o", "chart.ihx"]);
         arguments.extend(objects.iter().map(String::as_str));
         let linked = self.compile(&["sdcc"], &arguments, MACHINE)?;
-        // A function that sdcc's library does not have is a warning to its linker.
+        // sdcc's linker only warns about a function that its library does not have.
         if linked.stderr.contains("Undefined Global") {
             return Err(EngineError::Failed(format!("sdcc: {}", linked.stderr.trim())));
         }
@@ -151,8 +151,8 @@ impl Bench {
         }
     }
 
-    /// The most bytes that a function of the chart puts on the stack at once, from what sdcc wrote: `add a,#0x30`, then `mov sp,a`. Adding more than 127 takes them
-    /// off again, and single bytes are counted up.
+    /// The maximum number of bytes that a function of the chart puts on the stack at once, from the assembler output of sdcc: `add a,#0x30`, then
+    /// `mov sp,a`. Adding more than 127 removes them; single bytes are counted.
     fn largest_frame(&self) -> Result<u32, EngineError> {
         let mut largest = 0;
         for source in std::iter::once(BENCH).chain(self.sources.iter().map(String::as_str)) {
@@ -170,7 +170,7 @@ impl Bench {
         Ok(largest)
     }
 
-    /// Where the linker placed this name, from its map: `C:   00000BB1  _main   bench_main`, or without the letter in internal RAM.
+    /// The address of a name, from the linker's map: `C:   00000BB1  _main   bench_main`, or without the letter in internal RAM.
     fn address(&self, name: &str) -> Result<u32, EngineError> {
         let map = self.read("chart.map")?;
         let found = map.lines().find_map(|line| {
@@ -182,34 +182,35 @@ impl Bench {
     }
 }
 
-/// What is typed on the console. Before `main` the pointer is not set yet. (`-G` would start the machine too, but then the end of the console's input stops it
+/// The console input. Before `main` the pointer is not set yet. (`-G` would start the machine too, but then the end of the console's input stops it
 /// wherever it is.)
 ///
-/// A pointer that has run over its end by less than `stack` is below it; by more it cannot where no function takes more at once ([`Bench::largest_frame`]).
+/// A pointer that overflows by less than `stack` is below `stack`; it cannot overflow by more if no function takes more at once
+/// ([`Bench::largest_frame`]).
 fn commands(main: u32, stack: u32) -> String {
-    // The pointer is at the last byte that is used, so in `main` it is one below the first byte of the stack.
+    // The pointer is at the last used byte, so in `main` it is one below the first byte of the stack.
     let lowest = stack.saturating_sub(1);
     format!("run 0 {main:#06x}\nbreak sfr w 0x81 1 if \"sfr[0x81]<{lowest:#04x}\"\nrun\nquit\n")
 }
 
-/// That the chart's calls go deeper than the machine has room for.
+/// Reports that the chart's calls need too much stack.
 fn too_deep(stack: u32) -> Diagnostic {
     let left = 256_u32.saturating_sub(stack);
     Diagnostic::error(
         codes::TOO_LARGE,
-        format!("the chart's functions need more stack than the {left} bytes that {MACHINE} has left for it"),
+        format!("the chart's functions need more stack than the {left} bytes that {MACHINE} has available"),
     )
-    .help("a style without an engine needs less: --engine c-8051:switch; or a larger machine: c-arm")
+    .help("use a style without an engine, which needs less (--engine c-8051:switch), or a larger machine (c-arm)")
 }
 
-/// Newer versions of ucsim call it by another name.
+/// Newer versions of ucsim use another name.
 const SIMULATOR: [&str; 2] = ["s51", "ucsim_51"];
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// What the machine says of this program, which has `volatile uint8_t v`; none where there is no machine.
+    /// The result of this program, which has `volatile uint8_t v`; `None` if the tools are missing.
     fn outcome(functions: &str, value: &str) -> Option<Result<u8, EngineError>> {
         let machine = C8051Engine::default();
         if machine.availability() != Availability::Here {
@@ -233,7 +234,7 @@ mod tests {
         "static uint8_t deep(uint8_t n) __reentrant { return n ? deep(n - 1) + v : v; }
         static uint8_t (*volatile f)(uint8_t) __reentrant = deep;";
 
-    /// Functions that keep this many bytes on the stack, the second while the first goes on, above so many bytes of data.
+    /// Functions that keep this many bytes on the stack, the second called by the first, above `data` bytes of data.
     fn frames(data: u8, outer: u8, inner: u8) -> String {
         format!(
             "volatile __data uint8_t below[{data}];
@@ -259,7 +260,7 @@ mod tests {
             (CALLS.to_owned(), "f(200)", true),
             (frames(60, 50, 50), "out(6) + below[5]", false),
             (frames(100, 90, 60), "out(6) + below[5]", true),
-            // Too much at once to be watched.
+            // Too much at once to be detected.
             (frames(10, 90, 60), "out(6) + below[5]", true),
         ];
         for (functions, value, expected) in programs {

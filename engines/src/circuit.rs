@@ -1,4 +1,4 @@
-//! Circuits run in this process: as encoded, and as read back from each equation language.
+//! Runs circuits in this process: as encoded, and as read back from each equation language.
 
 use crate::{Engine, EngineError, Job};
 use grafsynth_backend_pld::Dialect;
@@ -6,7 +6,7 @@ use grafsynth_driver::pipeline;
 use grafsynth_driver::run::logic_trace;
 use grafsynth_sim::Trace;
 
-/// The circuit of a net, after a detour over a text or none.
+/// The circuit of a net, optionally written to a text and read back.
 #[derive(Debug, Clone, Copy)]
 pub struct CircuitEngine {
     name: &'static str,
@@ -15,7 +15,7 @@ pub struct CircuitEngine {
 }
 
 impl CircuitEngine {
-    /// One for the circuit itself and one for each equation language.
+    /// One engine for the circuit itself and one for each equation language.
     pub const ALL: [CircuitEngine; 6] = [
         CircuitEngine { name: "equations", about: "the circuit, before any text", dialect: None },
         CircuitEngine {

@@ -1,14 +1,14 @@
-//! A burned device, run fuse by fuse.
+//! Simulates a programmed device, fuse by fuse.
 
 use crate::{Engine, EngineError, Job};
 use grafsynth_driver::run::device_trace;
 use grafsynth_driver::{jedec, pipeline};
 use grafsynth_sim::Trace;
 
-/// The fuse map of a net in the simulator of fuses, with the code of the steps that a build would choose. What the device cannot hold in any is refused.
+/// The fuse map of a net in the fuse simulator, with the state assignment that a build would choose. A circuit that fits with no assignment is rejected.
 #[derive(Debug, Clone, Copy)]
 pub struct DeviceEngine {
-    /// The device; none takes that of the net's board, or the default.
+    /// The device; `None` selects that of the net's board, or the default.
     pub device: Option<&'static str>,
 }
 

@@ -1,13 +1,13 @@
-//! Emitted C compared with the net over every state that either of them can reach, every input and every number of ticks that makes a difference.
+//! Compares emitted C with the net over every state that either of them can reach, every input and every relevant number of ticks.
 //!
-//! The compiled chart is asked for one reaction after another: from a numbered state of its instance, with given inputs. It answers with the row of the
-//! trace and the number of the state it is in then; equal instances have equal numbers. The pairs of a net's state and an instance are
-//! explored breadth first until no new one turns up, so that rows that agree everywhere are a proof for stimuli of any length (for this compiler).
+//! The compiled chart executes one reaction after another: from a numbered state of its instance, with given inputs. It answers with the row of the trace
+//! and the number of the state after it; equal instances have equal numbers. The pairs of a net's state and an instance are explored breadth-first until
+//! no new pair appears, so that rows that agree everywhere are a proof for stimuli of any length (with this compiler).
 //!
 //! # Ticks
-//! What a reaction of the net does depends on `dt` only up to the *horizon* of the state: the ticks after which all that counts has arrived at its last
-//! threshold. C could do otherwise, so the proof tries every `dt` from 0 to one beyond the horizon, and what 8, 16 and 31 bits would lose. Where
-//! that is too much, it tries those at, before and after each threshold, and says that it is no proof for every `dt`.
+//! A reaction of the net depends on `dt` only up to the *horizon* of the state: the number of ticks after which every counter is beyond its last
+//! threshold. C code could behave differently, so the proof tries every `dt` from 0 to one beyond the horizon, and the values that counters of 8, 16 and
+//! 31 bits would lose. If this is too much work, it tries those at, before and after each threshold, and reports that it is not a proof for every `dt`.
 
 use crate::explorer::{Cell, Explorer, Instance, Start, Trouble, differs, push};
 use crate::{tested, tools};
@@ -20,30 +20,30 @@ use grafsynth_sim::{InputRow, MAX_DT, Simulator, State, Stimulus, Thresholds, Tr
 use grafsynth_verify::{Limits, Open, OpenReason, Scope};
 use std::collections::BTreeMap;
 
-/// The most combinations of inputs that are tried in a state.
+/// The maximum number of input combinations that are tried in a state.
 const MAX_ROWS: usize = 1 << 12;
-/// The most reactions at and around thresholds; some hundred thousand are compared in a second.
+/// The maximum number of reactions at and around thresholds; several hundred thousand per second are compared.
 const MAX_REACTIONS: u64 = 400_000;
-/// The most reactions that every `dt` may take besides.
+/// The maximum number of additional reactions for every `dt`.
 const MAX_TICKS: u64 = 1_000_000;
-/// Ticks that counters of 8 and 16 bits and a signed one of 32 would lose.
+/// Tick counts that counters of 8 and 16 bits and a signed one of 32 bits would lose.
 const WIDE: [u32; 3] = [1 << 8, 1 << 16, MAX_DT];
 
-/// A shortest way, if it was enumerated, to a row that differs.
+/// A path to a row that differs; a shortest one if it comes from the enumeration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Difference {
     pub(crate) path: Vec<InputRow>,
     pub(crate) cell: Cell,
 }
 
-/// The host's compiler refuses emitted C: its words.
+/// The host's compiler rejects emitted C: its output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Refused(pub String);
 
-/// Compares a package with its net: by enumeration if `prove`, and by directed random reactions where that is no whole proof.
+/// Compares a package with its net: by enumeration if `prove`, and by directed random reactions if that is not a complete proof.
 ///
 /// # Errors
-/// The compiler refuses the text.
+/// The compiler rejects the text.
 pub fn check(
     name: &str,
     net: &Valid<Net>,
@@ -95,22 +95,22 @@ fn refuted(net: &Net, Difference { path, cell }: Difference) -> OutputVerdict {
     })
 }
 
-/// What became of a proof.
+/// The result of a proof attempt.
 enum Proof {
-    /// It settles the question.
+    /// It decides the question.
     Verdict(OutputVerdict),
-    /// There is none, and why.
+    /// There is no proof, with the reason.
     None(OpenReason),
 }
 
-/// What an exploration ended with.
+/// The result of an exploration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Explored {
     /// No pair is left, and all rows agreed.
     Equal { states: usize, reactions: u64, scope: Scope },
-    /// A bound was met before; all rows so far agreed.
+    /// A bound was reached; all rows so far agreed.
     TooMany { states: usize, limit: u64 },
-    /// A way to a row that differs.
+    /// A path to a row that differs.
     Different(Difference),
 }
 
@@ -157,10 +157,10 @@ fn proof(
     })
 }
 
-/// Ticks of a state.
+/// The ticks to try in a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Ticks {
-    /// At and around thresholds, and what counters would lose.
+    /// At and around thresholds, and the values that counters would lose.
     Around,
     /// All others up to the horizon.
     Others,
@@ -201,7 +201,7 @@ impl Search<'_> {
         if let Some(ended) = self.all_pairs(bound, false)? {
             return Ok(ended);
         }
-        // Every pair is known now, so it can be told what every `dt` will cost.
+        // Every pair is known now, so the cost of every `dt` can be computed.
         let mut cost = self.reactions;
         for at in 0..self.order.len() {
             cost = cost.saturating_add(
@@ -247,12 +247,12 @@ impl Search<'_> {
         }
     }
 
-    /// Visits every pair with the ticks around thresholds, or those visited so with all others, and each new one; what ended it before.
+    /// Visits every pair with the ticks around thresholds, or the visited pairs with all others, and each new pair; returns why it stopped early.
     fn all_pairs(&mut self, bound: u64, others: bool) -> Result<Option<Explored>, Trouble> {
         let mut from = 0;
         let n_visited = if others { self.order.len() } else { 0 };
         while from < self.order.len() {
-            // Some pairs at a time, but not more than a pipe's worth of text.
+            // Several pairs at a time, but no more text than a pipe can hold.
             let mut asked: Vec<(usize, InputRow)> = Vec::new();
             let mut questions = String::new();
             while from < self.order.len() && asked.len() < 4096 {

@@ -1,4 +1,4 @@
-//! A compiled chart that answers for single reactions, from any state that it has been in.
+//! A compiled chart that executes single reactions, from any state that it has been in.
 
 use crate::c;
 use grafsynth_backend_c::Package;
@@ -15,7 +15,7 @@ use std::time::Duration;
 /// The number of a state of the compiled chart; equal states have equal numbers.
 pub(crate) type Instance = usize;
 
-/// A cell of a row that is not what the net says.
+/// A cell of a row that differs from the net.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Cell {
     pub(crate) column: String,
@@ -25,11 +25,11 @@ pub(crate) struct Cell {
 
 /// The compiled chart with its pipes.
 pub(crate) struct Explorer {
-    /// Shared with the watch over each batch.
+    /// Shared with the timeout of each batch.
     child: Mutex<Child>,
     input: Option<ChildStdin>,
     output: BufReader<ChildStdout>,
-    /// Goes when the program has ended.
+    /// Removed when the program has ended.
     _program: c::Program,
 }
 
@@ -44,7 +44,7 @@ pub(crate) struct Started {
 
 impl Drop for Explorer {
     fn drop(&mut self) {
-        // It ends when its input does; if not, it is stopped.
+        // The program ends when its input ends; otherwise it is stopped.
         self.input = None;
         kill(&self.child);
         if let Ok(mut child) = self.child.lock() {
@@ -60,20 +60,22 @@ fn kill(child: &Mutex<Child>) {
 }
 
 impl Explorer {
-    /// Compiles the package, without optimising, which would only cost time, and starts it.
+    /// Compiles the package without optimisation, which would only cost time, and starts it.
     ///
     /// # Errors
-    /// What the compiler says, or that the program does not run.
+    /// The output of the compiler, or the reason why the program does not run.
     pub(crate) fn start(net: &Valid<Net>, package: &Package) -> Result<Started, Trouble> {
         let main = grafsynth_backend_c::explorer(net, package);
         let program = match c::compile(package, &main, &FLAGS) {
             Ok(program) => program,
             Err(c::CompileError::Machine(why)) => return Err(Trouble::Machine(why)),
             Err(c::CompileError::Refused(words)) => {
-                // A compiler for another machine refuses any program.
+                // A compiler for another machine fails for every program.
                 return Err(match c::compile_text("int main(void) { return 0; }\n", &FLAGS) {
                     Ok(_) => Trouble::Compiler(words),
-                    Err(_) => Trouble::Machine("the C compiler makes no programs here".to_owned()),
+                    Err(_) => Trouble::Machine(
+                        "the C compiler cannot create programs for this machine".to_owned(),
+                    ),
                 });
             }
         };
@@ -104,7 +106,7 @@ impl Explorer {
         Ok(Started { explorer, row: first.0, instance: first.1 })
     }
 
-    /// Asks for all of these reactions ([`push`]) and takes the answers as they come, until one is not taken: then the program is over.
+    /// Requests all of these reactions ([`push`]) and processes the answers as they come, until the caller rejects one; then the program is stopped.
     pub(crate) fn ask(
         &mut self,
         questions: &str,
@@ -127,7 +129,7 @@ impl Explorer {
         })
     }
 
-    /// Questions and answers are served at once: a full pipe on one side must not stop the other. Whatever takes too long is stopped.
+    /// Requests and answers are handled concurrently: a full pipe on one side must not block the other. A batch that takes too long is stopped.
     fn batch(
         &mut self,
         questions: &str,
@@ -139,7 +141,7 @@ impl Explorer {
         let child: &Mutex<Child> = child;
         let (outcome, pipe, is_late) = std::thread::scope(|scope| {
             let writer = scope.spawn(move || {
-                // If the program has ended, its answers say so.
+                // If the program has ended, its answers show it.
                 let _ = pipe.write_all(questions.as_bytes()).and_then(|()| pipe.flush());
                 pipe
             });
@@ -152,7 +154,7 @@ impl Explorer {
             });
             let outcome = read(output);
             if outcome.is_err() {
-                // So that the writer ends.
+                // Lets the writer end.
                 kill(child);
             }
             drop(finished);
@@ -162,7 +164,7 @@ impl Explorer {
         match outcome {
             Ok(()) | Err(Lost::NotWanted) => Ok(()),
             Err(_) if is_late => Err(Trouble::Chart(format!(
-                "a reaction does not end in {} seconds",
+                "a reaction did not end within {} seconds",
                 PATIENCE.as_secs()
             ))),
             Err(Lost::Broken(error)) => {
@@ -175,13 +177,13 @@ impl Explorer {
         }
     }
 
-    /// The program ended where it had more to answer.
+    /// The program ended before it gave all answers.
     fn why_ended(&mut self) -> Trouble {
         let status = self.child.lock().ok().and_then(|mut child| child.wait().ok());
         match status {
-            // The harness itself has no memory left.
+            // The harness itself ran out of memory.
             Some(status) if status.code() == Some(1) => {
-                Trouble::Machine("the compiled chart has too little memory".to_owned())
+                Trouble::Machine("the compiled chart ran out of memory".to_owned())
             }
             Some(status) => Trouble::Chart(format!("the compiled chart crashed: {status}")),
             None => ended(),
@@ -195,7 +197,7 @@ fn ended() -> Trouble {
 
 /// Why answers of a batch are missing.
 enum Lost {
-    /// The caller has seen enough.
+    /// The caller needs no more answers.
     NotWanted,
     Ended,
     Nonsense(String),
@@ -233,24 +235,24 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// Why a compiled chart does not answer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Trouble {
-    /// The compiler refuses the text: its words.
+    /// The compiler rejects the text: its output.
     Compiler(String),
-    /// The program cannot be made or run here.
+    /// The program cannot be created or run on this machine.
     Machine(String),
-    /// The program is not what it should be: it crashes, or does not end a reaction.
+    /// The program is faulty: it crashes, or does not end a reaction.
     Chart(String),
 }
 
-/// Where a reaction starts.
+/// The start of a reaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Start {
-    /// In this state.
+    /// This state.
     State(Instance),
-    /// In the state after this answer; answer 0 is that after `init`.
+    /// The state after this answer; answer 0 is the state after `init`.
     Answer(usize),
 }
 
-/// Adds a question.
+/// Adds a request.
 pub(crate) fn push(net: &Net, from: Start, row: &InputRow, text: &mut String) {
     // Writing to a string cannot fail.
     let _ = match from {
@@ -260,9 +262,9 @@ pub(crate) fn push(net: &Net, from: Start, row: &InputRow, text: &mut String) {
     c::line(net, row, text);
 }
 
-/// The first cell of a printed row that differs from the simulator's. The number of the scan is not compared.
+/// The first cell of a printed row that differs from the simulator's. The row number is not compared.
 pub(crate) fn differs(layout: &TraceLayout, expected: &Row, printed: &str) -> Option<Cell> {
-    // Nearly all rows are equal.
+    // Nearly all rows are equal, so whole rows are compared first.
     let mut whole = String::with_capacity(printed.len());
     layout.write_cells(expected, &mut whole);
     if printed.split_once(',').is_some_and(|(_, cells)| cells == whole) {

@@ -1,7 +1,7 @@
-//! What the engines on microcontrollers have in common: the emitted C and a bench are cross-compiled, the machine is simulated instruction by
-//! instruction, and bytes go in and come out (`grafsynth_backend_c::firmware` says which).
+//! The common part of the engines on microcontrollers: the emitted C and a bench are cross-compiled, the machine is simulated instruction by instruction,
+//! and bytes are transferred in both directions (`grafsynth_backend_c::firmware` defines the format).
 //!
-//! Machine by machine: [`crate::avr`], [`crate::arm`], [`crate::c8051`].
+//! The machines: [`crate::avr`], [`crate::arm`], [`crate::c8051`].
 
 use crate::scratch::Scratch;
 use crate::{Engine, EngineError, Job, c::LIMIT, tools};
@@ -14,7 +14,7 @@ use grafsynth_sim::{Effect, InputRow, Row, Stimulus, Trace, TraceLayout};
 use std::fs;
 use std::path::Path;
 
-/// The file with the stimulus in the folder of a run.
+/// The file with the stimulus, in the folder of a run.
 pub(crate) const STIMULUS: &str = "stimulus.bin";
 /// The file with the answer.
 pub(crate) const ANSWER: &str = "answer.bin";
@@ -24,7 +24,7 @@ pub(crate) const BENCH: &str = "bench_main.c";
 /// The folder of a run: the package, the bench with its port, and the stimulus.
 pub(crate) struct Bench {
     folder: Scratch,
-    /// The chart's sources, without a folder: one, and with an engine its tables and the engine.
+    /// The chart's sources, without a folder: one file, and with an engine also its tables and the engine.
     pub(crate) sources: Vec<String>,
     /// What the global names of each chart begin with.
     pub(crate) prefixes: Vec<String>,
@@ -38,35 +38,38 @@ pub(crate) fn stem(at: usize) -> String {
 /// One of the charts in a firmware.
 #[derive(Debug, Clone)]
 pub struct Piece<'a> {
-    /// The chart, and what it is to do.
+    /// The chart and its stimulus.
     pub job: Job<'a>,
-    /// How its C is emitted.
+    /// The options of its emitted C.
     pub options: Options,
 }
 
-/// A microcontroller: it runs several charts in one firmware, which saves most of the time that compilers and simulators take.
+/// A microcontroller. It runs several charts in one firmware, which saves most of the time of compilers and simulators.
 pub trait Machine: Engine {
-    /// The traces of these charts, in their order.
+    /// The traces of these charts, in order.
     ///
     /// # Errors
-    /// See [`EngineError`]; what is refused may fit with fewer charts beside it.
+    /// See [`EngineError`]; a rejected chart may fit in a firmware with fewer other charts.
     fn run_all(&self, pieces: &[Piece<'_>]) -> Result<Vec<Trace>, EngineError>;
 
-    /// The trace of one chart, as [`Engine::run`] gives it.
+    /// The trace of one chart, as returned by [`Engine::run`].
     ///
     /// # Errors
     /// See [`EngineError`].
     fn run_one(&self, job: &Job<'_>, options: &Options) -> Result<Trace, EngineError> {
         let traces = self.run_all(&[Piece { job: *job, options: options.clone() }])?;
-        traces.into_iter().next().ok_or_else(|| EngineError::Failed("no trace came".to_owned()))
+        traces
+            .into_iter()
+            .next()
+            .ok_or_else(|| EngineError::Failed("the machine returned no trace".to_owned()))
     }
 }
 
 impl Bench {
-    /// Writes everything that a compiler and a machine need. Several charts are called `n0`, `n1` and so on.
+    /// Writes all files that a compiler and a machine need. Several charts are called `n0`, `n1` and so on.
     pub(crate) fn new(pieces: &[Piece<'_>], port: &str) -> Result<Self, EngineError> {
         let folder = Scratch::new().map_err(|error| {
-            EngineError::Failed(format!("cannot make a temporary folder: {error}"))
+            EngineError::Failed(format!("cannot create a temporary folder: {error}"))
         })?;
         let mut bench = Bench { folder, sources: Vec::new(), prefixes: Vec::new() };
         let mut packages = Vec::new();
@@ -89,7 +92,7 @@ impl Bench {
                 } else {
                     bench.write(&file.name, file.text.as_bytes())?;
                 }
-                // An engine is one text for all.
+                // All charts share one engine text.
                 if is_source && !bench.sources.contains(&file.name) {
                     bench.sources.push(file.name.clone());
                 }
@@ -116,7 +119,7 @@ impl Bench {
             .map_err(|error| EngineError::Failed(format!("cannot write {name}: {error}")))
     }
 
-    /// A text that a tool left in the folder.
+    /// A text file that a tool wrote in the folder.
     #[expect(clippy::disallowed_methods, reason = "engines work in temporary folders")]
     pub(crate) fn read(&self, name: &str) -> Result<String, EngineError> {
         fs::read_to_string(self.path().join(name))
@@ -129,7 +132,7 @@ impl Bench {
             .map_err(|error| EngineError::Failed(format!("the machine gave no answer: {error}")))
     }
 
-    /// Runs a compiler or linker of this machine. What does not fit into its memories is refused, anything else that it says is our mistake.
+    /// Runs a compiler or linker of this machine. A program that is too large for its memories is rejected; any other failure is our error.
     pub(crate) fn compile(
         &self,
         names: &[&str],
@@ -141,7 +144,7 @@ impl Bench {
             return Ok(finished);
         }
         let said = format!("{}{}", finished.stderr, String::from_utf8_lossy(&finished.stdout));
-        // What gcc, and the linkers of binutils and sdcc, say of what is too large.
+        // The messages of gcc, and of the linkers of binutils and sdcc, for a program that is too large.
         let too_large = [
             "will not fit in region",
             "is too large",
@@ -155,11 +158,11 @@ impl Bench {
         Err(if too_large {
             EngineError::Refused(vec![too_large_for(machine)])
         } else {
-            EngineError::Failed(format!("{} refused our text: {}", names[0], said.trim()))
+            EngineError::Failed(format!("{} rejected the emitted text: {}", names[0], said.trim()))
         })
     }
 
-    /// Runs the machine, or a helper of its.
+    /// Runs the machine, or one of its helper programs.
     pub(crate) fn start(
         &self,
         names: &[&str],
@@ -168,7 +171,7 @@ impl Bench {
         self.start_with(names, arguments, b"")
     }
 
-    /// The same with something on its standard input.
+    /// The same with standard input.
     pub(crate) fn start_with(
         &self,
         names: &[&str],
@@ -176,21 +179,21 @@ impl Bench {
         input: &[u8],
     ) -> Result<tools::Finished, EngineError> {
         let program = tools::find(names)
-            .ok_or_else(|| EngineError::Failed(format!("{} is not here", names[0])))?;
+            .ok_or_else(|| EngineError::Failed(format!("{} is not installed", names[0])))?;
         tools::run(&program, arguments, self.path(), input, LIMIT).map_err(EngineError::Failed)
     }
 }
 
-/// That a chart needs more memory than a machine has.
+/// Reports that a chart needs more memory than the machine has.
 pub(crate) fn too_large_for(machine: &str) -> Diagnostic {
     Diagnostic::error(
         codes::TOO_LARGE,
         format!("the chart does not fit into the memory of {machine}"),
     )
-    .help("run it on a larger machine: --engine c, or c-arm")
+    .help("use a larger machine: --engine c, or c-arm")
 }
 
-/// The stimulus as a bench reads it.
+/// The stimulus in the format of a bench.
 pub(crate) fn stimulus_bytes(net: &Net, stimulus: &Stimulus) -> Vec<u8> {
     let mut bytes = Vec::new();
     for row in stimulus.rows() {
@@ -215,7 +218,7 @@ pub(crate) fn traces(pieces: &[Piece<'_>], answer: &[u8]) -> Result<Vec<Trace>, 
     if reader.bytes.is_empty() {
         Ok(traces)
     } else {
-        Err(EngineError::Failed("the machine answered more than it was asked".to_owned()))
+        Err(EngineError::Failed("the machine returned more data than expected".to_owned()))
     }
 }
 
@@ -232,7 +235,7 @@ fn trace(
     for (at, input) in std::iter::once(first).chain(stimulus.rows()).enumerate() {
         let Some(row) = row(net, &steps, &input, reader) else {
             return Err(EngineError::Failed(format!(
-                "the machine answered {at} of {} rows, {n_bytes} bytes in all",
+                "the machine returned {at} of {} rows, {n_bytes} bytes in total",
                 stimulus.len() + 1,
             )));
         };
@@ -257,7 +260,7 @@ impl Reader<'_> {
         let n = stored_bytes(ty);
         let raw = self.take(n)?;
         let shift = 64 - 8 * n;
-        // A type with negative values is stored as a signed one.
+        // A type with negative values is stored as a signed type.
         Some(if ty.bounds().0 < 0 {
             (raw << shift).cast_signed() >> shift
         } else {
@@ -266,7 +269,7 @@ impl Reader<'_> {
     }
 }
 
-/// One row; none where bytes are missing or tell of an action that there is not.
+/// One row; `None` if bytes are missing or refer to an action that does not exist.
 fn row(net: &Net, steps: &[StepId], input: &InputRow, reader: &mut Reader<'_>) -> Option<Row> {
     let mut row = Row::zero(net);
     row.dt = input.dt;

@@ -1,4 +1,4 @@
-//! From Verilog to an iCE40 bitstream, and back: yosys, nextpnr-ice40 and icepack make it, `icebox_vlog` says what its bits mean.
+//! From Verilog to an iCE40 bitstream, and back: yosys, nextpnr-ice40 and icepack create it, `icebox_vlog` decodes its bits.
 
 use crate::scratch::Scratch;
 use crate::tools;
@@ -7,21 +7,21 @@ use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
-/// Longer than a design that fits takes.
+/// Longer than the tools need for a design that fits.
 const LIMIT: Duration = Duration::from_secs(300);
 
-/// What the tools made.
+/// The results of the tools.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Bitstream {
     /// The bytes to load.
     pub bytes: Vec<u8>,
-    /// What the bits mean: Verilog that was made from the bitstream alone.
+    /// The meaning of the bits: Verilog made from the bitstream alone.
     pub read_back: String,
-    /// What placement said: logic cells and the highest clock.
+    /// The result of placement: logic cells and the maximum clock frequency.
     pub remark: String,
 }
 
-/// The programs that are missing, with the Debian package that brings them.
+/// The programs that are missing, with the Debian package that contains them.
 #[must_use]
 pub fn missing() -> Vec<&'static str> {
     [
@@ -37,13 +37,14 @@ pub fn missing() -> Vec<&'static str> {
     .collect()
 }
 
-/// Makes the bitstream and reads it back.
+/// Creates the bitstream and reads it back.
 ///
 /// # Errors
-/// What a program said when it failed.
+/// The output of the program that failed.
 #[expect(clippy::disallowed_methods, reason = "engines work in temporary folders")]
 pub fn bitstream(job: &Job) -> Result<Bitstream, String> {
-    let folder = Scratch::new().map_err(|why| format!("no temporary folder: {why}"))?;
+    let folder =
+        Scratch::new().map_err(|why| format!("cannot create a temporary folder: {why}"))?;
     let folder = folder.path();
     let io = |why: std::io::Error| format!("a temporary file: {why}");
     fs::write(folder.join("design.v"), &job.verilog).map_err(io)?;
@@ -64,7 +65,7 @@ pub fn bitstream(job: &Job) -> Result<Bitstream, String> {
     ];
     let said = run("nextpnr-ice40", &placement, folder)?;
     run("icepack", &["design.asc", "design.bin"], folder)?;
-    // What will be loaded is what is read back, not what it was packed from.
+    // The loaded bitstream itself is read back, not the text it was packed from.
     run("iceunpack", &["design.bin", "back.asc"], folder)?;
     let arguments = ["-s", "-p", "design.pcf", "-d", job.package.package, "-n", "back", "back.asc"];
     let read_back = run("icebox_vlog", &arguments, folder)?;
@@ -72,9 +73,9 @@ pub fn bitstream(job: &Job) -> Result<Bitstream, String> {
     Ok(Bitstream { bytes, read_back, remark: remark(&said) })
 }
 
-/// Runs a program; what it printed.
+/// Runs a program; returns its output.
 fn run(name: &str, arguments: &[&str], folder: &Path) -> Result<String, String> {
-    let program = tools::find(&[name]).ok_or_else(|| format!("{name} is not here"))?;
+    let program = tools::find(&[name]).ok_or_else(|| format!("{name} is not installed"))?;
     let done = tools::run(&program, arguments, folder, b"", LIMIT)?;
     if done.is_success {
         let said = String::from_utf8_lossy(&done.stdout).into_owned();
@@ -86,7 +87,7 @@ fn run(name: &str, arguments: &[&str], folder: &Path) -> Result<String, String> 
     Err(format!("{name} {}: {}", done.ending, said.join(" ")))
 }
 
-/// Logic cells and clock, from the report of nextpnr.
+/// Logic cells and clock frequency, from the report of nextpnr.
 fn remark(said: &str) -> String {
     let cells = said.lines().find_map(|line| {
         let (_, rest) = line.split_once("ICESTORM_LC:")?;
@@ -97,7 +98,7 @@ fn remark(said: &str) -> String {
     let clock = said.lines().rev().find_map(|line| {
         let (_, rest) = line.split_once("Max frequency for clock")?;
         let (_, rest) = rest.split_once(": ")?;
-        Some(format!("{} MHz as nextpnr estimates", rest.split(" MHz").next()?.trim()))
+        Some(format!("{} MHz (nextpnr estimate)", rest.split(" MHz").next()?.trim()))
     });
     [cells, clock].into_iter().flatten().collect::<Vec<_>>().join(", ")
 }

@@ -1,16 +1,15 @@
-//! Engines: everything that can run a design on a stimulus and give a trace.
+//! Engines: everything that can run a design with a stimulus and return a trace.
 //!
 //! ```text
 //! for engine in engines::all() {
-//!     match engine.availability() { Availability::Here => .., Availability::Missing(tool) => say so }
+//!     match engine.availability() { Availability::Here => .., Availability::Missing(tool) => report it }
 //!     let trace = engine.run(&job)?;      // the same columns for every engine: semantics.md §11
 //! }
 //! ```
 //!
-//! `ir` is the reference simulator, `c` the emitted C compiled by the host's compiler, `equations` the circuit before any text, `palasm`, `cupl`, `galasm`,
-//! `blif` and `netlist` the emitted texts read back, `jedec` the fuse map of a GAL run fuse by fuse, `verilog` the emitted Verilog run by Icarus Verilog,
-//! `c-avr`, `c-arm` and `c-8051` the emitted C on a simulated microcontroller. This crate is the only one that starts
-//! processes.
+//! `ir` is the reference simulator, `c` the emitted C compiled by the host's compiler, `equations` the circuit before any text, `palasm`, `cupl`,
+//! `galasm`, `blif` and `netlist` the emitted texts read back, `jedec` the fuse map of a GAL simulated fuse by fuse, `verilog` the emitted Verilog run by
+//! Icarus Verilog, `c-avr`, `c-arm` and `c-8051` the emitted C on a simulated microcontroller. Only this crate starts processes.
 
 mod arm;
 mod avr;
@@ -43,49 +42,49 @@ pub use device::DeviceEngine;
 pub use firmware::{Machine, Piece};
 pub use verilog::VerilogEngine;
 
-/// What an engine is asked to run.
+/// The input of an engine.
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a> {
     /// The net.
     pub net: &'a Valid<Net>,
-    /// What is known of it.
+    /// The facts about it.
     pub facts: &'a Facts,
-    /// The rows.
+    /// The stimulus.
     pub stimulus: &'a Stimulus,
 }
 
-/// Whether an engine can run here.
+/// Whether an engine can run on this machine.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Availability {
-    /// It can.
+    /// It can run.
     Here,
-    /// It needs this program.
+    /// This program is missing.
     Missing(String),
 }
 
 /// Why there is no trace.
 #[derive(Debug, Clone)]
 pub enum EngineError {
-    /// The back end cannot say this chart, or the stimulus is not for this engine.
+    /// The back end does not support this chart, or the engine does not support the stimulus.
     Refused(Vec<Diagnostic>),
-    /// A program failed: what it printed.
+    /// A program failed: its output.
     Failed(String),
 }
 
-/// Something that runs a net.
+/// Something that can run a net.
 pub trait Engine: Sync {
     /// Its name on the command line.
     fn name(&self) -> &'static str;
 
-    /// What it runs, in a few words.
+    /// A short description.
     fn about(&self) -> &'static str;
 
-    /// Whether the programs that it needs are here.
+    /// Whether the programs that it needs are installed.
     fn availability(&self) -> Availability {
         Availability::Here
     }
 
-    /// True if `compare` runs it where no engine is named.
+    /// True if `compare` runs it when no engine is named.
     fn by_default(&self) -> bool {
         true
     }
@@ -95,7 +94,7 @@ pub trait Engine: Sync {
         false
     }
 
-    /// True if it compiles the emitted C and runs it, and with it what the author of the chart wrote in C.
+    /// True if it compiles and runs the emitted C, which includes C code of the chart's author.
     fn runs_c(&self) -> bool {
         false
     }
@@ -139,7 +138,7 @@ pub fn all() -> Vec<Box<dyn Engine>> {
     engines
 }
 
-/// The engine of that name; those that run C take a style behind it: `c-avr:engine`.
+/// The engine with this name; engines that run C accept a style after it: `c-avr:engine`.
 #[must_use]
 pub fn named(name: &str) -> Option<Box<dyn Engine>> {
     if let Some((machine, style)) = name.split_once(':') {

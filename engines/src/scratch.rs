@@ -1,4 +1,4 @@
-//! Temporary folders for the tools that engines start. Which there are is known, so that a program that is stopped by a signal can remove them.
+//! Temporary folders for the tools that engines start. All folders are registered, so that a program that is stopped by a signal can remove them.
 
 use std::collections::BTreeSet;
 use std::io;
@@ -16,17 +16,17 @@ fn folders() -> MutexGuard<'static, BTreeSet<PathBuf>> {
 pub struct Scratch(tempfile::TempDir);
 
 impl Scratch {
-    /// Makes one.
+    /// Creates a folder.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the operating system.
     pub fn new() -> io::Result<Self> {
         let folder = tempfile::tempdir()?;
         folders().insert(folder.path().to_owned());
         Ok(Scratch(folder))
     }
 
-    /// Where it is.
+    /// Its path.
     #[must_use]
     pub fn path(&self) -> &Path {
         self.0.path()
@@ -39,7 +39,7 @@ impl Drop for Scratch {
     }
 }
 
-/// Removes all that there are, as well as that can be: the program ends.
+/// Removes all folders as far as possible; the program is about to end.
 pub fn remove_all() {
     for folder in std::mem::take(&mut *folders()) {
         let _ = std::fs::remove_dir_all(folder);

@@ -1,8 +1,8 @@
-//! The host of simavr: what our programs around the library have in common. Each has a `main` of its own behind it.
+//! The host of simavr: the common part of our programs around the library. Each adds its own `main`.
 
 use crate::c;
 
-/// A machine with a firmware, which reads the next byte of a stimulus from GPIOR1 and gives one of the answer to GPIOR0.
+/// A machine with a firmware, which reads the next byte of a stimulus from GPIOR1 and writes one byte of the answer to GPIOR0.
 const MACHINE: &str = r#"#include <simavr/sim_avr.h>
 #include <simavr/sim_elf.h>
 #include <simavr/sim_io.h>
@@ -53,10 +53,10 @@ static avr_t *machine(char **argv)
 
 "#;
 
-/// A host with this `main`, compiled.
+/// Compiles a host with this `main`.
 ///
 /// # Errors
-/// What the compiler said.
+/// The output of the compiler.
 pub(crate) fn host(main: &str) -> Result<c::Program, String> {
     c::compile_with(&format!("{MACHINE}{main}"), &["-O2"], &["-lsimavr", "-lelf"])
 }

@@ -1,4 +1,4 @@
-//! Emitted C beside its net in directed random reactions: what is done for every output that no proof was found for.
+//! Compares emitted C with its net in directed random reactions: used for every output without a proof.
 
 use crate::exhaustive::Difference;
 use crate::explorer::{Explorer, Start as From, Trouble, differs, push};
@@ -8,24 +8,24 @@ use grafsynth_ir::net::Net;
 use grafsynth_sim::{Ahead, MAX_DT, TraceLayout};
 use grafsynth_verify::Tested;
 
-/// The reactions of a test.
+/// The number of reactions of a test.
 pub const REACTIONS: usize = 10_000;
-/// Reactions that are asked for at once.
+/// The number of reactions that are requested at once.
 const BATCH: usize = 500;
 
-/// What a test saw.
+/// The result of a test.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Answer {
     /// No difference.
     Equal(Tested),
-    /// A way from reset to a row that differs.
+    /// A path from reset to a row that differs.
     Different(Difference),
 }
 
 /// Runs [`REACTIONS`] directed random reactions.
 ///
 /// # Errors
-/// The program cannot be made, or does not answer.
+/// The program cannot be created, or does not answer.
 pub(crate) fn run(net: &Valid<Net>, package: &Package, seed: u64) -> Result<Answer, Trouble> {
     let mut started = Explorer::start(net, package)?;
     let layout = TraceLayout::of(net);

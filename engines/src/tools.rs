@@ -1,4 +1,4 @@
-//! Starting programs: the only place in the project that does.
+//! Starts programs; no other module of the project does.
 
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
@@ -6,16 +6,16 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// What a program printed and how it ended.
+/// The output of a program and how it ended.
 #[derive(Debug, Clone)]
 pub struct Finished {
     /// Standard output.
     pub stdout: Vec<u8>,
     /// Standard error, as text.
     pub stderr: String,
-    /// True if it ended with 0.
+    /// True if its exit code was 0.
     pub is_success: bool,
-    /// Its exit code, or what ended it.
+    /// Its exit code, or the signal that ended it.
     pub ending: String,
 }
 
@@ -56,7 +56,7 @@ pub fn c_compiler() -> Option<PathBuf> {
 /// Runs a program in a folder with this standard input, for at most `limit`.
 ///
 /// # Errors
-/// In the user's terms: that it cannot be started, or did not end in time.
+/// In the user's terms: the program cannot be started, or did not end in time.
 pub fn run(
     program: &Path,
     arguments: &[&str],
@@ -75,10 +75,10 @@ pub fn run(
         .map_err(|error| format!("{shown} cannot be started: {error}"))?;
     let (stdin, stdout, stderr) = (child.stdin.take(), child.stdout.take(), child.stderr.take());
     let (ended, stdout, stderr) = thread::scope(|scope| {
-        // Three pipes are served at once: a program that fills one of them must not wait for us to serve another.
+        // Three pipes are handled concurrently: a program that fills one of them must not block while we handle another.
         scope.spawn(move || {
             if let Some(mut stdin) = stdin {
-                // A program that ends without reading everything breaks the pipe; its exit code says whether that is wrong.
+                // A program that ends without reading everything breaks the pipe; its exit code tells whether this is an error.
                 let _ = stdin.write_all(input);
             }
         });
@@ -86,7 +86,7 @@ pub fn run(
         let err = scope.spawn(move || read_all(stderr));
         let ended = wait(&mut child, limit);
         if ended.is_err() {
-            // It is stopped, so the pipes close and the readers end.
+            // The program is stopped, so the pipes close and the readers end.
             let _ = child.kill();
             let _ = child.wait();
         }

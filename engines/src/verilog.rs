@@ -1,6 +1,6 @@
-//! The emitted Verilog in Icarus Verilog: an independent simulator executes the very text that a user gets.
+//! Runs the emitted Verilog in Icarus Verilog: an independent simulator executes exactly the text that a user gets.
 //!
-//! The bench only drives pins and prints bits; rows are made of them here, so a trace comes out as from any other engine.
+//! The bench only drives pins and prints bits; this module converts them to rows, so the trace has the same form as from any other engine.
 
 use crate::scratch::Scratch;
 use crate::tools;
@@ -21,7 +21,7 @@ use std::time::Duration;
 #[derive(Debug, Clone, Copy)]
 pub struct VerilogEngine;
 
-/// Longer than any bench of ours takes; a simulator that hangs is stopped.
+/// Longer than any of our benches takes; a simulator that hangs is stopped.
 const LIMIT: Duration = Duration::from_secs(300);
 
 impl Engine for VerilogEngine {
@@ -55,7 +55,7 @@ impl Engine for VerilogEngine {
             .ok_or_else(|| EngineError::Failed("the emitted Verilog has no module".to_owned()))?;
         let rows: Vec<InputRow> = clocked.stimulus.rows().collect();
         let shown = shown(&emitted.names);
-        // Row 0 has all inputs 0, which for a range that does not begin at 0 is another code than all bits 0.
+        // Row 0 has all inputs 0; for a range that does not start at 0 this is not the code with all bits 0.
         let zeros = stimulus_bits(
             job.net,
             &emitted.names,
@@ -113,15 +113,15 @@ fn stimulus_bits(net: &Net, names: &[Named], rows: &[InputRow]) -> String {
 
 /// How the bench waits for the end of a reaction that may take several clocks.
 struct Wait {
-    /// The place of the `busy` pin among what is shown.
+    /// The index of the `busy` pin among the printed signals.
     busy: usize,
-    /// For each input pin: high in the first clock only.
+    /// For each input pin: it is high only in the first clock.
     pulses: String,
-    /// No reaction takes more clocks.
+    /// The maximum number of clocks of a reaction.
     most_clocks: u64,
 }
 
-/// What the bench prints where a reaction does not end.
+/// Printed by the bench if a reaction does not end.
 const STILL_BUSY: &str = "still busy";
 
 impl Wait {
@@ -235,12 +235,12 @@ fn simulate(text: &str, bench: &str, rows: &str) -> Result<Vec<u8>, EngineError>
     write(folder.path(), "bench.v", bench).map_err(failed)?;
     write(folder.path(), "rows.txt", rows).map_err(failed)?;
     let (Some(iverilog), Some(vvp)) = (tools::find(&["iverilog"]), tools::find(&["vvp"])) else {
-        return Err(EngineError::Failed("iverilog is not here".to_owned()));
+        return Err(EngineError::Failed("iverilog is not installed".to_owned()));
     };
     let arguments = ["-g2001", "-Wall", "-Wno-timescale", "-o", "bench.vvp", "design.v", "bench.v"];
     let compiled = tools::run(&iverilog, &arguments, folder.path(), b"", LIMIT)
         .map_err(EngineError::Failed)?;
-    // The bench reads a table that may be longer than the rows; every other warning is about our text.
+    // The bench reads a table that may be longer than the rows; any other warning is about our text.
     if !compiled.is_success || compiled.stderr.contains("warning") {
         return Err(EngineError::Failed(format!("iverilog: {}", compiled.stderr.trim())));
     }

@@ -1,16 +1,16 @@
-//! The findings of the readers: `G01` for the chart language, its properties and boards, `G04` for rules text and the XML formats.
+//! Diagnostic codes of the readers: `G01` for the chart language, its properties and boards; `G04` for rules text and the XML formats.
 
 use grafsynth_ir::diag::Code;
 
-/// Something else was expected at this place.
+/// A different token was expected here.
 pub const UNEXPECTED: Code = Code { id: "G0101", title: "unexpected text" };
-/// A character that the language does not use.
+/// A character that is not part of the language.
 pub const CHARACTER: Code = Code { id: "G0102", title: "unexpected character" };
-/// A string, or a name in backquotes, that does not end.
+/// A string or backquoted name without its closing quote.
 pub const UNCLOSED_QUOTE: Code = Code { id: "G0103", title: "unterminated quote" };
-/// A word that is none of those possible here.
+/// An unknown word where one of a fixed set is expected.
 pub const UNKNOWN_WORD: Code = Code { id: "G0104", title: "unknown word" };
-/// A number that cannot stand here.
+/// A number that is not allowed here.
 pub const NUMBER: Code = Code { id: "G0105", title: "number not allowed here" };
 /// A duration without a unit, with an unknown one, or out of range.
 pub const DURATION: Code = Code { id: "G0106", title: "invalid duration" };
@@ -18,177 +18,177 @@ pub const DURATION: Code = Code { id: "G0106", title: "invalid duration" };
 pub const NESTING: Code = Code { id: "G0107", title: "nesting too deep" };
 /// A larger source than the limit.
 pub const TOO_LARGE: Code = Code { id: "G0108", title: "source too large" };
-/// More findings than are shown.
+/// More findings than the limit.
 pub const MORE: Code = Code { id: "G0109", title: "more errors than shown" };
 /// A block without its closing brace.
 pub const UNCLOSED_BLOCK: Code = Code { id: "G0111", title: "unclosed block" };
-/// The same clause twice.
+/// A clause that is given twice.
 pub const TWICE: Code = Code { id: "G0112", title: "duplicate clause" };
-/// A good item in a place where it has no meaning.
+/// A valid item in a place where it is not allowed.
 pub const MISPLACED: Code = Code { id: "G0113", title: "misplaced item" };
-/// A range that is empty, missing or beyond 32 bits.
+/// An integer range that is empty, missing or wider than 32 bits.
 pub const RANGE: Code = Code { id: "G0114", title: "invalid integer range" };
-/// An expression that readers would read in two ways.
+/// An expression that readers could interpret in two ways.
 pub const AMBIGUOUS: Code = Code { id: "G0115", title: "ambiguous expression" };
-/// A file in which no chart stands.
+/// A file without a chart.
 pub const NO_CHART: Code = Code { id: "G0116", title: "no chart in the file" };
-/// Something that needs a value, a condition or a name has none.
+/// A missing value, condition or name.
 pub const MISSING: Code = Code { id: "G0117", title: "missing operand or word" };
-/// An `edition` that this version does not know.
+/// An `edition` that this version does not support.
 pub const EDITION: Code = Code { id: "G0118", title: "unknown edition" };
-/// A backslash and a character that mean nothing together.
+/// An unknown escape sequence: a backslash and a character.
 pub const ESCAPE: Code = Code { id: "G0119", title: "unknown escape in a string" };
-/// A net holds something for which the chart language has no words.
+/// A net contains something that the chart language cannot express.
 pub const CANNOT_WRITE: Code = Code { id: "G0120", title: "not expressible as a chart" };
-/// A transition of a chart that is no statechart says nothing behind its arrow.
+/// A transition without a target in a chart that is not a statechart.
 pub const NO_TARGET: Code = Code { id: "G0121", title: "transition without a target step" };
-/// A rule names something that no list names.
+/// A rule uses a name that is in none of the lists.
 pub const UNLISTED: Code = Code { id: "G0401", title: "name missing from the lists of the rules" };
-/// A transition is listed, but no rule says what it does.
+/// A listed transition without a rule.
 pub const NO_RULE: Code = Code { id: "G0402", title: "transition without a rule" };
-/// An `# option:` line that says nothing that rules need.
+/// An `# option:` line that the rules language does not support.
 pub const OPTION: Code = Code { id: "G0403", title: "invalid option line" };
-/// A step stands in a condition as if it were an input.
+/// A step used in a condition as if it were an input.
 pub const STEP_IN_CONDITION: Code =
     Code { id: "G0404", title: "step inside the condition of a rule" };
-/// The right side of a rule names the wrong kind of thing.
+/// The right side of a rule names an object of the wrong kind.
 pub const RIGHT_SIDE: Code = Code { id: "G0405", title: "invalid right side of a rule" };
-/// A list given twice.
+/// A list that is given twice.
 pub const LIST_TWICE: Code = Code { id: "G0406", title: "duplicate list in the rules" };
 /// A file that is not well-formed XML.
 pub const XML: Code = Code { id: "G0421", title: "malformed XML" };
-/// XML that is well-formed perhaps, but not read: a document type, entities, or more of something than a reader of charts needs.
+/// XML that is not supported: a document type, entities, or a document larger than a limit.
 pub const XML_NOT_READ: Code = Code { id: "G0422", title: "unsupported XML" };
-/// An element of SCXML that does not exist or cannot stand where it stands.
+/// An unknown SCXML element, or one that is not allowed here.
 pub const SCXML_ELEMENT: Code = Code { id: "G0423", title: "misplaced SCXML element" };
-/// An attribute that an element does not have, lacks, or has with a value that means nothing.
+/// An SCXML attribute that is unknown, missing, or has an invalid value.
 pub const SCXML_ATTRIBUTE: Code = Code { id: "G0424", title: "invalid SCXML attribute" };
-/// A part of SCXML that needs more than integers, Booleans and time.
+/// An SCXML feature that needs more than integers, Booleans and time.
 pub const SCXML_REFUSED: Code = Code { id: "G0425", title: "unsupported SCXML feature" };
-/// The identifier of a state that no state has.
+/// A reference to a state that does not exist.
 pub const SCXML_TARGET: Code = Code { id: "G0426", title: "unknown state" };
-/// An identifier given to two things.
+/// An identifier that is used twice.
 pub const SCXML_TWICE: Code = Code { id: "G0427", title: "duplicate identifier" };
-/// A text that is no expression.
+/// A text that is not a valid expression.
 pub const SCXML_EXPRESSION: Code = Code { id: "G0428", title: "invalid SCXML expression" };
-/// A number where a truth value is needed, or the other way round, or no value at all.
+/// A number where a Boolean is needed, a Boolean where a number is needed, or no value.
 pub const SCXML_KIND: Code = Code { id: "G0429", title: "type error in SCXML" };
-/// A place for a value that is none: no datum, the system's own, or an input.
+/// An assignment target that cannot be assigned: an input, a system variable, or something that is not a data element.
 pub const SCXML_LOCATION: Code = Code { id: "G0430", title: "invalid SCXML location" };
-/// Something that has no meaning for a controller and is left out.
+/// A part that is meaningless for a controller and is ignored.
 pub const SCXML_IGNORED: Code = Code { id: "G0431", title: "ignored part of an SCXML document" };
-/// A delay or tick that is not understood or not constant.
+/// A delay or tick that is invalid or not constant.
 pub const SCXML_TIME: Code = Code { id: "G0432", title: "invalid SCXML delay" };
-/// A loop whose turns cannot be written out.
+/// A loop that cannot be unrolled.
 pub const SCXML_LOOP: Code = Code { id: "G0433", title: "loop over a non-constant array" };
-/// An event that is waited for and never occurs.
+/// A transition that waits for an event that never occurs.
 pub const SCXML_NEVER: Code = Code { id: "G0434", title: "event that never occurs" };
-/// A range of a datum that is none, or that its first value leaves.
+/// The range of a data element is invalid, or does not contain the initial value.
 pub const SCXML_RANGE: Code = Code { id: "G0435", title: "invalid range of a data element" };
-/// Loops or descriptors that become too much when they are written out.
+/// Loops or event descriptors that expand beyond the limit.
 pub const SCXML_SIZE: Code = Code { id: "G0436", title: "SCXML document too large" };
-/// A document of no namespace, or of another one.
+/// A document without a namespace, or with a wrong one.
 pub const SCXML_NAMESPACE: Code = Code { id: "G0437", title: "wrong or missing SCXML namespace" };
-/// A datum that has no first value.
+/// A data element without an initial value.
 pub const SCXML_NO_VALUE: Code =
     Code { id: "G0438", title: "data element without an initial value" };
-/// A chart holds something for which SCXML has no words.
+/// A chart contains something that SCXML cannot express.
 pub const SCXML_CANNOT_WRITE: Code = Code { id: "G0439", title: "not expressible in SCXML" };
 /// A transition from one region of a parallel state to another.
 pub const SCXML_REGIONS: Code =
     Code { id: "G0440", title: "transition between regions of a parallel state" };
 
-/// C text that is no C.
+/// Text that is not valid C.
 pub const C_SYNTAX: Code = Code { id: "G0481", title: "C syntax error" };
-/// A character, number, string or comment that C does not know.
+/// A character, number, string or comment that is not valid in C.
 pub const C_CHARACTERS: Code = Code { id: "G0482", title: "invalid C token" };
-/// A line of the preprocessor that is not done here.
+/// A preprocessor directive that is not supported.
 pub const C_DIRECTIVE: Code = Code { id: "G0483", title: "unsupported preprocessor line" };
 /// A header that is not read.
 pub const C_INCLUDE: Code = Code { id: "G0484", title: "header not read" };
-/// A function that is wanted and not there.
+/// The requested function does not exist.
 pub const C_NO_FUNCTION: Code = Code { id: "G0485", title: "missing C function" };
-/// A function that calls itself.
+/// A recursive function.
 pub const C_RECURSION: Code = Code { id: "G0486", title: "recursive function" };
-/// `break`, `continue`, `goto`, `case` or a label in a place where it leads nowhere.
+/// `break`, `continue`, `goto`, `case` or a label that is not allowed here.
 pub const C_JUMP: Code = Code { id: "G0487", title: "invalid jump or label" };
-/// A name that nothing declares.
+/// A name that is not declared.
 pub const C_UNDECLARED: Code = Code { id: "G0488", title: "undeclared name in the C source" };
-/// Two effects, or an effect and a use, in no order.
+/// Two side effects, or a side effect and a use, without a defined order.
 pub const C_UNSEQUENCED: Code =
     Code { id: "G0489", title: "unsequenced change and use of a variable" };
-/// Something of the wrong kind for its place.
+/// A construct that is invalid here or not supported.
 pub const C_TYPE: Code = Code { id: "G0490", title: "invalid or unsupported C construct" };
-/// A constant is needed.
+/// A constant expression is required.
 pub const C_CONSTANT: Code = Code { id: "G0491", title: "constant expression expected" };
-/// A piece that only C can say.
+/// Code that only C can express; it is left to the C library.
 pub const C_OPAQUE: Code = Code { id: "G0492", title: "code left to the C library" };
 /// An array parameter without a length.
 pub const C_ARRAY_LENGTH: Code = Code { id: "G0493", title: "array of unknown length" };
 /// More or fewer arguments than parameters.
 pub const C_ARGUMENTS: Code = Code { id: "G0494", title: "wrong number of arguments" };
-/// Several functions that nothing calls.
+/// Several functions that are not called.
 pub const C_ENTRY: Code = Code { id: "G0495", title: "function not used in the chart" };
-/// A condition that assigns.
+/// An assignment used as a condition.
 pub const C_CONDITION_ASSIGNS: Code = Code { id: "G0496", title: "assignment used as a condition" };
-/// An `if` or a loop whose body is only a semicolon.
+/// An `if` or a loop whose body is a single semicolon.
 pub const C_EMPTY_BODY: Code = Code { id: "G0497", title: "empty body of a C statement" };
 
-/// Something else was expected at this place of an IEC 61131-3 text.
+/// A different token was expected in an IEC 61131-3 text.
 pub const ST_UNEXPECTED: Code = Code { id: "G0441", title: "unexpected structured text" };
-/// A character, comment, pragma or string that is no token.
+/// A character, comment, pragma or string that is not a valid token.
 pub const ST_CHARACTER: Code =
     Code { id: "G0442", title: "unexpected character in structured text" };
-/// A part of IEC 61131-3 that this version does not read.
+/// A feature of IEC 61131-3 that this version does not support.
 pub const ST_NOT_READ: Code = Code { id: "G0443", title: "unsupported IEC 61131-3 feature" };
-/// A name that nothing declares.
+/// A name that is not declared.
 pub const ST_UNKNOWN_NAME: Code = Code { id: "G0444", title: "unknown name in structured text" };
-/// Types that do not fit, or something assigned that cannot be.
+/// Mismatched types, or an assignment to something that cannot be assigned.
 pub const ST_TYPE: Code = Code { id: "G0445", title: "type error in structured text" };
-/// A constant that is missing or not understood.
+/// A constant that is missing or invalid.
 pub const ST_CONSTANT: Code = Code { id: "G0446", title: "constant expected in structured text" };
 /// A name declared twice, letter case aside, or a value that two labels of a CASE contain.
 pub const ST_DUPLICATE: Code =
     Code { id: "G0447", title: "name or CASE label given twice in structured text" };
 /// A call that does not fit what is called.
 pub const ST_CALL: Code = Code { id: "G0448", title: "invalid call in structured text" };
-/// A loop without a bound that is known before the program runs.
+/// A loop whose number of iterations has no constant bound.
 pub const ST_LOOP: Code = Code { id: "G0449", title: "loop without a constant bound" };
-/// Neither a program nor a function block with a chart.
+/// The text has neither a program nor a function block with a chart.
 pub const ST_NO_POU: Code = Code { id: "G0450", title: "no program in the text" };
-/// A unit that is not part of the design, or a variable that other texts declare.
+/// A program organisation unit that is not part of the design, or a variable that is declared in another text.
 pub const ST_LEFT_OUT: Code = Code { id: "G0451", title: "part omitted from the design" };
-/// An integer type wider than a chart's.
+/// An integer type that is wider than the integers of a chart; it is narrowed.
 pub const ST_NARROWED: Code = Code { id: "G0452", title: "narrowed integer type" };
-/// A Boolean that steps use as an action and statements assign.
+/// A Boolean that is both an action of a step and assigned by a statement.
 pub const ST_MIXED: Code = Code { id: "G0453", title: "Boolean used as an action and assigned" };
-/// A time, timer or duration that is not constant, or a timer called twice.
+/// A time, timer or duration that is not constant, or a timer that is called twice.
 pub const ST_TIMER: Code = Code { id: "G0454", title: "unsupported time in structured text" };
-/// More than is written out for loops, functions and blocks.
+/// Loops, functions and blocks that expand beyond the limit.
 pub const ST_SIZE: Code = Code { id: "G0455", title: "expansion of structured text too large" };
 
-/// Something in a chart for which IEC 61131-3 has no words.
+/// A chart contains something that IEC 61131-3 cannot express.
 pub const ST_CANNOT_WRITE: Code = Code { id: "G0456", title: "not expressible in IEC 61131-3" };
-/// Something that is left out, renamed, or said in a pragma.
+/// Something that the writer omits, renames, or writes as a pragma.
 pub const ST_LOST: Code =
     Code { id: "G0457", title: "parts changed or omitted in the written program" };
-/// An assignment whose value nothing reads before the next one.
+/// An assignment whose value is overwritten before it is read.
 pub const ST_OVERWRITTEN: Code = Code { id: "G0458", title: "assignment without effect" };
-/// An instance of a standard block that is read and never called.
+/// An instance of a standard block whose outputs are read but which is never called.
 pub const ST_NOT_CALLED: Code = Code { id: "G0459", title: "function block that is never called" };
-/// The XML is no PLCopen project.
+/// XML that is not a PLCopen project.
 pub const PLC_PROJECT: Code = Code { id: "G0461", title: "not a PLCopen project" };
-/// A chart of a project that does not hang together.
+/// A chart of a project with missing or inconsistent connections.
 pub const PLC_CHART: Code = Code { id: "G0462", title: "incomplete chart in a PLCopen project" };
-/// An element, attribute or value that PLCopen XML does not have, or not there.
+/// An element, attribute or value that is unknown in PLCopen XML or not allowed here.
 pub const PLC_MARKUP: Code = Code { id: "G0463", title: "unknown PLCopen element or attribute" };
 
 /// A KISS2 table whose lines do not follow the format.
 pub const KISS2_SYNTAX: Code = Code { id: "G0131", title: "invalid state table" };
-/// Rows of a KISS2 table that exclude each other.
+/// Contradictory rows of a KISS2 table.
 pub const KISS2_CONTRADICTION: Code =
     Code { id: "G0132", title: "contradictory rows in a state table" };
-/// The head of a KISS2 table counts otherwise than its rows.
+/// The sizes in the header of a KISS2 table differ from its rows.
 pub const KISS2_COUNT: Code =
     Code { id: "G0133", title: "state table size that differs from its header" };
 

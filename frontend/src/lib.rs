@@ -1,7 +1,7 @@
-//! Readers and writers of the chart languages: one folder for each, reader and writer side by side.
+//! Readers and writers of the chart languages. Each language has one folder with its reader and its writer.
 //!
-//! A reader turns text into a [chart](grafsynth_ir::chart) and goes on behind every error; a writer turns a chart or a net into text. None of them
-//! sees a file, a clock or another language.
+//! A reader turns text into a [chart](grafsynth_ir::chart) and continues after every error. A writer turns a chart or a net into text.
+//! No reader or writer accesses a file, a clock or another language.
 
 pub mod board;
 pub mod c;
@@ -14,7 +14,7 @@ pub mod props;
 pub mod rules;
 pub mod scxml;
 pub mod st;
-#[allow(dead_code, reason = "what the readers of XML formats share; they follow")]
+#[allow(dead_code, reason = "shared by the readers of the XML formats")]
 pub(crate) mod xml;
 
 #[cfg(test)]

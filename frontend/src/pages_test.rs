@@ -1,11 +1,11 @@
-//! The page of each code has an example that triggers it.
+//! Test: the page of each code has an example that triggers it.
 #![expect(clippy::disallowed_methods, reason = "the test reads the pages")]
 
 use grafsynth_ir::{FileId, lower};
 
 use crate::{c, codes, graf, kiss2, plcopen, rules, scxml, st};
 
-/// Language, options and text of a page's example.
+/// Language, options and text of the example on a page.
 fn example(page: &str) -> (String, Vec<String>, String) {
     let after = page.split_once("## Example\n```").unwrap().1;
     let (info, rest) = after.split_once('\n').unwrap();
@@ -55,7 +55,7 @@ fn every_code_has_a_page_whose_example_triggers_it() {
             _ => graf::parse_within(FileId(0), &text, &limits),
         };
         let mut findings = parsed.diagnostics;
-        // What could be read of a broken text must not bring mistakes of its own.
+        // The readable part of an invalid text must not cause further errors.
         if let Some(design) = &parsed.design {
             findings
                 .extend(lower::lower(design).1.into_iter().filter(|finding| finding.is_error()));
@@ -74,7 +74,7 @@ fn every_code_has_a_page_whose_example_triggers_it() {
             });
         }
         assert!(findings.iter().any(|finding| finding.code == *code), "{path}: {findings:#?}");
-        // The note that counts the rest needs others to count.
+        // The note that counts the rest only occurs together with others.
         let is_alone = *code == codes::MORE || findings.iter().all(|finding| finding.code == *code);
         assert!(is_alone, "{path}: {findings:#?}");
     }

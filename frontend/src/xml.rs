@@ -1,11 +1,13 @@
-//! XML for the readers of charts: a document with the place of everything in it, within bounds.
+//! XML for the readers of charts: a document tree with spans, within limits.
 //!
-//! [`parse`] looks over the text before it builds a tree, so that neither a bomb nor a broken file costs more than a small multiple of its bytes:
-//! nesting, attributes and namespaces are bounded, a document type (and with it every entity that a file could define) is refused, and a file that
-//! consists of hardly more than markup is not read. What a reader takes out of the tree as [`Mapped`] text knows where each of its bytes stood,
-//! character references and `CDATA` sections notwithstanding, so that an expression in an attribute has places of its own.
+//! [`parse`] scans the text before it builds a tree, so that neither a malicious nor an invalid file costs more than a small multiple of
+//! its size. Nesting, attributes and namespaces are limited. Document types are rejected, and with them every entity that a file could
+//! define. A file that consists of hardly more than markup is rejected too.
 //!
-//! Writers use [`attribute`] and [`text`] to escape.
+//! [`Mapped`] text knows the source position of each of its bytes, even with character references and `CDATA` sections, so that an
+//! expression in an attribute has exact spans.
+//!
+//! Writers use [`attribute`] and [`text`] to escape texts.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -17,21 +19,21 @@ use roxmltree::{Attribute, Document, Error, Node, ParsingOptions, TextPos};
 use crate::codes;
 use crate::graf::Limits;
 
-/// Attributes of one element at most: looking for a second one of the same name takes quadratic time.
+/// Maximum number of attributes of an element: the search for duplicates takes quadratic time.
 const MAX_ATTRIBUTES: usize = 256;
-/// Namespaces declared on the way from the root to an element at most: each element that declares one copies what it inherits.
+/// Maximum number of namespaces declared on the path from the root to an element: each element that declares one copies the inherited ones.
 const MAX_NAMESPACES: usize = 64;
-/// Bytes that the tree needs for an element, text or comment, and for an attribute, rounded up.
+/// Memory of the tree in bytes for an element, text or comment, and for an attribute, rounded up.
 const NODE: usize = 80;
 const ATTRIBUTE: usize = 80;
-/// The tree may take this many times the bytes of the text, and what small files may take beyond it.
+/// Limit for the memory of the tree: this multiple of the text, plus an allowance for small files.
 const TREE_FACTOR: usize = 18;
 const TREE_FREE: usize = 1 << 20;
 
-/// Reads XML. The tree borrows from `text`; its ranges are bytes of it.
+/// Parses XML. The tree borrows from `text`; its ranges are byte ranges in it.
 ///
 /// # Errors
-/// The first thing that keeps the text from being read, with its place: XML that is not well-formed cannot be read on.
+/// The first error, with its location; parsing stops there.
 pub(crate) fn parse<'t>(
     file: FileId,
     text: &'t str,
@@ -49,12 +51,12 @@ pub(crate) fn parse<'t>(
         .map_err(|error| Box::new(malformed(file, text, &error, scan.unclosed)))
 }
 
-/// The place of a range of the text.
+/// The span of a byte range.
 pub(crate) fn span(file: FileId, range: Range<usize>) -> Span {
     Span::new(file, range.start, range.end)
 }
 
-/// The place of an element for a finding about it: its start tag. Of other nodes, all of them.
+/// The span of a node for messages: the start tag of an element, the whole of any other node.
 pub(crate) fn tag_span(file: FileId, node: Node<'_, '_>) -> Span {
     let range = node.range();
     if !node.is_element() {
@@ -65,17 +67,17 @@ pub(crate) fn tag_span(file: FileId, node: Node<'_, '_>) -> Span {
     span(file, range.start..end)
 }
 
-/// The place of an element with all that lies in it.
+/// The span of an element with its contents.
 pub(crate) fn node_span(file: FileId, node: Node<'_, '_>) -> Span {
     span(file, node.range())
 }
 
-/// The place of an attribute's name.
+/// The span of an attribute name.
 pub(crate) fn name_span(file: FileId, attribute: Attribute<'_, '_>) -> Span {
     span(file, attribute.range_qname())
 }
 
-/// One past the `>` of the tag that begins at `start`.
+/// The end of the tag that begins at `start`, after its `>`.
 fn tag_end(text: &str, start: usize) -> Option<usize> {
     let mut quote = None;
     for (offset, byte) in text.as_bytes().get(start..)?.iter().enumerate() {
@@ -89,31 +91,31 @@ fn tag_end(text: &str, start: usize) -> Option<usize> {
     None
 }
 
-/// Text as XML means it, and where each byte of it stood.
+/// Decoded text, with the source position of each byte.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Mapped<'t> {
     file: FileId,
     /// The characters.
     pub(crate) text: Cow<'t, str>,
-    /// In order; they cover `text`.
+    /// Pieces in order; they cover `text`.
     pieces: Vec<Piece>,
-    /// One past the last byte in the source.
+    /// Offset of the end in the source.
     end: usize,
 }
 
-/// A stretch of characters that stands in the source as it is, or that something there stands for.
+/// A run of characters that is identical in the source, or that replaces a part of the source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Piece {
-    /// Its first byte in the text.
+    /// Offset of the first byte in the text.
     from: usize,
-    /// The first byte in the source.
+    /// Offset of the first byte in the source.
     place: usize,
-    /// Bytes of a reference or line end that all of it stands for; none where the source has the same bytes.
+    /// Length in the source of the reference or line end that it replaces; `None` if the source has the same bytes.
     stands_for: Option<usize>,
 }
 
 impl<'t> Mapped<'t> {
-    /// The value of an attribute: references resolved, line ends and tabs as blanks.
+    /// The value of an attribute. References are resolved; line ends and tabs become blanks.
     pub(crate) fn value(file: FileId, source: &'t str, attribute: Attribute<'_, '_>) -> Self {
         let range = attribute.range();
         let raw = source.get(range.clone()).unwrap_or_default();
@@ -129,8 +131,7 @@ impl<'t> Mapped<'t> {
         out.finish(file, end)
     }
 
-    /// The characters that an element begins with, up to its first child that is no text: references and `CDATA` sections resolved, comments
-    /// left out.
+    /// The text of an element up to its first child that is not text. References and `CDATA` sections are resolved; comments are omitted.
     pub(crate) fn content(file: FileId, source: &'t str, element: Node<'_, '_>) -> Self {
         let range = element.range();
         let start = tag_end(source, range.start).unwrap_or(range.end).min(range.end);
@@ -154,13 +155,13 @@ impl<'t> Mapped<'t> {
         out.finish(file, at)
     }
 
-    /// All characters of an element whose text is formatted: those of the elements in it too, with a line end between paragraphs.
-    /// References and `CDATA` sections are resolved; comments and the blanks between paragraphs are left out.
+    /// The whole text of an element with formatted text, including its child elements, with a line end between paragraphs. References and
+    /// `CDATA` sections are resolved; comments and the blanks between paragraphs are omitted.
     pub(crate) fn formatted(file: FileId, source: &'t str, element: Node<'_, '_>) -> Self {
         let range = element.range();
         let mut at = tag_end(source, range.start).unwrap_or(range.end).min(range.end);
         let mut out = Builder::default();
-        // The tag that ends a line, until characters follow.
+        // The tag that ends a line, pending until more characters follow.
         let mut line_end: Option<Range<usize>> = None;
         let mut end = at;
         while let Some(mark) = Mark::at(source, at..range.end) {
@@ -183,19 +184,19 @@ impl<'t> Mapped<'t> {
         out.finish(file, end)
     }
 
-    /// A stretch of the source as it stands.
+    /// A part of the source without changes.
     fn plain(file: FileId, raw: &'t str, start: usize) -> Self {
         let pieces = vec![Piece { from: 0, place: start, stands_for: None }];
         Mapped { file, text: Cow::Borrowed(raw), pieces, end: start + raw.len() }
     }
 
-    /// The piece with a byte of the text.
+    /// The piece that contains a byte of the text.
     fn piece(&self, at: usize) -> Option<Piece> {
         let after = self.pieces.partition_point(|piece| piece.from <= at);
         after.checked_sub(1).and_then(|index| self.pieces.get(index)).copied()
     }
 
-    /// Where a byte of the text stood; one past its end is the end in the source.
+    /// The source position of a byte of the text; the end of the text maps to its end in the source.
     pub(crate) fn place(&self, at: usize) -> usize {
         match self.piece(at) {
             Some(Piece { place, stands_for: Some(_), .. }) if at < self.text.len() => place,
@@ -204,7 +205,7 @@ impl<'t> Mapped<'t> {
         }
     }
 
-    /// Where a range of the text stood.
+    /// The source span of a range of the text.
     pub(crate) fn span(&self, range: Range<usize>) -> Span {
         let start = self.place(range.start);
         let end = match (range.end > range.start).then(|| self.piece(range.end - 1)).flatten() {
@@ -215,7 +216,7 @@ impl<'t> Mapped<'t> {
         Span::new(self.file, start, end.min(self.end).max(start))
     }
 
-    /// All of it.
+    /// The span of the whole text.
     pub(crate) fn whole(&self) -> Span {
         match self.pieces.first() {
             Some(first) => Span::new(self.file, first.place, self.end),
@@ -223,7 +224,7 @@ impl<'t> Mapped<'t> {
         }
     }
 
-    /// Words between blanks, each with its range.
+    /// Blank-separated words, each with its span.
     pub(crate) fn words(&self) -> impl Iterator<Item = (&str, Span)> {
         let text = self.text.as_ref();
         text.split([' ', '\t', '\r', '\n']).filter(|word| !word.is_empty()).map(|word| {
@@ -232,7 +233,7 @@ impl<'t> Mapped<'t> {
         })
     }
 
-    /// The same without blanks at both ends.
+    /// The same text without blanks at both ends.
     pub(crate) fn trimmed(self) -> Mapped<'t> {
         let trimmed = self.text.trim();
         if trimmed.len() == self.text.len() {
@@ -254,18 +255,18 @@ impl<'t> Mapped<'t> {
     }
 }
 
-/// What stands at a place of the content of an element.
+/// A part of the content of an element.
 enum Mark<'t> {
     /// A start or end tag.
     Tag(Range<usize>),
-    /// Characters, which begin at that byte; no references are resolved in those that stand verbatim. The end is that of their section.
+    /// Characters that begin at byte `place`; in verbatim text, references are not resolved. `end` is the end of their section.
     Text { raw: &'t str, place: usize, is_verbatim: bool, end: usize },
-    /// A comment or an instruction to a processor, up to that byte.
+    /// A comment or a processing instruction that ends at this byte.
     Nothing(usize),
 }
 
 impl<'t> Mark<'t> {
-    /// What begins at the start of a range; none where that is empty.
+    /// The mark that begins at the start of a range; `None` if the range is empty.
     fn at(source: &'t str, range: Range<usize>) -> Option<Mark<'t>> {
         let at = range.start;
         let rest = source.get(range)?;
@@ -289,7 +290,7 @@ impl<'t> Mark<'t> {
         })
     }
 
-    /// One past its last byte.
+    /// Offset after its last byte.
     fn end(&self) -> usize {
         match self {
             Mark::Tag(range) => range.end,
@@ -298,7 +299,7 @@ impl<'t> Mark<'t> {
     }
 }
 
-/// True for the tag of an element of XHTML that begins or ends a line.
+/// Whether a tag of XHTML begins or ends a line.
 fn ends_line(tag: &str) -> bool {
     const LINES: [&str; 16] = [
         "p",
@@ -324,7 +325,7 @@ fn ends_line(tag: &str) -> bool {
     LINES.contains(&local)
 }
 
-/// Text under construction, with the places of its pieces.
+/// Text under construction, with the positions of its pieces.
 #[derive(Default)]
 struct Builder {
     text: String,
@@ -332,7 +333,7 @@ struct Builder {
 }
 
 impl Builder {
-    /// Appends characters that the source has at that byte.
+    /// Appends characters that are identical in the source at byte `place`.
     fn keep(&mut self, text: &str, place: usize) {
         let from = self.text.len();
         let follows = self.pieces.last().is_some_and(|last| {
@@ -344,7 +345,7 @@ impl Builder {
         self.text.push_str(text);
     }
 
-    /// Appends characters of the source, which has references in them unless they stand there verbatim.
+    /// Appends characters of the source; resolves references unless the text is verbatim.
     fn text(&mut self, raw: &str, place: usize, is_verbatim: bool) {
         if is_verbatim {
             self.lines(raw, place);
@@ -353,13 +354,13 @@ impl Builder {
         }
     }
 
-    /// Appends the character for which the source has so many bytes.
+    /// Appends a character that replaces `length` bytes of the source.
     fn put(&mut self, character: char, place: usize, length: usize) {
         self.pieces.push(Piece { from: self.text.len(), place, stands_for: Some(length) });
         self.text.push(character);
     }
 
-    /// Characters with line ends brought into one form.
+    /// Appends characters with normalised line ends.
     fn lines(&mut self, raw: &str, start: usize) {
         let mut at = 0;
         while let Some(found) = raw[at..].find('\r') {
@@ -372,7 +373,7 @@ impl Builder {
         self.keep(&raw[at..], start + at);
     }
 
-    /// Characters and references; in an attribute every white space is a blank.
+    /// Appends characters and resolves references; in an attribute, all white space becomes blanks.
     fn resolve(&mut self, raw: &str, start: usize, in_attribute: bool) {
         let special: &[char] = if in_attribute { &['&', '\t', '\n', '\r'] } else { &['&', '\r'] };
         let mut at = 0;
@@ -402,7 +403,7 @@ impl Builder {
     }
 }
 
-/// What a reference between `&` and `;` stands for: a number, or one of the five names that XML itself gives.
+/// The character of a reference between `&` and `;`: a number, or one of the five names that XML defines.
 fn resolved(reference: &str) -> Option<char> {
     let number = |digits: &str, radix| u32::from_str_radix(digits, radix).ok();
     match reference {
@@ -422,14 +423,14 @@ fn resolved(reference: &str) -> Option<char> {
     }
 }
 
-/// What a look over the text finds before a tree is built.
+/// Result of scanning the text before a tree is built.
 struct Scan {
     refused: Option<Diagnostic>,
-    /// The start tag of the innermost element that is never closed.
+    /// The start tag of the innermost unclosed element.
     unclosed: Option<Span>,
 }
 
-/// An element that is open while the text is looked over.
+/// An element that is open during the scan.
 struct Open {
     place: Span,
     n_namespaces: usize,
@@ -443,7 +444,7 @@ impl Scan {
         let mut at = 0;
         let refuse = |finding: Diagnostic| Scan { refused: Some(finding), unclosed: None };
         while let Some(found) = text.get(at..).and_then(|rest| rest.find('<')) {
-            // The text before the tag is a node of its own.
+            // The text before the tag is a separate node.
             n_nodes += 1 + usize::from(found > 0);
             at += found;
             let rest = &text[at..];
@@ -503,7 +504,7 @@ impl Scan {
                 at = end;
             }
         }
-        // The tree reserves a place for each sign that may begin something, in text and comments too.
+        // The tree reserves memory for each `<`, even in text and comments.
         n_nodes = n_nodes.max(bytes.iter().filter(|byte| **byte == b'<').count());
         n_attributes = n_attributes.max(bytes.iter().filter(|byte| **byte == b'=').count());
         let tree =
@@ -512,7 +513,8 @@ impl Scan {
             return refuse(
                 Diagnostic::error(
                     codes::XML_NOT_READ,
-                    format!("the {} bytes of the file contain {n_nodes} tags and texts and {n_attributes} equals signs, which would need more than {TREE_FACTOR} times its size in memory", text.len()),
+                    format!("the {} bytes of the file contain {n_nodes} tags and texts and {n_attributes} equals signs, \
+                         which would need more memory than {TREE_FACTOR} times the size of the file", text.len()),
                 )
                 .at(span(file, 0..text.len().min(1)), "")
                 .help("check that this is the right file"),
@@ -522,7 +524,7 @@ impl Scan {
     }
 }
 
-/// The attributes of a tag: signs of equality outside quotes.
+/// The number of attributes of a tag: equals signs outside quotes.
 fn attributes_of(tag: &[u8]) -> usize {
     let mut quote = None;
     let mut count = 0;
@@ -537,7 +539,7 @@ fn attributes_of(tag: &[u8]) -> usize {
     count
 }
 
-/// The finding for a text that the parser refuses.
+/// The finding for a text that the XML parser rejects.
 fn malformed(file: FileId, text: &str, error: &Error, unclosed: Option<Span>) -> Diagnostic {
     let here = point(file, text, error.pos());
     let end = Span::new(file, text.len(), text.len());
@@ -608,7 +610,7 @@ fn malformed(file: FileId, text: &str, error: &Error, unclosed: Option<Span>) ->
         | Error::InvalidComment(_)
         | Error::InvalidCharacterData(_)
         | Error::UnknownToken(_) => {
-            // The parser's own words end in the place, which the label shows.
+            // The message of the parser ends with the position, which the label already shows.
             let words = error.to_string();
             let words = words.rsplit_once(" at ").map_or(words.as_str(), |(words, _)| words);
             finding(words.to_owned(), here)
@@ -616,7 +618,7 @@ fn malformed(file: FileId, text: &str, error: &Error, unclosed: Option<Span>) ->
     }
 }
 
-/// The `<` before which, or on which, a name was expected at a byte of the text; none where the name is wrong for another reason.
+/// The stray `<` before a byte at which a name was expected; `None` if the name is invalid for another reason.
 fn bare_less_than(text: &str, at: usize) -> Option<usize> {
     let open = match text.get(..=at).filter(|part| part.ends_with('<')) {
         Some(_) => at,
@@ -628,7 +630,7 @@ fn bare_less_than(text: &str, at: usize) -> Option<usize> {
     (!is_tag).then_some(open)
 }
 
-/// The byte at a line and column, both from 1; columns count characters.
+/// The span at a line and column, both counted from 1; columns count characters.
 fn point(file: FileId, text: &str, place: TextPos) -> Span {
     let mut start = 0;
     for _ in 1..place.row {
@@ -646,12 +648,12 @@ fn point(file: FileId, text: &str, place: TextPos) -> Span {
     Span::new(file, start + offset, start + offset + length)
 }
 
-/// The value of an attribute between double quotes.
+/// Escapes the value of an attribute in double quotes.
 pub(crate) fn attribute(value: &str) -> String {
     escaped(value, true)
 }
 
-/// Characters between tags.
+/// Escapes text between tags.
 #[allow(dead_code, reason = "SCXML has no text between tags; formats that have use it")]
 pub(crate) fn text(value: &str) -> String {
     escaped(value, false)
@@ -665,10 +667,10 @@ fn escaped(value: &str, in_attribute: bool) -> String {
             '>' => out.push_str("&gt;"),
             '&' => out.push_str("&amp;"),
             '"' if in_attribute => out.push_str("&quot;"),
-            // Readers turn bare ones into blanks, or into one line end.
+            // Readers would turn unescaped ones into blanks, or into one line end.
             '\t' | '\n' if in_attribute => out.push_str(&format!("&#{};", character as u32)),
             '\r' => out.push_str("&#13;"),
-            // XML has no way to write other control characters.
+            // XML cannot represent other control characters.
             '\u{0}'..='\u{8}'
             | '\u{b}'
             | '\u{c}'

@@ -1,21 +1,21 @@
-//! Typed arenas: `Arena<T>` owns its items, `Id<T>` names one of them, `IdMap<T, V>` says something about each.
+//! Typed arenas: `Arena<T>` owns its items, `Id<T>` identifies one of them, `IdMap<T, V>` stores one value for each of them.
 //!
-//! Nothing is ever deleted: a pass that removes things builds a new arena. An id is a plain index, so two arenas of the
-//! same item type (a net before and after a pass) must not mix their ids; each pass keeps the [`IdMap`] from old to new.
+//! Nothing is ever deleted: a pass that removes things builds a new arena. An id is a plain index, so ids of two arenas of the same item type (a net
+//! before and after a pass) must not be mixed; each pass keeps the [`IdMap`] from old to new.
 
 use std::fmt;
 use std::hash::{Hash, Hasher};
 use std::marker::PhantomData;
 use std::ops::{Index, IndexMut};
 
-/// The name of one item of an [`Arena<T>`]: 4 bytes, ordered by creation.
+/// Identifies one item of an [`Arena<T>`]: 4 bytes, ordered by creation.
 pub struct Id<T> {
     index: u32,
     marker: PhantomData<fn() -> T>,
 }
 
 impl<T> Id<T> {
-    /// The id with this index; it is the caller's word that an arena has such an item.
+    /// The id with this index. The caller guarantees that the arena contains such an item.
     #[must_use]
     pub fn from_index(index: usize) -> Self {
         Id { index: u32::try_from(index).unwrap_or(u32::MAX), marker: PhantomData }
@@ -61,7 +61,7 @@ impl<T> fmt::Debug for Id<T> {
     }
 }
 
-/// A list of items that are named by [`Id`]s; iteration is in order of creation, which is declaration order.
+/// A list of items that are identified by [`Id`]s; iteration is in order of creation, which is declaration order.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Arena<T> {
     items: Vec<T>,
@@ -80,13 +80,13 @@ impl<T: fmt::Debug> fmt::Debug for Arena<T> {
 }
 
 impl<T> Arena<T> {
-    /// An arena without items.
+    /// An empty arena.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds an item at the end and returns its name.
+    /// Adds an item at the end and returns its id.
     pub fn push(&mut self, item: T) -> Id<T> {
         let id = Id::from_index(self.items.len());
         self.items.push(item);
@@ -99,25 +99,25 @@ impl<T> Arena<T> {
         self.items.len()
     }
 
-    /// True when there is no item.
+    /// True if the arena is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.items.is_empty()
     }
 
-    /// All items with their names, in order of creation.
+    /// All items with their ids, in order of creation.
     pub fn iter(&self) -> impl DoubleEndedIterator<Item = (Id<T>, &T)> + ExactSizeIterator {
         self.items.iter().enumerate().map(|(index, item)| (Id::from_index(index), item))
     }
 
-    /// All items with their names, to be changed in place.
+    /// All items with their ids, mutable.
     pub fn iter_mut(
         &mut self,
     ) -> impl DoubleEndedIterator<Item = (Id<T>, &mut T)> + ExactSizeIterator {
         self.items.iter_mut().enumerate().map(|(index, item)| (Id::from_index(index), item))
     }
 
-    /// All names, in order of creation. The iterator borrows nothing.
+    /// All ids, in order of creation. The iterator borrows nothing.
     pub fn ids(&self) -> impl DoubleEndedIterator<Item = Id<T>> + ExactSizeIterator + use<T> {
         (0..self.items.len()).map(Id::from_index)
     }
@@ -127,7 +127,7 @@ impl<T> Arena<T> {
         self.items.iter()
     }
 
-    /// The item of that name, or none when the arena is too short.
+    /// The item with this id, or `None` if the arena is too short.
     #[must_use]
     pub fn get(&self, id: Id<T>) -> Option<&T> {
         self.items.get(id.index())
@@ -153,7 +153,7 @@ impl<T> FromIterator<T> for Arena<T> {
     }
 }
 
-/// One value for each item of an arena: what an analysis found, kept outside the thing it looked at.
+/// One value for each item of an arena: the result of an analysis, kept outside the analysed data.
 #[derive(Clone, PartialEq, Eq)]
 pub struct IdMap<T, V> {
     values: Vec<V>,
@@ -173,7 +173,7 @@ impl<T, V> Default for IdMap<T, V> {
 }
 
 impl<T, V: Clone> IdMap<T, V> {
-    /// A map that gives `value` for each item of `arena`.
+    /// A map with the same `value` for each item of `arena`.
     #[must_use]
     pub fn filled(arena: &Arena<T>, value: V) -> Self {
         IdMap { values: vec![value; arena.len()], marker: PhantomData }
@@ -181,7 +181,7 @@ impl<T, V: Clone> IdMap<T, V> {
 }
 
 impl<T, V> IdMap<T, V> {
-    /// A map made by asking for each item of `arena` in order.
+    /// A map with the result of `value` for each item of `arena`, called in order.
     pub fn build(arena: &Arena<T>, mut value: impl FnMut(Id<T>, &T) -> V) -> Self {
         IdMap {
             values: arena.iter().map(|(id, item)| value(id, item)).collect(),
@@ -199,18 +199,18 @@ impl<T, V> IdMap<T, V> {
         self.values.iter()
     }
 
-    /// All values, to be changed.
+    /// All values, mutable.
     pub fn values_mut(&mut self) -> std::slice::IterMut<'_, V> {
         self.values.iter_mut()
     }
 
-    /// The number of entries: that of the arena it was made for.
+    /// The number of entries: the length of the arena that the map was made for.
     #[must_use]
     pub fn len(&self) -> usize {
         self.values.len()
     }
 
-    /// True when the arena had no item.
+    /// True if the arena was empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()

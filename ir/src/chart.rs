@@ -1,8 +1,8 @@
 //! The chart: what the designer drew.
 //!
-//! Every front end produces a [`Design`]; [`crate::lower`] turns it into a net. Names are still names here: they are resolved, typed and reported in one
-//! place, the lowering, so that each front end reports them alike. Everything carries its span. Items stand in the order in which they were drawn,
-//! which is the declaration order of semantics.md §1.
+//! Every front end produces a [`Design`]; [`crate::lower`] turns it into a net. References are still names here: the lowering resolves, types and reports
+//! them, so that each front end reports the same errors. Every item has a source location. Items are in the order in which they were drawn, which is the
+//! declaration order of semantics.md §1.
 
 use crate::expr::{Expr as GenericExpr, Type};
 use crate::net::{Meta, Policy, Qualifier, Schedule, Sharing, Side, Verbatim};
@@ -11,16 +11,16 @@ use crate::span::{Name, Span};
 /// An expression whose leaves are still names.
 pub type Expr = GenericExpr<Leaf>;
 
-/// A whole source: charts that run side by side, and what they share.
+/// A whole source: charts that run in parallel, and what they share.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Design {
     /// The `edition` line, if the file has one.
     pub edition: Option<(u32, Span)>,
-    /// Files whose library charts the design uses, as written; whoever reads files adds theirs to `libraries`.
+    /// Files whose library charts the design uses, as written. The code that reads these files adds their library charts to `libraries`.
     pub imports: Vec<Import>,
-    /// Library charts: nothing of them runs but the instances that `use` makes.
+    /// Library charts. They do not run themselves; only the instances that `use` creates do.
     pub libraries: Vec<Library>,
-    /// Charts in order; names carry the chart's name only where there are several.
+    /// Charts in order; names carry the chart's name only if there are several charts.
     pub charts: Vec<Chart>,
 }
 
@@ -33,7 +33,7 @@ pub struct Chart {
     pub is_unnamed: bool,
     /// The whole chart, for findings about it.
     pub span: Span,
-    /// For a statechart: the states that reset enters. Empty: the outermost state that is marked as initial, else the first.
+    /// For a statechart: the states that reset enters. If empty, reset enters the outermost state that is marked as initial, or the first state.
     pub initial: Vec<Path>,
     /// Everything in it, in the order written.
     pub items: Vec<Item>,
@@ -44,42 +44,42 @@ pub struct Chart {
 /// `use "conveyors.graf"` before the first chart: the library charts of another file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Import {
-    /// The file's name, relative to the file that says so.
+    /// The file's name, relative to the file that contains the `use`.
     pub file: String,
-    /// Where.
+    /// Source location.
     pub span: Span,
 }
 
-/// `library chart conveyor(input start, output run, const limit = 5) { .. }`: a chart that others use, each with a copy of its own.
+/// `library chart conveyor(input start, output run, const limit = 5) { .. }`: a chart that others instantiate; each instance is a separate copy.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Library {
     /// Its name.
     pub name: Name,
-    /// What stands between the parentheses: declarations of the chart that each use fills.
+    /// The declarations in parentheses; each `use` supplies a value for them.
     pub parameters: Vec<Parameter>,
-    /// What is drawn in it.
+    /// Its contents.
     pub items: Vec<Item>,
-    /// The certificate that stands for it in its file.
+    /// Its certificate, if its file contains one.
     pub certificate: Option<Certificate>,
     /// The whole library chart.
     pub span: Span,
-    /// Where, comment and tags.
+    /// Source location, comment and tags.
     pub meta: Meta,
 }
 
 /// A parameter of a library chart.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Parameter {
-    /// What it is for the chart alone: an input, output, variable, event or constant.
+    /// Its declaration inside the chart: an input, output, variable, event or constant.
     pub declaration: Declaration,
-    /// What stands for it where a use says nothing; for a constant its value. For inputs and constants only.
+    /// The default argument; for a constant, its default value. Only for inputs and constants.
     pub default: Option<Expr>,
 }
 
-/// What was proved of a library chart, so that `check` need not believe it but can prove it again.
+/// The properties that were proved of a library chart. `check` can prove them again instead of trusting the certificate.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Certificate {
-    /// The library chart that it speaks of.
+    /// The library chart that it certifies.
     pub of: Name,
     /// The version of the tool that proved it.
     pub version: String,
@@ -87,7 +87,7 @@ pub struct Certificate {
     pub hash: String,
     /// The properties that were proved, by name.
     pub properties: Vec<Name>,
-    /// Where.
+    /// Source location.
     pub span: Span,
 }
 
@@ -98,33 +98,33 @@ pub struct Use {
     pub library: Name,
     /// The name of this instance, which qualifies the names in it.
     pub name: Name,
-    /// What stands for its parameters.
+    /// The arguments for its parameters.
     pub arguments: Vec<Argument>,
-    /// Where, comment and tags.
+    /// Source location, comment and tags.
     pub meta: Meta,
 }
 
-/// What stands for a parameter in one instance.
+/// An argument of one instance.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Argument {
     /// The parameter.
     pub parameter: Name,
-    /// What stands for it.
+    /// Its value.
     pub value: ArgumentValue,
-    /// Where.
+    /// Source location.
     pub span: Span,
 }
 
-/// What can stand for a parameter.
+/// The kinds of argument.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ArgumentValue {
-    /// `start = m and not b`: the instance reads it, as if it stood there in parentheses.
+    /// `start = m and not b`: the instance reads this expression instead of the parameter.
     Reads(Expr),
-    /// `done -> x`: what the instance does to its parameter it does to this output, variable or event.
+    /// `done -> x`: when the instance writes the parameter, it writes this output, variable or event.
     Drives(Path),
 }
 
-/// One thing in a chart or in the body of a macro-step, enclosing step, state or region.
+/// One item of a chart, or of the body of a macro-step, enclosing step, state or region.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Item {
     /// A setting such as `tick` or `conflict`.
@@ -135,7 +135,7 @@ pub enum Item {
     Step(Step),
     /// A transition.
     Transition(Transition),
-    /// The body of a macro-step, drawn once and used by `macro step`.
+    /// The body of a macro-step, declared once and used by `macro step`.
     Macro(Macro),
     /// A macro-step that uses such a body.
     MacroStep(MacroStep),
@@ -145,13 +145,13 @@ pub enum Item {
     State(State),
     /// An instance of a library chart.
     Use(Use),
-    /// A controlled action with a list of its own, or without one: the memory of its qualifiers alone.
+    /// A controlled action with its own statement list, or without one: then only the memory of its qualifiers.
     Action(Action),
     /// The condition that forces all outputs to their safe values.
     Emergency(Emergency),
     /// A named property or assumption.
     Property(Property),
-    /// A wish about the partition.
+    /// A placement request for the partition.
     Place(Place),
     /// Pins and device.
     Board(Board),
@@ -171,16 +171,16 @@ impl Item {
     }
 }
 
-/// A setting with its place.
+/// A setting with its source location.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Setting {
-    /// Which and to what.
+    /// The setting and its value.
     pub kind: SettingKind,
-    /// Where.
+    /// Source location.
     pub span: Span,
 }
 
-/// The settings of a chart; each may stand once.
+/// The settings of a chart; each is allowed once.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum SettingKind {
     /// `tick 10 ms`, in nanoseconds.
@@ -207,7 +207,8 @@ pub enum SettingKind {
     EventsExclusive,
     /// `priority 2` of a partial chart.
     Priority(u32),
-    /// `shared buffer`, for all variables of the file that nothing else is said of; `shared buffer x, y` for these. The latter may stand any number of times.
+    /// `shared buffer`, for all variables of the file without a setting of their own; `shared buffer x, y` for these variables. The latter is allowed any
+    /// number of times.
     Shared(Sharing, Vec<Path>),
 }
 
@@ -216,9 +217,9 @@ pub enum SettingKind {
 pub struct Declaration {
     /// The name declared.
     pub name: Name,
-    /// What it is.
+    /// The kind of declaration, with its details.
     pub kind: DeclarationKind,
-    /// Where, comment and tags.
+    /// Source location, comment and tags.
     pub meta: Meta,
 }
 
@@ -227,14 +228,14 @@ pub struct Declaration {
 pub enum DeclarationKind {
     /// `input m`.
     Input {
-        /// Boolean unless written.
+        /// Boolean if not written.
         ty: Type,
         /// `synchronous`.
         synchronous: bool,
     },
     /// `output R`.
     Output {
-        /// Boolean unless written.
+        /// Boolean if not written.
         ty: Type,
         /// The value that a stored output has at reset, if written.
         init: Option<Expr>,
@@ -242,7 +243,7 @@ pub enum DeclarationKind {
         registered: bool,
         /// `mealy`.
         mealy: bool,
-        /// `safe on`, `safe 3`: the value while an emergency holds and after a stop, if written.
+        /// `safe on`, `safe 3`: the value during an emergency and after a stop, if written.
         safe: Option<Expr>,
     },
     /// `var n: int 0..99 = 0`.
@@ -251,7 +252,7 @@ pub enum DeclarationKind {
         ty: Type,
         /// Number of elements of an array.
         len: Option<u32>,
-        /// Values at reset: none (0 or the bound nearest to it), one for all, or one for each element.
+        /// Values at reset: empty (0 or the bound nearest to it), one for all elements, or one for each element.
         init: Vec<Expr>,
     },
     /// `event E`.
@@ -261,12 +262,12 @@ pub enum DeclarationKind {
     },
     /// `timer T while e`.
     Timer {
-        /// While this is true, T grows.
+        /// T grows while this is true.
         condition: Expr,
     },
     /// `extern condition f()`.
     ExternCondition {
-        /// Boolean unless written.
+        /// Boolean if not written.
         ty: Type,
     },
     /// `extern action f(int 0..9)`.
@@ -284,17 +285,17 @@ pub enum DeclarationKind {
 /// A step.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Step {
-    /// Its name, local to the body it stands in.
+    /// Its name, local to the body that contains it.
     pub name: Name,
-    /// How it begins.
+    /// Its role: initial, entry, exit or final.
     pub role: StepRole,
     /// `*`: the enclosing step activates it.
     pub activation_link: bool,
-    /// `count 0..n`: it holds a number of activations instead of one bit.
+    /// `count 0..n`: the step stores a number of activations instead of one bit.
     pub count: Option<StepCount>,
-    /// What stands in its body, in order.
+    /// The items of its body, in order.
     pub body: Vec<StepItem>,
-    /// Where, comment and tags.
+    /// Source location, comment and tags.
     pub meta: Meta,
 }
 
@@ -303,21 +304,21 @@ pub struct Step {
 pub struct StepCount {
     /// The largest number; at least 1.
     pub max: u32,
-    /// The number at reset; none: 1 for an initial step, else 0.
+    /// The number at reset; `None` means 1 for an initial step, else 0.
     pub initial: Option<u32>,
-    /// Where.
+    /// Source location.
     pub span: Span,
 }
 
-/// `action count { n := n + 1 }`: a controlled action (semantics §3.5). Steps use it with qualifiers as they use an output; conditions and lists read its
-/// name as its Q.
+/// `action count { n := n + 1 }`: a controlled action (semantics §3.5). Steps use it with qualifiers in the same way as an output; in conditions and
+/// statement lists its name means its Q.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Action {
     /// Its name.
     pub name: Name,
-    /// Runs once a reaction at its end while Q is true; empty for a Boolean memory.
+    /// Runs once per reaction, at its end, while Q is true; empty for a Boolean memory.
     pub body: Block,
-    /// Where, comment and tags.
+    /// Source location, comment and tags.
     pub meta: Meta,
 }
 
@@ -333,31 +334,31 @@ pub enum StepRole {
     MacroEntry,
     /// `exit step` of a macro-step.
     MacroExit,
-    /// Entry and exit at once.
+    /// Entry and exit step at once.
     MacroEntryExit,
     /// `final state`.
     Final,
 }
 
-/// One thing in a step's body.
+/// One item of a step's body.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StepItem {
-    /// What.
+    /// The item itself.
     pub kind: StepItemKind,
-    /// Where.
+    /// Source location.
     pub span: Span,
 }
 
-/// What may stand in a step's body.
+/// The items that are allowed in a step's body.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StepItemKind {
     /// `R`, `R if c`, `R after 3 s`, `set R`, `R pulse`, `speed(5)`: an action on an output or extern action.
     Action {
         /// The output, controlled action or extern action.
         target: Name,
-        /// Arguments of an extern action; none where no parentheses were written.
+        /// Arguments of an extern action; `None` if no parentheses were written.
         arguments: Option<Vec<Expr>>,
-        /// How.
+        /// How the step uses the target.
         how: ActionHow,
         /// `if c`.
         condition: Option<Expr>,
@@ -372,7 +373,7 @@ pub enum StepItemKind {
         events: Vec<Name>,
         /// The condition.
         guard: Option<Expr>,
-        /// What is done.
+        /// The statements that it runs.
         actions: Block,
     },
     /// `priority 3`.
@@ -383,9 +384,9 @@ pub enum StepItemKind {
     Task {
         /// Its name.
         name: Name,
-        /// Declared cost; without one the cost model of the machine that is asked for says it.
+        /// Declared cost. Without one, the cost model of the selected machine supplies it.
         cost: Option<u32>,
-        /// What it does.
+        /// Its statements.
         body: Block,
     },
     /// `code c "..."`.
@@ -394,7 +395,7 @@ pub enum StepItemKind {
     Force {
         /// The chart that is forced.
         target: Path,
-        /// To what.
+        /// The situation that is forced.
         order: ForceOrder,
     },
 }
@@ -402,17 +403,17 @@ pub enum StepItemKind {
 /// How a step uses an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ActionHow {
-    /// Bare: continuous (or N).
+    /// No qualifier: continuous (or N).
     Bare,
     /// `after d` (continuous with `s.t >= d`, or D), in nanoseconds.
     After(u64),
     /// `for d` (continuous with `s.t < d`, or L), in nanoseconds.
     For(u64),
-    /// A qualifier of its own: `set` is S, `reset` is R, `pulse` is P; the timed ones carry nanoseconds.
+    /// An explicit qualifier: `set` is S, `reset` is R, `pulse` is P; the timed ones carry nanoseconds.
     Qualified(Qualifier, Option<u64>),
 }
 
-/// How long: as written, or the constant that says it.
+/// A duration as written, or the constant that contains it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Length {
     /// A duration in nanoseconds.
@@ -421,7 +422,7 @@ pub enum Length {
     Named(Path),
 }
 
-/// What a forcing order asks for.
+/// The situation that a forcing order requests.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ForceOrder {
     /// `{ s1 s2 }`; empty is the empty situation.
@@ -443,24 +444,25 @@ pub struct Transition {
     pub targets: Vec<Path>,
     /// `on E`: any of these.
     pub events: Vec<Name>,
-    /// `when c`; none is `true`.
+    /// `when c`; `None` means `true`.
     pub guard: Option<Expr>,
     /// `after 3 s`, `after LIMIT`.
     pub after: Option<(Length, Span)>,
     /// `priority 2`.
     pub priority: Option<u32>,
-    /// `-> sink`: it leads nowhere, and that is meant. Said of transitions without targets only.
+    /// `-> sink`: the transition deliberately has no target. Only true for transitions without targets.
     pub is_sink: bool,
     /// `restart`.
     pub restart: bool,
-    /// Does not leave its source. With targets (statecharts): its domain is the source itself, if that is a composite state in which all targets lie
-    /// (semantics §3.9); else it is as external. Without targets, `in a on E do { .. }`: a reaction of the step, which consumes nothing.
+    /// The transition does not leave its source. With targets (statecharts): its domain is the source itself if that is a composite state that contains
+    /// all targets (semantics §3.9); otherwise it behaves like an external transition. Without targets, `in a on E do { .. }`: a reaction of the step,
+    /// which consumes no activation.
     pub is_internal: bool,
     /// `deadline 1 us`, in nanoseconds.
     pub deadline_ns: Option<u64>,
     /// `do { .. }`.
     pub actions: Block,
-    /// Where, comment and tags.
+    /// Source location, comment and tags.
     pub meta: Meta,
 }
 
@@ -469,9 +471,9 @@ pub struct Transition {
 pub struct Macro {
     /// Its name.
     pub name: Name,
-    /// What is drawn in it.
+    /// Its contents.
     pub items: Vec<Item>,
-    /// Where, comment and tags.
+    /// Source location, comment and tags.
     pub meta: Meta,
 }
 
@@ -482,11 +484,11 @@ pub struct MacroStep {
     pub name: Name,
     /// The macro it expands to.
     pub body: Name,
-    /// Initial: its entry step is. Entry or exit of a macro: as its own entry or exit step is.
+    /// Its role: if initial, its entry step is initial; if entry or exit of a macro, its own entry or exit step is.
     pub role: StepRole,
     /// `priority 3`.
     pub priority: Option<u32>,
-    /// Where, comment and tags.
+    /// Source location, comment and tags.
     pub meta: Meta,
 }
 
@@ -495,7 +497,7 @@ pub struct MacroStep {
 pub struct Enclosing {
     /// The step itself.
     pub step: Step,
-    /// What it encloses.
+    /// The charts that it encloses.
     pub items: Vec<Item>,
 }
 
@@ -506,7 +508,7 @@ pub struct State {
     pub step: Step,
     /// True for `parallel`: each child is a region.
     pub is_parallel: bool,
-    /// The initial child and content of the initial transition; none: the first child.
+    /// The initial child and the statements of the initial transition; `None` means the first child.
     pub initial: Option<(Vec<Path>, Block)>,
     /// Histories declared in it.
     pub histories: Vec<History>,
@@ -523,13 +525,13 @@ pub struct History {
     pub is_deep: bool,
     /// Default targets.
     pub default: Vec<Path>,
-    /// Content of the default transition.
+    /// Statements of the default transition.
     pub content: Block,
-    /// Where, comment and tags.
+    /// Source location, comment and tags.
     pub meta: Meta,
 }
 
-/// `assume never (..)` and `assert never (..)`, `always` too.
+/// `assume never (..)` and `assert never (..)`; also with `always`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Property {
     /// Its name, if it has one.
@@ -538,29 +540,29 @@ pub struct Property {
     pub is_assumption: bool,
     /// True for `never`, false for `always`.
     pub is_never: bool,
-    /// What.
+    /// The condition.
     pub expr: Expr,
-    /// Where, comment and tags.
+    /// Source location, comment and tags.
     pub meta: Meta,
 }
 
-/// `emergency stop or not guard`: while it holds all outputs have their safe values (semantics §3.8).
+/// `emergency stop or not guard`: while the condition is true, all outputs have their safe values (semantics §3.8).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Emergency {
     /// Over inputs, steps, variables and times.
     pub condition: Expr,
-    /// Where, comment and tags.
+    /// Source location, comment and tags.
     pub meta: Meta,
 }
 
 /// `place p2, p3 on chip`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
-    /// What.
+    /// The items to place.
     pub items: Vec<Path>,
-    /// Where it shall be.
+    /// The side to place them on.
     pub side: Side,
-    /// Where it was written.
+    /// Source location.
     pub span: Span,
 }
 
@@ -571,7 +573,7 @@ pub struct Board {
     pub device: Name,
     /// Signals and pin numbers.
     pub pins: Vec<(Name, u32)>,
-    /// Where.
+    /// Source location.
     pub span: Span,
 }
 
@@ -583,7 +585,7 @@ pub struct Path {
 }
 
 impl Path {
-    /// From the first name to the last.
+    /// The span from the first name to the last.
     #[must_use]
     pub fn span(&self) -> Span {
         match (self.names.first(), self.names.last()) {
@@ -614,8 +616,8 @@ impl std::fmt::Display for Path {
 /// A value that an expression of a chart can read.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Leaf {
-    /// An input, output, variable, constant, timer, event or extern condition (with or without its parentheses); a path ending in `active`,
-    /// `t`, `T` or `done` asks for that of the step before it.
+    /// An input, output, variable, constant, timer, event or extern condition (with or without parentheses). A path that ends in `active`, `t`, `T` or
+    /// `done` reads this property of the step named before it.
     Name(Path),
     /// `rise(e)`.
     Rise(Box<Expr>),
@@ -623,7 +625,7 @@ pub enum Leaf {
     Fall(Box<Expr>),
     /// `otherwise`.
     Otherwise,
-    /// `3 s`, in nanoseconds; only compared with a timer.
+    /// `3 s`, in nanoseconds; can only be compared with a timer.
     Duration(u64),
     /// `t1/E/t2` of IEC 60848: on-delay and off-delay in nanoseconds.
     Delay(u64, Box<Expr>, u64),
@@ -632,23 +634,23 @@ pub enum Leaf {
 /// A list of statements.
 pub type Block = Vec<Stmt>;
 
-/// A statement with its place.
+/// A statement with its source location.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stmt {
-    /// What it does.
+    /// The statement itself.
     pub kind: StmtKind,
-    /// Where.
+    /// Source location.
     pub span: Span,
 }
 
-/// What a statement does.
+/// The kinds of statements.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StmtKind {
     /// `n := n + 1`, `v[i] := 0`.
     Assign {
         /// The variable or stored output.
         target: Path,
-        /// The element.
+        /// The element's index, for an array.
         index: Option<Expr>,
         /// The new value.
         value: Expr,
@@ -677,9 +679,9 @@ pub enum StmtKind {
     If {
         /// The condition.
         condition: Expr,
-        /// If true.
+        /// Runs if it is true.
         then: Block,
-        /// If false.
+        /// Runs if it is false.
         otherwise: Block,
     },
     /// `code c "..."`.

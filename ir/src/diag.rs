@@ -1,4 +1,4 @@
-//! What the tool tells its user: one type for every crate. Only the command line renders it.
+//! Diagnostics: one type for every crate. Only the command line renders it.
 
 use crate::span::Span;
 
@@ -15,30 +15,30 @@ pub struct Code {
     pub title: &'static str,
 }
 
-/// How bad it is.
+/// The severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
-    /// The design is not accepted.
+    /// The design is rejected.
     Error,
-    /// Accepted, and probably not what was meant.
+    /// The design is accepted, but probably not as intended.
     Warning,
     /// Worth knowing.
     Note,
 }
 
-/// A place and what is seen there.
+/// A source location and what is wrong or relevant there.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Label {
-    /// Where.
+    /// Source location.
     pub span: Span,
-    /// What is seen there; may be empty when the message says it all.
+    /// What is wrong there; may be empty if the message is sufficient.
     pub text: String,
 }
 
-/// The words in which a design was written: a way out is told in them.
+/// The notation of a design, so that the help can use its words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Notation {
-    /// The chart language, rules, and everything whose words are those of the chart language.
+    /// The chart language, rules text, and all notations that use the words of the chart language.
     Graf,
     /// SCXML.
     Scxml,
@@ -48,12 +48,12 @@ pub enum Notation {
     C,
 }
 
-/// An edit that mends the finding.
+/// An edit that fixes the finding.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fix {
     /// The text to replace.
     pub span: Span,
-    /// What to put there.
+    /// The new text.
     pub replacement: String,
 }
 
@@ -73,34 +73,34 @@ pub struct Plural {
 pub struct Diagnostic {
     /// The kind of finding.
     pub code: Code,
-    /// How bad it is.
+    /// Its severity.
     pub severity: Severity,
     /// Small letter, no full stop, with the numbers.
     pub message: String,
-    /// The first one is the main place. Empty only where no source exists.
+    /// The first one is the primary location. Empty only if there is no source.
     pub labels: Vec<Label>,
     /// What to do next.
     pub help: Option<String>,
-    /// The same in other words than those of the chart language, where they differ.
+    /// The help in the words of other notations, where they differ from the chart language.
     pub help_in: Vec<(Notation, String)>,
-    /// An edit that does it.
+    /// An edit that carries out the help.
     pub fix: Option<Fix>,
     /// How findings with the same words and the same help are said as one. Findings with the same message are one without it.
     pub plural: Option<Plural>,
 }
 
 impl Diagnostic {
-    /// An error at no place yet.
+    /// An error without a location so far.
     pub fn error(code: Code, message: impl Into<String>) -> Self {
         Self::new(code, Severity::Error, message)
     }
 
-    /// A warning at no place yet.
+    /// A warning without a location so far.
     pub fn warning(code: Code, message: impl Into<String>) -> Self {
         Self::new(code, Severity::Warning, message)
     }
 
-    /// A note at no place yet.
+    /// A note without a location so far.
     pub fn note(code: Code, message: impl Into<String>) -> Self {
         Self::new(code, Severity::Note, message)
     }
@@ -118,28 +118,28 @@ impl Diagnostic {
         }
     }
 
-    /// The same with one more place.
+    /// Adds a label.
     #[must_use]
     pub fn at(mut self, span: Span, text: impl Into<String>) -> Self {
         self.labels.push(Label { span, text: text.into() });
         self
     }
 
-    /// The same with the way out.
+    /// Sets the help text.
     #[must_use]
     pub fn help(mut self, text: impl Into<String>) -> Self {
         self.help = Some(text.into());
         self
     }
 
-    /// The same with the way out for those who wrote in this notation.
+    /// Sets the help text for one notation.
     #[must_use]
     pub fn help_in(mut self, notation: Notation, text: impl Into<String>) -> Self {
         self.help_in.push((notation, text.into()));
         self
     }
 
-    /// The same as those who wrote in this notation are told it.
+    /// Selects the help text for one notation.
     #[must_use]
     pub fn spoken(mut self, notation: Notation) -> Self {
         let found = self.help_in.iter().find(|(one, _)| *one == notation);
@@ -150,7 +150,7 @@ impl Diagnostic {
         self
     }
 
-    /// The same with an edit that mends it.
+    /// Sets an edit that fixes the finding.
     #[must_use]
     pub fn fix(mut self, span: Span, replacement: impl Into<String>) -> Self {
         self.fix = Some(Fix { span, replacement: replacement.into() });
@@ -178,14 +178,15 @@ impl Diagnostic {
     }
 }
 
-/// True when at least one of them is an error.
+/// True if at least one of them is an error.
 #[must_use]
 pub fn any_error(diagnostics: &[Diagnostic]) -> bool {
     diagnostics.iter().any(Diagnostic::is_error)
 }
 
-/// The candidate nearest to `word` in edit distance (insert, delete, replace, swap of neighbours; letter case counts half), if it is near enough to
-/// be a likely slip of the pen: at most a third of the word's length, and at least one edit. A candidate that shares no letter with `word` is never near.
+/// The candidate nearest to `word` in edit distance (insert, delete, replace, swap of neighbours; a difference in case counts half), if it is a likely
+/// typing error: the distance is at most a third of the word's length, but one edit is always allowed. A candidate that shares no letter with `word` never
+/// matches.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let wanted: Vec<char> = word.chars().collect();
     let budget = (wanted.len().max(3) / 3) * 2;
@@ -200,7 +201,7 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .map(|(_, candidate)| candidate)
 }
 
-/// True when some letter of `candidate`, its case aside, is one of `word`.
+/// True if some letter of `candidate` occurs in `word`, ignoring case.
 fn shares_a_letter(word: &[char], candidate: &str) -> bool {
     candidate.chars().any(|c| word.iter().any(|own| own.to_lowercase().eq(c.to_lowercase())))
 }

@@ -1,17 +1,17 @@
 //! Expressions, shared by the chart, the net and the reaction program: the same operators over different leaves.
 //!
-//! A value is a Boolean or an exact integer. There is no short circuit and no overflow: every expression has a static interval
-//! ([`crate::interval`]) and one that leaves 64 bits is refused before anything is built on it. Division truncates toward zero and `mod` takes the
-//! sign of the dividend, as in C99.
+//! A value is a Boolean or an exact integer. There is no short-circuit evaluation and no overflow: every expression has a static interval
+//! ([`crate::interval`]), and an expression whose interval exceeds 64 bits is rejected before anything is built from it. Division truncates toward zero
+//! and `mod` takes the sign of the dividend, as in C99.
 
 use crate::span::Span;
 
-/// The type of a value: what it may hold.
+/// The type of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Type {
     /// False or true; in traces 0 or 1.
     Bool,
-    /// An integer between both bounds, inclusive. Declared bounds lie within 32 bits; those of expressions within 64.
+    /// An integer between both bounds, inclusive. Declared bounds fit in 32 bits; bounds of expressions fit in 64 bits.
     Int {
         /// Smallest value.
         lo: i64,
@@ -36,14 +36,14 @@ impl Type {
         }
     }
 
-    /// `value` brought into the bounds: what an assignment stores.
+    /// `value` clamped to the bounds: what an assignment stores.
     #[must_use]
     pub fn saturate(self, value: i64) -> i64 {
         let (lo, hi) = self.bounds();
         value.clamp(lo, hi)
     }
 
-    /// The number of bits that a register needs for it, offset binary from `lo` (1 for a Boolean, 0 where `lo == hi`).
+    /// The number of bits of a register for this type, offset binary from `lo` (1 for a Boolean, 0 if `lo == hi`).
     #[must_use]
     pub fn bits(self) -> u32 {
         let (lo, hi) = self.bounds();
@@ -51,16 +51,16 @@ impl Type {
     }
 }
 
-/// An expression over leaves of type `L`, with its place in the source.
+/// An expression over leaves of type `L`, with its source location.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Expr<L> {
-    /// What it is.
+    /// The operator or leaf.
     pub kind: ExprKind<L>,
-    /// Where it was written; what a lowering made carries the place it was made from.
+    /// Source location; an expression made by a lowering has the location of its origin.
     pub span: Span,
 }
 
-/// A comparison of two integers; `Eq` and `Ne` also of two Booleans.
+/// A comparison of two integers; `Eq` and `Ne` also compare two Booleans.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[expect(missing_docs, reason = "the names are the usual ones")]
 pub enum CompareOp {
@@ -90,15 +90,15 @@ pub enum ExprKind<L> {
     Bool(bool),
     /// An integer constant.
     Int(i64),
-    /// Something that has a value of its own.
+    /// A leaf with a value of its own.
     Leaf(L),
     /// One element of an array; the index counts from 0 and its interval lies within the array.
     Element(L, Box<Expr<L>>),
     /// Negation of a Boolean.
     Not(Box<Expr<L>>),
-    /// True when all are; `And([])` is true.
+    /// True if all operands are true; `And([])` is true.
     And(Vec<Expr<L>>),
-    /// True when at least one is; `Or([])` is false.
+    /// True if at least one operand is true; `Or([])` is false.
     Or(Vec<Expr<L>>),
     /// Comparison.
     Compare(CompareOp, Box<Expr<L>>, Box<Expr<L>>),
@@ -106,12 +106,12 @@ pub enum ExprKind<L> {
     Neg(Box<Expr<L>>),
     /// Arithmetic.
     Arith(ArithOp, Box<Expr<L>>, Box<Expr<L>>),
-    /// The second if the first is true, else the third; both of one kind (Boolean or integer).
+    /// The second operand if the first is true, else the third; both must be Boolean or both integer.
     Select(Box<Expr<L>>, Box<Expr<L>>, Box<Expr<L>>),
 }
 
 impl CompareOp {
-    /// The comparison of two numbers.
+    /// The result of the comparison for two numbers.
     #[must_use]
     pub fn apply(self, a: i64, b: i64) -> bool {
         match self {
@@ -150,7 +150,7 @@ impl CompareOp {
         }
     }
 
-    /// As the chart language writes it.
+    /// The operator in the chart language.
     #[must_use]
     pub fn symbol(self) -> &'static str {
         match self {
@@ -165,7 +165,7 @@ impl CompareOp {
 }
 
 impl ArithOp {
-    /// The exact result, or none where the divisor is 0 or 64 bits do not hold it (validation excludes both).
+    /// The exact result, or `None` if the divisor is 0 or the result exceeds 64 bits (validation excludes both).
     #[must_use]
     pub fn apply(self, a: i64, b: i64) -> Option<i64> {
         match self {
@@ -177,7 +177,7 @@ impl ArithOp {
         }
     }
 
-    /// As the chart language writes it.
+    /// The operator in the chart language.
     #[must_use]
     pub fn symbol(self) -> &'static str {
         match self {
@@ -197,13 +197,13 @@ impl<L> Expr<L> {
         Expr { kind, span }
     }
 
-    /// `true` or `false`, made by a lowering (no place).
+    /// `true` or `false`, made by a lowering (without a source location).
     #[must_use]
     pub fn bool(value: bool) -> Self {
         Expr::new(ExprKind::Bool(value), Span::default())
     }
 
-    /// A constant, made by a lowering (no place).
+    /// A constant, made by a lowering (without a source location).
     #[must_use]
     pub fn int(value: i64) -> Self {
         Expr::new(ExprKind::Int(value), Span::default())
@@ -252,19 +252,19 @@ impl<L> Expr<L> {
         }
     }
 
-    /// The conjunction, flattened, with constants removed; a single operand stays itself.
+    /// The conjunction, flattened, with constants removed; a single operand is returned unchanged.
     #[must_use]
     pub fn and(operands: impl IntoIterator<Item = Expr<L>>) -> Self {
         Self::junction(operands, true)
     }
 
-    /// The disjunction, flattened, with constants removed; a single operand stays itself.
+    /// The disjunction, flattened, with constants removed; a single operand is returned unchanged.
     #[must_use]
     pub fn or(operands: impl IntoIterator<Item = Expr<L>>) -> Self {
         Self::junction(operands, false)
     }
 
-    /// The operands of a conjunction; what is none is its own only factor.
+    /// The operands of a conjunction; any other expression is its own only operand.
     #[must_use]
     pub fn factors(&self) -> &[Expr<L>] {
         if let ExprKind::And(factors) = &self.kind { factors } else { std::slice::from_ref(self) }
@@ -298,14 +298,14 @@ impl<L> Expr<L> {
         }
     }
 
-    /// A comparison at the span of both sides.
+    /// A comparison whose span covers both sides.
     #[must_use]
     pub fn compare(op: CompareOp, a: Expr<L>, b: Expr<L>) -> Self {
         let span = a.span.to(b.span);
         Expr::new(ExprKind::Compare(op, Box::new(a), Box::new(b)), span)
     }
 
-    /// The direct operands, left to right (an element's index included, its leaf not).
+    /// The direct operands, left to right (including the index of an element, but not its leaf).
     pub fn operands(&self) -> impl Iterator<Item = &Expr<L>> {
         let (few, many): ([Option<&Expr<L>>; 3], &[Expr<L>]) = match &self.kind {
             ExprKind::Bool(_) | ExprKind::Int(_) | ExprKind::Leaf(_) => ([None; 3], &[]),
@@ -321,7 +321,8 @@ impl<L> Expr<L> {
         few.into_iter().flatten().chain(many)
     }
 
-    /// Calls `visit` on every leaf, arrays of elements included, left to right. Recursion is as deep as the expression (at most 256 as written).
+    /// Calls `visit` on every leaf, including arrays of elements, left to right. The recursion is as deep as the expression (at most 256 levels in
+    /// source).
     pub fn for_each_leaf(&self, visit: &mut impl FnMut(&L)) {
         match &self.kind {
             ExprKind::Leaf(leaf) | ExprKind::Element(leaf, _) => visit(leaf),
@@ -343,7 +344,7 @@ impl<L> Expr<L> {
     /// The same expression over other leaves. `leaf` maps a plain leaf to an expression; `array` maps the array of an element.
     ///
     /// # Errors
-    /// The first error that `leaf` or `array` gives.
+    /// Returns the first error of `leaf` or `array`.
     pub fn try_map<M, E>(
         &self,
         leaf: &mut impl FnMut(&L, Span) -> Result<Expr<M>, E>,

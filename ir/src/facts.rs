@@ -1,4 +1,4 @@
-//! What is known of a net beyond its text. `grafsynth-verify` finds facts; back ends use only those that are marked proved.
+//! Facts about a net that an analysis found. `grafsynth-verify` finds them; back ends use only facts that are marked as proved.
 
 use crate::arena::IdMap;
 use crate::net::{Evolution, Net, Step, StepId, TransitionId};
@@ -6,35 +6,35 @@ use crate::net::{Evolution, Net, Step, StepId, TransitionId};
 /// All facts of one net.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Facts {
-    /// How the situations were explored.
+    /// The result of the exploration of situations.
     pub reach: Option<Reach>,
     /// Place invariants: in every reachable situation exactly `count` of the steps are active.
     pub invariants: Vec<Invariant>,
-    /// A cover by sequential components, each with exactly one active step; disjoint. Empty when none was found.
+    /// A cover by disjoint sequential components, each with exactly one active step. Empty if none was found.
     pub components: Vec<Component>,
-    /// The component of each step, as an index into `components`, where it has one.
+    /// The component of each step, as an index into `components`, if it has one.
     pub component_of: Option<IdMap<Step, Option<u32>>>,
     /// Steps that are never active.
     pub unreachable_steps: Vec<StepId>,
     /// Transitions that never fire.
     pub dead_transitions: Vec<TransitionId>,
-    /// A bound on the micro-steps of one reaction, where one below `limit` was proved.
+    /// A bound on the micro-steps of one reaction, if one below `limit` was proved.
     pub stable_depth: Option<Proved<u32>>,
-    /// The most checks of one reaction (rounds of EVOLVE, semantics.md §3.9), with the empty one at its end. Also for statecharts, where a check may be
-    /// for an event taken from a queue.
+    /// The maximum number of checks in one reaction (rounds of EVOLVE, semantics.md §3.9), including the final check that finds nothing to fire. Also for
+    /// statecharts, where a check may be for an event taken from a queue.
     pub rounds: Option<Proved<u32>>,
-    /// No reaction ever ends with a fault: each evolution becomes stable within the limit, and no queue overflows. Also for statecharts, where the limit
-    /// counts anew with each external event and so is no depth.
+    /// No reaction ends with a fault: each evolution becomes stable within the limit, and no queue overflows. Also for statecharts, where the limit starts
+    /// again with each external event and therefore bounds no depth.
     pub always_stable: Option<Proof>,
     /// At most one event is ever pending in the internal queue.
     pub single_pending: Option<Proved<bool>>,
-    /// What was not found out, and why: for reports.
+    /// Open questions and the reason for each, for reports.
     pub open: Vec<String>,
 }
 
 impl Facts {
-    /// The most rounds of the evolution of one reaction that are proved: checks, the one that finds nothing to fire among them. None for charts without
-    /// evolution, and where nothing was proved. Outside statecharts a bound on the micro-steps is one on the rounds too, with one more.
+    /// The proved maximum number of rounds in the evolution of one reaction, including the last check, which finds nothing to fire. `None` for charts
+    /// without evolution, and if nothing was proved. Outside statecharts, a bound on the micro-steps is also a bound on the rounds, plus one.
     #[must_use]
     pub fn most_rounds(&self, net: &Net) -> Option<Proved<u32>> {
         let Evolution::Stable { .. } = net.settings.evolution else { return None };
@@ -47,7 +47,7 @@ impl Facts {
     }
 }
 
-/// A value with the way it was found out.
+/// A value with the method that proved it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Proved<T> {
     /// The value.
@@ -56,14 +56,14 @@ pub struct Proved<T> {
     pub by: Proof,
 }
 
-/// How something was proved.
+/// How a fact was proved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Proof {
     /// All reachable states were enumerated.
     Explicit,
     /// All reachable situations were computed as a decision diagram.
     Symbolic,
-    /// It follows from the structure for every input (place invariants and the fork/join structure).
+    /// The structure implies it for all inputs (place invariants and the fork/join structure).
     Structural,
     /// By induction over one reaction.
     Induction,
@@ -72,13 +72,13 @@ pub enum Proof {
 /// The reachable set.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Reach {
-    /// Number of reachable situations (an over-approximation unless `exact`); `u128::MAX` stands for that many or more.
+    /// Number of reachable situations (an over-approximation unless `exact`); `u128::MAX` means at least that many.
     pub situations: u128,
-    /// True when every reachable situation is counted once and no other is.
+    /// True if every reachable situation is counted once and no other situation is counted.
     pub exact: bool,
-    /// How.
+    /// How it was computed.
     pub by: Proof,
-    /// The situations themselves where they are few enough: bit sets over the steps, 64 to a word, in order of discovery.
+    /// The situations themselves if there are few enough: bit sets over the steps, 64 per word, in order of discovery.
     pub sets: Option<Vec<Vec<u64>>>,
 }
 
@@ -87,7 +87,7 @@ pub struct Reach {
 pub struct Invariant {
     /// The steps, in declaration order.
     pub steps: Vec<StepId>,
-    /// How many of them are active.
+    /// The number of active steps.
     pub count: u32,
     /// How it was proved.
     pub by: Proof,
@@ -98,7 +98,7 @@ pub struct Invariant {
 pub struct Component {
     /// The steps, in declaration order.
     pub steps: Vec<StepId>,
-    /// One of them is active in every reachable situation; else there are situations in which none is.
+    /// True if one of the steps is active in every reachable situation; otherwise there may be situations in which none is.
     pub always: bool,
     /// How it was proved.
     pub by: Proof,

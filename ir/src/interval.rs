@@ -1,10 +1,11 @@
-//! Static types: the interval that every expression stays in, by exact arithmetic.
+//! Static types: the interval of each expression, by exact arithmetic.
 //!
-//! semantics.md §6: expressions are exact integers, and one whose interval leaves 64 bits is refused, as is a divisor whose interval contains 0 and an
-//! index that can leave its array. Everything that emits arithmetic chooses its machine type by [`type_of`], so all engines agree on when a value fits.
+//! semantics.md §6: expressions are exact integers. An expression is rejected if its interval exceeds 64 bits, if the interval of a divisor contains 0, or
+//! if an index can be outside its array. All code that emits arithmetic chooses its machine type with [`type_of`], so all engines agree on when a value
+//! fits.
 //!
-//! The interval of an operator depends on the intervals of its operands alone: the result is the hull of all values that independent operands can
-//! give. A `select` gives the hull of both branches, whatever its condition is.
+//! The interval of an operator depends only on the intervals of its operands: the result is the hull of all values that independent operands can give. The
+//! interval of a `select` is the hull of both branches, for any condition.
 
 use crate::arena::Arena;
 use crate::expr::{ArithOp, CompareOp, Expr, ExprKind, Type};
@@ -12,19 +13,19 @@ use crate::net::{Leaf, Net, PropertyLeaf};
 use crate::span::Span;
 use std::fmt;
 
-/// The deepest expression that is accepted: what the chart language allows, and room for what a lowering wraps around it.
+/// The depth limit of expressions: the limit of the chart language plus room for what a lowering adds.
 pub const DEPTH_LIMIT: usize = 320;
 
 /// The type of a tick count (`s.t`, a free timer) before it is narrowed to the constants it is compared with.
 pub const TICKS: Type = Type::Int { lo: 0, hi: u32::MAX as i64 };
 
-/// The longest time that anything is compared with, in ticks: a counter that saturates one above it still fits 31 bits.
+/// The longest time in a comparison, in ticks: a counter that saturates one above it still fits in 31 bits.
 pub const LONGEST: i64 = i32::MAX as i64 - 1;
 
 /// Why an expression has no type.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TypeError {
-    /// The smallest expression that is at fault.
+    /// The smallest faulty expression.
     pub span: Span,
     /// What is wrong with it.
     pub kind: TypeErrorKind,
@@ -33,20 +34,20 @@ pub struct TypeError {
 /// What is wrong with an expression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TypeErrorKind {
-    /// A number stands where a truth value is needed.
+    /// A number is used where a Boolean is needed.
     BoolExpected {
-        /// Interval of the number.
+        /// Smallest value of the number.
         lo: i64,
-        /// Interval of the number.
+        /// Largest value of the number.
         hi: i64,
     },
-    /// A truth value stands where a number is needed.
+    /// A Boolean is used where a number is needed.
     IntExpected,
-    /// A comparison or a choice has a truth value on one side and a number on the other.
+    /// One operand of a comparison or choice is Boolean and the other is a number.
     Mixed,
-    /// Some value of the operands leaves 64 bits.
+    /// For some operand values the result exceeds 64 bits.
     Overflow64 {
-        /// The operator's sign.
+        /// The operator's symbol.
         operator: &'static str,
         /// Exact lower bound.
         lo: i128,
@@ -55,32 +56,32 @@ pub enum TypeErrorKind {
     },
     /// The interval of a divisor contains 0.
     DivisorMayBeZero {
-        /// Interval of the divisor.
+        /// Smallest value of the divisor.
         lo: i64,
-        /// Interval of the divisor.
+        /// Largest value of the divisor.
         hi: i64,
     },
     /// The interval of an index is not within `0..len`.
     IndexOutOfArray {
-        /// Interval of the index.
+        /// Smallest value of the index.
         lo: i64,
-        /// Interval of the index.
+        /// Largest value of the index.
         hi: i64,
         /// Number of elements.
         len: u32,
     },
     /// An array without an index.
     ArrayWithoutIndex,
-    /// An index on something that is no array.
+    /// Something that is not an array has an index.
     NotAnArray,
-    /// A duration stands elsewhere than in a comparison with a constant.
+    /// A duration is used other than in a comparison with a constant.
     DurationAlone,
     /// A duration is compared with a constant below 0.
     DurationNegative {
         /// The constant.
         constant: i64,
     },
-    /// What the leaf names does not exist (an id beyond its arena).
+    /// The leaf refers to an object that does not exist (an id beyond its arena).
     Dangling,
     /// A duration is compared with a constant that a tick counter cannot reach.
     DurationTooLong {
@@ -89,9 +90,9 @@ pub enum TypeErrorKind {
     },
     /// The leaf may not be read at this place.
     NotReadableHere {
-        /// What it is, in the user's terms.
+        /// What is read, in the user's terms.
         what: &'static str,
-        /// Where it stands, in the user's terms.
+        /// Where it is read, in the user's terms.
         place: &'static str,
     },
     /// More than [`DEPTH_LIMIT`] levels.
@@ -107,18 +108,15 @@ impl fmt::Display for TypeErrorKind {
             TypeErrorKind::IntExpected => f.write_str("expected a number, found a Boolean"),
             TypeErrorKind::Mixed => f.write_str("one side is a number, the other is a Boolean"),
             TypeErrorKind::Overflow64 { operator, lo, hi } => {
-                write!(
-                    f,
-                    "the result of `{operator}` can be {lo}..{hi}, more than 64 bits can hold"
-                )
+                write!(f, "the result of `{operator}` is in {lo}..{hi}, which exceeds 64 bits")
             }
             TypeErrorKind::DivisorMayBeZero { lo, hi } => {
-                write!(f, "the divisor can be 0 (it is {lo}..{hi})")
+                write!(f, "the divisor can be 0 (its range is {lo}..{hi})")
             }
             TypeErrorKind::IndexOutOfArray { lo, hi, len } => {
                 write!(
                     f,
-                    "the index can be {lo}..{hi}, the array has the elements 0..{}",
+                    "the index is in {lo}..{hi}, but the array has elements 0..{}",
                     i64::from(*len) - 1
                 )
             }
@@ -131,13 +129,13 @@ impl fmt::Display for TypeErrorKind {
                 write!(f, "a time is compared with {constant}, but a time is never negative")
             }
             TypeErrorKind::Dangling => {
-                f.write_str("this reads something that the net does not have")
+                f.write_str("this reads an object that the net does not contain")
             }
             TypeErrorKind::DurationTooLong { constant } => {
-                write!(f, "a time is compared with {constant} ticks, the limit is {LONGEST}")
+                write!(f, "a time is compared with {constant} ticks; the limit is {LONGEST}")
             }
             TypeErrorKind::NotReadableHere { what, place } => {
-                write!(f, "{what} is read in {place}")
+                write!(f, "{what} cannot be read in {place}")
             }
             TypeErrorKind::TooDeep => {
                 write!(f, "the expression has more than {DEPTH_LIMIT} levels")
@@ -147,65 +145,65 @@ impl fmt::Display for TypeErrorKind {
 }
 
 impl TypeErrorKind {
-    /// What to do about it, where there is something general to say.
+    /// What to do about it, if there is general advice.
     #[must_use]
     pub fn help(&self) -> Option<&'static str> {
         match self {
             TypeErrorKind::BoolExpected { .. } => {
-                Some("compare it with something, for example `n > 0`")
+                Some("compare it with a number, for example `n > 0`")
             }
             TypeErrorKind::IntExpected => {
-                Some("to make a number of a Boolean, write `if c then 1 else 0`")
+                Some("to convert a Boolean to a number, write `if c then 1 else 0`")
             }
             TypeErrorKind::Overflow64 { .. } => {
                 Some("declare smaller ranges for the variables in it")
             }
             TypeErrorKind::DivisorMayBeZero { .. } => {
-                Some("declare the divisor with a range that leaves out 0")
+                Some("declare the divisor with a range that excludes 0")
             }
             TypeErrorKind::IndexOutOfArray { .. } => Some(
-                "declare the index with the range of the array, or take it `mod` the number of elements",
+                "declare the index with the range of the array, or use the index `mod` the number of elements",
             ),
-            TypeErrorKind::ArrayWithoutIndex => Some("name one element, for example `v[0]`"),
+            TypeErrorKind::ArrayWithoutIndex => Some("select one element, for example `v[0]`"),
             TypeErrorKind::DurationAlone => {
-                Some("write a comparison such as `s.t >= 3 s`; use a variable to count with")
+                Some("write a comparison such as `s.t >= 3 s`; use a variable to count")
             }
-            TypeErrorKind::TooDeep => Some("break it into several variables"),
+            TypeErrorKind::TooDeep => Some("split it with several variables"),
             TypeErrorKind::Mixed
             | TypeErrorKind::NotAnArray
             | TypeErrorKind::DurationNegative { .. }
             | TypeErrorKind::Dangling
             | TypeErrorKind::NotReadableHere { .. } => None,
             TypeErrorKind::DurationTooLong { .. } => {
-                Some("use a longer tick, or count in a variable")
+                Some("use a longer tick, or count with a variable")
             }
         }
     }
 }
 
-/// What the leaves of an expression are, for [`check`].
+/// Types of the leaves of an expression, for [`check`].
 pub trait Leaves<L> {
     /// The type of a plain leaf.
     ///
     /// # Errors
-    /// The leaf does not exist, is an array, or may not be read here.
+    /// The leaf does not exist, is an array, or cannot be read here.
     fn leaf(&mut self, leaf: &L, span: Span) -> Result<Type, TypeError>;
 
-    /// The type of an element of the array that `leaf` names, and its length where it is known.
+    /// The type of an element of the array that `leaf` names, and the array's length if it is known.
     ///
     /// # Errors
-    /// The leaf does not exist, is no array, or may not be read here.
+    /// The leaf does not exist, is not an array, or cannot be read here.
     fn array(&mut self, leaf: &L, span: Span) -> Result<(Type, Option<u32>), TypeError>;
 
-    /// True for a leaf that counts ticks and so stands only in a comparison with a constant.
+    /// True for a leaf that counts ticks and therefore is allowed only in a comparison with a constant.
     fn is_duration(&self, leaf: &L) -> bool {
         let _ = leaf;
         false
     }
 }
 
-/// The interval of an expression whose leaves have the given types; the leaf of an element gives the type of one element. Lengths of arrays and the
-/// places of durations are not looked at: [`check`] does.
+/// The interval of an expression whose leaves have the given types; for an element, `leaf` gives the type of one element. Array lengths and the positions
+/// of durations are not checked here: [`check`] does that.
 ///
 /// # Errors
 /// The first operator, left to right and inside out, that has no type.
@@ -222,15 +220,16 @@ pub fn type_of<L>(expr: &Expr<L>, leaf: &mut impl FnMut(&L) -> Type) -> Result<T
     check(expr, &mut Closure(leaf))
 }
 
-/// As [`type_of`], with everything that is to be known of the leaves.
+/// Like [`type_of`], but also checks array lengths, durations and which leaves can be read.
 ///
 /// # Errors
-/// As [`type_of`], and what `leaves` refuses.
+/// The errors of [`type_of`], and all errors of `leaves`.
 pub fn check<L>(expr: &Expr<L>, leaves: &mut impl Leaves<L>) -> Result<Type, TypeError> {
     typed(expr, leaves, DEPTH_LIMIT).map_err(|error| *error)
 }
 
-/// The recursion keeps its frames small (errors boxed, arithmetic elsewhere): it goes [`DEPTH_LIMIT`] levels deep on any thread's stack.
+/// The recursion uses small stack frames (errors are boxed, arithmetic is in other functions) because it goes [`DEPTH_LIMIT`] levels deep on any thread's
+/// stack.
 type Typed<T = Type> = Result<T, Box<TypeError>>;
 
 fn refuse<T>(span: Span, kind: TypeErrorKind) -> Typed<T> {
@@ -296,7 +295,7 @@ fn typed<L>(expr: &Expr<L>, leaves: &mut impl Leaves<L>, depth: usize) -> Typed 
     }
 }
 
-/// The bounds in order, so that a declaration with `lo > hi` (reported elsewhere) does not upset the arithmetic.
+/// The bounds in order, so that a declaration with `lo > hi` (reported elsewhere) does not break the arithmetic.
 fn ordered(ty: Type) -> Type {
     match ty {
         Type::Bool => Type::Bool,
@@ -360,7 +359,7 @@ fn arithmetic(
     if matches!(op, ArithOp::Div | ArithOp::Mod) && b_lo <= 0 && b_hi >= 0 {
         return refuse(divisor_span, TypeErrorKind::DivisorMayBeZero { lo: b_lo, hi: b_hi });
     }
-    // Truncated division is monotone in each operand as long as the divisor keeps its sign, as is multiplication: the corners are the extremes.
+    // Multiplication is monotone in each operand, and so is truncated division while the divisor keeps its sign: the extremes are at the corners.
     let corners = |f: fn(i128, i128) -> i128| {
         let all = [f(al, bl), f(al, bh), f(ah, bl), f(ah, bh)];
         (all.into_iter().min().unwrap_or(0), all.into_iter().max().unwrap_or(0))
@@ -372,15 +371,15 @@ fn arithmetic(
         ArithOp::Div => corners(|x, y| x / y),
         ArithOp::Mod => remainder((al, ah), (bl, bh)),
     };
-    // The hardware (and `ArithOp::apply`) computes a remainder by a division that must not overflow either.
+    // The hardware (and `ArithOp::apply`) computes a remainder with a division, and that division must not overflow either.
     if op == ArithOp::Mod && a_lo == i64::MIN && b_lo <= -1 && b_hi >= -1 {
         return fit(op.symbol(), lo.min(al), -al, span);
     }
     fit(op.symbol(), lo, hi, span)
 }
 
-/// The interval of a truncated remainder: smaller than the largest divisor, never farther from 0 than the dividend, of the dividend's sign; the
-/// dividend itself where it is smaller than every divisor.
+/// The interval of a truncated remainder. It is smaller than the largest divisor, no farther from 0 than the dividend, and has the dividend's sign; if the
+/// dividend is smaller than every divisor, it is the dividend itself.
 fn remainder((al, ah): (i128, i128), (bl, bh): (i128, i128)) -> (i128, i128) {
     let largest = bl.abs().max(bh.abs()) - 1;
     let smallest = bl.abs().min(bh.abs()) - 1;
@@ -400,7 +399,7 @@ fn fit(operator: &'static str, lo: i128, hi: i128, span: Span) -> Typed {
     }
 }
 
-/// The leaves of a net's expressions, without any restriction on what may be read.
+/// The leaves of a net's expressions; every leaf can be read.
 #[derive(Debug, Clone, Copy)]
 pub struct NetLeaves<'a>(
     /// The net that the leaves belong to.
@@ -477,10 +476,10 @@ impl Leaves<PropertyLeaf> for NetLeaves<'_> {
     }
 }
 
-/// The type of an expression of `net`, with array lengths and the places of durations checked.
+/// The type of an expression of `net`. Array lengths and the positions of durations are checked.
 ///
 /// # Errors
-/// As [`check`].
+/// The errors of [`check`].
 pub fn net_type(net: &Net, expr: &crate::net::Expr) -> Result<Type, TypeError> {
     check(expr, &mut NetLeaves(net))
 }
@@ -606,7 +605,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever the leaves hold, the value exists and lies in the interval.
+        /// For all values of the leaves, the result exists and is in the interval.
         #[test]
         fn values_stay_in_the_interval(expr in expr(), a in -5i64..=3, b in 1i64..=7, c in -4i64..=-2) {
             let types = [int(-5, 3), int(1, 7), int(-4, -2)];
@@ -616,7 +615,7 @@ mod tests {
             }
         }
 
-        /// On small operands the interval of one operator is the exact hull (`mod` apart, which is a safe bound).
+        /// For small operands the interval of one operator is the exact hull (except for `mod`, where it is a safe bound).
         #[test]
         fn one_operator_is_exact(al in -9i64..9, aw in 0i64..6, bl in -9i64..9, bw in 0i64..6) {
             let (ah, bh) = (al + aw, bl + bw);

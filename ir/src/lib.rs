@@ -1,16 +1,16 @@
-//! The data that every part of grafsynth shares, and the lowering from chart to net.
+//! The data that all parts of grafsynth share, and the lowering from chart to net.
 //!
 //! ```text
-//! chart   what was drawn      chart.rs
+//! chart   the source as data  chart.rs
 //!   │  lower/ (small named passes)
-//! net     what runs           net.rs        text form: text/
+//! net     the flat form       net.rs        text form: text/
 //!   │  lower::program
 //! program one reaction        program.rs
 //!   ⋮  (grafsynth-logic)
-//! logic   what a chip is      logic.rs
+//! logic   one circuit         logic.rs
 //! ```
 //!
-//! This crate knows no language, no target and no engine. Nothing in it reads a file, a clock or the environment.
+//! This crate knows no language, target or engine. Nothing in it reads a file, the clock or the environment.
 
 pub mod arena;
 pub mod chart;

@@ -1,20 +1,20 @@
-//! Logic: what a chip is. One next-state function for each flip-flop and one function for each output pin.
+//! Logic: the content of a chip. It has one next-state function for each flip-flop and one function for each output pin.
 //!
-//! Functions are nodes of one shared graph; a node names only earlier nodes, so there is no combinational loop. The encodings produce it, the
-//! equation writers and the minimiser read it, and every reader of equations gives it back.
+//! Functions are nodes of one shared graph; a node refers only to earlier nodes, so there is no combinational loop. The encodings produce this data, the
+//! equation writers and the minimiser read it, and all readers of equations return it.
 
 use crate::arena::{Arena, Id, IdMap};
 use crate::net::{Meta, Net, Step, StepKind};
 use crate::program::Origin;
 use crate::span::Name;
 
-/// Names a node.
+/// Identifies a node.
 pub type NodeId = Id<Node>;
-/// Names a flip-flop.
+/// Identifies a flip-flop.
 pub type FlopId = Id<Flop>;
-/// Names an input pin.
+/// Identifies an input pin.
 pub type PinInputId = Id<PinInput>;
-/// Names an output pin.
+/// Identifies an output pin.
 pub type PinOutputId = Id<PinOutput>;
 
 /// One synchronous circuit with a single clock.
@@ -30,45 +30,46 @@ pub struct Logic {
     pub outputs: Arena<PinOutput>,
     /// The functions.
     pub nodes: Arena<Node>,
-    /// Functions in between that have a name in the source, such as the firing of a transition. Writers of multi-level languages print them
-    /// as wires; the functions above do not depend on this list.
+    /// Intermediate functions with a name in the source, such as the firing of a transition. Writers of multi-level languages print them as wires; the
+    /// functions above do not depend on this list.
     pub wires: Vec<Wire>,
-    /// Constraints on the inputs that the environment guarantees: each node is never true. Don't-cares for the minimiser.
+    /// Input constraints that the environment guarantees: each node is never true. The minimiser uses them as don't-cares.
     pub never: Vec<NodeId>,
-    /// Constraints on the flip-flops: each node is never true in a state that is reached from power-up. Don't-cares too, of the circuit itself.
+    /// State constraints: each node is false in every state that is reachable from power-up. These are don't-cares too, proved from the circuit itself.
     pub unreachable: Vec<NodeId>,
-    /// Bits of the net's state that no flip-flop holds by itself, as functions of the flip-flops: steps that share a code.
+    /// Bits of the net's state that are not stored in a flip-flop of their own, as functions of the flip-flops: steps that share a code.
     pub decoded: Vec<Decoded>,
-    /// Where single functions may be anything, because the designer left their value open (semantics.md §3.6). Don't-cares of these functions alone.
+    /// Conditions under which single functions may have any value, because the designer left it open (semantics.md §3.6). They are don't-cares of these
+    /// functions only.
     pub open: Vec<Open>,
 }
 
 impl Logic {
-    /// The conditions under which this function may be anything.
+    /// The conditions under which this function may have any value.
     pub fn open_where(&self, function: Function) -> impl Iterator<Item = NodeId> + '_ {
         self.open.iter().filter(move |open| open.of == function).map(|open| open.when)
     }
 }
 
-/// One of the functions that a circuit must give.
+/// One function of a circuit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Function {
     /// The D function of a flip-flop.
     Next(FlopId),
-    /// The value of an output: of a `mealy` one, or of one that is clocked.
+    /// The value of an output, combinational (`mealy` too) or registered.
     Output(PinOutputId),
 }
 
-/// A function whose value was left open somewhere.
+/// A condition under which the value of a function is open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Open {
     /// The function.
     pub of: Function,
-    /// Over the inputs and the flip-flops before the clock: where it may be anything.
+    /// A condition over the inputs and the flip-flops before the clock edge: if it is true, the function may have any value.
     pub when: NodeId,
 }
 
-/// A bit of state as a function of the flip-flops.
+/// A state bit as a function of the flip-flops.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Decoded {
     /// Its name in the source.
@@ -82,30 +83,30 @@ pub struct Decoded {
 /// An input bit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PinInput {
-    /// Its name in the source; writers make it fit their language.
+    /// Its name in the source; each writer adapts it to its language.
     pub name: String,
-    /// What it carries.
+    /// What the bit means.
     pub role: PinRole,
-    /// Place, comment and tags.
+    /// Source location, comment and tags.
     pub meta: Meta,
 }
 
-/// What an input or output bit carries.
+/// The meaning of an input or output bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum PinRole {
     /// Bit `bit` (0 is the least significant) of the net's input; offset binary from its lower bound.
     Input(crate::net::InputId, u32),
-    /// `dt`: one clock wide, a tick has passed.
+    /// `dt`: a pulse of one clock period that marks a tick.
     Tick,
-    /// Synchronous reset where the target wants one.
+    /// Synchronous reset, if the target has one.
     Reset,
-    /// Bit of a net's output.
+    /// Bit `bit` of the net's output.
     Output(crate::net::OutputId, u32),
-    /// The reaction still runs (semantics.md §9).
+    /// The reaction is still running (semantics.md §9).
     Busy,
     /// The fault flag.
     Fault,
-    /// Read from a text that does not say.
+    /// Read from a text that does not specify it.
     Unknown,
 }
 
@@ -118,16 +119,16 @@ pub struct Flop {
     pub init: bool,
     /// Its D function.
     pub next: NodeId,
-    /// What of the net's state it holds, if it is known.
+    /// The bit of the net's state that it stores, if known.
     pub holds: Option<FlopBit>,
-    /// Place, comment and tags of what it holds.
+    /// Location, comment and tags of that state.
     pub meta: Meta,
 }
 
 /// The bit of state that a [`Flop`] holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FlopBit {
-    /// What of the net.
+    /// The object of the net.
     pub origin: Origin,
     /// The element of an array; 0 for a plain value.
     pub element: u32,
@@ -137,11 +138,11 @@ pub struct FlopBit {
     pub inverted: bool,
 }
 
-/// How a circuit shows which steps are active: of each step the bits that are all set while it is, as [`Origin::Step`] or [`Origin::Region`]; none where
-/// nothing shows it. `is_held` says which bits the circuit has.
+/// How a circuit represents active steps: for each step, the bits that are all set while the step is active, as [`Origin::Step`] or [`Origin::Region`];
+/// `None` if no bits represent it. `is_held` tells which bits the circuit has.
 ///
-/// A step has a bit of its own; or a bit in the register of its region, and is active where its parent is too; or, if it is a region of a parallel state,
-/// no bit at all, for it is active when its parent is.
+/// A step has its own bit; or it has a bit in the register of its region and is active if its parent is also active; or it is a region of a parallel state
+/// and has no bit, because it is active whenever its parent is.
 #[must_use]
 pub fn shown_by(net: &Net, is_held: impl Fn(Origin) -> bool) -> IdMap<Step, Vec<Origin>> {
     let mut shown: IdMap<Step, Vec<Origin>> = IdMap::filled(&net.steps, Vec::new());
@@ -168,26 +169,26 @@ pub fn shown_by(net: &Net, is_held: impl Fn(Origin) -> bool) -> IdMap<Step, Vec<
 pub struct PinOutput {
     /// Its name in the source.
     pub name: String,
-    /// What it carries.
+    /// What the bit means.
     pub role: PinRole,
-    /// Its function of inputs and flip-flops. For a registered output this is the function that is clocked, and `init` its first value.
+    /// Its function of inputs and flip-flops. For a registered output this is the D function, and `init` is its first value.
     pub value: NodeId,
     /// Driven by a flip-flop of its own that has `value` as D.
     pub registered: Option<bool>,
-    /// A function of the situation before the clock: the pin is sampled just before it (`mealy`, semantics.md §3.6).
+    /// The output is a function of the situation before the clock edge: the pin is sampled just before the edge (`mealy`, semantics.md §3.6).
     pub mealy: bool,
-    /// Place, comment and tags.
+    /// Source location, comment and tags.
     pub meta: Meta,
 }
 
-/// A function in between that has a name.
+/// An intermediate function with a name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Wire {
     /// Its name in the source.
     pub name: String,
     /// The function.
     pub node: NodeId,
-    /// Place, comment and tags of what it stands for.
+    /// Location, comment and tags of the object that it represents.
     pub meta: Meta,
 }
 
@@ -208,6 +209,6 @@ pub enum Node {
     Or(Vec<NodeId>),
     /// Exclusive or.
     Xor(NodeId, NodeId),
-    /// The second if the first, else the third.
+    /// The second operand if the first is true, else the third.
     Mux(NodeId, NodeId, NodeId),
 }

@@ -1,20 +1,20 @@
-//! Names for emitted text: one place that makes every identifier of C, equations, netlists and charts.
+//! Names for emitted text: this module makes every identifier of C, equations, netlists and charts.
 //!
-//! A [`Target`] says what a language accepts; a [`Namer`] hands out identifiers of one scope of one target. An identifier is built from the name in the
-//! source alone, never from an index:
+//! A [`Target`] describes the identifiers of a language; a [`Namer`] assigns identifiers in one scope of one target. An identifier depends only on the
+//! name in the source, never on an index:
 //!
-//! 1. A name that the target accepts stays as it is, whatever else there is (where the names are known together: [`Namer::assign`]).
-//! 2. Otherwise Latin letters with marks are written without (`é` → `e`, `ß` → `ss`), a dot, blank or sign becomes `_`, any other letter its number
-//!    (`Ω` → `u3a9`), and a name that then begins wrongly gets an `x` in front. Where `_` is not allowed it is left out.
-//! 3. A name that is too long keeps its beginning and gets three characters made of the whole name, so that long names with one beginning stay apart and
-//!    do not depend on each other.
-//! 4. What is a word of the target or taken gets `_2`, `_3`, … in the order in which names are asked for (`_` alone after a reserved word).
+//! 1. A name that the target accepts is unchanged, whatever other names there are (if the names are known together: [`Namer::assign`]).
+//! 2. Otherwise Latin letters lose their marks (`é` → `e`, `ß` → `ss`), a dot, blank or sign becomes `_`, any other letter becomes its code (`Ω` →
+//!    `u3a9`), and a name with an invalid first character gets the prefix `x`. If the target does not allow `_`, it is omitted.
+//! 3. A name that is too long keeps its beginning and gets three characters computed from the whole name, so that long names with the same beginning are
+//!    different and do not depend on each other.
+//! 4. A name that is reserved or already used gets `_2`, `_3`, … in the order of requests (only `_` after a reserved word).
 //!
 //! ```
 //! use grafsynth_ir::names::{Namer, PALASM};
 //! let mut namer = Namer::new(&PALASM);
 //! assert_eq!(namer.name("fill.ready"), "fill_ready");
-//! assert_eq!(namer.name("FILL_READY"), "FILL_READY_2");   // PALASM does not tell small letters from capitals
+//! assert_eq!(namer.name("FILL_READY"), "FILL_READY_2");   // PALASM is not case-sensitive
 //! assert_eq!(namer.name("chip"), "chip_");
 //! ```
 
@@ -22,34 +22,34 @@ mod words;
 
 use std::collections::BTreeSet;
 
-/// True for characters that have no picture of their own but end a line or turn the direction of what is shown: in the comment of an emitted text they would
-/// make it look like something else than what is compiled.
+/// True for invisible characters that end a line or change the text direction: in a comment of emitted text they could make the text look different from
+/// what is compiled.
 #[must_use]
 pub fn is_unseen(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// What a language accepts as an identifier.
+/// The identifiers that a language accepts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Target {
     /// The language's name.
     pub name: &'static str,
     /// The largest number of characters.
     pub max_length: usize,
-    /// False where `A` and `a` are one name.
+    /// False if `A` and `a` are the same name.
     pub case_matters: bool,
-    /// Whether `_` may stand in a name.
+    /// Whether a name may contain `_`.
     pub underscore: bool,
     /// Whether a name may begin with `_`.
     pub leading_underscore: bool,
-    /// Whether `__` may stand in a name.
+    /// Whether a name may contain `__`.
     pub double_underscore: bool,
-    /// Whether letters beyond ASCII may stand in a name.
+    /// Whether a name may contain letters beyond ASCII.
     pub unicode: bool,
-    /// Other characters that may stand after the first.
+    /// Other characters that are allowed after the first.
     pub also: &'static str,
-    /// Words that are no names, in lists; small letters where case does not matter.
+    /// Reserved words, in lists; in lower case if the language is not case-sensitive.
     pub reserved: &'static [&'static [&'static str]],
 }
 
@@ -66,9 +66,9 @@ const PLAIN: Target = Target {
     reserved: &[],
 };
 
-/// C99 that C++ compilers accept too: the words of both, what the standard headers and common microcontroller headers define as macros, and functions
-/// that every program has. A leading `_` and `__` belong to the compiler. C99 5.2.4.1 promises 63 significant characters inside a file; we use 31,
-/// which it promises between files.
+/// C99 that C++ compilers also accept. Reserved are the words of both languages, the macros of the standard headers and of common microcontroller headers,
+/// and functions that every program has. A leading `_` and `__` belong to the compiler. C99 5.2.4.1 guarantees 63 significant characters within a file and
+/// 31 between files; we use 31.
 pub const C: Target = Target {
     name: "C",
     max_length: 31,
@@ -78,8 +78,8 @@ pub const C: Target = Target {
     ..PLAIN
 };
 
-/// Verilog-2001, without the words of SystemVerilog (tools read `.v` files as either) and those that only a tool knows; VHDL's for mixed projects are left
-/// alone. IEEE 1364-2001 2.7: case matters, at least 1024 characters; we keep names short enough to read.
+/// Verilog-2001. The words of SystemVerilog (tools read `.v` files as either) and words that only one tool reserves are avoided; the words of VHDL, for
+/// mixed projects, are not. IEEE 1364-2001 2.7: case-sensitive, at least 1024 characters; we keep names short enough to read.
 pub const VERILOG: Target = Target {
     name: "Verilog",
     max_length: 128,
@@ -87,7 +87,7 @@ pub const VERILOG: Target = Target {
     ..PLAIN
 };
 
-/// PALASM 2 and 4: at most 14 characters (13 for the name after `CHIP`), letters not told from capitals, first a letter.
+/// PALASM 2 and 4: at most 14 characters (13 for the name after `CHIP`), not case-sensitive, first a letter.
 pub const PALASM: Target = Target {
     name: "PALASM",
     max_length: 14,
@@ -100,8 +100,8 @@ pub const PALASM: Target = Target {
 /// The name after `CHIP` in PALASM, one character shorter.
 pub const PALASM_CHIP: Target = Target { name: "PALASM chip", max_length: 13, ..PALASM };
 
-/// CUPL: 31 characters, letters not told from capitals (its preprocessor and its reserved words do not), first a letter. A name that ends in digits is an
-/// indexed variable to CUPL and may be gathered into a field; it stays usable as a name.
+/// CUPL: 31 characters, not case-sensitive (its preprocessor and its reserved words are not), first a letter. CUPL treats a name that ends in digits as an
+/// indexed variable that can be part of a field; it is still usable as a name.
 pub const CUPL: Target = Target {
     name: "CUPL",
     max_length: 31,
@@ -111,7 +111,7 @@ pub const CUPL: Target = Target {
     ..PLAIN
 };
 
-/// GALasm: `[A-Za-z][A-Za-z0-9]*`, at most 8 characters; it tells letters from capitals, but nobody reading a listing should have to.
+/// GALasm: `[A-Za-z][A-Za-z0-9]*`, at most 8 characters; case-sensitive, but we make names that differ in more than case, for the reader's sake.
 pub const GALASM: Target = Target {
     name: "GALasm",
     max_length: 8,
@@ -122,10 +122,11 @@ pub const GALASM: Target = Target {
     ..PLAIN
 };
 
-/// BLIF: a signal is any run of characters but blanks, `#`, `=` and `\`; we keep to what other tools of the flow (abc, yosys) print unescaped.
+/// BLIF: a signal is any run of characters except blanks, `#`, `=` and `\`; we use only characters that other tools of the flow (abc, yosys) print without
+/// escapes.
 pub const BLIF: Target = Target { name: "BLIF", also: ".[]", ..PLAIN };
 
-/// The chart language, for names that need no back quotes.
+/// The chart language, for names without back quotes.
 pub const GRAF: Target =
     Target { name: "graf", unicode: true, also: ".", reserved: &[words::GRAF], ..PLAIN };
 
@@ -138,7 +139,7 @@ pub const TARGETS: [&Target; 9] =
     [&C, &VERILOG, &PALASM, &PALASM_CHIP, &CUPL, &GALASM, &BLIF, &GRAF, &RULES];
 
 impl Target {
-    /// True if `text` is an identifier of this target and none of its words.
+    /// True if `text` is an identifier of this target and not reserved.
     #[must_use]
     pub fn accepts(&self, text: &str) -> bool {
         let mut chars = text.chars();
@@ -153,7 +154,7 @@ impl Target {
             && !self.is_reserved(text)
     }
 
-    /// True for a word that has a meaning of its own.
+    /// True for a reserved word.
     #[must_use]
     pub fn is_reserved(&self, text: &str) -> bool {
         let key = self.key(text);
@@ -175,12 +176,12 @@ impl Target {
             || self.also.contains(c)
     }
 
-    /// What two names must differ in.
+    /// The part of a name that must be unique.
     fn key(&self, text: &str) -> String {
         if self.case_matters { text.to_owned() } else { text.to_ascii_lowercase() }
     }
 
-    /// A legal identifier made of `text`, perhaps a reserved word, perhaps too long.
+    /// A legal spelling of `text`; it may be reserved or too long.
     fn spell(&self, text: &str) -> String {
         let mut out = String::with_capacity(text.len());
         for c in text.chars() {
@@ -197,7 +198,7 @@ impl Target {
         let mut out = self.tidy(out);
         let ends = |c: char| c == '_' || self.also.contains(c);
         if !self.accepts_start(&out) {
-            // `_tmp` becomes `tmp`, `2nd` becomes `x2nd`, nothing at all `x`.
+            // `_tmp` becomes `tmp`, `2nd` becomes `x2nd`, and an empty name becomes `x`.
             let rest = if self.may_lead() { out } else { out.trim_start_matches(ends).to_owned() };
             out = if self.accepts_start(&rest) { rest } else { format!("x{rest}") };
         }
@@ -208,7 +209,7 @@ impl Target {
         text.starts_with(|c| self.is_letter(c) || (c == '_' && self.may_lead()))
     }
 
-    /// What stands for a character that is none of the target's.
+    /// The replacement for a character that the target does not allow.
     fn joint(&self, out: &mut String) {
         if self.underscore && !out.ends_with('_') {
             out.push('_');
@@ -228,7 +229,7 @@ impl Target {
         text
     }
 
-    /// `text` cut to `room` characters; what is cut off is told by three characters made of the whole `source`.
+    /// `text` cut to `room` characters; the last three are computed from the whole `source`.
     fn cut(&self, text: &str, source: &str, room: usize) -> String {
         if text.chars().count() <= room {
             return text.to_owned();
@@ -239,7 +240,7 @@ impl Target {
     }
 }
 
-/// Three characters, a letter first, that depend on every character of `text` (FNV-1a, 64 bits).
+/// Three characters, starting with a letter, that depend on every character of `text` (FNV-1a, 64 bits).
 fn digest(text: &str) -> String {
     const SIGNS: &[u8; 36] = b"abcdefghijklmnopqrstuvwxyz0123456789";
     let hash = text.bytes().fold(0xcbf2_9ce4_8422_2325u64, |hash, byte| {
@@ -252,43 +253,43 @@ fn digest(text: &str) -> String {
         .collect()
 }
 
-/// A Latin letter without its marks; ligatures as two letters.
+/// A Latin letter without its marks; a ligature becomes two letters.
 fn transliterated(c: char) -> Option<&'static str> {
     words::LATIN.iter().find(|(letters, _)| letters.contains(c)).map(|(_, plain)| *plain)
 }
 
-/// Hands out the identifiers of one scope.
+/// Assigns the identifiers of one scope.
 #[derive(Debug, Clone)]
 pub struct Namer {
     target: &'static Target,
-    /// Keys of what is taken.
+    /// Keys of the identifiers in use.
     taken: BTreeSet<String>,
 }
 
 impl Namer {
-    /// A scope in which nothing is taken but the words of the target.
+    /// A scope that contains only the reserved words of the target.
     #[must_use]
     pub fn new(target: &'static Target) -> Self {
         Namer { target, taken: BTreeSet::new() }
     }
 
-    /// Takes an identifier that the emitted text uses itself, so that no name of the source becomes it.
+    /// Reserves an identifier that the emitted text itself uses, so that no source name is mapped to it.
     pub fn reserve(&mut self, identifier: &str) {
         self.taken.insert(self.target.key(identifier));
     }
 
-    /// True if no name may become `identifier` any more.
+    /// True if `identifier` is in use or reserved.
     #[must_use]
     pub fn is_taken(&self, identifier: &str) -> bool {
         self.target.is_reserved(identifier) || self.taken.contains(&self.target.key(identifier))
     }
 
-    /// A new identifier for the source name `source`; it differs from all earlier ones of this namer.
+    /// A new identifier for the name `source`; it differs from all earlier ones of this namer.
     pub fn name(&mut self, source: &str) -> String {
         self.name_with_suffix(source, "")
     }
 
-    /// A new identifier that ends in `suffix`, which is kept whole where the name has to be cut (`n` and `_b0` for bit 0 of n).
+    /// A new identifier that ends in `suffix`; if the name is cut, the suffix is kept (`n` and `_b0` for bit 0 of n).
     pub fn name_with_suffix(&mut self, source: &str, suffix: &str) -> String {
         let target = self.target;
         let whole = format!("{source}{suffix}");
@@ -312,7 +313,7 @@ impl Namer {
         while self.is_taken(&candidate) || !target.accepts(&candidate) {
             number += 1;
             let joint = if target.underscore && !first.ends_with('_') { "_" } else { "" };
-            // Without `_`, a digit at the end and a number would run together: `a1` and 2 must not be `a12`, the 12th of `a`.
+            // Without `_`, a final digit and a number would merge: `a1` and 2 must not become `a12`, the 12th variant of `a`.
             let joint = if !target.underscore && first.ends_with(|c: char| c.is_ascii_digit()) {
                 "x"
             } else {
@@ -324,8 +325,8 @@ impl Namer {
         candidate
     }
 
-    /// Identifiers for all of `sources`, in their order. Those that the target accepts are served first, so they stay as they are even if an earlier name
-    /// would become the same.
+    /// Identifiers for all of `sources`, in their order. Names that the target accepts are assigned first, so they are unchanged even if an earlier name
+    /// would map to the same identifier.
     pub fn assign<'a>(&mut self, sources: impl IntoIterator<Item = &'a str>) -> Vec<String> {
         let sources: Vec<&str> = sources.into_iter().collect();
         let mut out: Vec<Option<String>> = vec![None; sources.len()];

@@ -1,10 +1,10 @@
-//! The reaction program: one reaction of a net, written out as a bounded sequential program over finite-domain cells.
+//! The reaction program: one reaction of a net as a bounded sequential program over finite-domain cells.
 //!
-//! [`crate::lower::program`] makes it from a valid net; it is the one place where the full generality of `docs/semantics.md` is turned into straight code.
-//! The C back end prints it where no faster shape exists, and the logic encoding executes it symbolically. The simulator and the second encoding of the
-//! verifier do *not* use it: they are written from semantics.md itself and check it.
+//! [`crate::lower::program`] makes it from a valid net; this is the only place where all of `docs/semantics.md` is turned into sequential code. The C back
+//! end prints it if no faster form exists, and the logic encoding executes it symbolically. The simulator and the second encoding of the verifier do *not*
+//! use it: they are written directly from semantics.md and check it.
 //!
-//! A program has no unbounded loop: [`Stmt::Repeat`] carries its bound. All arithmetic is exact (the expressions of [`crate::expr`]).
+//! A program has no unbounded loop: each [`Stmt::Repeat`] has a bound. All arithmetic is exact (the expressions of [`crate::expr`]).
 
 use crate::arena::{Arena, Id};
 use crate::expr::{Expr as GenericExpr, Type};
@@ -13,9 +13,9 @@ use crate::net::{
     VarId, Verbatim,
 };
 
-/// Names a cell.
+/// Identifies a cell.
 pub type CellId = Id<Cell>;
-/// Names a temporary.
+/// Identifies a temporary.
 pub type TempId = Id<Temp>;
 /// An expression of a program.
 pub type Expr = GenericExpr<Leaf>;
@@ -27,19 +27,19 @@ pub struct Program {
     pub cells: Arena<Cell>,
     /// Values within a reaction; each is set before it is read.
     pub temps: Arena<Temp>,
-    /// Calls and verbatim texts that reset makes, in order, with constant arguments. (What reset does to cells is in [`Cell::init`].)
+    /// Calls and target-language texts of the reset, in order, with constant arguments. ([`Cell::init`] contains the reset values of cells.)
     pub reset_effects: Vec<ResetEffect>,
-    /// The values of all outputs after reset, by output id; extern actions show their calls in `reset_effects` and have 0 here.
+    /// The values of all outputs after reset, by output id. Extern actions have 0 here; their calls are in `reset_effects`.
     pub reset_outputs: Vec<i64>,
-    /// The fault flag of row 0: a statechart runs to completion at reset, and may fail to.
+    /// The fault flag of row 0: a statechart runs to completion at reset, which can fail.
     pub reset_fault: bool,
     /// The reaction.
     pub body: Vec<Stmt>,
-    /// What the loop of an evolution asks before each round, which is one check; none where a reaction is a single check.
+    /// The condition that the evolution loop tests before each round (one round is one check); `None` if a reaction is a single check.
     pub evolution: Option<TempId>,
 }
 
-/// A call or text of the reset.
+/// A call or target-language text of the reset.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ResetEffect {
     /// A call of an extern action with these arguments.
@@ -51,41 +51,41 @@ pub enum ResetEffect {
 /// A piece of state.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Cell {
-    /// Suggested name, made of the chart's names; not unique, not yet fit for any target.
+    /// Suggested name, made from the chart's names; it may not be unique or legal in the target.
     pub name: String,
     /// The type of the value or of each element.
     pub ty: Type,
-    /// The number of elements of an array; none for a plain cell.
+    /// The number of elements of an array; `None` for a plain cell.
     pub len: Option<u32>,
     /// The value after reset: one, or one for each element.
     pub init: Vec<i64>,
-    /// What of the net it holds.
+    /// The part of the net's state that it stores.
     pub origin: Origin,
 }
 
-/// What of the net's state a [`Cell`] holds.
+/// The part of the net's state that a [`Cell`] stores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Origin {
     /// The step's bit.
     Step(StepId),
-    /// The bit of a state in the register of the region that it belongs to, on a chip: the state is active if this is set and its parent is active.
-    /// While the parent is not, the register keeps what it was when the parent was left, which is what a history records.
+    /// The bit of a state in the register of its region, on a chip: the state is active if this bit is set and its parent is active. While the parent is
+    /// inactive, the register keeps its last value, which a history records.
     Region(StepId),
-    /// `s.t`, saturated one above the largest constant it is compared with.
+    /// `s.t`, saturated one above the largest constant that it is compared with.
     Elapsed(StepId),
     /// `s.T`.
     LastElapsed(StepId),
     /// A variable.
     Var(VarId),
-    /// The operand's value when last compared.
+    /// The operand's value in the last comparison.
     Edge(EdgeId),
     /// A free timer.
     Timer(TimerId),
-    /// Whether the timer's condition held at the end of the last reaction.
+    /// Whether the timer's condition was true at the end of the last reaction.
     TimerCondition(TimerId),
-    /// The first step is older (activated longer ago) than the second.
+    /// The first step is older (was activated earlier) than the second.
     Older(StepId, StepId),
-    /// The step's next task.
+    /// The index of the step's next task.
     TaskIndex(StepId),
     /// Q of a controlled action at the end of the last reaction.
     ActionQ(ActionId),
@@ -93,9 +93,9 @@ pub enum Origin {
     ActionLatch(ActionId, ActionPart),
     /// A timer of a controlled action's standard block.
     ActionTimer(ActionId, ActionPart),
-    /// The event was raised and holds in the next micro-step.
+    /// The event was raised and will be present in the next micro-step.
     Pending(InputId),
-    /// The internal queue of a statechart (array of event numbers), its length in `InternalLength`.
+    /// The internal queue of a statechart (an array of event numbers); its length is in `InternalLength`.
     InternalQueue,
     /// The length of the internal queue.
     InternalLength,
@@ -103,9 +103,9 @@ pub enum Origin {
     ExternalQueue,
     /// The length of the external queue.
     ExternalLength,
-    /// Ticks until a send is due; 0 while the slot does not run.
+    /// Ticks until a send is due; 0 while the slot is not running.
     SendTimer(SendId),
-    /// The slot runs.
+    /// The slot is running.
     SendRuns(SendId),
     /// The history recorded this step.
     Recorded(HistoryId, StepId),
@@ -113,13 +113,13 @@ pub enum Origin {
     Ended(PartId),
     /// The fault flag of the last reaction.
     Fault,
-    /// What the steps of an ended chart gave to an output in its last row; or an output that is held while a chip is busy.
+    /// The contribution of an ended chart's steps to an output in its last row; or the value of an output that is held while a chip is busy.
     HeldOutput(OutputId, PartId),
-    /// The value a step's bit had when an edge comparison started; and other helpers of one pass.
+    /// The value of a step's bit when an edge comparison started, and other auxiliary cells of one pass.
     Helper,
 }
 
-/// The parts of the ACTION_CONTROL block that keep state. `DSHeld` is the last input of the timer of DS, whose own latch stands behind the timer.
+/// The parts of the ACTION_CONTROL block that keep state. `DSHeld` is the last input of the timer of DS, whose own latch comes after the timer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[expect(missing_docs, reason = "the names are those of the standard's block")]
 pub enum ActionPart {
@@ -142,11 +142,11 @@ pub struct Temp {
     pub name: String,
     /// Its type.
     pub ty: Type,
-    /// What it says.
+    /// Its meaning.
     pub role: TempRole,
 }
 
-/// What a [`Temp`] says; emitters make comments and provenance of it.
+/// The meaning of a [`Temp`]; emitters use it for comments and provenance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum TempRole {
     /// The transition is enabled and its receptivity is true.
@@ -159,11 +159,11 @@ pub enum TempRole {
     Activated(StepId),
     /// The step is deactivated in this micro-step.
     Deactivated(StepId),
-    /// The event holds in this micro-step.
+    /// The event is present in this micro-step.
     Holds(InputId),
     /// The edge operand's present value.
     EdgeNow(EdgeId),
-    /// The value at the start of the micro-step (simultaneous assignments).
+    /// The variable's value at the start of the micro-step (simultaneous assignments).
     Before(VarId),
     /// Anything else.
     Helper,
@@ -172,7 +172,7 @@ pub enum TempRole {
 /// A value that an expression of a program can read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Leaf {
-    /// A cell as it stands.
+    /// The current value of a cell.
     Cell(CellId),
     /// A temporary.
     Temp(TempId),
@@ -189,23 +189,23 @@ pub enum Stmt {
     Set(TempId, Expr),
     /// Stores into a cell, saturated to its type; the index is for arrays.
     Store(CellId, Option<Expr>, Expr),
-    /// Either list.
+    /// Runs the first list if the condition is true, else the second.
     If(Expr, Vec<Stmt>, Vec<Stmt>),
-    /// Runs the list at most `limit` times, ending before a round whose condition is false.
+    /// Runs the list at most `limit` times; stops before a round whose condition is false.
     Repeat {
-        /// Bound.
+        /// Maximum number of rounds.
         limit: u32,
-        /// Asked before each round; over cells and temps set before the loop or in the previous round.
+        /// Evaluated before each round; reads cells and temporaries that were set before the loop or in the previous round.
         condition: Expr,
         /// One round.
         body: Vec<Stmt>,
     },
-    /// Gives the value of an output in this reaction; each output but extern actions is given exactly once, at the end.
+    /// Sets the value of an output in this reaction; each output except extern actions is set exactly once, at the end.
     Output(OutputId, Expr),
     /// Calls an extern action.
     Call(OutputId, Vec<Expr>),
-    /// Runs verbatim text.
+    /// Runs target-language text.
     Code(Verbatim),
-    /// Gives the fault flag of this reaction (stable evolution and queues only).
+    /// Sets the fault flag of this reaction (stable evolution and queues only).
     Fault(Expr),
 }

@@ -1,7 +1,7 @@
-//! Runs a reaction program: an interpreter as plain as the program itself.
+//! Runs a reaction program: a simple interpreter.
 //!
-//! It is used to execute the reset of a net while its program is made (so that everything reset does is a constant of the [`Program`]), and as an engine
-//! of the differential tests: whatever the simulator says of a net must come out of its program too.
+//! The lowering uses it to execute the reset of a net (so that all effects of the reset are constants of the [`Program`]), and the differential tests use
+//! it as an engine: the program of a net must give the same results as the simulator.
 //!
 //! ```
 //! use grafsynth_ir::program::Program;
@@ -14,7 +14,7 @@
 use crate::expr::{Expr as GenericExpr, ExprKind};
 use crate::program::{CellId, Expr, Leaf, Program, ResetEffect, Stmt};
 
-/// A program with a state.
+/// A program and its current state.
 #[derive(Debug, Clone)]
 pub struct Machine<'a> {
     program: &'a Program,
@@ -22,12 +22,12 @@ pub struct Machine<'a> {
     temps: Vec<i64>,
 }
 
-/// What one reaction, or the reset, shows to the outside.
+/// The visible results of one reaction or of the reset.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Shown {
-    /// The value of each output by its id; extern actions, and outputs that the program gives no value, have 0.
+    /// The value of each output by its id; 0 for extern actions and for outputs that the program does not set.
     pub outputs: Vec<i64>,
-    /// Calls of extern actions and verbatim texts, in order.
+    /// Calls of extern actions and target-language texts, in order.
     pub effects: Vec<ResetEffect>,
     /// The fault flag.
     pub fault: bool,
@@ -44,7 +44,7 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// Goes back to the state after reset, and tells what reset shows.
+    /// Returns to the state after reset, and reports the visible results of the reset.
     pub fn reset(&mut self) -> Shown {
         *self = Machine::new(self.program);
         Shown {
@@ -54,7 +54,7 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// The elements of a cell: one unless it is an array.
+    /// The elements of a cell; one if it is not an array.
     #[must_use]
     pub fn cell(&self, cell: CellId) -> &[i64] {
         self.cells.get(cell.index()).map_or(&[], Vec::as_slice)
@@ -67,7 +67,7 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// One reaction: `inputs` by input id (missing ones are 0; those of internal events are not looked at), `dt` ticks after the last one.
+    /// One reaction: `inputs` by input id (missing inputs are 0; those of internal events are ignored), `dt` ticks after the previous reaction.
     pub fn react(&mut self, inputs: &[i64], dt: u32) -> Shown {
         let program = self.program;
         let mut shown = Shown { outputs: vec![0; program.reset_outputs.len()], ..Shown::default() };
@@ -147,8 +147,8 @@ struct Latched<'a> {
     dt: u32,
 }
 
-/// The value of an expression, 0 and 1 for truth values. `leaf` gives that of a leaf (index 0) or an array element. What validation excludes (division by
-/// zero, more than 64 bits) gives 0, so that no program can stop the interpreter.
+/// The value of an expression, with 0 and 1 for Booleans. `leaf` returns the value of a leaf (index 0) or of an array element. Cases that validation
+/// excludes (division by zero, more than 64 bits) give 0, so no program can stop the interpreter.
 pub fn evaluate<L>(expr: &GenericExpr<L>, leaf: &mut impl FnMut(&L, i64) -> i64) -> i64 {
     match &expr.kind {
         ExprKind::Bool(value) => i64::from(*value),

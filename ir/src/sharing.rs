@@ -1,8 +1,8 @@
 //! Variables that tasks share with others while their step is halted (semantics §6).
 //!
-//! A step whose tasks need more than its budget *halts*: it runs some of them, waits for the next reaction, and goes on. What its tasks have half done is
-//! seen by others in between, and what they have read may have changed when they go on (seed 004, IV.B). [`Accesses`] says who reads and writes what;
-//! [`separate`] keeps apart what the designer wants kept apart, by rewriting the net, so that no engine has to know of it:
+//! A step whose tasks need more than its budget *halts*: it runs some of them, waits for the next reaction, and continues. Meanwhile others can see
+//! intermediate values of its tasks, and values that its tasks have read can change (seed 004, IV.B). [`Accesses`] lists what reads and writes which
+//! variables; [`separate`] rewrites the net so that the requested variables are separated, and no engine has to handle it:
 //!
 //! ```text
 //! shared buffer x     step s { task a { x := x + 1 }  task b { y := x } }
@@ -22,17 +22,17 @@ use crate::span::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 use std::convert::Infallible;
 
-/// What something reads and writes.
+/// The variables that an object reads and writes.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Accesses {
-    /// Variables read, those that are operands of edges too.
+    /// Variables read, including those in operands of edges.
     pub reads: BTreeSet<VarId>,
     /// Variables assigned.
     pub writes: BTreeSet<VarId>,
 }
 
 impl Accesses {
-    /// Of an expression. `otherwise` reads what the transitions above it read.
+    /// Adds the accesses of an expression. `otherwise` reads what the earlier transitions read.
     pub fn expr(&mut self, net: &Net, expr: &Expr) {
         self.expr_at(net, expr, &mut BTreeSet::new());
     }
@@ -43,7 +43,7 @@ impl Accesses {
                 self.reads.insert(var);
             }
             Leaf::Rise(edge) | Leaf::Fall(edge) => self.expr_at(net, &net.edges[edge].expr, seen),
-            // Only earlier transitions can be named, so this ends; each is looked at once, so it is linear.
+            // Only earlier transitions can be named, so there is no cycle; each is visited once, so the time is linear.
             Leaf::Fireable(transition) => {
                 if seen.insert(transition) {
                     self.expr_at(net, &net.transitions[transition].guard, seen);
@@ -59,7 +59,7 @@ impl Accesses {
         });
     }
 
-    /// Of a list.
+    /// Adds the accesses of a statement list.
     pub fn block(&mut self, net: &Net, list: &Block) {
         crate::walk::for_each_in_block(list, &mut |expr| self.expr(net, expr));
         let mut todo: Vec<&Stmt> = list.iter().collect();
@@ -78,7 +78,7 @@ impl Accesses {
         }
     }
 
-    /// Of the tasks of a step, those of `range` alone.
+    /// The accesses of those tasks of a step that are in `range`.
     #[must_use]
     pub fn of_tasks(net: &Net, step: StepId, range: std::ops::Range<usize>) -> Self {
         let mut accesses = Accesses::default();
@@ -88,13 +88,13 @@ impl Accesses {
         accesses
     }
 
-    /// Everything that the other accesses is accessed here too.
+    /// Adds all accesses of `other`.
     pub fn add(&mut self, other: &Accesses) {
         self.reads.extend(&other.reads);
         self.writes.extend(&other.writes);
     }
 
-    /// Variables that both access and one of them writes, in declaration order.
+    /// Variables that both access and at least one of them writes, in declaration order.
     pub fn clashes<'a>(&'a self, other: &'a Accesses) -> impl Iterator<Item = VarId> + 'a {
         let mine = self.reads.union(&self.writes).copied();
         mine.filter(|var| {
@@ -108,8 +108,8 @@ impl Accesses {
     }
 }
 
-/// What firing a transition runs: its own actions apart, the exit and the entry lists of which steps. The sets may be too large where forcing, history
-/// or a stay decides what really changes.
+/// What runs when a transition fires, apart from its own actions: the steps whose exit and entry lists run. The sets may be too large if forcing, history
+/// or `restart` decides what really changes.
 #[must_use]
 pub fn changed_steps(net: &Net, transition: TransitionId) -> (Vec<StepId>, Vec<StepId>) {
     let transition = &net.transitions[transition];
@@ -131,7 +131,7 @@ pub fn changed_steps(net: &Net, transition: TransitionId) -> (Vec<StepId>, Vec<S
             }
         }
     }
-    // Parents are declared before what they enclose, so one pass goes through all levels.
+    // Parents are declared before the steps that they enclose, so one pass handles all levels.
     for (id, step) in net.steps.iter() {
         let Some(parent) = step.parent.filter(|it| net.steps[*it].kind == StepKind::Enclosing)
         else {
@@ -147,7 +147,7 @@ pub fn changed_steps(net: &Net, transition: TransitionId) -> (Vec<StepId>, Vec<S
     (left.into_iter().collect(), entered.into_iter().collect())
 }
 
-/// Carries out `shared buffer` and `shared protect` (module documentation). Once for a net: what is separated stays so.
+/// Carries out `shared buffer` and `shared protect` (see the module documentation). A second call changes nothing.
 pub fn separate(net: &mut Net) {
     if net.sharing.values().any(|it| matches!(it, Sharing::Buffer | Sharing::Protect)) {
         let mut names = Fresh::of(net);
@@ -156,7 +156,7 @@ pub fn separate(net: &mut Net) {
     }
 }
 
-/// Names that no signal has yet.
+/// Names that no signal uses.
 struct Fresh(BTreeSet<String>);
 
 impl Fresh {
@@ -166,7 +166,7 @@ impl Fresh {
         let signals = signals.chain(net.vars.values().map(|it| &it.name));
         let signals = signals.chain(net.timers.values().map(|it| &it.name));
         let mut taken: BTreeSet<String> = signals.map(|it| it.text.clone()).collect();
-        // What properties ask of a step is written like these.
+        // `s.active`, `s.t`, `s.T` and `s.done` of a step have names of this form.
         for step in net.steps.values() {
             taken.extend(["active", "t", "T", "done"].map(|of| format!("{}.{of}", step.name)));
         }
@@ -297,7 +297,7 @@ fn on_copies(list: &Block, copies: &BTreeMap<VarId, VarId>) -> Block {
         .collect()
 }
 
-/// Halting steps hold what their tasks touch; transitions and tasks of others wait.
+/// Halting steps lock the variables that their tasks access; transitions and tasks of others wait.
 fn protect(net: &mut Net, names: &mut Fresh) {
     let sharing = net.sharing.clone();
     let tasks_of = |net: &Net, id: StepId| {
@@ -317,7 +317,7 @@ fn protect(net: &mut Net, names: &mut Fresh) {
         .filter(|(_, step)| !step.tasks.is_empty())
         .map(|(id, _)| (id, tasks_of(net, id)))
         .collect();
-    // For each transition: what it does itself, and the lists of steps that it may run.
+    // For each transition: its own accesses, and those of the step lists that it may run.
     let of_lists = |lists: &[&Block]| {
         let mut accesses = Accesses::default();
         lists.iter().for_each(|list| accesses.block(net, list));
@@ -364,7 +364,7 @@ fn protect(net: &mut Net, names: &mut Fresh) {
             }
         }
         for (at, content) in contents.iter().enumerate() {
-            // Its own lists are the holder's: what it has begun it may end.
+            // The holder may run its own lists: it can finish what it began.
             let (left, entered) = &changed[at];
             let left = left.iter().map(|step| (*step, &exits[step.index()]));
             let entered = entered.iter().map(|step| (*step, &entries[step.index()]));
@@ -400,7 +400,7 @@ mod tests {
     use crate::FileId;
     use crate::text::{parse, print};
 
-    /// The net after the pass, with `sharing` said of x.
+    /// The net after the pass, with the given sharing setting for x.
     fn separated(sharing: &str) -> String {
         let text = format!(
             "net t
@@ -451,7 +451,7 @@ transition t3 in t s -> q when s.done
         assert!(text.contains("task c cost 2 { y := x; s.held := false }"), "{text}");
         assert!(text.contains("exit { s.held := false }"), "{text}");
         assert!(text.contains("step u in t initial budget 3 locks (s.held)"), "{text}");
-        // By what it runs on activation, and not by its receptivity; y is nobody's business.
+        // Because of what it runs on activation, not because of its receptivity; y is not shared.
         assert!(text.contains("p -> q when not s.held and i"), "{text}");
         assert!(text.contains("q -> p when y > 3"), "{text}");
     }

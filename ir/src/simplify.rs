@@ -1,8 +1,8 @@
-//! Simplification that keeps every value: constants, double negation, flat conjunctions and disjunctions without duplicates.
+//! Simplification that preserves the value: constants, double negation, flat conjunctions and disjunctions without duplicates.
 //!
-//! The result has the same value as the given expression for all values of its leaves, and its interval lies within the given one's. It may mention
-//! fewer leaves, so don't use it where a mention has an effect of its own (which extern conditions a guard calls is decided on the unsimplified guard).
-//! Operands keep their order; of duplicates the first stays.
+//! The result has the same value as the given expression for all values of its leaves, and its interval is within the interval of the given expression. It
+//! may contain fewer leaves, so don't use it where reading a leaf has an effect of its own (which extern conditions a guard calls is decided on the
+//! unsimplified guard). Operands keep their order; of duplicates the first is kept.
 
 use crate::expr::{CompareOp, Expr, ExprKind};
 use std::cmp::Ordering;
@@ -63,7 +63,7 @@ pub fn simplify<L: Clone + Ord>(expr: &Expr<L>) -> Expr<L> {
     Expr::new(kind, span)
 }
 
-/// The value of a constant, with 0 and 1 for truth values; none where it depends on a leaf or does not exist (division by 0, more than 64 bits).
+/// The value of a constant, with 0 and 1 for Booleans; `None` if it depends on a leaf or does not exist (division by 0, more than 64 bits).
 #[must_use]
 pub fn constant<L>(expr: &Expr<L>) -> Option<i64> {
     Some(match &expr.kind {
@@ -80,7 +80,7 @@ pub fn constant<L>(expr: &Expr<L>) -> Option<i64> {
     })
 }
 
-/// An order of expressions that ignores where they were written: equal exactly when they are the same expression.
+/// A total order of expressions that ignores source locations: equal exactly if the expressions are identical.
 pub fn compare_shapes<L: Ord>(a: &Expr<L>, b: &Expr<L>) -> Ordering {
     fn rank<L>(kind: &ExprKind<L>) -> u8 {
         match kind {
@@ -122,7 +122,7 @@ pub fn compare_shapes<L: Ord>(a: &Expr<L>, b: &Expr<L>) -> Ordering {
     })
 }
 
-/// The negation; a comparison of numbers turns round, that of truth values too (both are total).
+/// The negation; a comparison of numbers or of Booleans gets the inverse operator (both orders are total).
 fn negated<L>(expr: Expr<L>, span: crate::span::Span) -> Expr<L> {
     if let ExprKind::Compare(op, a, b) = expr.kind {
         Expr::new(ExprKind::Compare(op.negated(), a, b), span)
@@ -140,7 +140,7 @@ fn compared<L: Clone + Ord>(
     if let (Some(x), Some(y)) = (constant(&a), constant(&b)) {
         return Expr::new(ExprKind::Bool(op.apply(x, y)), span);
     }
-    // Truth values: `x = true` is x, `x = false` is not x.
+    // For Booleans: `x = true` is x, `x = false` is not x.
     let truth = |side: &Expr<L>| {
         if let ExprKind::Bool(value) = side.kind {
             Some(value == (op == CompareOp::Eq))
@@ -159,7 +159,7 @@ fn compared<L: Clone + Ord>(
     Expr::new(ExprKind::Compare(op, a, b), span)
 }
 
-/// Flat, without neutral constants and duplicates; a constant where it is one, also for `a and not a`.
+/// A flat list without neutral constants and duplicates; a constant if the result is constant, also for `a and not a`.
 fn junction<L: Clone + Ord>(all: &[Expr<L>], is_and: bool, span: crate::span::Span) -> Expr<L> {
     let whole = if is_and {
         Expr::and(all.iter().map(simplify))
@@ -170,7 +170,7 @@ fn junction<L: Clone + Ord>(all: &[Expr<L>], is_and: bool, span: crate::span::Sp
         (ExprKind::And(operands), true) | (ExprKind::Or(operands), false) => operands,
         (kind, _) => return Expr::new(kind, span),
     };
-    // Sorting positions finds duplicates in n log n while the order of what stays is the given one.
+    // Sorting positions finds duplicates in n log n and keeps the given order of the rest.
     let mut order: Vec<usize> = (0..operands.len()).collect();
     order.sort_by(|&x, &y| compare_shapes(&operands[x], &operands[y]).then(x.cmp(&y)));
     let mut keep = vec![true; operands.len()];

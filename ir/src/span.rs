@@ -1,4 +1,4 @@
-//! Places in source texts.
+//! Locations in source texts.
 
 /// A source file of a design; the caller that reads files keeps the table from this number to path and text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -23,7 +23,7 @@ impl Span {
         Span { file, start: cut(start), end: cut(end) }
     }
 
-    /// The smallest range of this file that covers both (`other` is ignored if it lies in another file).
+    /// The smallest range of this file that covers both (`other` is ignored if it is in another file).
     #[must_use]
     pub fn to(self, other: Span) -> Self {
         if self.file == other.file {
@@ -37,19 +37,19 @@ impl Span {
         }
     }
 
-    /// The bytes as a `usize` range, to slice the source with.
+    /// The bytes as a `usize` range, for slicing the source.
     #[must_use]
     pub fn range(self) -> std::ops::Range<usize> {
         self.start as usize..self.end as usize
     }
 }
 
-/// A name with the place where it was written.
+/// A name with its source location.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Name {
     /// The text as the designer wrote it.
     pub text: String,
-    /// Where.
+    /// Source location.
     pub span: Span,
 }
 

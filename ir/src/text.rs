@@ -1,12 +1,12 @@
 //! The text form of a net: for dumps after a pass, bug reports, tests, and as an input of every verb (`.net`).
 //!
-//! [`print()`] writes every field but the spans; [`parse()`] gives the same net back, with spans that point into the text. That holds for nets that are
-//! not valid too, so a broken net can be written down: an object whose name does not find it (an id beyond its arena, the second of two equal names)
-//! is written `?N` by its position.
+//! [`print()`] writes every field except the spans; [`parse()`] returns the same net, with spans that refer to the text. This also works for invalid nets,
+//! so a broken net can be written: an object that its name does not identify (an id beyond its arena, the second of two equal names) is written `?N` by
+//! its position.
 //!
 //! # Form
-//! One declaration a line. Those of one kind stand in declaration order; the order of kinds is free. Lines below a declaration that begin with one of
-//! its own words belong to it (the printer indents them). Blanks part tokens and mean nothing else; `//` starts a comment.
+//! One declaration per line. Declarations of one kind are in declaration order; the kinds can come in any order. Lines below a declaration that begin with
+//! one of its own keywords belong to it (the printer indents them). Blanks only separate tokens; `//` starts a comment.
 //!
 //! ```text
 //! net truck
@@ -79,13 +79,14 @@
 //! EXPR   = operators from loose to tight: or; and; not; = <> < <= > >= (not chained); + -; * / mod; then
 //!          true | false | INT | LEAF ["[" EXPR "]"] | ( EXPR ) | -( EXPR ) | select( EXPR, EXPR, EXPR ) | and LIST(EXPR) | or LIST(EXPR)
 //! LEAF   = SIGNAL | (input | var | timer) ?N | STEP.active | STEP.t | STEP.T | STEP.done | TRANSITION.fireable | ACTION.q | OUTPUT.out | rise(%N) | fall(%N)
-//! NAME   = letters, digits, `_`, parts joined by `.`; any other name, one of the few words that would mean something
-//!          else there, or a name that ends in one of the endings
-//!          of LEAF stands in back quotes: `odd name`
+//! NAME   = letters, digits, `_`, parts joined by `.`; any other name, a name that is a keyword here, or a name that
+//!          ends in one of the endings of LEAF,
+//!          is written in back quotes: `odd name`
 //! ```
 //!
-//! `a and b and c` is one conjunction of three; `(a and b) and c` has a conjunction inside. Strings and quoted names know `\n \t \r \\ \" \` \u{1F600}`.
-//! `clears` is left out where it is the preceding steps (nothing for a reaction), `when` where it is `true`.
+//! `a and b and c` is one conjunction of three operands; `(a and b) and c` contains a nested conjunction. Strings and quoted names accept the escapes
+//! `\n \t \r \\ \" \` \u{1F600}`.
+//! `clears` is omitted if it equals the preceding steps (nothing for a reaction), `when` if it is `true`.
 
 mod declarations;
 mod erase;
@@ -100,13 +101,13 @@ pub use print::{print, print_expr};
 
 use crate::net::Net;
 
-/// True if both nets are the same but for places in the source.
+/// True if both nets are equal except for source locations.
 #[must_use]
 pub fn same(a: &Net, b: &Net) -> bool {
     a.without_spans() == b.without_spans()
 }
 
-/// Words that would be taken for something else where a name may stand, sorted; a name like one of them is quoted.
+/// Keywords that could be confused with a name, sorted; a name equal to one of them is quoted.
 const RESERVED: &[&str] = &[
     "action",
     "and",
@@ -162,7 +163,7 @@ const RESERVED: &[&str] = &[
 /// Endings of a leaf's name.
 const SUFFIXES: &[&str] = &["T", "active", "done", "fireable", "out", "q", "t"];
 
-/// True if the name stands in a text without quotes.
+/// True if the name can be written without quotes.
 fn is_plain(name: &str) -> bool {
     let mut parts = name.split('.');
     parts.next().is_some_and(|first| first.starts_with(|c: char| c.is_alphabetic() || c == '_'))
@@ -185,7 +186,7 @@ mod tests {
         for list in [RESERVED, SUFFIXES, parse::HEADS] {
             assert!(list.is_sorted(), "{list:?}");
         }
-        // A line of a block may begin with a variable's name; settings declare nothing, so they do no harm there.
+        // A line of a block may begin with a variable's name; setting lines declare nothing, so they are no problem there.
         let settings = [
             "assign",
             "events",
@@ -252,12 +253,12 @@ transition t2 in truck p2 -> p1 when not (m or n = 3) and p2.t >= 5
             .collect();
         insta::assert_snapshot!(told.join("\n"), @r#"
         G0301 "x": expected a number, found `x`;
-        G0302 "b": no partial chart is called `b`;
-        G0301 "stepp": a line begins with `stepp`, which is no declaration; did you mean `step`?
-        G0302 "p3": no step is called `p3`; there is `p1`
-        G0302 "m": no input, event, variable or timer is called `m`;
+        G0302 "b": unknown partial chart `b`;
+        G0301 "stepp": unknown declaration `stepp`; did you mean `step`?
+        G0302 "p3": unknown step `p3`; did you mean `p1`?
+        G0302 "m": unknown input, event, variable or timer `m`;
         G0301 "\n": expected a value, found the end of the line;
-        G0303 "99999999999": the number does not fit 32 bits;
+        G0303 "99999999999": the number does not fit in 32 bits;
         "#);
     }
 }

@@ -1,10 +1,10 @@
-//! Every expression and every statement of a net, in one place: analyses ask each of them a question.
+//! Visits every expression and every statement of a net, for analyses.
 
 use crate::net::{Block, Driver, Expr, Net, OutputId, Stmt, StmtKind};
 use crate::span::Span;
 use std::collections::BTreeMap;
 
-/// Calls `visit` with every expression of the net but those of properties.
+/// Calls `visit` with every expression of the net except those of properties.
 pub fn for_each_expr(net: &Net, visit: &mut impl FnMut(&Expr)) {
     net.outputs.values().for_each(|output| for_each_in_driver(&output.driver, visit));
     net.emergency.iter().for_each(|emergency| visit(&emergency.condition));
@@ -44,7 +44,7 @@ pub fn for_each_in_driver(driver: &Driver, visit: &mut impl FnMut(&Expr)) {
     }
 }
 
-/// Calls `visit` with every expression of a list, those in both branches of an `if` too.
+/// Calls `visit` with every expression of a statement list, including those in both branches of an `if`.
 pub fn for_each_in_block(list: &Block, visit: &mut impl FnMut(&Expr)) {
     for stmt in list {
         match &stmt.kind {
@@ -62,7 +62,7 @@ pub fn for_each_in_block(list: &Block, visit: &mut impl FnMut(&Expr)) {
     }
 }
 
-/// Calls `visit` with every statement of the net, those inside `if` included.
+/// Calls `visit` with every statement of the net, including those inside `if`.
 pub fn for_each_stmt<'a>(net: &'a Net, visit: &mut impl FnMut(&'a Stmt)) {
     let mut todo: Vec<&'a Stmt> = Vec::new();
     for step in net.steps.values() {
@@ -80,7 +80,8 @@ pub fn for_each_stmt<'a>(net: &'a Net, visit: &mut impl FnMut(&'a Stmt)) {
     }
 }
 
-/// The extern actions that lists, bodies and tasks call, each with the first place of a call. They are made when the chart moves, so they are no levels.
+/// The extern actions that statement lists, bodies and tasks call, each with the location of its first call. These calls happen at moments, so the action
+/// has no level like an output.
 #[must_use]
 pub fn called_in_lists(net: &Net) -> BTreeMap<OutputId, Span> {
     let mut called: BTreeMap<OutputId, Span> = BTreeMap::new();

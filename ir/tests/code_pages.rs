@@ -1,4 +1,4 @@
-//! Each code of nets has a page whose example gives exactly that code.
+//! Each code of nets has a page whose example triggers exactly that code.
 
 use grafsynth_ir::{FileId, codes, text, validate};
 

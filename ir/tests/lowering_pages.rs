@@ -1,4 +1,4 @@
-//! Each code of the lowering has a page. That its example gives the code is tested where charts can be read.
+//! Each code of the lowering has a page. Another test, in a crate that can read charts, checks that its example triggers the code.
 
 use grafsynth_ir::lower::codes;
 

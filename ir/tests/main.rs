@@ -1,4 +1,4 @@
-//! Nets from outside the crate: their text form, their validation, and the pages of all codes.
+//! Tests of nets through the public interface: their text form, their validation, and the pages of all codes.
 
 mod code_pages;
 mod lowering_pages;

@@ -1,4 +1,4 @@
-//! The text form carries every net, valid or not, and no text brings the parser down.
+//! The text form can represent every net, valid or not, and no text makes the parser panic.
 
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{FileId, text};

@@ -1,11 +1,11 @@
-//! Each invariant of `validate` with at least one net that breaks it. A net here is a sound one in which a piece of text is replaced.
+//! For each invariant of `validate`, at least one net that violates it. Each net is a valid one in which a piece of text is replaced.
 
 use grafsynth_ir::expr::{Expr, ExprKind};
 use grafsynth_ir::interval::DEPTH_LIMIT;
 use grafsynth_ir::net::{Net, StepId, Stmt, StmtKind};
 use grafsynth_ir::{FileId, Id, Span, Valid, text, validate};
 
-/// A Grafcet with something of everything.
+/// A Grafcet with every kind of object.
 const GRAFCET: &str = "
 net plant
 policy priority
@@ -92,7 +92,7 @@ device gal22v10
 pin m 2
 ";
 
-/// A statechart with something of everything.
+/// A statechart with every kind of object.
 const STATECHART: &str = "
 net radio
 policy inner-first
@@ -151,7 +151,7 @@ fn net(source: &str) -> Net {
     net.unwrap_or_else(|| panic!("{findings:?}"))
 }
 
-/// The codes that `validate` reports, each once.
+/// The codes that `validate` reports, without duplicates.
 fn codes(net: Net) -> Vec<&'static str> {
     let findings = validate(net).err().unwrap_or_default();
     let mut codes: Vec<_> = findings.iter().map(|finding| finding.code.id).collect();
@@ -175,7 +175,7 @@ fn breaks(base: &str, changes: &[(&str, &str)], code: &str) {
     assert_eq!(found, [code], "{changes:?}: {:?}", validate(net(&source)).err());
 }
 
-/// As `breaks`, where one slip breaks more than one thing.
+/// Like `breaks`, for an edit that violates more than one invariant.
 #[track_caller]
 fn reports(base: &str, changes: &[(&str, &str)], code: &str) {
     let found = codes(net(&changed(base, changes)));
@@ -225,7 +225,7 @@ fn i01_ids_lie_in_their_arenas() {
     ] {
         breaks(GRAFCET, &[(old, new)], "G0310");
     }
-    // A dangling driver leaves its variable without an output, and so with a name of its own.
+    // Without its driver, the variable belongs to no output and so has a name of its own.
     assert_eq!(
         codes(net(&changed(GRAFCET, &[("9 stored pos", "9 stored ?99")]))),
         ["G0310", "G0312", "G0322"]
@@ -534,7 +534,7 @@ fn i23_forcing_can_be_carried_out() {
 #[test]
 fn i24_something_can_happen() {
     breaks(GRAFCET, &[("p1 in plant initial", "p1 in plant")], "G0334");
-    // A forced chart and one with a source transition begin without an initial step.
+    // A forced chart and a chart with a source transition need no initial step.
     holds(GRAFCET, &[("x1 in slave initial", "x1 in slave")]);
 }
 

@@ -1,9 +1,9 @@
 //! Reduced ordered binary decision diagrams [Bryant 1986], hash-consed in one arena.
 //!
-//! Two functions are equal exactly when their [`Ref`]s are. The order of the variables is the order of their levels, which the client chooses.
-//! Nothing is freed unasked: most managers live as long as one question, and one that lives longer drops what is no longer needed with [`Bdd::keep`].
-//! Its size is bounded by the limit given to [`Bdd::with_limit`], and its work by [`Bdd::limit_work`], beyond which operations answer [`Full`]. No operation recurses, so the number of variables is bounded only by memory; and nothing depends on addresses or
-//! on a random hash, so the same calls give the same diagrams everywhere.
+//! Two functions are equal exactly if their [`Ref`]s are equal. The client chooses the order of the variables, which is the order of their levels. Nodes
+//! are freed only on request: most managers are used for one query, and a longer-lived one drops unneeded nodes with [`Bdd::keep`]. The limit given to
+//! [`Bdd::with_limit`] bounds the size and [`Bdd::limit_work`] bounds the work; beyond a limit, operations return [`Full`]. No operation recurses, so only
+//! memory bounds the number of variables. Nothing depends on addresses or on a random hash, so the same calls give the same diagrams on all machines.
 
 mod ask;
 
@@ -23,26 +23,26 @@ impl Ref {
         self.0 < 2
     }
 
-    /// The constant function of this value.
+    /// The constant function with this value.
     #[must_use]
     pub fn constant(value: bool) -> Ref {
         if value { Ref::TRUE } else { Ref::FALSE }
     }
 }
 
-/// What a manager ran out of.
+/// The exhausted resource.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scarce {
-    /// Room for nodes.
+    /// Nodes.
     Nodes,
     /// Steps of work.
     Work,
 }
 
-/// The diagram grew beyond its limit.
+/// The diagram exceeded its limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Full {
-    /// What was limited.
+    /// The exhausted resource.
     pub of: Scarce,
     /// The limit, in nodes or in steps.
     pub limit: usize,
@@ -71,11 +71,11 @@ struct Node {
 /// The level of the constants: below every variable.
 const LEAF: u32 = u32::MAX;
 
-/// The kinds of memoised operations.
+/// Codes of the memoised operations.
 const OP_ITE: u32 = 1;
 const OP_AND_EXISTS: u32 = 2;
 
-/// A question and its answer; `op` 0 marks an empty place.
+/// A memoised operation and its result; `op` 0 marks an empty entry.
 #[derive(Debug, Clone, Copy, Default)]
 struct Memo {
     op: u32,
@@ -85,28 +85,28 @@ struct Memo {
     answer: u32,
 }
 
-/// What is left to do, in place of a call stack.
+/// An open task, in place of a call stack.
 #[derive(Debug, Clone, Copy)]
 enum Task {
     Ite(Ref, Ref, Ref),
     AndExists(Ref, Ref, Ref),
-    /// Make a node of the two values on top and note the answer to `key`.
+    /// Make a node from the two values on top of the stack and memoise it under `key`.
     Join(u32, (u32, Ref, Ref, Ref)),
-    /// The low half of a quantified variable is on top: stop if it is true, else do the high half.
+    /// The low half of a quantified variable is on top of the stack: stop if it is true, else compute the high half.
     High((Ref, Ref, Ref), (u32, Ref, Ref, Ref)),
-    /// Replace the two values on top by their disjunction and note the answer.
+    /// Replace the two values on top of the stack by their disjunction and memoise it.
     Either((u32, Ref, Ref, Ref)),
-    /// Note the answer on top.
+    /// Memoise the value on top of the stack.
     Note((u32, Ref, Ref, Ref)),
 }
 
-/// A manager: all functions that were built, over one order of variables.
+/// A manager: all functions built so far, over one variable order.
 #[derive(Debug, Clone)]
 pub struct Bdd {
     nodes: Vec<Node>,
-    /// Open addressing over `nodes`; 0 is an empty place (the constants are never looked up).
+    /// Open addressing over `nodes`; 0 is an empty entry (the constants are never looked up).
     unique: Vec<u32>,
-    /// A lossy memory of answers.
+    /// A lossy cache of results.
     memo: Vec<Memo>,
     limit: usize,
     work: u64,
@@ -122,7 +122,7 @@ impl Default for Bdd {
 }
 
 impl Bdd {
-    /// An empty manager that will hold at most `limit` nodes (about 30 bytes each).
+    /// An empty manager with at most `limit` nodes (about 30 bytes each).
     #[must_use]
     pub fn with_limit(limit: usize) -> Self {
         let leaf = |value| Node { level: LEAF, low: Ref(value), high: Ref(value) };
@@ -138,13 +138,13 @@ impl Bdd {
         }
     }
 
-    /// From now on at most so many steps of work, each of them the look at one node or one pair or triple of nodes. Unlike the nodes they only ever
-    /// grow in number, so together with the limit of nodes they bound the time that a question takes, the same on every machine.
+    /// Limits the work from now on to `steps`; one step visits one node, or one pair or triple of nodes. Unlike nodes, steps are never given back, so
+    /// together with the node limit they bound the time of a query, in the same way on every machine.
     pub fn limit_work(&mut self, steps: u64) {
         self.work_limit = self.work.saturating_add(steps);
     }
 
-    /// The steps of work done so far.
+    /// The number of steps so far.
     #[must_use]
     pub fn work(&self) -> u64 {
         self.work
@@ -159,13 +159,13 @@ impl Bdd {
         Ok(())
     }
 
-    /// Drops all nodes but those of these functions, which get new names. Every other [`Ref`] but the constants means nothing afterwards.
+    /// Drops all nodes except those of these functions, whose references are updated. All other [`Ref`]s except the constants become invalid.
     pub fn keep(&mut self, roots: &mut [Ref]) {
         let mut new_name = vec![0; self.nodes.len()];
         new_name[1] = 1;
         let mut is_live = vec![false; self.nodes.len()];
         roots.iter().for_each(|root| is_live[root.0 as usize] = true);
-        // Children were made before their parents, so descending order is top-down and ascending order is bottom-up.
+        // Children are made before their parents, so descending order is top-down and ascending order is bottom-up.
         for index in (2..self.nodes.len()).rev() {
             if is_live[index] {
                 let node = self.nodes[index];
@@ -189,26 +189,26 @@ impl Bdd {
         self.fill_unique();
     }
 
-    /// The number of nodes built so far, both constants included.
+    /// The number of nodes built so far, including both constants.
     #[must_use]
     pub fn len(&self) -> usize {
         self.nodes.len()
     }
 
-    /// False: the constants are always there.
+    /// Always false: the constants always exist.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }
 
-    /// The level that decides at the root; none for a constant.
+    /// The level of the root variable; `None` for a constant.
     #[must_use]
     pub fn level(&self, f: Ref) -> Option<u32> {
         let level = self.nodes[f.0 as usize].level;
         (level != LEAF).then_some(level)
     }
 
-    /// The function for variable = 0 and for variable = 1 at the root; a constant gives itself twice.
+    /// The functions for root variable = 0 and = 1; for a constant, the constant twice.
     #[must_use]
     pub fn branches(&self, f: Ref) -> (Ref, Ref) {
         let node = self.nodes[f.0 as usize];
@@ -218,15 +218,15 @@ impl Bdd {
     /// The variable of this level (any number below `u32::MAX`).
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn var(&mut self, level: u32) -> Result<Ref, Full> {
         self.node(level, Ref::FALSE, Ref::TRUE)
     }
 
-    /// The node `if level then high else low`; both must lie below `level` in the order.
+    /// The node `if level then high else low`; both children must be below `level` in the order.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn node(&mut self, level: u32, low: Ref, high: Ref) -> Result<Ref, Full> {
         if low == high {
             return Ok(low);
@@ -263,7 +263,7 @@ impl Bdd {
         Full { of: Scarce::Nodes, limit: self.limit }
     }
 
-    /// Enters all nodes into the table of unique nodes, which is empty or worthless.
+    /// Enters all nodes into the table of unique nodes, which is empty or outdated.
     fn fill_unique(&mut self) {
         let mask = self.unique.len() - 1;
         self.unique.fill(0);
@@ -280,7 +280,7 @@ impl Bdd {
         let size = self.unique.len() * 2;
         self.unique = vec![0; size];
         self.fill_unique();
-        // Old answers stay true, but their places moved; losing them costs less than moving them.
+        // Old results are still true, but their positions change; discarding them costs less than moving them.
         let memo = (size / 2).min(1 << 20);
         if memo > self.memo.len() {
             self.memo = vec![Memo::default(); memo];
@@ -301,7 +301,7 @@ impl Bdd {
     /// `if f then g else h`.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn ite(&mut self, f: Ref, g: Ref, h: Ref) -> Result<Ref, Full> {
         self.run(Task::Ite(f, g, h))
     }
@@ -309,7 +309,7 @@ impl Bdd {
     /// The negation.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn not(&mut self, f: Ref) -> Result<Ref, Full> {
         self.ite(f, Ref::FALSE, Ref::TRUE)
     }
@@ -317,16 +317,16 @@ impl Bdd {
     /// The conjunction.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn and(&mut self, f: Ref, g: Ref) -> Result<Ref, Full> {
-        // The smaller one first, so that both orders share one memo.
+        // The smaller one first, so that both orders share one cache entry.
         self.ite(f.min(g), f.max(g), Ref::FALSE)
     }
 
     /// The disjunction.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn or(&mut self, f: Ref, g: Ref) -> Result<Ref, Full> {
         self.ite(f.min(g), Ref::TRUE, f.max(g))
     }
@@ -334,16 +334,16 @@ impl Bdd {
     /// The exclusive disjunction.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn xor(&mut self, f: Ref, g: Ref) -> Result<Ref, Full> {
         let inverse = self.not(g)?;
         self.ite(f, inverse, g)
     }
 
-    /// True where both are true or both are false.
+    /// True if both are true or both are false.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn iff(&mut self, f: Ref, g: Ref) -> Result<Ref, Full> {
         let inverse = self.not(g)?;
         self.ite(f, g, inverse)
@@ -352,23 +352,23 @@ impl Bdd {
     /// `f and not g`.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn and_not(&mut self, f: Ref, g: Ref) -> Result<Ref, Full> {
         self.ite(g, Ref::FALSE, f)
     }
 
-    /// The conjunction of all of them, made as a balanced tree.
+    /// The conjunction of all of them, built as a balanced tree.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn and_all(&mut self, all: impl IntoIterator<Item = Ref>) -> Result<Ref, Full> {
         self.fold_balanced(all.into_iter().collect(), Ref::TRUE, Bdd::and)
     }
 
-    /// The disjunction of all of them, made as a balanced tree.
+    /// The disjunction of all of them, built as a balanced tree.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn or_all(&mut self, all: impl IntoIterator<Item = Ref>) -> Result<Ref, Full> {
         self.fold_balanced(all.into_iter().collect(), Ref::FALSE, Bdd::or)
     }
@@ -392,10 +392,10 @@ impl Bdd {
         Ok(layer.first().copied().unwrap_or(neutral))
     }
 
-    /// The conjunction of the variables of these levels: the set of variables that [`Bdd::exists`] takes.
+    /// The conjunction of the variables of these levels: the representation of a variable set for [`Bdd::exists`].
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn cube(&mut self, levels: impl IntoIterator<Item = u32>) -> Result<Ref, Full> {
         let mut levels: Vec<u32> = levels.into_iter().collect();
         levels.sort_unstable();
@@ -407,18 +407,18 @@ impl Bdd {
         Ok(cube)
     }
 
-    /// True where `f` can be made true by some values of the variables of `cube`.
+    /// True if some values of the variables of `cube` make `f` true.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn exists(&mut self, f: Ref, cube: Ref) -> Result<Ref, Full> {
         self.and_exists(f, Ref::TRUE, cube)
     }
 
-    /// True where `f` is true for all values of the variables of `cube`.
+    /// True if `f` is true for all values of the variables of `cube`.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn forall(&mut self, f: Ref, cube: Ref) -> Result<Ref, Full> {
         let inverse = self.not(f)?;
         let some = self.exists(inverse, cube)?;
@@ -428,20 +428,20 @@ impl Bdd {
     /// `exists(and(f, g), cube)` without building the conjunction: the relational product of image computation.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn and_exists(&mut self, f: Ref, g: Ref, cube: Ref) -> Result<Ref, Full> {
         self.run(Task::AndExists(f, g, cube))
     }
 
-    /// `f` with each variable replaced: `level` by the variable of level `map(level)`. Any map will do; one that keeps the order is cheap.
+    /// `f` with each variable of `level` replaced by the variable of level `map(level)`. Any map is allowed; one that preserves the order is cheap.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn rename(&mut self, f: Ref, mut map: impl FnMut(u32) -> u32) -> Result<Ref, Full> {
         let reached = self.reached(f);
         self.spend(reached.len())?;
         let mut images: Vec<(Ref, Ref)> = Vec::with_capacity(reached.len());
-        // Children were made before their parents, so ascending order is bottom-up.
+        // Children are made before their parents, so ascending order is bottom-up.
         for node_ref in reached {
             let node = self.nodes[node_ref.0 as usize];
             let low = image_of(&images, node.low);
@@ -462,7 +462,7 @@ impl Bdd {
     /// `f` with the variable of `level` set to `value`.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn restrict(&mut self, f: Ref, level: u32, value: bool) -> Result<Ref, Full> {
         self.compose(f, level, Ref::constant(value))
     }
@@ -470,7 +470,7 @@ impl Bdd {
     /// `f` with the variable of `level` replaced by the function `g`.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn compose(&mut self, f: Ref, level: u32, g: Ref) -> Result<Ref, Full> {
         let reached = self.reached(f);
         self.spend(reached.len())?;
@@ -492,7 +492,7 @@ impl Bdd {
         Ok(image_of(&images, f))
     }
 
-    /// Works through tasks until the first one's value is known.
+    /// Processes tasks until the value of the first one is known.
     fn run(&mut self, first: Task) -> Result<Ref, Full> {
         let mut tasks = std::mem::take(&mut self.tasks);
         let mut values = std::mem::take(&mut self.values);
@@ -549,7 +549,7 @@ impl Bdd {
                     return Ok(());
                 }
                 let level = self.top(f).min(self.top(g));
-                // Variables that neither function has don't matter.
+                // Variables that occur in neither function are skipped.
                 let mut cube = cube;
                 while self.top(cube) < level {
                     cube = self.nodes[cube.0 as usize].high;
@@ -608,14 +608,14 @@ impl Bdd {
         self.nodes[f.0 as usize].level
     }
 
-    /// Both halves of `f` at `level`, which is at or above its root.
+    /// Both cofactors of `f` at `level`, which is at or above its root.
     fn at(&self, f: Ref, level: u32) -> (Ref, Ref) {
         let node = self.nodes[f.0 as usize];
         if node.level == level { (node.low, node.high) } else { (f, f) }
     }
 }
 
-/// The image of a child: constants stay, inner nodes were noted before.
+/// The image of a child: constants are unchanged, inner nodes were recorded before.
 fn image_of(images: &[(Ref, Ref)], child: Ref) -> Ref {
     if child.is_const() {
         return child;
@@ -704,7 +704,7 @@ mod tests {
                 .filter(|row| (0..32u32).any(|other| (row ^ other) & !mask == 0 && (a & b) >> other & 1 == 1))
                 .fold(0, |table, row| table | 1 << row);
             prop_assert_eq!(table(&bdd, product), expected);
-            // Reversing the order of the variables twice is the identity.
+            // Reversing the variable order twice is the identity.
             let turned = bdd.rename(f, |level| 4 - level).unwrap();
             prop_assert_eq!(table(&bdd, turned), (0..32u32).filter(|row| a >> (row.reverse_bits() >> 27) & 1 == 1).fold(0, |t, row| t | 1 << row));
             prop_assert_eq!(bdd.rename(turned, |level| 4 - level).unwrap(), f);
@@ -724,7 +724,7 @@ mod tests {
             bdd.keep(&mut roots);
             let [f, one, h] = roots;
             prop_assert_eq!((table(&bdd, f), one, table(&bdd, h)), (a, Ref::TRUE, c));
-            // Nothing is left over, and nodes are found again.
+            // Unneeded nodes are gone, and the kept nodes are still found.
             let n_nodes = bdd.len();
             prop_assert!(n_nodes <= 2 + bdd.size(f) + bdd.size(h));
             let again = build(&mut bdd, a);

@@ -1,12 +1,12 @@
-//! Making [`Logic`]: nodes that are simplified and shared as they are made, and a finished circuit without unused ones.
+//! Construction of [`Logic`]: nodes are simplified and shared when they are made, and the finished circuit contains no unused nodes.
 
 use grafsynth_ir::arena::{Arena, Id, IdMap};
 use grafsynth_ir::logic::{Flop, FlopId, Logic, Node, NodeId, PinInput, PinInputId};
 
 /// Builds the nodes of one [`Logic`].
 ///
-/// Each function is made once: equal nodes get equal ids, and constants, double negations, repeated and contradicting operands disappear. Operands
-/// of `And` and `Or` are kept in ascending order, so two spellings of one sum are one node.
+/// Each function is made once: equal nodes get equal ids, and constants, double negations, repeated and contradicting operands are removed. Operands of
+/// `And` and `Or` are in ascending order, so their order in the source does not matter.
 ///
 /// ```
 /// use grafsynth_logic::build::Builder;
@@ -18,16 +18,16 @@ use grafsynth_ir::logic::{Flop, FlopId, Logic, Node, NodeId, PinInput, PinInputI
 /// ```
 #[derive(Debug, Clone, Default)]
 pub struct Builder {
-    /// The circuit so far. Inputs, flip-flops, outputs, wires and constraints are pushed by the client; nodes only by the methods here.
+    /// The circuit so far. Clients add inputs, flip-flops, outputs, wires and constraints themselves; only the methods of this type add nodes.
     pub logic: Logic,
-    /// Open addressing over the nodes: their index and 1, or 0 for an empty place.
+    /// Open addressing over the nodes: index plus 1, or 0 for an empty entry.
     table: Vec<u32>,
-    /// How many nodes the table holds.
+    /// The number of nodes in the table.
     known: usize,
 }
 
 impl Builder {
-    /// Goes on from a circuit whose nodes were made elsewhere.
+    /// Continues with a circuit whose nodes were made elsewhere.
     #[must_use]
     pub fn resume(logic: Logic) -> Self {
         let mut builder = Builder { logic, table: Vec::new(), known: 0 };
@@ -49,7 +49,7 @@ impl Builder {
         id
     }
 
-    /// The node, or the empty place where it belongs.
+    /// The node, or the empty entry where it belongs.
     fn find(&self, node: &Node) -> Result<NodeId, usize> {
         let mask = self.table.len() - 1;
         let mut place = hash(node) as usize & mask;
@@ -65,7 +65,7 @@ impl Builder {
         }
     }
 
-    /// Makes the table twice as large as the nodes need, and finds them all again.
+    /// Makes the table twice as large as the nodes need, and enters them all again.
     fn grow(&mut self) {
         let size = (self.logic.nodes.len() * 4).next_power_of_two().max(64);
         self.table.clear();
@@ -89,7 +89,7 @@ impl Builder {
         self.make(Node::Input(input))
     }
 
-    /// A new input bit of this name and unknown role, and its value.
+    /// Adds an input bit with this name and unknown role; returns its value.
     pub fn input_named(&mut self, name: &str) -> NodeId {
         let role = grafsynth_ir::logic::PinRole::Unknown;
         let input = self.logic.inputs.push(PinInput {
@@ -100,12 +100,12 @@ impl Builder {
         self.input(input)
     }
 
-    /// The present value of a flip-flop.
+    /// The current value of a flip-flop.
     pub fn flop(&mut self, flop: FlopId) -> NodeId {
         self.make(Node::Flop(flop))
     }
 
-    /// A new flip-flop whose D function follows later (until then it holds its value), and its present value.
+    /// Adds a flip-flop and returns it with its current value. The D function is set later; until then the flip-flop keeps its value.
     pub fn flop_named(&mut self, name: &str, init: bool) -> (FlopId, NodeId) {
         let id = Id::from_index(self.logic.flops.len());
         let value = self.flop(id);
@@ -119,7 +119,7 @@ impl Builder {
         (id, value)
     }
 
-    /// The constant that a node is, if it is one.
+    /// The value of a node that is a constant.
     #[must_use]
     pub fn as_constant(&self, node: NodeId) -> Option<bool> {
         match self.logic.nodes[node] {
@@ -207,13 +207,13 @@ impl Builder {
         if flip_a == flip_b { node } else { self.not(node) }
     }
 
-    /// True where both are equal.
+    /// True if both are equal.
     pub fn iff(&mut self, a: NodeId, b: NodeId) -> NodeId {
         let differ = self.xor(a, b);
         self.not(differ)
     }
 
-    /// A node whose operands are nodes of this circuit: itself, made simple.
+    /// A node whose operands are nodes of this circuit, simplified.
     pub fn put(&mut self, node: Node) -> NodeId {
         match node {
             Node::Const(value) => self.constant(value),
@@ -227,7 +227,7 @@ impl Builder {
         }
     }
 
-    /// `then` where `condition` holds, else `otherwise`.
+    /// `then` if `condition` is true, else `otherwise`.
     pub fn mux(&mut self, condition: NodeId, then: NodeId, otherwise: NodeId) -> NodeId {
         if then == otherwise {
             return then;
@@ -281,14 +281,14 @@ impl Builder {
         }
     }
 
-    /// The circuit, without nodes that nothing needs. A wire is kept only if something else needs its node.
+    /// The circuit without unused nodes. A wire is kept only if something else uses its node.
     #[must_use]
     pub fn finish(self) -> Logic {
         prune(self.logic)
     }
 }
 
-/// A hash that is the same everywhere (FNV-1a over the node's kind and operands, finished by a multiplication).
+/// A hash that is the same on all machines (FNV-1a over the node's kind and operands, finished by a multiplication).
 fn hash(node: &Node) -> u32 {
     let mut hash = 0xcbf2_9ce4_8422_2325u64;
     let mut add = |value: usize| hash = (hash ^ value as u64).wrapping_mul(0x0000_0100_0000_01b3);
@@ -329,7 +329,7 @@ pub fn map_operands(node: &Node, map: impl Fn(NodeId) -> NodeId) -> Node {
     }
 }
 
-/// The functions that a circuit must give: the D functions, the outputs, the constraints, the bits that it is observed by, and where functions are open.
+/// The roots of a circuit: the D functions, the outputs, the constraints, the decoded bits, and the conditions of open functions.
 pub fn roots(logic: &Logic) -> impl Iterator<Item = NodeId> + '_ {
     let flops = logic.flops.values().map(|flop| flop.next);
     let outputs = logic.outputs.values().map(|output| output.value);
@@ -339,14 +339,14 @@ pub fn roots(logic: &Logic) -> impl Iterator<Item = NodeId> + '_ {
     flops.chain(outputs).chain(constraints).chain(decoded).chain(open)
 }
 
-/// Which nodes some root needs.
+/// Marks the nodes that some root needs.
 #[must_use]
 pub fn needed(logic: &Logic, roots: impl IntoIterator<Item = NodeId>) -> IdMap<Node, bool> {
     let mut needed = IdMap::filled(&logic.nodes, false);
     for root in roots {
         needed[root] = true;
     }
-    // An operand lies before its node, so one pass from the end marks all.
+    // An operand comes before its node, so one backward pass marks all.
     for (id, node) in logic.nodes.iter().rev() {
         if needed[id] {
             for_each_operand(node, |operand| needed[operand] = true);
@@ -355,7 +355,7 @@ pub fn needed(logic: &Logic, roots: impl IntoIterator<Item = NodeId>) -> IdMap<N
     needed
 }
 
-/// The circuit without nodes and wires that nothing needs.
+/// The circuit without unused nodes and wires.
 #[must_use]
 pub fn prune(mut logic: Logic) -> Logic {
     let keep = needed(&logic, roots(&logic));
@@ -397,7 +397,7 @@ pub fn prune(mut logic: Logic) -> Logic {
     logic
 }
 
-/// The circuit without the inputs that nothing reads.
+/// The circuit without the inputs that are never read.
 #[must_use]
 pub fn without_unread_inputs(logic: Logic) -> Logic {
     let mut logic = prune(logic);

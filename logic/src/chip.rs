@@ -1,4 +1,4 @@
-//! A circuit run as the net it was made from: rows in, rows out.
+//! Runs a circuit as the net that it was made from: rows in, rows out.
 
 use crate::build::needed;
 use crate::sim::LogicSim;
@@ -10,15 +10,15 @@ use grafsynth_ir::net::{Evolution, InputId, Net, Output, OutputId, Step, StepId,
 use grafsynth_ir::program::Origin;
 use std::collections::BTreeMap;
 
-/// What a circuit does, by the pins and flip-flops of a [`Logic`]: the circuit itself, or a device that stands for it.
+/// The behaviour of a circuit by the pins and flip-flops of a [`Logic`]: the circuit itself, or a device that implements it.
 pub trait Parts {
-    /// Puts a value on an input.
+    /// Sets an input.
     fn set_input(&mut self, input: PinInputId, value: u64);
-    /// What an output shows now; only the lowest bit is looked at.
+    /// The current value of an output; only the lowest bit is used.
     fn output(&mut self, output: PinOutputId) -> u64;
-    /// What a flip-flop holds; only the lowest bit is looked at.
+    /// The current value of a flip-flop; only the lowest bit is used.
     fn flop(&self, flop: FlopId) -> u64;
-    /// One clock.
+    /// One clock edge.
     fn clock(&mut self);
     /// Power-up.
     fn reset(&mut self);
@@ -46,10 +46,10 @@ impl Parts for LogicSim<'_> {
     }
 }
 
-/// The circuit executes one reaction a clock, or clocks until its `busy` pin is 0; inputs go in and outputs, steps and variables come out as numbers of the net.
+/// Runs one reaction per clock, or clocks until the `busy` pin is 0. Inputs, outputs, steps and variables are numbers of the net.
 ///
-/// Pins and flip-flops are found by their roles ([`PinRole`], [`FlopBit`]), so a circuit that was read from a text needs them put back first. A pin is
-/// sampled as semantics.md §9 says: after the clock with the row's inputs still held, a `mealy` one just before it.
+/// Pins and flip-flops are found by their roles ([`PinRole`], [`FlopBit`]), so a circuit that was read from a text needs its roles restored first. A pin
+/// is sampled as semantics.md §9 defines it: after the clock edge with the row's inputs still applied; a `mealy` pin just before the edge.
 #[derive(Debug, Clone)]
 pub struct ChipSim<'a, S = LogicSim<'a>> {
     net: &'a Net,
@@ -60,18 +60,18 @@ pub struct ChipSim<'a, S = LogicSim<'a>> {
     outputs: BTreeMap<OutputId, Vec<(PinOutputId, u32)>>,
     faults: Vec<PinOutputId>,
     busy: Option<PinOutputId>,
-    /// [`most_clocks`].
+    /// The result of [`most_clocks`].
     patience: u64,
-    /// Flip-flops of each thing and element.
+    /// The flip-flops of each object and element.
     holders: BTreeMap<(Origin, u32), Vec<Holder>>,
-    /// The bits that are all set while a step is active.
+    /// For each step: the bits that are all set while it is active.
     shown: IdMap<Step, Vec<Origin>>,
-    /// Bits that functions of the flip-flops give, as they are after the last clock.
+    /// Bits that are functions of the flip-flops, after the last clock edge.
     decoded: BTreeMap<(Origin, u32), u64>,
     sampled: IdMap<Output, Option<i64>>,
 }
 
-/// A flip-flop with the bit that it holds, or the complement of it.
+/// A flip-flop that stores a bit or its complement.
 #[derive(Debug, Clone, Copy)]
 struct Holder {
     flop: FlopId,
@@ -84,18 +84,18 @@ struct Holder {
 pub enum NoRow {
     /// More than one tick in a row: a chip cannot do that.
     TooManyTicks {
-        /// How many.
+        /// The number of ticks.
         dt: u64,
     },
-    /// The reaction does not end: `busy` is still 1 after more clocks than a right circuit of this net can need.
+    /// The reaction does not end: `busy` is still 1 after more clocks than a correct circuit of this net needs.
     StillBusy {
-        /// How many.
+        /// The number of clocks.
         clocks: u64,
     },
 }
 
-/// More clocks than a reaction of a right circuit takes, first and last one included: micro-steps, events taken from queues, the empty check that ends
-/// it, and a few more. 1 where one clock is one reaction by the settings.
+/// A bound above the number of clocks of a reaction in a correct circuit: micro-steps, events taken from queues, the final empty check, and a reserve. 1
+/// if the settings allow only one clock per reaction.
 #[must_use]
 pub fn most_clocks(net: &Net) -> u64 {
     let Evolution::Stable { limit } = net.settings.evolution else { return 1 };
@@ -104,7 +104,7 @@ pub fn most_clocks(net: &Net) -> u64 {
     if !net.settings.policy.is_statechart() {
         return limit.saturating_add(spare);
     }
-    // The count starts anew with each event that waits at the start; raised and sent events wait in queues of so many places.
+    // The count restarts with each event that waits at the start; raised and sent events wait in queues of bounded length.
     let n_events = net.inputs.values().filter(|input| input.kind.is_event()).count() as u64;
     let places = net.settings.queue.map_or(n_events, u64::from).max(n_events);
     let steps = places.saturating_add(1).saturating_mul(limit);
@@ -121,7 +121,7 @@ impl<'a> ChipSim<'a> {
 }
 
 impl<'a, S: Parts> ChipSim<'a, S> {
-    /// Something that stands for a circuit, after power-up.
+    /// A simulated device in place of the circuit, after power-up.
     #[must_use]
     pub fn over(net: &'a Net, logic: &'a Logic, sim: S) -> Self {
         let mut inputs = Vec::new();
@@ -181,7 +181,7 @@ impl<'a, S: Parts> ChipSim<'a, S> {
         chip
     }
 
-    /// Power-up, and row 0 of the trace: all inputs 0 (or the value nearest to it), outputs as they stand.
+    /// Power-up, and row 0 of the trace: all inputs 0 (or the value nearest to it), outputs with their current values.
     pub fn reset(&mut self) {
         self.sim.reset();
         let zeros: Vec<i64> = self.net.inputs.values().map(|input| input.ty.saturate(0)).collect();
@@ -190,12 +190,12 @@ impl<'a, S: Parts> ChipSim<'a, S> {
         self.sample(false);
     }
 
-    /// One reaction: `inputs` by number of the net's input (those without a pin are ignored, a missing one is 0), `dt` 0 or 1.
+    /// One reaction: `inputs` by number of the net's input (those without a pin are ignored, missing ones are 0), `dt` 0 or 1.
     ///
-    /// A circuit with a `busy` pin is clocked until it is 0, with no new event or tick (semantics.md §9); gives the number of clocks.
+    /// A circuit with a `busy` pin is clocked until the pin is 0, without a new event or tick (semantics.md §9). Returns the number of clocks.
     ///
     /// # Errors
-    /// When `dt` is larger than 1, and nothing has happened then; when the reaction does not end.
+    /// If `dt` is larger than 1 (then nothing is executed), or if the reaction does not end.
     pub fn react(&mut self, inputs: &[i64], dt: u64) -> Result<u64, NoRow> {
         if dt > 1 {
             return Err(NoRow::TooManyTicks { dt });
@@ -218,20 +218,20 @@ impl<'a, S: Parts> ChipSim<'a, S> {
         Ok(clocks)
     }
 
-    /// A single clock with these pins, whether or not the reaction before has ended; outputs are sampled after it.
+    /// A single clock edge with these pins, whether or not the previous reaction has ended; outputs are sampled after it.
     pub fn clock(&mut self, inputs: &[i64], tick: bool) {
         self.put(inputs, tick);
         self.sim.clock();
         self.sample(false);
     }
 
-    /// The reaction still runs. Never so without a `busy` pin.
+    /// True if the reaction is still running; always false without a `busy` pin.
     #[must_use]
     pub fn is_busy(&mut self) -> bool {
         self.busy.is_some_and(|busy| self.sim.output(busy) & 1 == 1)
     }
 
-    /// Events and the tick are one clock wide.
+    /// Events and the tick last one clock period.
     fn end_events(&mut self) {
         for &pin in &self.ticks {
             self.sim.set_input(pin, 0);
@@ -255,7 +255,7 @@ impl<'a, S: Parts> ChipSim<'a, S> {
         }
     }
 
-    /// The bits that functions of the flip-flops give. A node names only earlier nodes, and these functions read no input.
+    /// Computes the decoded bits. A node refers only to earlier nodes, and these functions read no input.
     fn decode(&mut self) {
         let logic = self.logic;
         if logic.decoded.is_empty() {
@@ -298,13 +298,13 @@ impl<'a, S: Parts> ChipSim<'a, S> {
         }
     }
 
-    /// The value of an output in the row just made; for an extern action the number of calls. None for one without pins.
+    /// The value of an output in the last row; for an extern action the number of calls. `None` if it has no pins.
     #[must_use]
     pub fn output(&self, output: OutputId) -> Option<i64> {
         self.sampled[output]
     }
 
-    /// Whether the step is active; none if no flip-flop says so.
+    /// Whether the step is active; `None` if no flip-flop represents it.
     #[must_use]
     pub fn is_active(&self, step: StepId) -> Option<bool> {
         let bits = &self.shown[step];
@@ -312,7 +312,7 @@ impl<'a, S: Parts> ChipSim<'a, S> {
             .then(|| bits.iter().all(|bit| self.code(*bit, 0).is_some_and(|code| code & 1 == 1)))
     }
 
-    /// The value of an element of a variable (element 0 of a plain one). One with a single possible value needs no flip-flop.
+    /// The value of an element of a variable (element 0 of a plain one). A variable with a single possible value needs no flip-flop.
     #[must_use]
     pub fn var(&self, var: VarId, element: u32) -> Option<i64> {
         let (lo, hi) = self.net.vars[var].ty.bounds();
@@ -328,7 +328,7 @@ impl<'a, S: Parts> ChipSim<'a, S> {
         self.faults.iter().any(|&pin| self.sim.output(pin) & 1 == 1)
     }
 
-    /// The code in the flip-flops of something the net keeps.
+    /// The code in the flip-flops of a stored object.
     #[must_use]
     pub fn code(&self, origin: Origin, element: u32) -> Option<u64> {
         let decoded = self.decoded.get(&(origin, element)).copied();
@@ -339,7 +339,7 @@ impl<'a, S: Parts> ChipSim<'a, S> {
         }))
     }
 
-    /// What runs underneath.
+    /// The underlying simulator.
     #[must_use]
     pub fn sim(&self) -> &S {
         &self.sim

@@ -1,12 +1,12 @@
-//! Covers: sums of products as sets of cubes, two bits for each variable.
+//! Covers: sums of products as sets of cubes, two bits per variable.
 
 use crate::bdd::{Bdd, Full, Ref};
 use std::cmp::Ordering;
 
 /// A product of literals over variables `0..n`.
 ///
-/// Each variable has one bit in `positive` and one in `negative`; none set: the variable does not occur. (Both set would be the empty product; it is
-/// never made.)
+/// Each variable has one bit in `positive` and one in `negative`; if neither is set, the variable does not occur. (Both set would be the empty product,
+/// which is never made.)
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Cube {
     positive: Vec<u64>,
@@ -31,7 +31,7 @@ impl Cube {
         cube
     }
 
-    /// The literal of a variable: positive, negative or none.
+    /// The literal of a variable: `Some(true)` positive, `Some(false)` negative, `None` absent.
     #[must_use]
     pub fn literal(&self, var: usize) -> Option<bool> {
         let (word, bit) = (var / 64, var % 64);
@@ -42,7 +42,7 @@ impl Cube {
         }
     }
 
-    /// Puts a literal or takes it away.
+    /// Sets or removes a literal.
     pub fn set(&mut self, var: usize, literal: Option<bool>) {
         let (word, bit) = (var / 64, 1 << (var % 64));
         self.positive[word] &= !bit;
@@ -65,7 +65,7 @@ impl Cube {
         (0..self.positive.len() * 64).filter_map(|var| self.literal(var).map(|value| (var, value)))
     }
 
-    /// True when every point of `other` lies in this one too.
+    /// True if this product contains every point of `other`.
     #[must_use]
     pub fn contains(&self, other: &Cube) -> bool {
         let within = |own: &[u64], others: &[u64]| {
@@ -82,7 +82,7 @@ impl Cube {
     /// The product as a diagram, with variable k at level k.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn to_bdd(&self, bdd: &mut Bdd) -> Result<Ref, Full> {
         let mut literals: Vec<(usize, bool)> = self.literals().collect();
         literals.reverse();
@@ -102,7 +102,7 @@ impl Cube {
 /// A sum of products.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Cover {
-    /// The number of variables.
+    /// The products; empty means never true.
     pub n_vars: usize,
     /// The products; none: never true.
     pub cubes: Vec<Cube>,
@@ -123,14 +123,14 @@ impl Cover {
     /// The sum as a diagram, with variable k at level k.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn to_bdd(&self, bdd: &mut Bdd) -> Result<Ref, Full> {
         let products =
             self.cubes.iter().map(|cube| cube.to_bdd(bdd)).collect::<Result<Vec<_>, _>>()?;
         bdd.or_all(products)
     }
 
-    /// Products first that a reader expects first: by their literals from the first variable on, positive before negative before absent.
+    /// Sorts the products for readers: by their literals from the first variable on, positive before negative before absent.
     pub fn sort(&mut self) {
         self.cubes.sort_by(|a, b| {
             let rank = |literal: Option<bool>| match literal {

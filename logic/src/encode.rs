@@ -1,17 +1,17 @@
-//! From net to logic: the reaction program executed with symbols.
+//! From net to logic: symbolic execution of the reaction program.
 //!
-//! Every cell of the program becomes flip-flops: one for a step (one-hot), one for each bit of a bounded integer or timer (offset binary from its
-//! lower bound), one for each element of an array and each pair of ages. The program's statements are then run once over nodes instead of values;
-//! what a cell holds at the end is its D function. A transition of a plain net costs a handful of nodes, so the cost is linear in the program.
+//! Every cell of the program becomes flip-flops: one for a step (one-hot), one for each bit of a bounded integer or timer (offset binary from its lower
+//! bound), and the same for each element of an array and each pair of ages. The program's statements are then executed once over nodes instead of values;
+//! the final content of a cell is its D function. A transition of a plain net costs a few nodes, so the cost is linear in the size of the program.
 //!
-//! States of statecharts with a history around them are coded by the registers of their regions, which keep the history: see the module `regions`.
+//! States with a history in an enclosing state are coded by the registers of their regions, which store the history; see the module `regions`.
 //!
 //! # Outputs
-//! A pin is sampled after the clock with the row's inputs still held (semantics.md §9), so a continuous output is wanted as a function of the *new*
-//! situation. Each value is therefore followed twice: as a function of the old state, and, as long as it reads only cells that are not stored any
-//! more, as a function of the new state. An output of the second kind is combinational. An output that has no such form (a call made in an action
-//! list, the fault flag) gets a flip-flop of its own whose D is its function of the old state; its pin shows the same value after the clock.
-//! A `mealy` output is combinational in the old state, and sampled before the clock.
+//! A pin is sampled after the clock edge with the row's inputs still applied (semantics.md §9), so a continuous output must be a function of the *new*
+//! situation. Each value is therefore computed in two forms: as a function of the old state and, if it reads only cells that are not stored any more, as a
+//! function of the new state. An output with the second form is combinational. An output without it (a call in a statement list, the fault flag) gets its
+//! own flip-flop, whose D function is its function of the old state; its pin shows the same value after the clock edge. A `mealy` output is combinational
+//! in the old state and is sampled before the clock edge.
 
 mod busy;
 mod refused;
@@ -39,36 +39,36 @@ use regions::Regions;
 pub use regions::kept_apart;
 use std::collections::BTreeMap;
 
-/// What the caller may choose.
+/// Options of the encoding.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct EncodeOptions {
-    /// Take what the chart assumes of its environment (and input codes that no value has) into [`Logic::never`]. The functions do not depend on it.
+    /// Add the chart's assumptions about its environment (and unused input codes) to [`Logic::never`]. The functions do not depend on this.
     pub assumptions: bool,
-    /// The largest circuit, in nodes (about 50 bytes each while it is made).
+    /// The maximum size of a circuit in nodes (about 50 bytes each during construction).
     pub max_nodes: usize,
-    /// The largest circuit of micro-steps composed into one clock, in nodes, where several clocks are allowed too.
+    /// The maximum size in nodes of a circuit that composes all micro-steps into one clock, if several clocks are also allowed.
     pub max_composed: usize,
     /// Whether a reaction may take several clocks.
     pub busy: BusyMode,
 }
 
-/// When a reaction takes several clocks, one micro-step each, with a `busy` output (semantics.md §9). Whatever is chosen, an evolution that calls
-/// actions between its micro-steps stays composed into one clock, for a chip has one strobe a reaction.
+/// When a reaction takes several clocks, one per micro-step, with a `busy` output (semantics.md §9). In every mode, an evolution that calls actions
+/// between its micro-steps is composed into one clock, because a chip has one strobe per reaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum BusyMode {
     /// Never: one clock is one reaction.
     Never,
-    /// Where the composition into one clock is too large ([`EncodeOptions::max_composed`]).
+    /// If the composition into one clock is too large ([`EncodeOptions::max_composed`]).
     WhenTooLarge,
-    /// There, and wherever it is not proved that every evolution ends within the limit.
+    /// Like `WhenTooLarge`, and also if it is not proved that every evolution ends within the limit.
     #[default]
     WhenUnproved,
-    /// Wherever something evolves.
+    /// For every chart with an evolution.
     Always,
 }
 
 impl Default for EncodeOptions {
-    /// One clock for a reaction, for callers that do not wait for `busy`.
+    /// One clock per reaction, for callers that do not wait for `busy`.
     fn default() -> Self {
         EncodeOptions {
             assumptions: true,
@@ -79,7 +79,7 @@ impl Default for EncodeOptions {
     }
 }
 
-/// True where it is proved that every evolution ends within the chart's limit, so that a composition of its micro-steps never runs out.
+/// True if it is proved that every evolution ends within the chart's limit, so that the composition of its micro-steps is always deep enough.
 #[must_use]
 pub fn is_depth_proved(net: &Net, facts: &Facts) -> bool {
     match net.settings.evolution {
@@ -91,14 +91,14 @@ pub fn is_depth_proved(net: &Net, facts: &Facts) -> bool {
     }
 }
 
-/// One flip-flop per step, or per child of a region; see the module.
+/// Encodes a net with one flip-flop per step, or per child of a region; see the module documentation.
 ///
-/// A chart that evolves until it is stable is composed into one clock: its micro-steps are unrolled as often as [`Facts::stable_depth`] proves to be
-/// enough, else as often as the chart's limit allows; or, as [`EncodeOptions::busy`] says, each of them gets a clock of its own.
+/// The micro-steps of a stable evolution are composed into one clock: they are unrolled [`Facts::stable_depth`] times if that is proved, else as often as
+/// the chart's limit allows; or, depending on [`EncodeOptions::busy`], each micro-step gets its own clock.
 ///
 /// # Errors
-/// What a chip cannot do, each with its place: verbatim code, calls with arguments, an action that may be called twice in one reaction, and a circuit
-/// of more than [`EncodeOptions::max_nodes`] nodes.
+/// Constructs that a chip does not support, each with its location: target-language text, calls with arguments, an action that may be called twice in one
+/// reaction, and a circuit of more than [`EncodeOptions::max_nodes`] nodes.
 pub fn encode(
     net: &Valid<Net>,
     program: &Program,
@@ -108,7 +108,7 @@ pub fn encode(
     let one_clock = |max_nodes: usize| composed(net, program, facts, options, max_nodes, None);
     let stepwise = match (net.settings.evolution, options.busy) {
         (Evolution::Single, _) | (_, BusyMode::Never) => None,
-        // Outputs of several clocks stand in registers, which an emergency could not force between clocks.
+        // With several clocks, outputs are in registers, which an emergency could not force between clock edges.
         _ if net.emergency.is_some() => None,
         (
             Evolution::Stable { .. },
@@ -134,7 +134,7 @@ pub fn encode(
     composed(net, &program, facts, options, options.max_nodes, Some(&registers))
 }
 
-/// The program in one clock; with the cells that stand behind pins where it is one of several.
+/// The circuit of the program in one clock; if it is one clock of several, with the cells for its pins.
 fn composed(
     net: &Valid<Net>,
     program: &Program,
@@ -170,9 +170,9 @@ enum Value {
 /// A cell's element or a temporary: where a value can be stored.
 type Place = usize;
 
-/// One call site of an extern action.
+/// A call site of an extern action.
 struct CallSite {
-    /// When it is called, as a function of the old state.
+    /// The condition of the call, as a function of the old state.
     before: NodeId,
     /// The same as a function of the new state.
     after: Option<NodeId>,
@@ -182,7 +182,7 @@ struct CallSite {
 struct Shown {
     /// As functions of the old state.
     before: Vec<NodeId>,
-    /// As functions of the new state, where they have such a form.
+    /// As functions of the new state, if this form exists.
     after: Option<Vec<NodeId>>,
     /// The code of the value after reset.
     reset: u64,
@@ -194,7 +194,7 @@ struct Encoder<'a> {
     facts: &'a Facts,
     options: &'a EncodeOptions,
     max_nodes: usize,
-    /// The cells behind pins, where the program is one clock of several.
+    /// The cells for pins, if the program is one clock of several.
     stepwise: Option<&'a Registers>,
     /// States that are coded by the register of their region.
     regions: Option<&'a Regions>,
@@ -204,23 +204,23 @@ struct Encoder<'a> {
     /// The value of each input as bits.
     inputs: IdMap<net::Input, Value>,
     tick: Option<(PinInputId, NodeId)>,
-    /// The first place of each cell.
+    /// The first storage place of each cell.
     places: IdMap<grafsynth_ir::program::Cell, Place>,
-    /// The first place of the temporaries.
+    /// The first storage place of the temporaries.
     first_temp: Place,
-    /// The present value at each place; none for a temporary not yet set.
+    /// The current value at each place; `None` for a temporary that is not set yet.
     values: Vec<Option<Value>>,
-    /// The flip-flops of each cell's place, as values: its content after the clock.
+    /// The flip-flops of each place of a cell, as values: its content after the clock edge.
     registers: Vec<Value>,
-    /// Values of temporaries as functions of the new state, where they have one.
+    /// Values of temporaries as functions of the new state, if this form exists.
     after: Vec<Option<Value>>,
     /// The last top-level statement that stores into the cell, counted from 1; 0 for none.
     last_store: IdMap<grafsynth_ir::program::Cell, usize>,
-    /// The top-level statement at work, counted from 1.
+    /// The current top-level statement, counted from 1.
     now: usize,
     /// Frames of overwritten values, one for each open `If`.
     log: Vec<BTreeMap<Place, Option<Value>>>,
-    /// The condition under which the present statement runs, in both forms.
+    /// The condition under which the current statement runs, in both forms.
     path: NodeId,
     path_after: Option<NodeId>,
     calls: BTreeMap<net::OutputId, Vec<CallSite>>,
@@ -234,7 +234,7 @@ fn bit_name(name: &str, bits: usize, bit: usize) -> String {
     if bits == 1 { name.to_owned() } else { format!("{name}_{bit}") }
 }
 
-/// The mask of what belongs to which kind of pin: true for an input that has a pin.
+/// True for an input that has a pin.
 fn has_pin(kind: InputKind) -> bool {
     match kind {
         InputKind::Pin | InputKind::Extern | InputKind::Event => true,
@@ -251,7 +251,7 @@ impl<'a> Encoder<'a> {
     ) -> Self {
         let mut builder = Builder::default();
         builder.logic.name = net.name.clone();
-        // Flip-flops come first, so that a product reads state first, then inputs.
+        // Flip-flops come first, so that products list state before inputs.
         let mut registers = Vec::new();
         let places = IdMap::build(&program.cells, |_, cell| {
             let first = registers.len();
@@ -351,8 +351,8 @@ impl<'a> Encoder<'a> {
         Ok(self.builder.finish())
     }
 
-    /// What the designer left open. An open next situation leaves open whatever is clocked, and the value of no other pin but a mealy one is a function of the
-    /// situation before the clock, of which the condition speaks. A circuit of several clocks has no place for that: it keeps what the simulator does.
+    /// Adds the open cells. An open next situation leaves all clocked functions open. For pins, only a mealy output is a function of the situation before
+    /// the clock edge, which the condition reads. A circuit with several clocks ignores open cells: it behaves like the simulator.
     fn open_cells(&mut self) {
         if self.net.unspecified.is_empty() || self.stepwise.is_some() {
             return;
@@ -399,14 +399,15 @@ impl<'a> Encoder<'a> {
         self.builder.logic.open = open;
     }
 
-    /// A condition over inputs and steps, as a function of the inputs and of the flip-flops before the clock. None where a step has no flip-flop of its own.
+    /// A condition over inputs and steps, as a function of the inputs and of the flip-flops before the clock edge. `None` if a step has no flip-flop of
+    /// its own.
     fn before_the_clock(&mut self, when: &net::Expr) -> Option<NodeId> {
         let step_of: BTreeMap<net::StepId, CellId> = (self.program.cells.iter())
             .filter_map(|(cell, data)| {
                 if let Origin::Step(step) = data.origin { Some((step, cell)) } else { None }
             })
             .collect();
-        // The condition reads nothing else, as validation says.
+        // Validation guarantees that the condition reads nothing else.
         let leaf = |leaf: &net::Leaf| {
             if let net::Leaf::Input(input) = leaf {
                 return Ok(Leaf::Input(*input));
@@ -452,7 +453,7 @@ impl<'a> Encoder<'a> {
         });
     }
 
-    /// A pin where a fault is possible. Where the reaction takes several clocks its register is a cell already.
+    /// Adds a fault pin if a fault is possible. If the reaction takes several clocks, its register is already a cell.
     fn fault_pin(&mut self) {
         let reset = self.program.reset_fault;
         let is_never = |value: NodeId| self.builder.as_constant(value) == Some(false) && !reset;
@@ -475,7 +476,7 @@ impl<'a> Encoder<'a> {
         self.signal("fault", PinRole::Fault, value, own);
     }
 
-    /// The bits of each output in both forms; what it shows at reset.
+    /// The bits of each output in both forms, and its value at reset.
     fn shown(&mut self) -> BTreeMap<net::OutputId, Shown> {
         let (net, program) = (self.net, self.program);
         let mut all = BTreeMap::new();
@@ -494,13 +495,13 @@ impl<'a> Encoder<'a> {
             let sites = self.calls.remove(&id).unwrap_or_default();
             if !self.exclusive(&sites) {
                 let message = format!(
-                    "`{}` may be called twice in one reaction, and a chip has one strobe pin for it",
+                    "`{}` may be called twice in one reaction, but a chip has only one strobe pin for it",
                     output.name
                 );
                 self.diagnostics.push(
                     Diagnostic::error(codes::CALLED_TWICE, message)
                         .at(output.meta.span, "this action")
-                        .help("call it from one place, or from places of which only one can act in a reaction, or keep it on the CPU"),
+                        .help("call it from one place or from places that exclude each other in a reaction, or build for `c`"),
                 );
                 continue;
             }
@@ -526,7 +527,7 @@ impl<'a> Encoder<'a> {
         all
     }
 
-    /// The value of every node at reset, with all inputs 0: what row 0 of a trace shows of it.
+    /// The value of every node at reset, with all inputs 0: its value in row 0 of a trace.
     fn reset_values(&self) -> IdMap<Node, bool> {
         let logic = &self.builder.logic;
         let mut sim = crate::sim::LogicSim::new(logic);
@@ -549,13 +550,14 @@ impl<'a> Encoder<'a> {
         for (id, shown) in all {
             let output = &net.outputs[id];
             let reset = |bit: usize| shown.reset >> bit & 1 == 1;
-            // A form that is right after each reaction may still be wrong after reset: a call at the end of an action list that always runs.
+            // A form that is correct after each reaction may still be wrong after reset: for example a call at the end of a statement list that always
+            // runs.
             let after = shown.after.filter(|bits| {
                 bits.iter().enumerate().all(|(bit, &node)| at_reset[node] == reset(bit))
             });
             let is_mealy = matches!(output.driver, Driver::Mealy(_));
             let (bits, is_registered, mealy) = match after {
-                // Behind every output of several clocks there is a register already.
+                // With several clocks, every output already has a register.
                 Some(after) if self.stepwise.is_some() => (after, false, false),
                 _ if output.registered => (shown.before, true, false),
                 _ if is_mealy => (shown.before, false, true),
@@ -577,7 +579,7 @@ impl<'a> Encoder<'a> {
         Ok(())
     }
 
-    /// What the environment guarantees: input codes in range, `assume`, exclusive events.
+    /// The guarantees of the environment: input codes in range, `assume`, exclusive events.
     fn constraints(&mut self) {
         let net = self.net;
         let mut never = Vec::new();
@@ -672,7 +674,7 @@ fn to_bits(builder: &mut Builder, value: Value, ty: Type) -> Vec<NodeId> {
     }
 }
 
-/// Where the thing that a cell holds was declared.
+/// Location, comment and tags of the object that a cell stores.
 fn meta_of(net: &Net, origin: Origin) -> Meta {
     match origin {
         Origin::Step(step)
@@ -701,7 +703,7 @@ fn meta_of(net: &Net, origin: Origin) -> Meta {
     }
 }
 
-/// An assumption as an expression of the program, if it reads inputs only.
+/// An assumption as an expression of the program, if it reads only inputs.
 fn over_inputs(expr: &net::PropertyExpr) -> Option<Expr<Leaf>> {
     let input = |leaf: &PropertyLeaf| match leaf {
         PropertyLeaf::Net(net::Leaf::Input(input)) => Ok(Leaf::Input(*input)),
@@ -748,7 +750,7 @@ fn note_stores(block: &[Stmt], at: usize, last: &mut IdMap<grafsynth_ir::program
     }
 }
 
-/// True for an expression worth handing to the algebra: some Boolean operator has an operand that occurs again.
+/// True for an expression that the Boolean algebra may simplify: some Boolean operator has an operand that occurs again.
 fn is_compound(expr: &Expr<Leaf>) -> bool {
     matches!(
         expr.kind,

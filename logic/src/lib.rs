@@ -1,4 +1,4 @@
-//! Boolean functions, and the encodings net to logic.
+//! Boolean functions, and the encodings from net to logic.
 //!
 //! ```text
 //! net ─ ir::lower::program ─► program ─ encode (word, receptivity) ─► Logic
@@ -7,8 +7,8 @@
 //!                                                                      │ support the functions as diagrams (bdd)
 //!                                                                      ▼ minimise  small sums of products (cover)
 //! ```
-//! [`encode()`] makes a circuit of a net; [`chip::ChipSim`] runs it as that net; [`minimise::sum_of_products`] writes one of its functions as a PAL
-//! wants it. The verifier writes the reaction a second time and shares none of this but the diagrams.
+//! [`encode()`] makes a circuit from a net; [`chip::ChipSim`] runs it as that net; [`minimise::sum_of_products`] writes one of its functions in the form
+//! that a PAL needs. The verifier encodes the reaction independently and shares only the diagrams with this crate.
 
 pub mod bdd;
 pub mod build;

@@ -1,16 +1,16 @@
 //! Receptivities as Boolean formulas: simplification and small equivalence checks.
 //!
-//! This module is the only user of the crate `boolean_expression`, and [`Receptivity`] the only type that holds one of its values: its algebra is
-//! right and quick for the handful of conditions that a designer writes, and it does not minimise (no don't-cares, no irredundancy), so nothing with a
-//! product-term budget goes through it; see [`crate::minimise`] for that.
+//! Only this module uses the crate `boolean_expression`, and only [`Receptivity`] contains its values. Its algebra is correct and fast for the few
+//! conditions that a designer writes, but it does not minimise (no don't-cares, no irredundancy), so nothing with a product-term budget uses it; see
+//! [`crate::minimise`] for that.
 
 use boolean_expression as algebra;
 use grafsynth_ir::expr::{Expr, ExprKind};
 
-/// Beyond this number of different conditions a formula is left as it is: the crate's diagrams have no limit of their own.
+/// A formula with more different conditions is left unchanged, because the crate's diagrams have no limit of their own.
 pub const MAX_CONDITIONS: usize = 10;
 
-/// A Boolean expression as a formula over conditions: inputs, step bits, comparisons and whatever else is no Boolean operator.
+/// A Boolean expression as a formula over conditions: inputs, step bits, comparisons and everything else that is not a Boolean operator.
 #[derive(Debug, Clone)]
 pub struct Receptivity<L> {
     formula: algebra::Expr<usize>,
@@ -18,7 +18,7 @@ pub struct Receptivity<L> {
 }
 
 impl<L: Clone + PartialEq> Receptivity<L> {
-    /// The formula of a Boolean expression; none if it has more than [`MAX_CONDITIONS`] different conditions.
+    /// The formula of a Boolean expression; `None` if it has more than [`MAX_CONDITIONS`] different conditions.
     #[must_use]
     pub fn of(expr: &Expr<L>) -> Option<Self> {
         let mut conditions = Vec::new();
@@ -50,7 +50,7 @@ impl<L: Clone + PartialEq> Receptivity<L> {
         function == bdd.constant(value)
     }
 
-    /// A sum of products with the same value and fewer literals, or none where the algebra finds nothing shorter.
+    /// A sum of products with the same value and fewer literals, or `None` if the algebra finds nothing shorter.
     #[must_use]
     pub fn simplified(&self) -> Option<Expr<L>> {
         let simpler = self.formula.clone().simplify_via_bdd();
@@ -71,7 +71,7 @@ impl<L: Clone + PartialEq> Receptivity<L> {
     }
 }
 
-/// The shorter form of a Boolean expression, if there is one. An expression in which no condition occurs twice is already shortest.
+/// The shorter form of a Boolean expression, if there is one. An expression in which no condition occurs twice is already the shortest.
 #[must_use]
 pub fn simplify<L: Clone + PartialEq>(expr: &Expr<L>) -> Option<Expr<L>> {
     let receptivity = Receptivity::of(expr)?;
@@ -81,8 +81,8 @@ pub fn simplify<L: Clone + PartialEq>(expr: &Expr<L>) -> Option<Expr<L>> {
     receptivity.simplified()
 }
 
-/// Whether two Boolean expressions have the same value for all values of their conditions (equal conditions are taken as one, all others as
-/// independent); none if there are more than [`MAX_CONDITIONS`].
+/// Whether two Boolean expressions have the same value for all values of their conditions (equal conditions count as one, all others are independent);
+/// `None` if there are more than [`MAX_CONDITIONS`].
 #[must_use]
 pub fn equivalent<L: Clone + PartialEq>(a: &Expr<L>, b: &Expr<L>) -> Option<bool> {
     let mut conditions = Vec::new();
@@ -141,7 +141,7 @@ fn junction<L: Clone + PartialEq>(
     Some(total.unwrap_or(algebra::Expr::Const(is_and)))
 }
 
-/// Equal but for the places in the source.
+/// Equal except for source locations.
 fn alike<L: PartialEq>(a: &Expr<L>, b: &Expr<L>) -> bool {
     let heads = match (&a.kind, &b.kind) {
         (ExprKind::Bool(a), ExprKind::Bool(b)) => a == b,
@@ -175,7 +175,7 @@ mod tests {
 
     type E = Expr<u8>;
 
-    /// A leaf at some place: places must not matter.
+    /// A leaf at some source location, which must not matter.
     fn leaf(name: u8, at: usize) -> E {
         Expr::leaf(name, Span::new(FileId(0), at, at + 1))
     }

@@ -1,18 +1,18 @@
-//! Other codes for steps that exclude each other: from a flip-flop for each to fewer.
+//! State assignment: replaces one flip-flop per step by fewer flip-flops for steps that exclude each other.
 //!
 //! ```text
-//! one-hot    p1 p2 p3 p4    a flip-flop for each step
-//! zero-hot      p2 p3 p4    the first step is active when none of the others is
+//! one-hot    p1 p2 p3 p4    one flip-flop per step
+//! zero-hot      p2 p3 p4    the first step is active if none of the others is
 //! compact       c1 c0       steps are numbers: 00 01 11 10
 //! ```
-//! A group is a set of steps of which at most one is active in every reachable situation (a sequential component that the verifier has proved). What
-//! read the flip-flop of a step reads a function of the new ones; what a new flip-flop takes is the sum of what the steps take that have a 1 there.
-//! A step without a flip-flop of its own is listed in [`Logic::decoded`], so that a proof and a trace see it; codes that no step has are listed in
-//! [`Logic::unreachable`], and so are situations that contradict a group: a minimiser may do with them what it likes.
+//! A group is a set of steps of which at most one is active in every reachable situation (a sequential component that the verifier has proved). A function
+//! that read the flip-flop of a step reads a function of the new flip-flops instead; the D function of a new flip-flop is the sum of the D functions of
+//! the steps whose code has a 1 there. A step without its own flip-flop is listed in [`Logic::decoded`], so that proofs and traces can see it. Unused
+//! codes, and situations that contradict a group, are listed in [`Logic::unreachable`]: the minimiser uses them as don't-cares.
 //!
-//! Which step gets which number decides how wide the sums are. Steps that follow each other, or are together in a function, should have codes that differ
-//! in few bits, so the first assignment is an embedding that weighs these pairs, made better by exchanging codes; then exchanges are judged by the sums
-//! themselves, as the minimiser finds them without looking for proofs. The search is a fixed number of such judgements, so it ends and repeats.
+//! The choice of codes decides how wide the sums are. Steps that follow each other, or that occur together in a function, should have codes that differ in
+//! few bits. So the first assignment is an embedding that weights these pairs, improved by exchanging codes; then exchanges are judged by the sums
+//! themselves, minimised without proofs. The number of judgements is fixed, so the search ends and is reproducible.
 
 mod search;
 
@@ -28,7 +28,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Steps of which at most one is active.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Group {
-    /// What its bits are named after.
+    /// The base name of its bits.
     pub name: String,
     /// The flip-flops of the steps.
     pub steps: Vec<FlopId>,
@@ -36,24 +36,24 @@ pub struct Group {
     pub is_always: bool,
 }
 
-/// How groups are coded.
+/// The encoding of groups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum Encoding {
-    /// A flip-flop for each step.
+    /// One flip-flop per step.
     #[default]
     OneHot,
-    /// The step that is active first has none: it is active when no other is. Groups that may be empty stay as they are.
+    /// The step that is initially active has no flip-flop: it is active if no other step is. Groups that may be empty are unchanged.
     ZeroHot,
-    /// As few flip-flops as the number of steps can be counted with.
+    /// As few flip-flops as can number the steps.
     Compact,
 }
 
-/// How many assignments of codes are judged by their sums, for a circuit of ordinary size.
+/// The number of code assignments that are judged by their sums, for a circuit of ordinary size.
 pub const TRIES: usize = 60;
 
-/// A circuit in which these groups are coded so. Groups must be disjoint; a step that two of them have keeps its flip-flop.
+/// The circuit with these groups encoded. Groups must be disjoint; a step in two of them keeps its flip-flop.
 ///
-/// What the circuit knew of unreachable situations is kept, in the new code; contradictions to the groups are added.
+/// Known unreachable situations are kept, in the new code; situations that contradict the groups are added.
 #[must_use]
 pub fn recode(logic: &Logic, groups: &[Group], encoding: Encoding, tries: usize) -> Logic {
     let mut logic = logic.clone();
@@ -72,11 +72,11 @@ pub fn recode(logic: &Logic, groups: &[Group], encoding: Encoding, tries: usize)
     apply(&logic, &plans)
 }
 
-/// As [`recode`] with [`Encoding::Compact`], for a device whose macrocells are narrower than the sums that come of it: codes are sought whose sums find room there,
-/// with more flip-flops than the fewest where macrocells are left. None where none was found among so many judged.
+/// Like [`recode`] with [`Encoding::Compact`], for a device whose macrocells are narrower than the resulting sums: searches codes whose sums fit, and uses
+/// more than the minimum of flip-flops if macrocells are left. `None` if none was found in the given number of judgements.
 ///
-/// The groups are coded as a whole, so this is a long search: each judgement minimises every sum of the circuit. `work` is how much of it is left, about
-/// 6 million for a second; what the search needs is taken from it.
+/// The groups are coded together, so this is a long search: each judgement minimises every sum of the circuit. `work` is the remaining budget, about 6
+/// million per second; the work of the search is subtracted from it.
 #[must_use]
 pub fn recode_within(
     logic: &Logic,
@@ -102,7 +102,7 @@ struct Plan {
     /// The code while no member is active, for a group that may be empty.
     idle: Option<u64>,
     n_bits: u32,
-    /// The flip-flop of bit k is that of this member, which it alone has.
+    /// The member whose flip-flop bit k keeps unchanged, if bit k belongs to it alone.
     keeps: Vec<Option<FlopId>>,
 }
 
@@ -138,7 +138,7 @@ fn zero_hot(logic: &Logic, group: &Group) -> Option<Plan> {
     })
 }
 
-/// Groups of more steps than this stay as they are: their unused codes could not be listed.
+/// Larger groups are unchanged, because their unused codes could not be listed.
 const LARGEST: usize = 256;
 
 fn compact(logic: &Logic, group: &Group) -> Option<Plan> {
@@ -151,7 +151,7 @@ fn compact(logic: &Logic, group: &Group) -> Option<Plan> {
     if starts_idle && group.is_always {
         return None;
     }
-    // The steps in order along a Gray code, which is right for a ring of a power of two; `better` goes on from there.
+    // The steps in order along a Gray code, which is optimal for a ring whose length is a power of two; `better` continues from there.
     let gray = |at: usize| (at ^ (at >> 1)) as u64;
     let shift = usize::from(!group.is_always);
     Some(Plan {
@@ -178,7 +178,7 @@ fn disjoint(plans: Vec<Plan>) -> Vec<Plan> {
         .collect()
 }
 
-/// Situations in which two steps of a group are active, or none of one that never is empty.
+/// Adds the situations in which two steps of a group are active, or none of a group that is never empty.
 fn exclude(logic: &mut Logic, groups: &[Group]) {
     let mut builder = Builder::resume(std::mem::take(logic));
     let mut unreachable = Vec::new();
@@ -209,7 +209,7 @@ fn apply(logic: &Logic, plans: &[Plan]) -> Logic {
             plan_of.insert(flop, (plan, member));
         }
     }
-    // Flip-flops in the order of the circuit, the bits of a group where its first step was.
+    // Flip-flops in the order of the circuit; the bits of a group are at the position of its first step.
     let mut bits: Vec<Vec<FlopId>> = vec![Vec::new(); plans.len()];
     let mut kept: BTreeMap<FlopId, FlopId> = BTreeMap::new();
     let nothing = builder.constant(false);
@@ -246,7 +246,7 @@ fn apply(logic: &Logic, plans: &[Plan]) -> Logic {
             Some(_) => {}
         }
     }
-    // What stands for a step, and what for a code that none has.
+    // The functions that represent a step, and those of unused codes.
     let minterm = |builder: &mut Builder, bits: &[FlopId], code: u64| {
         let literals: Vec<NodeId> = bits
             .iter()
@@ -280,7 +280,7 @@ fn apply(logic: &Logic, plans: &[Plan]) -> Logic {
     }
     let (images, mut open) = carry_over(&mut builder, logic, &kept, &active);
     for (plan, data) in plans.iter().enumerate() {
-        // A bit is free where all steps of the group are.
+        // A bit is free where all steps of the group are free.
         let free = common(&mut builder, logic, &data.members, &images);
         open.extend(bits[plan].iter().map(|bit| (Function::Next(*bit), free)));
         for bit in 0..data.n_bits {
@@ -288,11 +288,11 @@ fn apply(logic: &Logic, plans: &[Plan]) -> Logic {
                 .filter(|(_, code)| *code >> bit & 1 == 1)
                 .map(|(member, _)| images[&logic.flops[*member].next])
                 .collect();
-            // No member may take the idle code's ones: it has none.
+            // If no member becomes active, all bits are 0, which is the idle code.
             let next = builder.or(ones);
             builder.logic.flops[bits[plan][bit as usize]].next = next;
         }
-        // The codes of steps with flip-flops of their own exclude each other pair by pair already.
+        // Steps with flip-flops of their own already exclude each other pair by pair.
         if data.keeps.iter().all(Option::is_none) {
             for code in (0..1_u64 << data.n_bits).filter(|code| !data.is_used(*code)) {
                 let node = minterm(&mut builder, &bits[plan], code);
@@ -331,8 +331,8 @@ fn apply(logic: &Logic, plans: &[Plan]) -> Logic {
     prune(builder.logic)
 }
 
-/// The nodes of the old circuit in the new one, and where the flip-flops that are `kept` may take anything; their next values are set. Every other
-/// flip-flop is read as the node that stands for it in `active`.
+/// Copies the nodes of the old circuit into the new one, with the conditions under which the flip-flops in `kept` are open, and sets their D functions.
+/// Every other flip-flop is read as its node in `active`.
 fn carry_over(
     builder: &mut Builder,
     logic: &Logic,
@@ -368,7 +368,7 @@ fn carry_over(
     (images, open)
 }
 
-/// Where all of these flip-flops may take anything.
+/// The condition under which all of these flip-flops may have any value.
 fn common(
     builder: &mut Builder,
     logic: &Logic,
@@ -383,16 +383,16 @@ fn common(
     builder.and(all)
 }
 
-/// The open functions of the circuit in the making, without those that never are.
+/// Adds the open functions to the new circuit, except those that are never open.
 fn keep_open(builder: &mut Builder, open: Vec<(Function, NodeId)>) {
     let open = open.into_iter().filter(|(_, when)| builder.as_constant(*when) != Some(false));
     builder.logic.open = open.map(|(of, when)| Open { of, when }).collect();
 }
 
-/// All steps together as one number: a code for each reachable situation, where all of them are known. For a chart with hierarchy this takes fewer bits
-/// than a code for each group. `name` is what the bits are named after; none where that saves nothing over the flip-flops of the steps.
+/// All steps together as one number: a code for each reachable situation, if all of them are known. For a chart with hierarchy this takes fewer bits than
+/// a code for each group. `name` is the base name of the bits. `None` if this saves nothing over the flip-flops of the steps.
 ///
-/// A bit's D function is the sum over the situations that have it of "the steps take just this situation".
+/// A bit's D function is the sum, over the situations whose code sets the bit, of "the steps change to exactly this situation".
 #[must_use]
 pub fn flatten(
     logic: &Logic,
@@ -405,7 +405,7 @@ pub fn flatten(
     if situations.is_empty() || situations.len() > LARGEST || n_bits as usize >= steps.len() {
         return None;
     }
-    // First a circuit with a flip-flop for each situation; a group of those is then coded as any other.
+    // First a circuit with one flip-flop per situation; these form a group that is then coded like any other.
     let mut builder = Builder::default();
     builder.logic.name = logic.name.clone();
     builder.logic.inputs = logic.inputs.clone();
@@ -479,11 +479,11 @@ pub fn flatten(
     builder.logic.unreachable = logic.unreachable.iter().map(|node| images[node]).collect();
     let group = Group { name: name.to_owned(), steps: of_situations, is_always: true };
     let coded = recode(&builder.finish(), &[group], Encoding::Compact, tries);
-    // A single situation, or two, may have been left as they were.
+    // A circuit with one or two situations may be unchanged.
     (coded.flops.len() < logic.flops.len()).then_some(coded)
 }
 
-/// Adds what the reachable situations of the steps are, where all of them are known: each a value for each step; none where it may be either.
+/// Adds the reachable situations of the steps, if all of them are known: each a value for each step; `None` if it may be either.
 pub fn only(logic: &mut Logic, steps: &[FlopId], situations: &[Vec<Option<bool>>]) {
     let mut builder = Builder::resume(std::mem::take(logic));
     let mut products = Vec::new();
@@ -505,7 +505,7 @@ pub fn only(logic: &mut Logic, steps: &[FlopId], situations: &[Vec<Option<bool>>
     logic.unreachable.push(none);
 }
 
-/// The circuit with every unreachable state that it knows of led back to the one after power-up, in one clock.
+/// The circuit with every known unreachable state leading back to the power-up state, in one clock.
 #[must_use]
 pub fn safe(logic: Logic) -> Logic {
     let mut builder = Builder::resume(logic);
@@ -516,7 +516,7 @@ pub fn safe(logic: Logic) -> Logic {
         let start = builder.constant(init);
         builder.logic.flops[flop].next = builder.mux(illegal, start, next);
     }
-    // What is left open in a legal state must not free the way back from an illegal one.
+    // Don't-cares of a legal state must not affect the way back from an illegal one.
     let legal = builder.not(illegal);
     for at in 0..builder.logic.open.len() {
         let when = builder.logic.open[at].when;
@@ -525,20 +525,20 @@ pub fn safe(logic: Logic) -> Logic {
     prune(builder.logic)
 }
 
-/// How many states there are, and how many of them are unreachable.
+/// The number of states and of unreachable states.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Codes {
-    /// Flip-flops that unreachable states are told by.
+    /// The number of flip-flops that the unreachable states depend on.
     pub n_flops: usize,
-    /// Codes of these that are never reached.
+    /// The number of their codes that are never reached.
     pub illegal: u128,
 }
 
-/// Proves that a circuit that was read back leads each state that [`Logic::unreachable`] names to the one after power-up in one clock, whatever the
-/// inputs: over all codes, as decision diagrams.
+/// Proves that a circuit that was read back leads each state in [`Logic::unreachable`] to the power-up state in one clock, for all inputs: over all codes,
+/// as decision diagrams.
 ///
 /// # Errors
-/// A sentence that names a flip-flop that does not return, or says that the diagrams are too large.
+/// A sentence that names a flip-flop that does not return, or reports that the diagrams are too large.
 pub fn is_safe(logic: &Logic) -> Result<Codes, String> {
     let mut bdd = Bdd::with_limit(1 << 22);
     let mut functions = Functions::new();
@@ -546,7 +546,7 @@ pub fn is_safe(logic: &Logic) -> Result<Codes, String> {
         functions.flop_level(flop);
     }
     let full = |_| {
-        "the diagrams of the circuit are too large to prove that every illegal situation returns"
+        "cannot prove that every illegal situation returns: the decision diagrams are too large"
             .to_owned()
     };
     let mut illegal = Ref::FALSE;
@@ -565,7 +565,7 @@ pub fn is_safe(logic: &Logic) -> Result<Codes, String> {
     Ok(Codes { n_flops: levels.len(), illegal: bdd.sat_count(illegal, &levels) })
 }
 
-/// Gives a circuit that was read back what the written one knows of itself: decoded bits and unreachable states. The flip-flops of both are in one order.
+/// Copies the decoded bits and unreachable states of the written circuit to one that was read back. The flip-flops of both are in the same order.
 pub fn observe(written: &Logic, read_back: &mut Logic) {
     let mut builder = Builder::resume(std::mem::take(read_back));
     let wanted =
@@ -595,7 +595,7 @@ mod tests {
     use grafsynth_ir::logic::{FlopBit, Logic, NodeId, PinOutput, PinRole};
     use grafsynth_ir::program::Origin;
 
-    /// A ring of steps, each left by an input of its own, as the encoding makes it; each step but the first has an output.
+    /// A ring of steps, each left by its own input, as the encoding makes it; each step except the first has an output.
     fn ring(n: usize) -> (Logic, Group) {
         let mut builder = Builder::default();
         let steps: Vec<_> =
@@ -634,7 +634,7 @@ mod tests {
         (builder.finish(), group)
     }
 
-    /// The same pins and steps for a long random walk.
+    /// Checks that both show the same pins and steps in a long random walk.
     fn walks_alike(one_hot: &Logic, coded: &Logic) {
         let (mut a, mut b) = (LogicSim::new(one_hot), LogicSim::new(coded));
         let mut state = 0x1234_5678_9ABC_DEF1_u64;
@@ -681,7 +681,7 @@ mod tests {
             .values()
             .map(|flop| (least(&one_hot, flop.next, false), least(&one_hot, flop.next, true)))
             .collect();
-        // Two each as they are; the first one inverted, which a 22V10 needs, three.
+        // Two products each without inversion; with the first one inverted, as a 22V10 needs it, three.
         assert!(forms.iter().all(|form| form.0 == 2), "{forms:?}");
         assert_eq!(forms[0].1, 3);
         let zero_hot = recode(&logic, std::slice::from_ref(&group), Encoding::ZeroHot, TRIES);
@@ -693,7 +693,7 @@ mod tests {
         walks_alike(&logic, &compact);
     }
 
-    /// Two rings that step together have as many situations as one of them, and need no more bits.
+    /// Two rings that move together have as many situations as one of them, and need no more bits.
     #[test]
     fn situations_of_all_steps_are_one_number() {
         let (one, _) = ring(4);
@@ -725,7 +725,7 @@ mod tests {
                 walks_alike(&logic, &coded);
                 assert!(coded.flops.len() < n);
             }
-            // A group of which nothing is known but that its steps exclude each other has a code for none of them.
+            // If only mutual exclusion is known of a group, it has a code for no active step.
             group.is_always = false;
             walks_alike(
                 &logic,
@@ -734,7 +734,7 @@ mod tests {
         }
     }
 
-    /// A search within a device gives codes whose sums have a macrocell each, and more flip-flops where there is room for them; or nothing.
+    /// A search for a device finds codes whose sums have a macrocell each, with more flip-flops if there is room; or it finds nothing.
     #[test]
     fn codes_are_sought_for_the_macrocells_there_are() {
         let (logic, group) = ring(13);
@@ -746,7 +746,7 @@ mod tests {
             });
             flops.chain(outputs).collect()
         };
-        // Twelve outputs of one product each, and four flip-flops or up to seven.
+        // Twelve outputs of one product each, and four to seven flip-flops.
         let mut found = Vec::new();
         for most in [3, 6, 12] {
             let mut terms = vec![1; 12];
@@ -781,7 +781,7 @@ mod tests {
             let codes = is_safe(&made).unwrap();
             assert_eq!(codes.illegal, (1 << coded.flops.len()) - 5);
             assert!(is_safe(&coded).is_err(), "{encoding:?}");
-            // What a text gives back knows nothing; told, it is judged alike.
+            // A circuit read back from a text has no such information; with it, it is judged in the same way.
             let mut stranger = made.clone();
             (stranger.decoded, stranger.unreachable) = (Vec::new(), Vec::new());
             observe(&made, &mut stranger);

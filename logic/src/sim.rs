@@ -1,27 +1,27 @@
-//! The equation simulator: a [`Logic`] executed as it stands, clock by clock, 64 independent runs at once.
+//! The equation simulator: executes a [`Logic`] clock by clock, with 64 independent runs at once.
 //!
 //! Only gates below which something changed are computed again (selective trace), and a wide gate is a tree of narrow ones: one clock of a large chart
-//! changes little, and costs accordingly.
+//! changes little, and costs little.
 
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::logic::{
     Flop, FlopId, Logic, Node, NodeId, PinInput, PinInputId, PinOutput, PinOutputId,
 };
 
-/// A circuit in some state.
+/// A circuit with its current state.
 ///
-/// Values are words: bit k of each word belongs to run k. For a single run use 0 and 1 (or all ones) and look at bit 0.
+/// Values are words: bit k of each word belongs to run k. For a single run use 0 and 1 (or all ones) and read bit 0.
 #[derive(Debug, Clone)]
 pub struct LogicSim<'a> {
     logic: &'a Logic,
     inputs: IdMap<PinInput, u64>,
     flops: IdMap<Flop, u64>,
-    /// Registered outputs have a flip-flop of their own.
+    /// Registered outputs have their own flip-flop.
     registers: IdMap<PinOutput, u64>,
     gates: Gates,
-    /// Values of the gates, valid but for those that follow from a gate of `dirty`.
+    /// Values of the gates, valid except for those that depend on a gate of `dirty`.
     values: Vec<u64>,
-    /// The gates to compute again, a bit each. Operands come before the gates that read them, so one pass upwards meets each once.
+    /// The gates to compute again, one bit each. Operands come before the gates that read them, so one upward pass visits each once.
     dirty: Vec<u64>,
 }
 
@@ -38,22 +38,22 @@ enum Op {
     Mux,
 }
 
-/// The nodes as gates of at most [`WIDE`] operands, each behind those that it reads.
+/// The nodes as gates of at most [`WIDE`] operands, each after those that it reads.
 #[derive(Debug, Clone)]
 struct Gates {
     ops: Vec<Op>,
     operands: Lists,
-    /// The gates that read a gate.
+    /// The gates that read each gate.
     readers: Lists,
     of_node: IdMap<Node, u32>,
     of_input: IdMap<PinInput, Vec<u32>>,
     of_flop: IdMap<Flop, Vec<u32>>,
 }
 
-/// The most operands of a gate.
+/// The maximum number of operands of a gate.
 const WIDE: usize = 8;
 
-/// Lists of gates, one behind the other.
+/// Lists of gates, stored one after the other.
 #[derive(Debug, Clone)]
 struct Lists {
     ends: Vec<u32>,
@@ -72,7 +72,7 @@ impl Lists {
     }
 }
 
-/// Circuits have fewer gates than a word can count.
+/// Circuits have fewer gates than 32 bits can count.
 fn index(n: usize) -> u32 {
     u32::try_from(n).unwrap_or(u32::MAX)
 }
@@ -144,7 +144,7 @@ impl Gates {
         self.gate(op, &operands)
     }
 
-    /// For each gate those that read it.
+    /// For each gate, the gates that read it.
     fn turned(&self) -> Lists {
         let mut ends = vec![0; self.ops.len()];
         for operand in &self.operands.all {
@@ -193,13 +193,13 @@ impl<'a> LogicSim<'a> {
         sim
     }
 
-    /// The circuit that runs.
+    /// The simulated circuit.
     #[must_use]
     pub fn logic(&self) -> &'a Logic {
         self.logic
     }
 
-    /// Power-up: flip-flops at their first value, inputs 0.
+    /// Power-up: flip-flops at their initial value, inputs 0.
     pub fn reset(&mut self) {
         self.inputs = IdMap::filled(&self.logic.inputs, 0);
         self.flops = IdMap::build(&self.logic.flops, |_, flop| all(flop.init));
@@ -212,7 +212,7 @@ impl<'a> LogicSim<'a> {
         }
     }
 
-    /// Puts a value on an input; it stays until the next one.
+    /// Sets an input; it keeps the value until the next call.
     pub fn set_input(&mut self, input: PinInputId, value: u64) {
         if self.inputs[input] != value {
             self.inputs[input] = value;
@@ -220,13 +220,13 @@ impl<'a> LogicSim<'a> {
         }
     }
 
-    /// The present value of a flip-flop.
+    /// The current value of a flip-flop.
     #[must_use]
     pub fn flop(&self, flop: FlopId) -> u64 {
         self.flops[flop]
     }
 
-    /// Puts a flip-flop into a state.
+    /// Sets a flip-flop.
     pub fn set_flop(&mut self, flop: FlopId, value: u64) {
         if self.flops[flop] != value {
             self.flops[flop] = value;
@@ -234,7 +234,7 @@ impl<'a> LogicSim<'a> {
         }
     }
 
-    /// The present value of an output pin: combinational ones follow the inputs, registered ones the last clock.
+    /// The current value of an output pin: combinational ones follow the inputs, registered ones show the last clock.
     pub fn output(&mut self, output: PinOutputId) -> u64 {
         if self.logic.outputs[output].registered.is_some() {
             return self.registers[output];
@@ -243,13 +243,13 @@ impl<'a> LogicSim<'a> {
         self.value(self.logic.outputs[output].value)
     }
 
-    /// The present value of any node.
+    /// The current value of any node.
     pub fn node(&mut self, node: grafsynth_ir::logic::NodeId) -> u64 {
         self.settle();
         self.value(node)
     }
 
-    /// One clock edge with the inputs as they stand.
+    /// One clock edge with the current inputs.
     pub fn clock(&mut self) {
         self.settle();
         for (id, flop) in self.logic.flops.iter() {
@@ -269,7 +269,7 @@ impl<'a> LogicSim<'a> {
 
     fn settle(&mut self) {
         for word in 0..self.dirty.len() {
-            // A gate may mark later ones of the same word.
+            // A gate may mark later gates of the same word.
             while self.dirty[word] != 0 {
                 let gate = word * 64 + self.dirty[word].trailing_zeros() as usize;
                 self.dirty[word] &= self.dirty[word] - 1;
@@ -354,7 +354,7 @@ mod tests {
                     3 => held[at % 4] = value,
                     _ => {}
                 }
-                // One that has computed nothing yet computes everything.
+                // A new simulator computes everything.
                 let mut fresh = LogicSim::new(&logic);
                 inputs.iter().zip(held).for_each(|(input, value)| fresh.set_input(*input, value));
                 ids.iter().for_each(|id| fresh.set_flop(*id, sim.flop(*id)));

@@ -1,17 +1,17 @@
-//! Wide functions cut into narrow ones: buried nodes.
+//! Splits wide functions into narrow ones with buried nodes.
 //!
-//! A sum of two integers has exponentially many products in its upper bits, yet each full adder has a handful. The graph of a circuit knows these parts,
-//! so a function that has no sum of a sensible size is cut where its sum grows too wide: the node there becomes a signal of its own, a *buried node*,
-//! whose function is combinational, and what needs it reads that signal.
+//! A sum of two integers has exponentially many products in its upper bits, although each full adder has only a few. The graph of a circuit contains these
+//! parts, so a function without a sum of acceptable size is cut where its sum becomes too wide: the node there becomes a separate signal, a *buried node*,
+//! with a combinational function, and its readers read that signal.
 //!
 //! ```text
 //! next = (big one) & x | ..          n1 = one part of it        (at most `width` products, in one polarity at least)
 //!                              =>    n2 = a part that reads n1
 //!                                    next = n2 & x | ..
 //! ```
-//! The pass goes through the graph once, operands first, and holds for each node the sums of the node and of its complement over the signals below it,
-//! as far as they are no wider than `width`. Where both would be wider, the operand with the widest sum is cut first; a junction of many operands is
-//! divided into groups. A node whose operands are all cut has one or two products, so there is always an end.
+//! The pass goes through the graph once, operands first, and stores for each node the sums of the node and of its complement over the signals below it, if
+//! they are no wider than `width`. If both would be wider, the operand with the widest sum is cut first; a junction of many operands is divided into
+//! groups. A node whose operands are all cut has one or two products, so the pass always ends.
 //!
 //! A buried node costs a macrocell and one more pass through the array: [`Split::depth`] counts those.
 
@@ -23,54 +23,54 @@ use grafsynth_ir::net::Meta;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-/// A function that may have to be cut.
+/// A function that may need cuts.
 #[derive(Debug, Clone)]
 pub struct Wide {
     /// Its node.
     pub node: NodeId,
-    /// The polarity in which it must be a sum; none: either will do.
+    /// The required polarity of the sum; `None` if either is allowed.
     pub polarity: Option<bool>,
-    /// What buried nodes without a name of their own are called after: the signal that the function is for.
+    /// The base name of buried nodes without their own name: the signal that the function belongs to.
     pub name: String,
-    /// Where that was declared.
+    /// Source location of the declaration of that signal.
     pub meta: Meta,
 }
 
-/// A signal in between.
+/// A buried node.
 #[derive(Debug, Clone)]
 pub struct Buried {
-    /// How other functions read it: an input of [`Split::logic`], after those of the circuit.
+    /// The input of [`Split::logic`] through which other functions read it; it comes after the inputs of the circuit.
     pub input: PinInputId,
     /// Its function, over the inputs, flip-flops and other buried nodes.
     pub value: NodeId,
     /// A sum for it, not yet minimised.
     pub sum: NarrowSum,
-    /// What it is named after: the function's name in the source, or the signal that it is a part of.
+    /// Its name: the function's name in the source, or the signal that it is a part of.
     pub name: String,
-    /// It is all of what the name says, not a part of it.
+    /// It is the complete function of that name, not a part of it.
     pub is_whole: bool,
-    /// Place, comment and tags of that.
+    /// Source location, comment and tags of that object.
     pub meta: Meta,
 }
 
 /// A circuit with buried nodes.
 #[derive(Debug, Clone)]
 pub struct Split {
-    /// The circuit's nodes, and the cut functions after them. Its inputs are those of the circuit and then one for each buried node. Its flip-flops and
-    /// outputs have the functions they had: the cut ones are in [`Split::wide`].
+    /// The circuit's nodes, followed by the cut functions. Its inputs are those of the circuit, followed by one for each buried node. Its flip-flops and
+    /// outputs have their old functions: the cut ones are in [`Split::wide`].
     pub logic: Logic,
     /// The buried nodes; each reads only earlier ones.
     pub nodes: Vec<Buried>,
-    /// For each function that was asked for, in that order, its node now and a sum for it, not yet minimised.
+    /// For each requested function, in order: its new node and a sum for it, not yet minimised.
     pub wide: Vec<(NodeId, NarrowSum)>,
-    /// The longest chain of buried nodes: signals run through the array so many times more.
+    /// The longest chain of buried nodes: the number of additional passes through the array.
     pub depth: usize,
 }
 
-/// A sum that is narrow enough, as the cuts were found with it: for a function whose decision diagram is too large for anything better.
+/// A sum that is narrow enough, from the search for cuts: for a function whose decision diagram is too large for a better one.
 #[derive(Debug, Clone, Default)]
 pub struct NarrowSum {
-    /// It gives the complement.
+    /// The sum is that of the complement.
     pub is_complemented: bool,
     /// The products.
     pub products: Vec<crate::minimise::Product>,
@@ -78,10 +78,10 @@ pub struct NarrowSum {
 
 /// A product of literals over leaves, sorted.
 type Product = Vec<(NodeId, bool)>;
-/// A sum without a product that another one contains.
+/// A sum in which no product contains another one.
 type Sum = Rc<Vec<Product>>;
 
-/// The sums of a node and of its complement; none where it is too wide.
+/// The sums of a node and of its complement; `None` if too wide.
 #[derive(Debug, Clone, Default)]
 struct Local {
     sums: [Option<Sum>; 2],
@@ -113,13 +113,13 @@ impl Local {
         })
     }
 
-    /// How much a cut here saves above: products of both polarities, the unknown ones most.
+    /// How much a cut here saves above: the products of both polarities; unknown ones count most.
     fn weight(&self, width: usize) -> usize {
         self.sums.iter().map(|sum| sum.as_ref().map_or(4 * width, |sum| sum.len())).sum()
     }
 }
 
-/// Cuts these functions so that each is a sum of at most `width` products (2 or more) in the polarity asked for, buried nodes in either.
+/// Cuts these functions so that each is a sum of at most `width` products (2 or more) in the requested polarity, and buried nodes in either.
 #[must_use]
 pub fn split(logic: &Logic, wide: &[Wide], width: usize) -> Split {
     let n_inputs = logic.inputs.len();
@@ -159,7 +159,7 @@ pub fn split(logic: &Logic, wide: &[Wide], width: usize) -> Split {
     finish(builder, nodes, roots, n_inputs)
 }
 
-/// The function that a node was first needed for, from the roots down.
+/// For each node, the function that first needed it, from the roots down.
 fn owners(logic: &Logic, wide: &[Wide]) -> IdMap<Node, Option<usize>> {
     let mut owners: IdMap<Node, Option<usize>> = IdMap::filled(&logic.nodes, None);
     for (index, function) in wide.iter().enumerate().rev() {
@@ -177,7 +177,7 @@ fn owners(logic: &Logic, wide: &[Wide]) -> IdMap<Node, Option<usize>> {
     owners
 }
 
-/// Drops buried nodes that nobody reads in the end, and measures the longest chain.
+/// Drops unused buried nodes, and measures the longest chain.
 fn finish(
     mut builder: Builder,
     nodes: Vec<Buried>,
@@ -224,15 +224,15 @@ fn finish(
 struct Cutter<'a> {
     builder: Builder,
     width: usize,
-    /// The sums of a node of the circuit, over leaves of the new one.
+    /// The sums of each node of the circuit, over leaves of the new circuit.
     locals: BTreeMap<NodeId, Local>,
-    /// A node of the circuit in the new one: its function, or the signal it was cut to.
+    /// The image of each node of the circuit in the new one: its function, or the signal of its cut.
     images: BTreeMap<NodeId, NodeId>,
     nodes: Vec<Buried>,
     named: BTreeMap<NodeId, (String, Meta)>,
     owners: IdMap<Node, Option<usize>>,
     wide: &'a [Wide],
-    /// The node at hand, for names.
+    /// The current node, for names.
     at: Option<NodeId>,
 }
 
@@ -273,7 +273,7 @@ impl Cutter<'_> {
         }
     }
 
-    /// The sums of a node from those of its operands.
+    /// The sums of a node, computed from those of its operands.
     fn local(&self, id: NodeId, node: &Node) -> Local {
         let of = |operand: &NodeId| &self.locals[operand];
         match node {
@@ -341,9 +341,9 @@ impl Cutter<'_> {
         self.short(sum)
     }
 
-    /// Without products that others contain, pairs that differ in one literal's polarity put together; none if it stays too wide.
+    /// Removes products that others contain and merges pairs that differ only in one literal's polarity; `None` if the sum remains too wide.
     ///
-    /// The work is quadratic in the products, so what is far too wide is given up before anything is looked for in it.
+    /// The work is quadratic in the products, so a sum that is far too wide is abandoned at once.
     fn short(&self, mut sum: Vec<Product>) -> Option<Sum> {
         loop {
             if sum.len() > 8 * self.width {
@@ -371,7 +371,7 @@ impl Cutter<'_> {
         }
     }
 
-    /// The shorter sum of those that are known and asked for.
+    /// The shorter of the sums that are known and allowed.
     fn narrow(&self, local: &Local, polarity: Option<bool>) -> NarrowSum {
         let var = |leaf: NodeId| match self.builder.logic.nodes[leaf] {
             Node::Input(input) => Var::Input(input),
@@ -400,7 +400,7 @@ impl Cutter<'_> {
             .unwrap_or_default()
     }
 
-    /// Makes a node a signal of its own.
+    /// Makes a node a separate signal.
     fn cut(&mut self, id: NodeId) {
         let value = self.images[&id];
         let named = self.named.get(&id).cloned();
@@ -425,9 +425,9 @@ impl Cutter<'_> {
         self.builder.input(input)
     }
 
-    /// A junction that is too wide both as a sum and as a product: its operands in groups, each a buried node, until one level is narrow enough.
+    /// A junction that is too wide both as a sum and as a product: groups its operands, each group a buried node, until one level is narrow enough.
     fn junction(&mut self, id: NodeId, all: &[NodeId], is_and: bool) {
-        // An operand that is wide by itself becomes a signal. An `and` of sums is the complement of a sum of their complements.
+        // A wide operand becomes a signal. An `and` of sums is the complement of a sum of their complements.
         for operand in all {
             let local = &self.locals[operand];
             if local.side(!is_and).is_none_or(|sum| 2 * sum.len() > self.width) {
@@ -489,7 +489,7 @@ impl Cutter<'_> {
     }
 }
 
-/// The product of two products; none if they contradict.
+/// The product of two products; `None` if they contradict each other.
 fn meet(a: &Product, b: &Product) -> Option<Product> {
     let mut product = Vec::with_capacity(a.len() + b.len());
     let (mut i, mut j) = (0, 0);
@@ -521,12 +521,12 @@ fn meet(a: &Product, b: &Product) -> Option<Product> {
     Some(product)
 }
 
-/// Every literal of the first is one of the second.
+/// True if every literal of the first is a literal of the second.
 fn contains(wider: &Product, product: &Product) -> bool {
     wider.iter().all(|literal| product.binary_search(literal).is_ok())
 }
 
-/// The product of two that differ in the polarity of one literal alone.
+/// Merges two products that differ only in the polarity of one literal.
 fn merge(a: &Product, b: &Product) -> Option<Product> {
     if a.len() != b.len() || a.iter().zip(b).any(|(x, y)| x.0 != y.0) {
         return None;
@@ -555,7 +555,7 @@ mod tests {
         Wide { node, polarity, name: "f".into(), meta: Meta::default() }
     }
 
-    /// The sum is not the function of the node.
+    /// True if the sum is not the function of the node.
     fn is_wrong(logic: &Logic, node: NodeId, sum: &NarrowSum) -> bool {
         let mut builder = Builder::resume(logic.clone());
         let products: Vec<NodeId> = sum
@@ -582,7 +582,7 @@ mod tests {
             .is_ok_and(|(products, _)| !products.is_empty())
     }
 
-    /// Each buried node put back in its place: the functions must be those of before, at random points.
+    /// Substitutes each buried node back: the functions must be unchanged at random points.
     fn same_functions(logic: &Logic, asked: &[Wide], width: usize) -> usize {
         let split = split(logic, asked, width);
         let (mut before, mut after) = (LogicSim::new(logic), LogicSim::new(&split.logic));

@@ -5,29 +5,29 @@ use crate::build::for_each_operand;
 use grafsynth_ir::logic::{FlopId, Logic, Node, NodeId, PinInputId};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A variable of a circuit's functions: an input bit or the present value of a flip-flop.
+/// A variable of a circuit's functions: an input bit or the current value of a flip-flop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Var {
-    /// The present value of a flip-flop.
+    /// The current value of a flip-flop.
     Flop(FlopId),
     /// An input bit.
     Input(PinInputId),
 }
 
-/// The nodes of one circuit in one [`Bdd`]: which level stands for which variable, and what was built already.
+/// The nodes of one circuit in one [`Bdd`]: the level of each variable, and the functions built so far.
 ///
-/// Variables get levels in the order in which functions first need them, which keeps what is used together close together; a client that wants another
-/// order asks for the variables in that order first.
+/// Variables get levels in the order in which functions first need them, which keeps variables used together close to each other. A client that wants
+/// another order requests the variables in that order first.
 #[derive(Debug, Clone, Default)]
 pub struct Functions {
     vars: Vec<Var>,
-    /// The level of each variable; a map, for most functions of a large circuit need few of its variables.
+    /// The level of each variable; a map, because most functions of a large circuit need few of its variables.
     levels: BTreeMap<Var, u32>,
     built: BTreeMap<NodeId, Ref>,
 }
 
 impl Functions {
-    /// Nothing built yet.
+    /// An empty cache.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
@@ -39,7 +39,7 @@ impl Functions {
         &self.vars
     }
 
-    /// The level of a variable, given now if it had none.
+    /// The level of a variable; assigned now if it had none.
     pub fn level(&mut self, var: Var) -> u32 {
         let next = u32::try_from(self.vars.len()).unwrap_or(u32::MAX);
         *self.levels.entry(var).or_insert_with(|| {
@@ -48,12 +48,12 @@ impl Functions {
         })
     }
 
-    /// The level of a flip-flop's variable, given now if it had none.
+    /// The level of a flip-flop's variable; assigned now if it had none.
     pub fn flop_level(&mut self, flop: FlopId) -> u32 {
         self.level(Var::Flop(flop))
     }
 
-    /// The level of an input's variable, given now if it had none.
+    /// The level of an input's variable; assigned now if it had none.
     pub fn input_level(&mut self, input: PinInputId) -> u32 {
         self.level(Var::Input(input))
     }
@@ -61,7 +61,7 @@ impl Functions {
     /// The variable of a flip-flop.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn flop(&mut self, bdd: &mut Bdd, flop: FlopId) -> Result<Ref, Full> {
         let level = self.flop_level(flop);
         bdd.var(level)
@@ -70,16 +70,16 @@ impl Functions {
     /// The variable of an input.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn input(&mut self, bdd: &mut Bdd, input: PinInputId) -> Result<Ref, Full> {
         let level = self.input_level(input);
         bdd.var(level)
     }
 
-    /// The function of a node. The cost depends on what the node needs, not on the size of the circuit.
+    /// The function of a node. The cost depends on the cone of the node, not on the size of the circuit.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn build(&mut self, bdd: &mut Bdd, logic: &Logic, node: NodeId) -> Result<Ref, Full> {
         let mut open = vec![node];
         let mut cone = BTreeSet::new();

@@ -1,8 +1,8 @@
 //! Exact integers as bits.
 //!
-//! A [`Word`] is `offset + unsigned(bits)` together with the interval its value lies in. With the offset a register of `int 5..12` costs no adder when
-//! it is read, a negation costs only inverters, and a comparison with a constant stays one with a constant. Widths follow from the intervals, so no
-//! operation overflows: the arithmetic is exact, as semantics.md §6 wants it.
+//! A [`Word`] is `offset + unsigned(bits)` together with the interval of its value. With the offset, reading a register of `int 5..12` needs no adder, a
+//! negation needs only inverters, and a comparison with a constant remains one with a constant. Widths follow from the intervals, so no operation
+//! overflows: the arithmetic is exact, as semantics.md §6 requires.
 
 use crate::build::Builder;
 use grafsynth_ir::expr::{ArithOp, CompareOp};
@@ -13,7 +13,7 @@ use grafsynth_ir::logic::NodeId;
 pub struct Word {
     /// The least significant bit first.
     pub bits: Vec<NodeId>,
-    /// What all-zero bits mean.
+    /// The value of all-zero bits.
     pub offset: i128,
     /// Smallest value; at least `offset`.
     pub lo: i128,
@@ -32,7 +32,7 @@ fn bit(number: i128, index: usize) -> bool {
 }
 
 impl Word {
-    /// A constant: no bits at all.
+    /// A constant, with no bits.
     #[must_use]
     pub fn constant(value: i64) -> Self {
         Word { bits: Vec::new(), offset: value.into(), lo: value.into(), hi: value.into() }
@@ -50,7 +50,7 @@ impl Word {
         Word { bits: vec![bit], offset: 0, lo: 0, hi: 1 }
     }
 
-    /// The value, where it is a constant.
+    /// The value, if it is a constant.
     #[must_use]
     pub fn as_constant(&self) -> Option<i128> {
         (self.lo == self.hi).then_some(self.lo)
@@ -61,7 +61,7 @@ impl Word {
         self
     }
 
-    /// The same, known to lie within `lo..=hi` too. Where the bits cannot be in that range at all (code that is never reached) they count.
+    /// The same value, also known to be within `lo..=hi`. If the bits can never be in that range (unreachable code), the bits count.
     fn bounded(mut self, lo: i128, hi: i128) -> Self {
         let last = self.offset + (1 << self.bits.len()) - 1;
         (self.lo, self.hi) = (lo.max(self.offset), hi.min(last));
@@ -76,7 +76,7 @@ impl Word {
         let by = self.offset - offset;
         let Word { bits, lo, hi, .. } = self;
         let n = width(hi - offset);
-        // `by` may be negative; modulo 2^n the sum is right, for the value lies within the new range.
+        // `by` may be negative; modulo 2^n the sum is correct, because the value is within the new range.
         let mut sum = Vec::with_capacity(n);
         let mut carry = builder.constant(false);
         let no = builder.constant(false);
@@ -92,7 +92,7 @@ impl Word {
         Word { bits: sum, offset, lo, hi }
     }
 
-    /// The bits in offset binary from `lo`, exactly as many as a register of `lo..=hi` has; the value must lie within.
+    /// The bits in offset binary from `lo`, exactly as many as a register of `lo..=hi` has; the value must be within this range.
     #[must_use]
     pub fn register_bits(self, builder: &mut Builder, lo: i64, hi: i64) -> Vec<NodeId> {
         let n = width(i128::from(hi) - i128::from(lo));
@@ -104,7 +104,7 @@ impl Word {
         bits
     }
 
-    /// The value brought into `lo..=hi`.
+    /// The value clamped to `lo..=hi`.
     #[must_use]
     pub fn saturated(self, builder: &mut Builder, lo: i64, hi: i64) -> Self {
         let (lo, hi) = (i128::from(lo), i128::from(hi));
@@ -143,7 +143,7 @@ impl Word {
         if limit >= (1 << self.bits.len()) - 1 {
             return builder.constant(true);
         }
-        // From the least significant bit: so far at most.
+        // From the least significant bit: the lower bits are at most those of the limit.
         let mut result = builder.constant(true);
         for (index, &a) in self.bits.iter().enumerate() {
             let not = builder.not(a);
@@ -168,13 +168,13 @@ impl Word {
         }
     }
 
-    /// The bits as they would be with offset 0 (`lo` must not be negative).
+    /// The bits for offset 0 (`lo` must not be negative).
     fn plain(self, builder: &mut Builder) -> Self {
         if self.offset == 0 { self } else { self.rebased(builder, 0) }
     }
 }
 
-/// `then` where `condition` holds, else `otherwise`.
+/// `then` if `condition` is true, else `otherwise`.
 #[must_use]
 pub fn select(builder: &mut Builder, condition: NodeId, then: &Word, otherwise: &Word) -> Word {
     if let Some(value) = builder.as_constant(condition) {
@@ -259,14 +259,14 @@ fn at_most(builder: &mut Builder, a: &Word, b: &Word) -> NodeId {
     let (a, b) = aligned(builder, a, b);
     let mut result = builder.constant(true);
     for (a, b) in a.into_iter().zip(b) {
-        // Where the bits differ b decides, else the lower bits.
+        // If the bits differ, b decides; otherwise the lower bits do.
         let differ = builder.xor(a, b);
         result = builder.mux(differ, b, result);
     }
     result
 }
 
-/// Bits of both over one offset and of one width.
+/// Bits of both with a common offset and width.
 fn aligned(builder: &mut Builder, a: &Word, b: &Word) -> (Vec<NodeId>, Vec<NodeId>) {
     let offset = a.offset.min(b.offset);
     let n = width(a.hi.max(b.hi) - offset);
@@ -284,7 +284,7 @@ fn aligned(builder: &mut Builder, a: &Word, b: &Word) -> (Vec<NodeId>, Vec<NodeI
     (bring(a), bring(b))
 }
 
-/// Arithmetic. Division by zero gives some value; validation has excluded it.
+/// Arithmetic. Division by zero gives some value; validation excludes it.
 #[must_use]
 pub fn arith(builder: &mut Builder, op: ArithOp, a: Word, b: Word) -> Word {
     match op {
@@ -322,7 +322,7 @@ fn add_bits(builder: &mut Builder, a: &[NodeId], b: &[NodeId], n: usize) -> Vec<
         .collect()
 }
 
-/// A number times a constant (interval and offset included).
+/// A number times a constant (including interval and offset).
 fn scaled(builder: &mut Builder, a: &Word, factor: i128) -> Word {
     let size = factor.unsigned_abs();
     let mut total = Word::constant(0);
@@ -372,7 +372,7 @@ fn magnitude(builder: &mut Builder, a: Word) -> (Word, NodeId) {
     let negative = a.at_most(builder, -1);
     let largest = a.hi.max(-a.lo);
     let minus = a.clone().negated(builder);
-    // Either is negative in the case in which it is not taken; modulo 2^n the bits of the other case are right.
+    // Each operand is negative only in the case that is not selected; modulo 2^n the bits of the other case are correct.
     let n = width(largest);
     let take = |builder: &mut Builder, word: Word| {
         let by: Vec<NodeId> =
@@ -388,7 +388,7 @@ fn magnitude(builder: &mut Builder, a: Word) -> (Word, NodeId) {
     (Word { bits, offset: 0, lo: 0, hi: largest }, negative)
 }
 
-/// The number with a sign put on it; `lo` and `hi` bound the result.
+/// The number with the given sign; `lo` and `hi` bound the result.
 fn signed(builder: &mut Builder, magnitude: Word, negative: NodeId, lo: i128, hi: i128) -> Word {
     if builder.as_constant(negative) == Some(false) {
         return magnitude.bounded(lo, hi);
@@ -458,13 +458,13 @@ mod tests {
     use grafsynth_ir::logic::NodeId;
     use proptest::prelude::*;
 
-    /// A register of the type made of input pins.
+    /// A register of the type, made of input pins.
     fn operand(builder: &mut Builder, lo: i64, hi: i64) -> Word {
         let bits = (0..Type::Int { lo, hi }.bits()).map(|_| builder.input_named("x")).collect();
         Word::register(bits, lo, hi)
     }
 
-    /// The value of a word when the inputs hold these numbers in turn.
+    /// The value of a word if the inputs have these numbers in turn.
     fn value(builder: &Builder, word: &Word, numbers: &[(i64, i64, i64)]) -> i128 {
         let (bits, offset) = (word.bits.clone(), word.offset);
         let read = run(builder, numbers, &bits);

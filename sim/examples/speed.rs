@@ -1,4 +1,4 @@
-//! How fast the reference simulator is: `cargo run --release -p grafsynth-sim --example speed`.
+//! Measures the speed of the reference simulator: `cargo run --release -p grafsynth-sim --example speed`.
 
 #![allow(
     clippy::print_stdout,

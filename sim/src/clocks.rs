@@ -1,7 +1,7 @@
-//! The counters of a state that `dt` advances, for explorers that know sets of states by the order of their times.
+//! The counters of a state that `dt` advances, for explorers that represent sets of states by the order of their times.
 //!
-//! A counter is read in comparisons with constants alone, so its value matters only as far as it lies on one side of each of its [`Clock::cuts`]. While
-//! it runs it grows by `dt` at Latch; a list, a body or the end of a reaction puts it to 0; what stops keeps its value until it is put to 0.
+//! A counter is read only in comparisons with constants, so only its position relative to its [`Clock::cuts`] matters. While it runs it grows by `dt` at
+//! Latch; a list, a body or the end of a reaction resets it to 0; a stopped counter keeps its value until it is reset.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -24,24 +24,24 @@ pub struct Clock {
     cap: i64,
     /// The delay of a send slot, whose cell counts down.
     delay: Option<i64>,
-    /// Ascending, all above 0: two values on the same side of each cut are never told apart. Empty for a counter whose value never matters.
+    /// Ascending, all above 0: two values on the same side of each cut are never distinguished. Empty for a counter whose value never matters.
     pub cuts: Vec<i64>,
 }
 
 impl Clock {
-    /// The time since a send was started: due sends join a queue in the order of what remains, so such clocks are compared with each other too.
+    /// The delay of a send: due sends join a queue in the order of their remaining ticks, so such clocks are also compared with each other.
     #[must_use]
     pub fn delay(&self) -> Option<i64> {
         self.delay
     }
 
-    /// The value that the state holds when `ticks` have passed since the counter was 0.
+    /// The stored value when `ticks` have passed since the counter was 0.
     #[must_use]
     pub fn saturate(&self, ticks: i64) -> i64 {
         ticks.min(self.cap)
     }
 
-    /// The least value that no comparison tells from this one.
+    /// The smallest value that no comparison distinguishes from this one.
     #[must_use]
     pub fn floor(&self, value: i64) -> i64 {
         self.cuts.iter().copied().rfind(|cut| *cut <= value).unwrap_or(0)
@@ -110,7 +110,7 @@ impl Simulator<'_> {
         }
     }
 
-    /// Puts a counter that [`runs`](Self::runs), or one that does not and holds a value, to so many ticks (for a send less than its delay).
+    /// Sets a counter that [`runs`](Self::runs), or a stopped one with a value, to this number of ticks (for a send less than its delay).
     pub fn set_ticks(&self, state: &mut State, clock: &Clock, ticks: i64) {
         let cell = &mut state.cells[clock.place];
         *cell = match clock.delay {
@@ -120,7 +120,7 @@ impl Simulator<'_> {
         };
     }
 
-    /// The next Latch advances the counter.
+    /// True if the next Latch advances the counter.
     #[must_use]
     pub fn runs(&self, state: &State, clock: &Clock) -> bool {
         let (net, tables) = (self.net(), self.tables());
@@ -157,7 +157,7 @@ impl Simulator<'_> {
     }
 }
 
-/// For each time that an expression or a property reads, where a comparison changes its truth.
+/// For each time that an expression or a property reads, the values at which a comparison changes.
 fn leaf_cuts(net: &Net) -> BTreeMap<Leaf, BTreeSet<i64>> {
     let mut cuts = BTreeMap::new();
     walk::for_each_expr(net, &mut |expr| collect(expr, &mut cuts, &|leaf| Some(*leaf)));

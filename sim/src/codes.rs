@@ -1,24 +1,24 @@
-//! The diagnostic codes of this crate: `G05`, stimuli, traces and what a simulation notices.
+//! The diagnostic codes of this crate: `G05`, stimuli, traces and findings of a simulation.
 
 use grafsynth_ir::Code;
 
 /// A column of a stimulus that the chart does not have.
 pub const UNKNOWN_COLUMN: Code = Code { id: "G0501", title: "unknown column in a stimulus" };
-/// A column named twice.
+/// Two columns with the same name.
 pub const DOUBLE_COLUMN: Code = Code { id: "G0502", title: "duplicate column" };
-/// A cell that holds no value of its column's type.
+/// A cell whose value is not of the column's type.
 pub const BAD_VALUE: Code = Code { id: "G0503", title: "cell value outside its type" };
 /// A row that is longer or shorter than the header.
 pub const CELL_COUNT: Code = Code { id: "G0504", title: "row with too many or too few cells" };
-/// A `dt` that is no number of ticks.
+/// A `dt` that is not a number of ticks.
 pub const BAD_DT: Code = Code { id: "G0505", title: "invalid dt" };
-/// Two events in one row although the chart excludes that.
+/// Two events in one row although the chart excludes this.
 pub const EXCLUSIVE_EVENTS: Code = Code { id: "G0506", title: "two events in one row" };
 /// A stimulus without a header.
 pub const NO_HEADER: Code = Code { id: "G0507", title: "stimulus without a header" };
 /// A column for an event that only the chart raises.
 pub const INTERNAL_EVENT: Code = Code { id: "G0508", title: "stimulus for an internal event" };
-/// A row that breaks an assumption of the chart.
+/// A row that violates an assumption of the chart.
 pub const ASSUMPTION_BROKEN: Code =
     Code { id: "G0509", title: "stimulus that violates an assumption" };
 /// A stimulus with more ticks than a chip is clocked for.
@@ -35,15 +35,15 @@ pub const RESET_ROW: Code = Code { id: "G0514", title: "inputs in the reset row"
 pub const AMBIGUOUS_COLUMN: Code = Code { id: "G0515", title: "ambiguous column" };
 /// An assignment that did not fit and was brought to the nearest bound.
 pub const SATURATED: Code = Code { id: "G0520", title: "saturated assignment" };
-/// Two lists that wrote one variable in one micro-step.
+/// Two lists that wrote the same variable in one micro-step.
 pub const RACE: Code = Code { id: "G0521", title: "two writers in one micro-step" };
-/// A send slot started again while it ran.
+/// A send slot that was started again while it was running.
 pub const RESENT: Code = Code { id: "G0522", title: "send restarted before it expired" };
-/// An event that found its queue full.
+/// An event that was lost because its queue was full.
 pub const QUEUE_FULL: Code = Code { id: "G0523", title: "event queue full" };
 /// A reaction that did not become stable.
 pub const LIMIT_REACHED: Code = Code { id: "G0524", title: "micro-step limit reached" };
-/// Two forcing orders for one chart that disagree.
+/// Two forcing orders for one chart that contradict each other.
 pub const FORCING_RACE: Code = Code { id: "G0525", title: "conflicting forcing orders" };
 
 /// All codes of this crate, in order.

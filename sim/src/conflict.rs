@@ -1,4 +1,4 @@
-//! Which of the fireable transitions fire: K3 to K5 of the program, semantics §4.
+//! Which of the fireable transitions fire: steps K3 to K5 of the reaction, semantics §4.
 
 use grafsynth_ir::net::{Enter, Policy, StepId, TransitionId};
 
@@ -47,7 +47,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// Which fireable transition was passed over, and for which one before it that shares a preceding step with it.
+    /// Records each fireable transition that was not chosen, with the chosen one that shares a preceding step with it.
     fn note_contests(&mut self, ordered: &[TransitionId], chosen: &[TransitionId]) {
         let net = self.net;
         let requires = |transition: &TransitionId| &net.transitions[*transition].requires;
@@ -60,7 +60,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// Sorts by rank, the policy's key, declaration.
+    /// Sorts by rank, the policy's key, and declaration.
     fn k4_order(&self, candidates: &mut [TransitionId]) {
         let static_place =
             |transition: &TransitionId| self.tables.ranks.transition_place[transition.index()];
@@ -80,13 +80,13 @@ impl Reaction<'_> {
         });
     }
 
-    /// The place of the oldest following step in the order of last activation: lower is older; last for a sink transition.
+    /// The position of the oldest following step in the order of last activation: lower is older; last for a sink transition.
     fn age_place(&self, transition: TransitionId) -> usize {
         let enters = &self.net.transitions[transition].enters;
         if enters.is_empty() {
             return usize::MAX;
         }
-        // Without an order of its own all competitors of its rank and P are followed by one and the same step.
+        // Without an order of its own, all competitors with its rank and P are followed by the same step.
         let Some(order) = self.tables.layout.age_of[transition.index()] else { return 0 };
         let order = &self.tables.layout.ages[order as usize];
         let follows = |step: StepId| {
@@ -98,7 +98,7 @@ impl Reaction<'_> {
         oldest_first.iter().position(is_following).unwrap_or(usize::MAX)
     }
 
-    /// [C16]: takes each in turn unless one taken before shares a preceding step with it.
+    /// [C16]: chooses each in turn unless an earlier one shares a preceding step with it.
     fn k4_compete(&mut self, candidates: &mut Vec<TransitionId>) {
         let check = self.work.check;
         let net = self.net;
@@ -150,7 +150,7 @@ impl Reaction<'_> {
         self.work.chosen = taken;
     }
 
-    /// The first fireable transition on the way between an atomic state and the root; which way depends on the policy.
+    /// The first fireable transition on the path between an atomic state and the root; the direction depends on the policy.
     fn offer_of(&self, state: StepId) -> Option<TransitionId> {
         let mut way: Vec<StepId> =
             std::iter::once(state).chain(tables::ancestors(self.net, state)).collect();
@@ -175,7 +175,7 @@ impl Reaction<'_> {
         clears.filter(|step| self.state.situation.contains(*step))
     }
 
-    /// The source of `a` lies properly inside (outer-first: outside) the source of `b`.
+    /// True if the source of `a` is strictly inside (outer-first: outside) the source of `b`.
     fn goes_before(&self, a: TransitionId, b: TransitionId) -> bool {
         let source =
             |transition: TransitionId| self.net.transitions[transition].requires.first().copied();

@@ -1,4 +1,4 @@
-//! The largest constant that each timer is compared with: a timer that stands one above it need not count on (semantics §3.1).
+//! The largest constant that each timer is compared with: a timer that is one above it need not count further (semantics §3.1).
 
 use std::collections::BTreeMap;
 

@@ -29,7 +29,7 @@ struct Asked {
 }
 
 impl Reaction<'_> {
-    /// At Latch: a timer whose input was held at the end of the last reaction advances.
+    /// At Latch: a timer whose input was true at the end of the last reaction advances.
     pub(crate) fn advance_qualifier_timers(&mut self, dt: i64) {
         for (action, data) in self.net.actions.iter() {
             if self.action_has_ended(action) {
@@ -52,7 +52,7 @@ impl Reaction<'_> {
         let net = self.net;
         let mut falling: Vec<ActionId> = Vec::new();
         let mut on: Vec<ActionId> = Vec::new();
-        // In declaration order: a condition that reads Q of an earlier action finds the new one.
+        // In declaration order: a condition that reads Q of an earlier action sees the new value.
         for action in net.actions.ids() {
             if self.action_has_ended(action) {
                 continue;
@@ -129,7 +129,7 @@ impl Reaction<'_> {
             || (sl_ff && !sl_ton))
     }
 
-    /// `FF := not R and (FF or set)`. An action without uses of that qualifier has no latch.
+    /// `FF := not R and (FF or set)`. An action without uses of this qualifier has no latch.
     fn latch(&mut self, action: ActionId, which: Qualifier, set: bool, reset: bool) -> bool {
         let Some(place) = self.tables.layout.find(Cell::Latch(action, which)) else { return false };
         let value = !reset && (self.state.cells[place] != 0 || set);
@@ -155,7 +155,7 @@ impl Reaction<'_> {
         std::mem::replace(&mut self.state.cells[place], i64::from(input)) != 0
     }
 
-    /// All charts that use the action have ended: it stops (semantics §5).
+    /// True if all charts that use the action have ended: it stops (semantics §5).
     fn action_has_ended(&self, action: ActionId) -> bool {
         if self.tables.may_end.is_empty() {
             return false;

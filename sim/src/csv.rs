@@ -1,17 +1,17 @@
-//! The simple CSV of stimuli and traces: no quotes, `#` starts a comment, blanks around a cell don't count (semantics §11).
+//! The simple CSV of stimuli and traces: no quotes, `#` starts a comment, blanks around a cell are ignored (semantics §11).
 
 use grafsynth_ir::{FileId, Span};
 
-/// A cell with its place.
+/// A cell with its source location.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Cell<'t> {
     pub(crate) text: &'t str,
     pub(crate) span: Span,
 }
 
-/// The lines that hold cells, each with its byte position.
+/// The lines that contain cells, each with its byte position.
 pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
-    // A byte order mark is no part of the first name.
+    // A byte order mark is not part of the first name.
     let mark = text.len() - text.trim_start_matches('\u{feff}').len();
     let mut at = mark;
     text[mark..].split('\n').filter_map(move |line| {
@@ -22,7 +22,7 @@ pub(crate) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     })
 }
 
-/// The cells of a line that stands at byte `start`.
+/// The cells of a line that starts at byte `start`.
 pub(crate) fn cells(file: FileId, start: usize, line: &str) -> impl Iterator<Item = Cell<'_>> {
     let mut at = start;
     line.split(',').map(move |raw| {

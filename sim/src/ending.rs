@@ -23,7 +23,7 @@ impl Reaction<'_> {
         self.e6_row();
     }
 
-    /// E2: each active step runs its next tasks while their costs fit what is left of its budget.
+    /// E2: each active step runs its next tasks while their costs fit in the rest of its budget.
     fn e2_tasks(&mut self) {
         let net = self.net;
         let working: Vec<(StepId, usize)> = (self.state.situation.iter())
@@ -64,7 +64,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// L2 (at reset E4): mealy outputs, a function of the situation before the micro-step.
+    /// L2 (at reset E4): mealy outputs, which are a function of the situation before the micro-step.
     pub(crate) fn evaluate_mealy_outputs(&mut self) {
         let net = self.net;
         for output in &self.tables.mealy {
@@ -85,12 +85,12 @@ impl Reaction<'_> {
         }
     }
 
-    /// The condition of the emergency as the state is now: at L2 for mealy outputs, at E4 for all others.
+    /// The emergency condition in the current state: at L2 for mealy outputs, at E4 for all others.
     fn is_emergency(&self) -> bool {
         self.net.emergency.as_ref().is_some_and(|one| self.eval(&one.condition) != 0)
     }
 
-    /// Which cells of this reaction the chart leaves open: asked of the situation before it and of its inputs (semantics §3.6).
+    /// Evaluates which cells of this reaction the chart leaves open, from the situation before it and its inputs (semantics §3.6).
     pub(crate) fn evaluate_unspecified(&mut self) {
         for open in &self.net.unspecified {
             if self.eval(&open.when) != 0 {
@@ -106,7 +106,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// What row 0 shows of a mealy output is the cell of the reset situation with all inputs 0, so it is open where that cell is.
+    /// In row 0, a mealy output is the cell of the reset situation with all inputs 0, so it is open if that cell is.
     fn evaluate_open_mealy_outputs(&mut self) {
         for open in &self.net.unspecified {
             if let OpenCell::Output(output) = open.what
@@ -126,10 +126,10 @@ impl Reaction<'_> {
         })
     }
 
-    /// E4: continuous outputs, copies of stored and controlled ones, and continuous calls; then what an emergency makes of them.
+    /// E4: continuous outputs, copies of stored and controlled ones, and continuous calls; then the effect of an emergency on them.
     fn e4_outputs(&mut self) {
         let (net, tables) = (self.net, self.tables);
-        // Only what the last row lit needs to go out: the cost follows the active steps.
+        // Only outputs that were on in the last row must be cleared: the cost depends on the active steps.
         for output in self.work.lit.drain(..) {
             self.row.outputs[output.index()] = 0;
         }
@@ -177,7 +177,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// The next active step at or after word position `at`, without borrowing the situation over the caller's work.
+    /// The next active step at or after word position `at`, without a lasting borrow of the situation.
     fn next_active(&self, at: &mut usize) -> Option<StepId> {
         let words = self.state.situation.words();
         let mut index = *at / 64;
@@ -225,7 +225,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// Each continuous extern action is called once if some active step asks for it, with the arguments of the first such step [C22].
+    /// Each continuous extern action is called once if some active step calls it, with the arguments of the first such step [C22].
     fn e4_calls(&mut self, mut calls: Vec<(OutputId, u32)>) {
         let net = self.net;
         calls.sort_by_key(|(output, _)| *output);
@@ -240,7 +240,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// E6: what the row shows of the state; and the texts that a target would run now.
+    /// E6: fills in the state of the row, and the texts that a target would run now.
     fn e6_row(&mut self) {
         self.row.steps.clear();
         self.row.steps.extend(self.state.situation.iter());

@@ -1,18 +1,18 @@
-//! What a stimulus expects: columns of a trace that stand in it beside the inputs (semantics §11). So a trace is a stimulus, and replaying it shows
-//! where a changed chart does something else.
+//! Expected values in a stimulus: columns of a trace beside the inputs (semantics §11). So a trace is also a stimulus, and replaying it shows where a
+//! changed chart behaves differently.
 
 use grafsynth_ir::Span;
 
 use crate::trace::{ColumnKind, Difference, Trace, TraceRow};
 
-/// Cells that a trace should have.
+/// Cells that a trace should contain.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Expected {
-    /// The headers, and where they stand in the file.
+    /// The headers, and their source locations.
     columns: Vec<(String, Span)>,
-    /// The first row is that of the reset; else it is that of the first reaction.
+    /// True if the first row is that of the reset; otherwise it is that of the first reaction.
     from_reset: bool,
-    /// The cells of each row that was read, as they are written.
+    /// The cells of each row, as written.
     rows: Vec<Vec<String>>,
 }
 
@@ -23,13 +23,13 @@ impl Expected {
         self.columns.is_empty()
     }
 
-    /// The number of cells that are expected.
+    /// The number of expected cells.
     #[must_use]
     pub fn cells(&self) -> usize {
         self.columns.len() * self.rows.len()
     }
 
-    /// How many of them stand where the trace leaves the cell open: nothing is asked of these.
+    /// The number of expected cells that the trace leaves open; these are not checked.
     #[must_use]
     pub fn open_cells(&self, trace: &Trace) -> usize {
         let places = self.places(trace);
@@ -41,7 +41,7 @@ impl Expected {
         rows.map(|row| places.iter().filter(|place| is_open(row, **place)).count()).sum()
     }
 
-    /// Where each column stands in a trace.
+    /// The index of each column in a trace.
     fn places(&self, trace: &Trace) -> Vec<Option<usize>> {
         let place =
             |name: &String| trace.layout.columns.iter().position(|column| column.name == *name);
@@ -57,7 +57,7 @@ impl Expected {
         self.rows.push(cells);
     }
 
-    /// The first cell of a trace that is not as expected: the expected one is the left one. Cells that the chart leaves open are as expected.
+    /// The first cell of a trace that differs from the expected one, which is the left one. Cells that the chart leaves open never differ.
     #[must_use]
     pub fn first_difference(&self, trace: &Trace) -> Option<Difference> {
         let places = self.places(trace);
@@ -81,12 +81,12 @@ impl Expected {
     }
 }
 
-/// The same cell; blanks between the names of steps do not count.
+/// True if the cells are equal; blanks between the names of steps are ignored.
 fn is_same(left: &str, right: &str) -> bool {
     left.split_whitespace().eq(right.split_whitespace())
 }
 
-/// True for the columns of a trace that can be expected: all that the stimulus does not give.
+/// True for the columns of a trace that can be expected: all that the stimulus does not contain.
 pub(crate) fn can_be_expected(kind: ColumnKind) -> bool {
     match kind {
         ColumnKind::Scan | ColumnKind::Dt | ColumnKind::Input(_) => false,

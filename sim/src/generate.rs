@@ -1,4 +1,4 @@
-//! Random stimuli that make charts move.
+//! Random stimuli that exercise charts.
 
 use std::collections::BTreeSet;
 
@@ -10,17 +10,18 @@ use crate::rows::{Manner, Rows};
 use crate::simulator::Simulator;
 use crate::stimulus::{MAX_DT, Stimulus, breaks_assumption};
 
-/// Tries for one row to keep the assumptions of the chart.
+/// The number of attempts to find a row that satisfies the chart's assumptions.
 pub(crate) const MAX_TRIES: usize = 64;
-/// Candidates that a seeking row is picked from.
+/// The number of candidates from which a seeking row is chosen.
 const CANDIDATES: usize = 6;
 
 impl Stimulus {
-    /// Random rows for the net, the same for the same seed: stretches of noise, of held inputs, of pulses, and of rows chosen to fire what has not
-    /// fired yet. `dt` lies in `0..=max_dt`. Rows keep what the chart assumes and `events exclusive`; where no such row is found in 64 tries, the
-    /// last one is held with its events gone (and if even that breaks an assumption, [`breaks_assumption`] says so).
+    /// Random rows for the net, the same for the same seed: stretches of noise, of held inputs, of pulses, and of rows chosen to fire transitions that
+    /// have not fired yet. `dt` is in `0..=max_dt`. Rows satisfy the chart's assumptions and `events exclusive`; if no such row is found in 64 attempts,
+    /// the last row is repeated without its events (and if even that violates an assumption, [`breaks_assumption`] reports it).
     ///
-    /// It is one run from reset; [`Directed`](crate::Directed) restarts often and looks for what has not fired, for comparisons that need no one run.
+    /// It is one run from reset. For comparisons that do not need a single run, use [`Directed`](crate::Directed), which restarts often and aims at
+    /// transitions that have not fired.
     #[must_use]
     pub fn random(net: &Net, rows: usize, seed: u64, max_dt: u32) -> Stimulus {
         let mut generator = Generator::new(net, seed, max_dt.min(MAX_DT));
@@ -66,7 +67,7 @@ impl<'n> Generator<'n> {
         }
     }
 
-    /// None: of a few candidates the row that fires what has fired least so far.
+    /// `None` means: of a few candidates, the row that fires the transition that has fired least often.
     fn manner(&mut self) -> Option<Manner> {
         let manners = [Some(Manner::Noise), Some(Manner::Held), Some(Manner::Pulses), None, None];
         manners[self.rows.random.below(manners.len())]
@@ -89,7 +90,7 @@ impl<'n> Generator<'n> {
         row
     }
 
-    /// Tries a few rows from the present state and takes the one that fires the transition that has fired least.
+    /// Tries a few rows from the current state and takes the one that fires the transition that has fired least often.
     fn seek(&mut self) -> InputRow {
         let start = self.simulator.state().clone();
         let mut best: Option<(u32, InputRow)> = None;
@@ -115,7 +116,7 @@ impl<'n> Generator<'n> {
         row
     }
 
-    /// A row that keeps the assumptions, if one is found.
+    /// A row that satisfies the assumptions, if one is found.
     fn lawful_row(&mut self, manner: Manner) -> InputRow {
         for _ in 0..MAX_TRIES {
             let dt = self.dt();

@@ -1,4 +1,4 @@
-//! NEXT of the program, and forcing: semantics §3.2, §8.
+//! NEXT of semantics §3.9, and forcing: semantics §3.2, §8.
 
 use grafsynth_ir::net::{Enter, StepId, StepKind, TransitionId};
 
@@ -14,7 +14,7 @@ impl Reaction<'_> {
         self.work.next.clear();
         self.work.restarted.clear();
         closed.iter().for_each(|step| self.work.next.insert(*step));
-        // `hold` keeps what a chart has at the start, which at reset is its initial situation [C3].
+        // `hold` keeps the situation at the start, which at reset is the initial situation [C3].
         self.state.situation.copy_from(&self.work.next);
         self.n3_force();
         self.state.situation.clear();
@@ -71,7 +71,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// N2: what leaves takes all that is inside with it; what is activated activates what it has an activation link to.
+    /// N2: a deactivated step deactivates all steps inside it; an activated step activates those that it has an activation link to.
     fn n2_enclose(&mut self) {
         let tables = self.tables;
         let net = self.net;
@@ -105,7 +105,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// N3: each forced chart gets the situation that the first declared order of an active forcing step asks for.
+    /// N3: each forced chart gets the situation of the first declared order whose forcing step is active.
     fn n3_force(&mut self) {
         let tables = self.tables;
         for chart in &tables.forced {
@@ -122,7 +122,7 @@ impl Reaction<'_> {
                 self.work.next.set(*step, is_wanted);
                 self.work.restarted.remove(*step);
             }
-            // Parents stand before what they enclose, so one pass reaches all levels.
+            // Parents come before the steps that they enclose, so one pass handles all levels.
             for step in &chart.steps {
                 let parent = self.net.steps[*step].parent;
                 let is_shut = parent.is_some_and(|parent| {
@@ -136,7 +136,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// K3: transitions of a chart that some active step forces do not stand in the selection.
+    /// K3: transitions of a chart that some active step forces are removed from the selection.
     pub(crate) fn k3_remove_forced_now(&mut self) {
         let tables = self.tables;
         for chart in &tables.forced {
@@ -146,7 +146,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// K5: nor do those of a chart that becomes forced by this very micro-step fire.
+    /// K5: transitions of a chart that becomes forced in this micro-step do not fire either.
     pub(crate) fn k5_remove_newly_forced(&mut self) {
         let tables = self.tables;
         for chart in &tables.forced {

@@ -1,4 +1,4 @@
-//! Where each thing that a net remembers between reactions lies in a [`State`](crate::State). A net carries only what it uses (semantics §2).
+//! The position of each stored object of a net in a [`State`](crate::State). A net stores only what it uses (semantics §2).
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use grafsynth_ir::net::{
 use crate::constants;
 use crate::ranks::Ranks;
 
-/// What one cell of a state holds.
+/// The content of one cell of a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum Cell {
     /// `s.t` in ticks.
@@ -19,13 +19,13 @@ pub(crate) enum Cell {
     LastElapsed(StepId),
     /// A variable, or one element of an array.
     Var(VarId, u32),
-    /// The value of an edge operand when it was last compared.
+    /// The value of an edge operand in its last comparison.
     Edge(EdgeId),
     /// A free timer in ticks.
     Timer(TimerId),
     /// The held bit of a free timer.
     TimerHeld(TimerId),
-    /// One place, counted from the oldest, of one of the orders of last activation; the value is the index of a step.
+    /// One position, counted from the oldest, in one of the orders of last activation; the value is the index of a step.
     Age(u32, u32),
     /// The index of the step's next task.
     Task(StepId),
@@ -39,20 +39,20 @@ pub(crate) enum Cell {
     ActionTimerHeld(ActionId, Qualifier),
     /// The input of a pulse qualifier in the last row.
     Old(ActionId, Qualifier),
-    /// The event was raised and holds in the next check (Grafcet charts).
+    /// The event was raised and will be present in the next check (Grafcet charts).
     Raised(InputId),
-    /// The remaining ticks of a send slot; 0 when it does not run.
+    /// The remaining ticks of a send slot; 0 if it is not running.
     Slot(SendId),
-    /// The history recorded its case of this number.
+    /// The history recorded the case with this number.
     Recorded(HistoryId, u32),
     /// The statechart has ended.
     Ended(PartId),
-    /// What the steps of an ended chart gave to an output in its last row.
+    /// The contribution of an ended chart's steps to an output in its last row.
     Held(OutputId, PartId),
 }
 
-/// One order of last activation: it ranks the steps that decide between competing transitions of equal rank and P (semantics §4). Steps that can
-/// never decide are left out, so that states that differ only there are one.
+/// One order of last activation: it ranks the steps that decide between competing transitions of equal rank and P (semantics §4). Steps that can never
+/// decide are omitted, so that states that differ only in them are equal.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct AgeOrder {
     /// In declaration order.
@@ -67,7 +67,7 @@ const NONE: u32 = u32::MAX;
 pub(crate) struct Layout {
     pub(crate) cells: Vec<Cell>,
     places: BTreeMap<Cell, u32>,
-    /// For each action its first cell, and behind the last action the first that is of none.
+    /// For each action its first cell; after the last action, the first cell that belongs to none.
     of_action: Vec<u32>,
     elapsed: Vec<u32>,
     last_elapsed: Vec<u32>,
@@ -81,7 +81,7 @@ pub(crate) struct Layout {
     first_timer: usize,
     raised: Vec<u32>,
     pub(crate) ages: Vec<AgeOrder>,
-    /// The order that decides for a transition, where one does.
+    /// The order that decides for each transition, if there is one.
     pub(crate) age_of: Vec<Option<u32>>,
     /// Cells of outputs of charts that can end.
     pub(crate) held: Vec<(OutputId, PartId)>,
@@ -142,7 +142,7 @@ impl Layout {
         place
     }
 
-    /// Variables stand first, so that their cells can be counted from 0.
+    /// Variables come first, so that their cells can be counted from 0.
     fn variables(&mut self, net: &Net) {
         for (id, var) in net.vars.iter() {
             self.vars.push(self.cells.len() as u32);
@@ -178,7 +178,7 @@ impl Layout {
         self.of_action.push(self.cells.len() as u32);
     }
 
-    /// Charts with a top-level final state remember that they ended, and what they gave to each output then (semantics §5).
+    /// Charts with a top-level final state store whether they ended, and their contribution to each output at that time (semantics §5).
     fn endings(&mut self, net: &Net, ranks: &Ranks) {
         if !net.settings.policy.is_statechart() {
             return;
@@ -204,14 +204,14 @@ impl Layout {
         }
     }
 
-    /// Semantics §4: transitions compete that share a preceding step (with `fire one`: all); among those of equal rank and P, age decides.
+    /// Semantics §4: transitions that share a preceding step compete (with `fire one`: all); among those of equal rank and P, age decides.
     fn age_orders(&mut self, net: &Net, ranks: &Ranks) {
         self.age_of = vec![None; net.transitions.len()];
         if net.settings.policy != Policy::PriorityAge {
             return;
         }
         let group_of = competing_groups(net);
-        /// Transitions that age decides between, and the steps that follow them.
+        /// Transitions between which age decides, and their following steps.
         type Competitors = (Vec<TransitionId>, Vec<StepId>);
         let mut sets: BTreeMap<(usize, u64, u64), Competitors> = BTreeMap::new();
         for (id, transition) in
@@ -247,7 +247,7 @@ impl Layout {
         }
     }
 
-    /// The place of a cell, or none if the net has no use for it.
+    /// The index of a cell, or `None` if the net does not use it.
     pub(crate) fn find(&self, cell: Cell) -> Option<usize> {
         let action = match cell {
             Cell::ActionQ(action)
@@ -269,13 +269,13 @@ impl Layout {
             | Cell::Ended(_)
             | Cell::Held(..) => return self.places.get(&cell).map(|place| *place as usize),
         };
-        // Each row asks for all of them, and an action has few.
+        // This is needed for all actions in each row, and an action has few cells.
         let own = self.of_action.get(action.index()..action.index() + 2)?;
         let (first, end) = (own[0] as usize, own[1] as usize);
         self.cells.get(first..end)?.iter().position(|it| *it == cell).map(|at| first + at)
     }
 
-    /// The place of a cell that the caller knows to exist; a cell that does not is read as the first, which only a broken table could ask for.
+    /// The index of a cell that the caller knows to exist; a missing cell is read as the first one, which only a broken table could cause.
     pub(crate) fn at(&self, cell: Cell) -> usize {
         self.find(cell).unwrap_or(0)
     }
@@ -303,12 +303,12 @@ impl Layout {
         self.first_edge + edge.index()
     }
 
-    /// The timer's cell; its held bit stands in the next one.
+    /// The timer's cell; its held bit is in the next one.
     pub(crate) fn timer(&self, timer: TimerId) -> usize {
         self.first_timer + 2 * timer.index()
     }
 
-    /// Whether the event was raised for the next check (Grafcet charts only).
+    /// The cell that tells whether the event was raised for the next check (Grafcet charts only).
     pub(crate) fn raised(&self, event: InputId) -> Option<usize> {
         let place = self.raised[event.index()];
         (place != NONE).then_some(place as usize)
@@ -319,7 +319,7 @@ impl Layout {
     }
 }
 
-/// The number of the group of transitions that compete with each other, for each transition: connected by shared preceding steps.
+/// For each transition, the number of its group of competitors: those connected by shared preceding steps.
 fn competing_groups(net: &Net) -> Vec<usize> {
     let mut leader: Vec<usize> = (0..net.transitions.len()).collect();
     let find = |leader: &mut Vec<usize>, mut at: usize| {

@@ -1,4 +1,4 @@
-//! The reference simulator: `docs/semantics.md` taken literally, with the stimuli that drive it and the traces that everything is compared by.
+//! The reference simulator: a literal implementation of `docs/semantics.md`, with the stimuli that drive it and the traces that are compared.
 //!
 //! ```text
 //! let (stimulus, problems) = Stimulus::parse_csv(&net, file, text);
@@ -7,8 +7,8 @@
 //! assert_eq!(compare(&trace, &other), None);
 //! ```
 //!
-//! [`Simulator`] runs a net step by step; its [`State`] is small, ordered and hashable, so that explorers can keep millions of them, and can be saved
-//! and taken over by name into a changed net. The reaction is the program of semantics §3.9, one function for each of its lines (module `reaction`);
+//! [`Simulator`] runs a net reaction by reaction; its [`State`] is small, ordered and hashable, so that explorers can keep millions of them, and it can be
+//! saved and restored by name into a changed net. The reaction is the program of semantics §3.9, one function for each of its lines (module `reaction`);
 //! it shares no code with the lowering of nets to programs, which it checks.
 
 mod clocked;

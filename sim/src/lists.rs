@@ -1,4 +1,4 @@
-//! FIRE for Grafcet charts, and what lists of statements do: semantics §3.3.
+//! FIRE for Grafcet charts, and the execution of statement lists: semantics §3.3.
 
 use grafsynth_ir::expr::{ArithOp, ExprKind, Type};
 use grafsynth_ir::net::{
@@ -24,7 +24,7 @@ impl Reaction<'_> {
         self.f5_age();
     }
 
-    /// R3 for Grafcet charts: the activation lists of the initial situation, as those of a micro-step from the empty one.
+    /// R3 for Grafcet charts: the activation lists of the initial situation, as in a micro-step from the empty situation.
     pub(crate) fn r3_initial_lists(&mut self) {
         self.work.check += 1;
         self.work.down.clear();
@@ -59,7 +59,7 @@ impl Reaction<'_> {
         steps.sort_unstable_by_key(|step| self.tables.ranks.step_place[step.index()]);
     }
 
-    /// With simultaneous assignments all lists of the micro-step read what stood at its start.
+    /// With simultaneous assignments all lists of the micro-step read the values from its start.
     pub(crate) fn begin_lists(&mut self) {
         if self.net.settings.assign_simultaneous {
             self.work.before.clone_from(self.state);
@@ -78,7 +78,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// The exit list, then the step's bit and timer drop.
+    /// Runs the exit list, then clears the step's bit and timer.
     pub(crate) fn deactivate(&mut self, step: StepId) {
         let net = self.net;
         self.run_as(Writer::Exit(step), &net.steps[step].exit);
@@ -114,7 +114,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// The step's bit rises with its timers at 0, then the entry list.
+    /// Sets the step's bit with its timers at 0, then runs the entry list.
     pub(crate) fn activate(&mut self, step: StepId) {
         let net = self.net;
         let layout = &self.tables.layout;
@@ -126,7 +126,7 @@ impl Reaction<'_> {
         self.run_as(Writer::Entry(step), &net.steps[step].entry);
     }
 
-    /// F5: what was activated moves to the young end, together, in declaration order.
+    /// F5: moves the activated steps to the young end, together, in declaration order.
     fn f5_age(&mut self) {
         for order in &self.tables.layout.ages {
             let cells = &mut self.state.cells[order.base..order.base + order.steps.len()];
@@ -151,7 +151,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// Runs a list: each statement sees the earlier ones.
+    /// Runs a list: each statement sees the effects of the earlier ones.
     pub(crate) fn run(&mut self, block: &[Stmt]) {
         for stmt in block {
             match &stmt.kind {
@@ -175,7 +175,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// Stores the nearest value that the variable can hold (semantics §6).
+    /// Stores the nearest value in the variable's range (semantics §6).
     fn assign(&mut self, stmt: &Stmt, var: VarId, index: Option<&Expr>, value: &Expr) {
         if let Some(index) = index {
             self.mention(index);
@@ -193,8 +193,8 @@ impl Reaction<'_> {
         self.state.cells[place] = stored;
     }
 
-    /// Two lists that write one variable in one micro-step are a race (semantics §3.6), unless their order is fixed whatever the order of declaration (§3.3),
-    /// or both only change the number of a counted step: of those nothing is lost (§8). What a lowering writes twice it orders itself.
+    /// Two lists that write the same variable in one micro-step are a race (semantics §3.6), unless their order does not depend on the declaration order
+    /// (§3.3), or both only change the number of a counted step: then no value is lost (§8). A lowering orders its own double writes.
     fn note_writer(&mut self, var: VarId, place: usize, is_count: bool) {
         let Some(writer) = self.work.writer else { return };
         let now = (self.work.check, Some(writer), is_count);
@@ -210,10 +210,10 @@ impl Reaction<'_> {
         }
     }
 
-    /// Semantics §3.3: deactivation lists come before actions, and these before activation lists; in a statechart a state is left after those in it and
-    /// entered before them.
+    /// Semantics §3.3: deactivation lists come before actions, and these before activation lists; in a statechart a state is left after its descendants
+    /// and entered before them.
     fn is_order_fixed(&self, first: Writer, second: Writer) -> bool {
-        /// The phase of a list, and the step that it belongs to.
+        /// The phase of a list, and its step.
         fn of(net: &Net, writer: Writer) -> (u8, Option<StepId>) {
             match writer {
                 Writer::Exit(step) => (0, Some(step)),
@@ -254,7 +254,7 @@ impl Reaction<'_> {
         self.state.cells[place] = i64::from(data.delay);
     }
 
-    /// A call where it stands; an argument is an assignment to its parameter (semantics §6).
+    /// Makes a call at once; an argument is an assignment to its parameter (semantics §6).
     pub(crate) fn call(&mut self, output: OutputId, arguments: &[Expr]) {
         let Driver::Extern { params, .. } = &self.net.outputs[output].driver else { return };
         let mut values = Vec::with_capacity(arguments.len());
@@ -271,7 +271,7 @@ impl Reaction<'_> {
     }
 }
 
-/// `v + 1` or `v - 1`: what lowering makes of a transition that adds to a counted step or takes from it.
+/// `v + 1` or `v - 1`: the form in which lowering changes the number of a counted step.
 fn changes_by_one(var: VarId, value: &Expr) -> bool {
     let ExprKind::Arith(ArithOp::Add | ArithOp::Sub, old, one) = &value.kind else { return false };
     old.kind == ExprKind::Leaf(Leaf::Var(var)) && one.kind == ExprKind::Int(1)

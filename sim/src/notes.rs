@@ -1,4 +1,4 @@
-//! What a simulation notices besides the trace: saturated assignments, races, lost events.
+//! Notes of a simulation besides the trace: saturated assignments, races, lost events.
 
 use std::collections::BTreeMap;
 
@@ -25,35 +25,35 @@ pub enum Writer {
     HistoryContent(HistoryId),
 }
 
-/// Something noticed.
+/// A kind of note.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Noticed {
-    /// An assignment did not fit and stored the nearest bound (semantics §6).
+    /// The value of an assignment was out of range, and the nearest bound was stored (semantics §6).
     Saturated(VarId, Span),
-    /// An argument did not fit its parameter (semantics §6).
+    /// The value of an argument was out of range for its parameter (semantics §6).
     ArgumentSaturated(OutputId, Span),
-    /// Two lists wrote one variable (or one element) in one micro-step (semantics §3.6).
+    /// Two lists wrote the same variable (or the same element) in one micro-step (semantics §3.6).
     Race(VarId, Writer, Writer),
-    /// A send slot was started while it ran (semantics §5).
+    /// A send slot was started while it was running (semantics §5).
     Resent(SendId),
     /// The event was dropped because its queue was full (semantics §5).
     QueueFull(InputId),
     /// After `limit` micro-steps something was still fireable or pending (semantics §3.4).
     LimitReached,
-    /// Two orders for the chart that this part belongs to disagreed (semantics §8).
+    /// Two orders for the chart that contains this part contradicted each other (semantics §8).
     ForcingRace(PartId),
 }
 
-/// Where and how often something was noticed.
+/// Where and how often a note occurred.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Occurrence {
-    /// The first row of the trace in which it happened.
+    /// The first row of the trace in which it occurred.
     pub first_row: usize,
-    /// How often it happened.
+    /// How often it occurred.
     pub count: u64,
 }
 
-/// Everything that was noticed since the last reset, each kind once.
+/// All notes since the last reset, each kind once.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Notes {
     pub(crate) row: usize,
@@ -66,7 +66,7 @@ impl Notes {
         self.list.iter()
     }
 
-    /// True when nothing was noticed.
+    /// True if there are no notes.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
@@ -92,7 +92,7 @@ impl Notes {
 fn diagnostic(net: &Net, what: Noticed, seen: Occurrence) -> Diagnostic {
     let when = match seen.count {
         1 => format!("in row {}", seen.first_row),
-        n => format!("first in row {}, {n} times in all", seen.first_row),
+        n => format!("first in row {}, {n} times in total", seen.first_row),
     };
     match what {
         Noticed::Saturated(var, span) => {
@@ -100,7 +100,7 @@ fn diagnostic(net: &Net, what: Noticed, seen: Occurrence) -> Diagnostic {
             let name = &net.vars[var].name;
             Diagnostic::warning(
                 codes::SATURATED,
-                format!("a value for `{name}` did not fit {lo}..{hi}, {when}"),
+                format!("a value for `{name}` was outside {lo}..{hi}, {when}"),
             )
             .at(span, "the nearest bound was stored")
             .help("widen the range of the variable or test the value before the assignment")
@@ -109,7 +109,7 @@ fn diagnostic(net: &Net, what: Noticed, seen: Occurrence) -> Diagnostic {
             let name = &net.outputs[output].name;
             Diagnostic::warning(
                 codes::SATURATED,
-                format!("an argument of `{name}` did not fit its parameter, {when}"),
+                format!("an argument of `{name}` was outside the range of its parameter, {when}"),
             )
             .at(span, "the nearest bound was passed")
             .help("widen the range of the parameter or test the value before the call")
@@ -124,16 +124,16 @@ fn diagnostic(net: &Net, what: Noticed, seen: Occurrence) -> Diagnostic {
             )
             .at(second_span, "this value stays")
             .at(first_span, "this value is lost")
-            .help("let one of them write it, or make sure that they never run together")
+            .help("let only one of them write it, or make sure that they never run together")
         }
         Noticed::Resent(slot) => {
             let name = &net.sends[slot].name;
             Diagnostic::warning(
                 codes::RESENT,
-                format!("the send `{name}` was started again while it ran, {when}"),
+                format!("the send `{name}` was started again while it was running, {when}"),
             )
-            .at(net.sends[slot].meta.span, "its time starts anew")
-            .help("give each send that may run beside another its own name with `as`, or cancel the first")
+            .at(net.sends[slot].meta.span, "its delay starts again")
+            .help("give sends that may run at the same time different names with `as`, or cancel the first")
             .help_in(
                 Notation::Scxml,
                 "SCXML would deliver both: write two <send> with an `id` each, or <cancel> the first",
@@ -163,23 +163,23 @@ fn diagnostic(net: &Net, what: Noticed, seen: Occurrence) -> Diagnostic {
                 format!("the reaction was not stable after {limit} micro-steps, {when}"),
             )
             .at(net.name.span, "fault is 1 in such rows")
-            .help("look for a cycle of transitions that stay true (`check` shows one where it can), or allow more with `evolution stable limit N`")
+            .help("look for a cycle of transitions that stay fireable (`check` may show one), or allow more micro-steps with `evolution stable limit N`")
             .help_in(
                 Notation::Scxml,
-                "look for a cycle of transitions that stay true (`check` shows one where it can), or allow more with the attribute `g:limit` of <scxml>",
+                "look for a cycle of transitions that stay fireable (`check` may show one), or allow more micro-steps with the attribute `g:limit` of <scxml>",
             )
             .help_in(
                 Notation::Iec,
-                "look for a cycle of transitions that stay true (`check` shows one where it can), or allow more with {grafsynth evolution stable limit N}",
+                "look for a cycle of transitions that stay fireable (`check` may show one), or allow more micro-steps with {grafsynth evolution stable limit N}",
             )
         }
         Noticed::ForcingRace(part) => {
             let name = &net.parts[part].name;
             Diagnostic::warning(
                 codes::FORCING_RACE,
-                format!("two forcing orders for `{name}` disagree, {when}"),
+                format!("two forcing orders for `{name}` contradict each other, {when}"),
             )
-            .at(net.parts[part].meta.span, "the order declared first holds")
+            .at(net.parts[part].meta.span, "the order declared first wins")
             .help("let only one of the forcing steps be active at a time")
         }
     }

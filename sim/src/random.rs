@@ -1,4 +1,4 @@
-//! A small generator of random numbers: the same seed gives the same numbers on every machine and in every version.
+//! A small generator of pseudo-random numbers: the same seed gives the same numbers on every machine and in every version.
 
 /// SplitMix64 (Steele, Lea, Flood 2014): 64 bits of state, passes BigCrush, and needs no warming up.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -22,7 +22,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// A number in `0..n`; 0 where n is 0.
+    /// A number in `0..n`; 0 if n is 0.
     pub fn below(&mut self, n: usize) -> usize {
         let wide = u128::from(self.bits()) * n as u128;
         (wide >> 64) as usize
@@ -35,12 +35,12 @@ impl Random {
         lo.wrapping_add_unsigned(offset as u64)
     }
 
-    /// True once in `n` times.
+    /// True with probability 1/n.
     pub fn one_in(&mut self, n: usize) -> bool {
         self.below(n) == 0
     }
 
-    /// One of the items; none where there is none.
+    /// One of the items; `None` if there is none.
     pub fn pick<'i, T>(&mut self, items: &'i [T]) -> Option<&'i T> {
         items.get(self.below(items.len()))
     }
@@ -52,7 +52,7 @@ mod tests {
 
     #[test]
     fn numbers_are_those_of_the_paper_and_in_range() {
-        // First outputs of the reference implementation for seed 1234567.
+        // The first outputs of the reference implementation for seed 1234567.
         let mut random = Random::new(1_234_567);
         assert_eq!(random.bits(), 6_457_827_717_110_365_317);
         assert_eq!(random.bits(), 3_203_168_211_198_807_973);

@@ -1,10 +1,10 @@
-//! The orders that a net fixes once and for all: ranks of partial charts, urgency of transitions (semantics §3.3, §4).
+//! The static orders of a net: ranks of partial charts, urgency of transitions (semantics §3.3, §4).
 
 use grafsynth_ir::net::{
     Enter, Net, PartId, Policy, Schedule, StepId, TransitionId, TransitionKind,
 };
 
-/// Stands for "none", which comes last.
+/// Means "none", which comes last.
 const LAST: u64 = u64::MAX;
 
 /// Ranks of parts, and the order of actions that follows from them.
@@ -12,16 +12,16 @@ const LAST: u64 = u64::MAX;
 pub(crate) struct Ranks {
     chart_of: Vec<PartId>,
     rank_of: Vec<u64>,
-    /// The place of each step in the order of lists: rank, then declaration.
+    /// The position of each step in the order of lists: rank, then declaration.
     pub(crate) step_place: Vec<u32>,
-    /// The place of each transition and reaction in the order of actions: rank, static urgency, declaration.
+    /// The position of each transition and reaction in the order of actions: rank, static urgency, declaration.
     pub(crate) transition_place: Vec<u32>,
 }
 
 impl Ranks {
     pub(crate) fn of(net: &Net) -> Ranks {
         let mut ranks = Ranks::default();
-        // The parts stand depth first, so the chart that holds a part is the last one before it with a lower level.
+        // The parts are in depth-first order, so the chart that contains a part is the last one before it with a lower level.
         let mut way: Vec<PartId> = Vec::new();
         for (id, part) in net.parts.iter() {
             while way.last().is_some_and(|above| net.parts[*above].level >= part.level) {
@@ -71,7 +71,7 @@ impl Ranks {
     }
 
     /// P(t) of seed 004: the most urgent priority among the steps that follow the transition.
-    #[expect(clippy::unused_self, reason = "it is one of the orders that this type stands for")]
+    #[expect(clippy::unused_self, reason = "it is one of the orders that this type represents")]
     pub(crate) fn following_priority(&self, net: &Net, transition: TransitionId) -> u64 {
         let following = net.transitions[transition].enters.iter().filter_map(|enter| match enter {
             Enter::Step(step) => net.steps[*step].priority,
@@ -81,7 +81,7 @@ impl Ranks {
     }
 }
 
-/// For each index its place when all are sorted by `key`, those of equal key by index.
+/// For each index, its position when all are sorted by `key`, and those with equal keys by index.
 fn places<K: Ord>(n: usize, key: impl Fn(usize) -> K) -> Vec<u32> {
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by_key(|index| key(*index));

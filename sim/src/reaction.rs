@@ -1,7 +1,7 @@
-//! The reaction of semantics §3.9, program step by program step.
+//! The reaction of semantics §3.9, step by step.
 //!
-//! Each function is named after the step of the program that it carries out and stands in the file of its section: `conflict.rs` (K3–K5, §4),
-//! `hierarchy.rs` (NEXT, §8), `lists.rs` (F1–F5, §3.3), `statechart.rs` (S1–S4, §5), `control.rs` (E1, §3.5), `ending.rs` (E2–E4).
+//! Each function is named after its step of that program and is in the file of its section: `conflict.rs` (K3–K5, §4), `hierarchy.rs` (NEXT, §8),
+//! `lists.rs` (F1–F5, §3.3), `statechart.rs` (S1–S4, §5), `control.rs` (E1, §3.5), `ending.rs` (E2–E4).
 
 use grafsynth_ir::expr::{Expr as GenericExpr, ExprKind};
 use grafsynth_ir::net::{
@@ -16,10 +16,10 @@ use crate::situation::Situation;
 use crate::state::State;
 use crate::tables::{self, Tables};
 
-/// What a check looks for (semantics §5).
+/// The transitions that a check considers (semantics §5).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Trigger {
-    /// Grafcet charts: transitions with and without event; the events of `ev` hold.
+    /// Grafcet charts: transitions with and without event; the events of `ev` are present.
     Any,
     /// Statecharts: transitions without event.
     Eventless,
@@ -27,19 +27,19 @@ pub(crate) enum Trigger {
     Event(InputId),
 }
 
-/// Everything that lives within one reaction only. It is kept from reaction to reaction so that its memory is allocated once.
+/// All data that exists only within one reaction. It is reused so that its memory is allocated once.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Work {
-    /// Inputs as latched; for events, whether they hold in the current check (`ev`).
+    /// Inputs as latched; for events, whether they are present in the current check (`ev`).
     pub(crate) values: Vec<i64>,
-    /// No micro-step has fired yet: edges of inputs are still live.
+    /// No micro-step has fired yet: edges of inputs are still visible.
     pub(crate) fresh: bool,
     /// Edge operands as evaluated by the last check.
     pub(crate) now: Vec<bool>,
     /// Edges of the last check.
     pub(crate) rise: Vec<bool>,
     pub(crate) fall: Vec<bool>,
-    /// Counts checks; `fireable_at[t]` is the last one in which t was fireable.
+    /// The number of checks; `fireable_at[t]` is the last one in which t was fireable.
     pub(crate) check: u64,
     pub(crate) fireable_at: Vec<u64>,
     pub(crate) enabled: Vec<TransitionId>,
@@ -53,37 +53,37 @@ pub(crate) struct Work {
     pub(crate) next: Situation,
     /// RS of NEXT.
     pub(crate) restarted: Situation,
-    /// A set of steps needed for a moment.
+    /// A temporary set of steps.
     pub(crate) some_steps: Situation,
     pub(crate) down: Vec<StepId>,
     pub(crate) up: Vec<StepId>,
-    /// With simultaneous assignments: what lists read.
+    /// With simultaneous assignments: the values that lists read.
     pub(crate) before: State,
     pub(crate) reads_before: bool,
-    /// The writer of each variable cell in the current micro-step, by check number, and whether it only took from or added to the number of a counted step.
+    /// The writer of each variable cell in the current micro-step, by check number, and whether it only changed the number of a counted step by one.
     pub(crate) written: Vec<(u64, Option<Writer>, bool)>,
-    /// The list that runs now; none in bodies and tasks, which are no writers of a micro-step.
+    /// The current list; `None` in bodies and tasks, which are not writers of a micro-step.
     pub(crate) writer: Option<Writer>,
     /// The next situation is left open in this reaction.
     pub(crate) open_next: bool,
     /// All transitions and reactions that fired, in order.
     pub(crate) fired: Vec<TransitionId>,
-    /// The last check's pairs of a transition that the policy chose and one that it passed over for that.
+    /// For the last check: pairs of a transition that the policy chose and one that it did not choose for this reason.
     pub(crate) contested: Vec<(TransitionId, TransitionId)>,
-    /// The same of all micro-steps of this reaction.
+    /// The same for all micro-steps of this reaction.
     pub(crate) all_contested: Vec<(TransitionId, TransitionId)>,
-    /// For each micro-step where its part of `fired` ends.
+    /// For each micro-step, the end of its part of `fired`.
     pub(crate) ends: Vec<usize>,
     /// Continuous outputs and extern actions that are not 0 in the row.
     pub(crate) lit: Vec<OutputId>,
-    /// Statecharts: how many events at the front of the external queue stood there at Latch.
+    /// Statecharts: the number of events at the front of the external queue that were there at Latch.
     pub(crate) n_latched: usize,
-    /// Checks of this reaction's evolution, and those of them that fired.
+    /// The number of checks of this reaction's evolution, and of those that fired.
     pub(crate) rounds: u32,
     pub(crate) micro_steps: u32,
-    /// The most events that waited in the internal queue at once in this reaction.
+    /// The maximum number of events in the internal queue at once in this reaction.
     pub(crate) longest_internal: usize,
-    /// By place in [`Tables::may_end`]: the chart had ended before this reaction.
+    /// By index in [`Tables::may_end`]: the chart had ended before this reaction.
     pub(crate) had_ended: Vec<bool>,
 }
 
@@ -107,7 +107,7 @@ impl Work {
     }
 }
 
-/// One reaction while it happens.
+/// One reaction during its execution.
 pub(crate) struct Reaction<'a> {
     pub(crate) net: &'a Net,
     pub(crate) tables: &'a Tables,
@@ -197,7 +197,7 @@ impl Reaction<'_> {
         self.row.dt = dt;
         self.row.fault = false;
         self.row.effects.clear();
-        // What follows from an open situation is open for good.
+        // Everything that follows an open situation is open from now on.
         self.row.open.row |= std::mem::take(&mut self.row.open.next);
         self.row.open.outputs.clear();
         self.work.fresh = true;
@@ -213,7 +213,7 @@ impl Reaction<'_> {
         self.work.reads_before = false;
     }
 
-    /// L1: inputs are read once; events do not hold before L3 says so.
+    /// L1: inputs are read once; events are absent until L3.
     fn l1_latch(&mut self, dt: u32, inputs: &[i64]) {
         self.begin_row(dt);
         for (id, input) in self.net.inputs.iter() {
@@ -229,7 +229,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// L2: `dt` ticks are added to the timers of what is active now, each saturating one above the largest constant it is compared with.
+    /// L2: adds `dt` ticks to the timers of what is active now, each saturating one above the largest constant it is compared with.
     fn l2_advance_timers(&mut self, dt: i64) {
         let layout = &self.tables.layout;
         for step in self.state.situation.iter() {
@@ -255,7 +255,7 @@ impl Reaction<'_> {
         self.advance_qualifier_timers(dt);
     }
 
-    /// L3 for Grafcet charts: `ev` is what occurs in this row together with what was raised for this check.
+    /// L3 for Grafcet charts: `ev` contains the events of this row and those raised for this check.
     fn l3_events_hold(&mut self, inputs: &[i64]) {
         self.l3_take_raised();
         for event in &self.tables.events {
@@ -276,8 +276,8 @@ impl Reaction<'_> {
         }
     }
 
-    /// EVOLVE of Grafcet charts (semantics §3.4). An event that the last allowed micro-step raised is met by one more check; only if that would fire
-    /// something is it a fault [C11].
+    /// EVOLVE of Grafcet charts (semantics §3.4). One more check follows for an event that the last allowed micro-step raised; it is a fault only if that
+    /// check would fire something [C11].
     fn evolve(&mut self) {
         let mut n = 0;
         loop {
@@ -306,7 +306,7 @@ impl Reaction<'_> {
         self.no_event_holds();
     }
 
-    /// Notes what fired in the micro-step and what was passed over.
+    /// Records what fired in the micro-step and what was not chosen.
     pub(crate) fn end_micro_step(&mut self) {
         let work = &mut *self.work;
         work.micro_steps += 1;
@@ -314,7 +314,7 @@ impl Reaction<'_> {
         work.all_contested.extend_from_slice(&work.contested);
     }
 
-    /// A micro-step of these transitions, if the situation and the policy allow it.
+    /// A micro-step with exactly these transitions, if the situation and the policy allow it.
     pub(crate) fn replay(&mut self, fired: &[TransitionId]) -> bool {
         self.work.check += 1;
         self.work.fired.clear();
@@ -364,14 +364,14 @@ impl Reaction<'_> {
         self.row.fault = true;
     }
 
-    /// `now[e] := eval(e)` for every operand of the net, used at the moment or not [C15].
+    /// `now[e] := eval(e)` for every operand of the net, whether it is used now or not [C15].
     pub(crate) fn evaluate_edge_operands(&mut self) {
         for (edge, operand) in self.net.edges.iter() {
             self.work.now[edge.index()] = self.eval(&operand.expr) != 0;
         }
     }
 
-    /// `old := now`, for all operands but those over inputs alone.
+    /// `old := now`, for all operands except those over inputs alone.
     pub(crate) fn renew_edge_operands(&mut self) {
         for edge in self.net.edges.ids() {
             if !self.tables.edge_over_inputs[edge.index()] {
@@ -446,8 +446,8 @@ impl Reaction<'_> {
         self.work.enabled.sort_unstable();
     }
 
-    /// The receptivity, given that the transition is enabled. Transitions are asked in declaration order, so that `otherwise` finds the answers of
-    /// those above it.
+    /// The receptivity, given that the transition is enabled. Transitions are evaluated in declaration order, so that `otherwise` finds the results of the
+    /// earlier ones.
     fn k2_is_fireable(&mut self, transition: TransitionId, trigger: Trigger) -> bool {
         let data = &self.net.transitions[transition];
         self.mention(&data.guard);
@@ -466,7 +466,7 @@ impl Reaction<'_> {
         self.net.transitions[transition].kind == TransitionKind::Reaction
     }
 
-    /// Records that extern conditions are called for this expression, once a reaction (semantics §6).
+    /// Records that extern conditions are called for this expression, once per reaction (semantics §6).
     pub(crate) fn mention(&mut self, expr: &Expr) {
         if self.tables.has_extern_conditions {
             let effects = &mut self.row.effects;
@@ -479,8 +479,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// `eval`: the exact value, 0 and 1 for Booleans, of what the state is now; with simultaneous assignments, what it was at the start of the
-    /// micro-step.
+    /// `eval`: the exact value in the current state, 0 and 1 for Booleans; with simultaneous assignments, the value at the start of the micro-step.
     pub(crate) fn eval(&self, expr: &Expr) -> i64 {
         let state = if self.work.reads_before { &self.work.before } else { &*self.state };
         eval_by(expr, &|leaf, index| {
@@ -494,7 +493,7 @@ impl Reaction<'_> {
     }
 }
 
-/// The value of an expression over any leaves; `value` is asked with the index for an element of an array. What `and` and `or` skip has no effects.
+/// The value of an expression over any leaves; for an element of an array, `value` gets the index. Operands that `and` and `or` skip have no effects.
 pub(crate) fn eval_by<L>(expr: &GenericExpr<L>, value: &impl Fn(&L, Option<i64>) -> i64) -> i64 {
     let eval = |expr: &GenericExpr<L>| eval_by(expr, value);
     match &expr.kind {
@@ -519,7 +518,7 @@ pub(crate) fn eval_by<L>(expr: &GenericExpr<L>, value: &impl Fn(&L, Option<i64>)
     }
 }
 
-/// What a leaf reads.
+/// The value of a leaf.
 pub(crate) fn value_of(
     net: &Net,
     tables: &Tables,

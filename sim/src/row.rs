@@ -1,4 +1,4 @@
-//! One row: what a reaction leaves for all to see.
+//! One row: the visible result of a reaction.
 
 use grafsynth_ir::net::{InputId, InputKind, Net, OutputId, StepId, Verbatim};
 
@@ -7,7 +7,7 @@ use grafsynth_ir::net::{InputId, InputKind, Net, OutputId, StepId, Verbatim};
 pub struct InputRow {
     /// Ticks since the last reaction.
     pub dt: u32,
-    /// One value for each input of the net, by id; internal events have one too, which nobody reads.
+    /// One value for each input of the net, by id; those of internal events are never read.
     pub values: Vec<i64>,
 }
 
@@ -34,28 +34,28 @@ impl InputRow {
     }
 }
 
-/// Something that a reaction does to the world beyond its outputs, in the order in which it happens.
+/// An effect of a reaction beyond its outputs, in order of execution.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Effect {
-    /// A call of an extern action with its arguments, brought into the bounds of the parameters.
+    /// A call of an extern action with its arguments, clamped to the ranges of the parameters.
     Call(OutputId, Vec<i64>),
-    /// A call of an extern condition; at most one for each in a reaction.
+    /// A call of an extern condition; at most one per reaction for each condition.
     Condition(InputId),
-    /// Text of a target language that would have run here. The simulator cannot run it.
+    /// Target-language text that would run here. The simulator cannot run it.
     Code(Verbatim),
 }
 
-/// Which cells of a row are not determined by the chart (semantics §3.6, *unspecified*).
+/// The cells of a row that the chart does not determine (semantics §3.6, *unspecified*).
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Open {
-    /// The situation after this reaction was left open: so is everything that follows from it, in this row (but not mealy outputs) and in all
-    /// later ones.
+    /// The situation after this reaction was left open, and so is everything that follows from it: in this row (except mealy outputs) and in all later
+    /// ones.
     pub next: bool,
-    /// The whole row: its state followed from an open one, or an assumption was broken.
+    /// The whole row is open: its state followed from an open one, or an assumption was violated.
     pub row: bool,
     /// Outputs left open in this row.
     pub outputs: Vec<OutputId>,
-    /// Outputs that do not follow from the situation after this reaction: mealy ones.
+    /// Outputs that do not depend on the situation after this reaction: mealy ones.
     pub fixed: Vec<OutputId>,
 }
 
@@ -67,17 +67,17 @@ impl Open {
     }
 }
 
-/// What one reaction leaves. [`TraceLayout::row`](crate::TraceLayout::row) makes the cells of a trace of it; other engines build one from their
-/// own values.
+/// The result of one reaction. [`TraceLayout::row`](crate::TraceLayout::row) converts it to the cells of a trace; other engines build one from their own
+/// values.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Row {
     /// Ticks since the last row.
     pub dt: u32,
-    /// The inputs by id, as the stimulus gave them.
+    /// The inputs by id, from the stimulus.
     pub inputs: Vec<i64>,
-    /// The active steps in declaration order, hidden and composite ones included.
+    /// The active steps in declaration order, including hidden and composite ones.
     pub steps: Vec<StepId>,
-    /// The outputs by id. Those of extern actions are not read from here but from `effects`.
+    /// The outputs by id. For extern actions, `effects` is used instead.
     pub outputs: Vec<i64>,
     /// The variables by id, each array as its elements in order.
     pub vars: Vec<i64>,
@@ -90,7 +90,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// The row of a net with every value 0 and no step active, to be filled in.
+    /// A row of a net with every value 0 and no active step, to be filled in.
     #[must_use]
     pub fn zero(net: &Net) -> Self {
         Row {
@@ -102,7 +102,7 @@ impl Row {
     }
 }
 
-/// True for inputs that have a column in stimuli and traces: all but internal events.
+/// True for inputs that have a column in stimuli and traces: all except internal events.
 pub(crate) fn has_column(kind: InputKind) -> bool {
     kind != InputKind::InternalEvent
 }

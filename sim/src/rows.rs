@@ -1,4 +1,4 @@
-//! One random row of a stimulus after another: how the inputs of a row come from those of the row before.
+//! Random rows of a stimulus: how the inputs of a row are derived from the previous row.
 
 use std::collections::BTreeSet;
 
@@ -8,24 +8,24 @@ use grafsynth_ir::net::{InputId, InputKind, Leaf, Net};
 use crate::random::Random;
 use crate::row::{InputRow, has_column};
 
-/// How the rows of a stretch are made.
+/// How the rows of a stretch are generated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Manner {
-    /// Every input anew in each row.
+    /// Every input is new in each row.
     Noise,
-    /// Most rows as the one before; now and then one input changes.
+    /// Most rows equal the previous one; occasionally one input changes.
     Held,
-    /// Mostly 0, now and then a pulse.
+    /// Mostly 0, with occasional pulses.
     Pulses,
 }
 
-/// Makes rows.
+/// Generates rows.
 pub(crate) struct Rows<'n> {
     pub(crate) net: &'n Net,
     pub(crate) random: Random,
     /// Inputs and external events.
     pub(crate) given: Vec<InputId>,
-    /// By input: values around the constants that it is compared with.
+    /// By input: values around the constants in its comparisons.
     pub(crate) interesting: Vec<Vec<i64>>,
     pub(crate) last: InputRow,
 }
@@ -52,7 +52,7 @@ impl<'n> Rows<'n> {
         }
     }
 
-    /// A row of this manner; it keeps `events exclusive`, but assumptions only by chance.
+    /// A row of this manner; it satisfies `events exclusive`, but assumptions only by chance.
     pub(crate) fn any(&mut self, manner: Manner, dt: u32) -> InputRow {
         let mut row = InputRow { dt, values: self.last.values.clone() };
         match manner {
@@ -90,7 +90,7 @@ impl<'n> Rows<'n> {
         row
     }
 
-    /// The last row once more, with no event.
+    /// The last row again, without events.
     pub(crate) fn held(&self) -> InputRow {
         let mut row = self.last.clone();
         for input in &self.given {
@@ -116,7 +116,7 @@ impl<'n> Rows<'n> {
         }
     }
 
-    /// A Boolean is 1 once in `rarity` times.
+    /// A Boolean is 1 with probability 1/`rarity`.
     fn any_value(&mut self, input: InputId, rarity: usize) -> i64 {
         match self.net.inputs[input].ty {
             Type::Bool => i64::from(self.random.one_in(rarity)),

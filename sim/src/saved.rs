@@ -1,4 +1,4 @@
-//! A state as text, by name, so that a changed net can take over what it still has.
+//! A state as text, by name, so that a changed net can restore the parts that it still has.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,16 +13,16 @@ use crate::row::Row;
 use crate::state::State;
 use crate::tables::Tables;
 
-/// What became of a saved state.
+/// The result of restoring a state.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Restored {
-    /// What was taken over, such as `step p1` or `var n`.
+    /// Parts that were restored, such as `step p1` or `var n`.
     pub kept: Vec<String>,
-    /// Taken over, but brought into a narrower range.
+    /// Parts that were restored, but clamped to a narrower range.
     pub cut: Vec<String>,
-    /// What the net has and the text had not: it starts as after reset.
+    /// Parts that the net has but the text does not: they have their values after reset.
     pub new: Vec<String>,
-    /// What the text had and the net has not.
+    /// Parts that the text has but the net does not.
     pub lost: Vec<String>,
 }
 
@@ -34,18 +34,18 @@ struct Saved {
     chart: String,
     /// Each step and whether it is active.
     steps: BTreeMap<String, bool>,
-    /// Everything with a number, by a key made of names.
+    /// All numbers, by a key made of names.
     cells: BTreeMap<String, i64>,
     /// Orders of last activation, oldest first.
     ages: Vec<Vec<String>>,
     internal: Vec<String>,
     external: Vec<String>,
-    /// What the outputs showed in that row; no state, for the next reaction computes them anew.
+    /// The outputs in that row; not part of the state, because the next reaction computes them again.
     #[serde(default)]
     outputs: BTreeMap<String, i64>,
 }
 
-/// Outputs that show a value in a row: all but calls.
+/// Outputs that show a value in a row: all except calls.
 fn shown(net: &Net) -> impl Iterator<Item = (OutputId, &str)> {
     let is_shown = |output: &Output| !matches!(output.driver, Driver::Extern { .. });
     let all = net.outputs.iter().filter(move |(_, output)| is_shown(output));
@@ -86,11 +86,11 @@ pub(crate) fn save(net: &Net, tables: &Tables, state: &State, row: &Row) -> Stri
         external: event_names(&state.external),
         outputs: shown(net).map(|(id, name)| (name.to_owned(), row.outputs[id.index()])).collect(),
     };
-    // The value is made of strings and numbers only, which always can be written.
+    // The value contains only strings and numbers, so writing cannot fail.
     serde_json::to_string_pretty(&saved).unwrap_or_default() + "\n"
 }
 
-/// `state` is that after reset; what the text does not know stays so.
+/// `state` is the state after reset; parts that the text does not contain are unchanged.
 pub(crate) fn restore(
     net: &Net,
     tables: &Tables,
@@ -102,7 +102,7 @@ pub(crate) fn restore(
         .map_err(|error| bad(format!("the saved state cannot be read: {error}")))?;
     if saved.format != FORMAT {
         return Err(bad(format!(
-            "the saved state has format `{}`, this version reads `{FORMAT}`",
+            "the saved state has format `{}`, but this version reads `{FORMAT}`",
             saved.format
         )));
     }
@@ -168,7 +168,7 @@ fn bad(message: String) -> Vec<Diagnostic> {
     ]
 }
 
-/// Each order takes over the saved one that it shares most steps with; steps unknown there are older than all that are known.
+/// Each order restores the saved one with which it shares the most steps; steps that it does not contain are older than those that it contains.
 fn restore_ages(net: &Net, tables: &Tables, state: &mut State, saved: &[Vec<String>]) {
     for order in &tables.layout.ages {
         let name = |step: &StepId| net.steps[*step].name.text.as_str();
@@ -186,7 +186,7 @@ fn restore_ages(net: &Net, tables: &Tables, state: &mut State, saved: &[Vec<Stri
     }
 }
 
-/// What a restored value must lie within.
+/// The range of a restored value.
 fn bounds(net: &Net, tables: &Tables, cell: Cell) -> (i64, i64) {
     let layout = &tables.layout;
     match cell {
@@ -211,7 +211,7 @@ fn bounds(net: &Net, tables: &Tables, cell: Cell) -> (i64, i64) {
     }
 }
 
-/// All cells but those of age orders, each with its key.
+/// All cells except those of age orders, each with its key.
 fn keys<'k>(net: &'k Net, tables: &'k Tables) -> impl Iterator<Item = (usize, String)> + 'k {
     tables
         .layout
@@ -263,7 +263,7 @@ fn key(net: &Net, cell: Cell) -> Option<String> {
     })
 }
 
-/// An edge operand has no name; its text in prefix form, with names, stands for it.
+/// An edge operand has no name; its text in prefix form, with names, is its key.
 fn expr_key(net: &Net, expr: &Expr) -> String {
     let operands: Vec<String> = expr.operands().map(|operand| expr_key(net, operand)).collect();
     let head = match &expr.kind {

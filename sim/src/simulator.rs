@@ -1,7 +1,8 @@
-//! The simulator as others see it.
+//! The public interface of the simulator.
 
 use grafsynth_ir::net::{
-    Driver, Leaf, Net, Output, OutputId, Property, PropertyLeaf, StepId, TransitionId, VarId,
+    Driver, Leaf, Net, Output, OutputId, Property, PropertyExpr, PropertyLeaf, StepId,
+    TransitionId, VarId,
 };
 use grafsynth_ir::{Diagnostic, Valid};
 
@@ -14,7 +15,7 @@ use crate::stimulus::Stimulus;
 use crate::tables::Tables;
 use crate::trace::{Trace, TraceLayout};
 
-/// Runs a net, one reaction after another, exactly as `docs/semantics.md` says.
+/// Runs a net, one reaction after another, exactly as `docs/semantics.md` defines.
 #[derive(Debug, Clone)]
 pub struct Simulator<'n> {
     net: &'n Net,
@@ -26,13 +27,13 @@ pub struct Simulator<'n> {
 }
 
 impl<'n> Simulator<'n> {
-    /// A simulator of the net, just reset: [`Simulator::row`] is row 0.
+    /// A simulator of the net after reset: [`Simulator::row`] is row 0.
     #[must_use]
     pub fn new(net: &'n Valid<Net>) -> Self {
         Self::of_net(net)
     }
 
-    /// For stimuli, which are made for a net that need not be valid.
+    /// For stimuli, which are made for a net that may be invalid.
     pub(crate) fn of_net(net: &'n Net) -> Self {
         let tables = Tables::of(net);
         let state = State {
@@ -51,7 +52,7 @@ impl<'n> Simulator<'n> {
         &self.tables
     }
 
-    /// The net that is run.
+    /// The simulated net.
     #[must_use]
     pub fn net(&self) -> &'n Net {
         self.net
@@ -65,29 +66,28 @@ impl<'n> Simulator<'n> {
         self.row.clone()
     }
 
-    /// One reaction. Values that an input cannot have are brought to the nearest that it can.
+    /// One reaction. Values outside an input's range are clamped to it.
     pub fn react(&mut self, input: &InputRow) -> Row {
         self.step(input).clone()
     }
 
-    /// As [`Simulator::react`], but lends the row instead of copying it.
+    /// Like [`Simulator::react`], but borrows the row instead of copying it.
     pub fn step(&mut self, input: &InputRow) -> &Row {
         self.notes.row += 1;
         self.reaction().react(input.dt, &input.values);
         &self.row
     }
 
-    /// One micro-step in which exactly these transitions fire, whatever their receptivities say: for replaying what is known to have fired where the
-    /// inputs are not. False, and nothing is changed, where the situation does not enable all of them, or where the policy would not let them fire
-    /// together.
+    /// One micro-step in which exactly these transitions fire, whatever their receptivities are: for replaying known firings if the inputs are unknown.
+    /// Returns false and changes nothing if the situation does not enable all of them, or if the policy would not let them fire together.
     ///
-    /// Lists run, but on inputs that nobody knows, so afterwards the situation is right (and what histories remember), variables and outputs are not.
-    /// Only micro-steps and resets should follow.
+    /// Lists run, but with unknown inputs, so afterwards the situation (and the memory of histories) is correct, but variables and outputs are not. Only
+    /// micro-steps and resets should follow.
     pub fn replay(&mut self, fired: &[TransitionId]) -> bool {
         self.reaction().replay(fired)
     }
 
-    /// What an expression reads, for those who look ahead without making a reaction.
+    /// The values that an expression can read, for searches that do not execute a reaction.
     pub(crate) fn parts(&self) -> (&'n Net, &Tables, &State, &Work) {
         (self.net, &self.tables, &self.state, &self.work)
     }
@@ -103,19 +103,19 @@ impl<'n> Simulator<'n> {
         }
     }
 
-    /// The row of the last reaction (row 0 after a reset). After [`Simulator::set_state`] it is out of date until the next reaction.
+    /// The row of the last reaction (row 0 after a reset). After [`Simulator::set_state`] it is outdated until the next reaction.
     #[must_use]
     pub fn row(&self) -> &Row {
         &self.row
     }
 
-    /// Where the net stands.
+    /// The current state.
     #[must_use]
     pub fn state(&self) -> &State {
         &self.state
     }
 
-    /// Puts the net where it stood when [`Simulator::state`] gave this. The state must come from a simulator of the same net.
+    /// Restores a state that [`Simulator::state`] returned. It must come from a simulator of the same net.
     pub fn set_state(&mut self, state: &State) {
         self.state.clone_from(state);
         self.row.open = crate::Open::default();
@@ -127,7 +127,7 @@ impl<'n> Simulator<'n> {
         self.state.situation.contains(step)
     }
 
-    /// The value of a variable, or of one element of an array; an index beyond the array gives its last element.
+    /// The value of a variable, or of one element of an array; an index beyond the array reads its last element.
     #[must_use]
     pub fn var(&self, var: VarId, index: u32) -> i64 {
         let last = self.net.vars[var].len.unwrap_or(1).max(1) - 1;
@@ -140,33 +140,33 @@ impl<'n> Simulator<'n> {
         &self.work.fired
     }
 
-    /// What fired in each micro-step of the last reaction: transitions and reactions, in the order of their actions.
+    /// The transitions and reactions that fired in each micro-step of the last reaction, in the order of their actions.
     pub fn firings(&self) -> impl Iterator<Item = &[TransitionId]> {
         let begin = std::iter::once(0).chain(self.work.ends.iter().copied());
         begin.zip(&self.work.ends).map(|(from, to)| &self.work.fired[from..*to])
     }
 
-    /// The pairs of transitions that could not both fire in a micro-step of the last reaction: one that fired, and one that was fireable too and was passed
-    /// over by the conflict policy. They share a preceding step; in a statechart an active state that both leave.
+    /// The pairs of transitions in conflict in the last reaction: one that fired, and one that was also fireable but was not chosen by the conflict policy
+    /// in the same micro-step. They share a preceding step; in a statechart, an active state that both leave.
     #[must_use]
     pub fn contests(&self) -> &[(TransitionId, TransitionId)] {
         &self.work.all_contested
     }
 
-    /// How often the last reaction checked what is fireable (EVOLVE of semantics §3.9): each micro-step is a check, each event taken from a queue that
-    /// makes nothing fire, and the empty check at the end.
+    /// The number of checks in the last reaction (EVOLVE of semantics §3.9): one for each micro-step, one for each event taken from a queue that fires
+    /// nothing, and the final empty check.
     #[must_use]
     pub fn rounds(&self) -> u32 {
         self.work.rounds
     }
 
-    /// The micro-steps of the last reaction, over all its external events.
+    /// The number of micro-steps of the last reaction, over all its external events.
     #[must_use]
     pub fn micro_steps(&self) -> u32 {
         self.work.micro_steps
     }
 
-    /// The most events that waited in the internal queue at once in the last reaction.
+    /// The maximum number of events in the internal queue at once in the last reaction.
     #[must_use]
     pub fn longest_internal(&self) -> usize {
         self.work.longest_internal
@@ -178,15 +178,21 @@ impl<'n> Simulator<'n> {
         &self.row.effects
     }
 
-    /// What was noticed since the last reset.
+    /// The notes since the last reset.
     #[must_use]
     pub fn notes(&self) -> &Notes {
         &self.notes
     }
 
-    /// True if what the property says never holds does hold in the present row.
+    /// True if the condition that the property excludes is true in the current row.
     #[must_use]
     pub fn is_violated(&self, property: &Property) -> bool {
+        self.value(&property.never) != 0
+    }
+
+    /// The value of an expression of a property in the present row.
+    #[must_use]
+    pub fn value(&self, expr: &PropertyExpr) -> i64 {
         let value = |leaf: &PropertyLeaf, index: Option<i64>| match leaf {
             PropertyLeaf::Output(output) => self.row.outputs[output.index()],
             PropertyLeaf::Net(Leaf::Input(input)) => self.row.inputs[input.index()],
@@ -194,7 +200,7 @@ impl<'n> Simulator<'n> {
                 value_of(self.net, &self.tables, &self.state, &self.work, *leaf, index)
             }
         };
-        eval_by(&property.never, &value) != 0
+        eval_by(expr, &value)
     }
 
     /// The state as text, by name: JSON that a later version of the chart can read.
@@ -203,16 +209,16 @@ impl<'n> Simulator<'n> {
         saved::save(self.net, &self.tables, &self.state, &self.row)
     }
 
-    /// Takes over a saved state by name. What this net has and the text has not starts as after reset; what only the text has is lost; both are
+    /// Restores a saved state by name. Parts that only this net has get their values after reset; parts that only the text has are lost; both are
     /// reported.
     ///
     /// # Errors
-    /// The text is no saved state.
+    /// The text is not a saved state.
     pub fn restore(&mut self, text: &str) -> Result<Restored, Vec<Diagnostic>> {
         self.reset();
         let (state, row) = (&mut self.state, &mut self.row);
         let restored = saved::restore(self.net, &self.tables, state, row, text)?;
-        // What the row lights goes out with the next reaction, as after any other.
+        // Outputs that are on in the row are cleared in the next reaction, as after any other.
         let is_lit = |(id, output): &(OutputId, &Output)| {
             matches!(output.driver, Driver::Continuous(_)) && self.row.outputs[id.index()] != 0
         };
@@ -224,15 +230,15 @@ impl<'n> Simulator<'n> {
     }
 }
 
-/// The trace of a net under a stimulus: row 0 is the reset, then one row for each row of the stimulus. From the first row on that breaks an
-/// assumption, all cells are open.
+/// The trace of a net for a stimulus: row 0 is the reset, then one row for each row of the stimulus. From the first row that violates an assumption, all
+/// cells are open.
 #[must_use]
 pub fn run(net: &Valid<Net>, stimulus: &Stimulus) -> Trace {
     let mut simulator = Simulator::new(net);
     run_with(&mut simulator, stimulus)
 }
 
-/// As [`run`], on a simulator that the caller keeps to look at its notes; it is reset first.
+/// Like [`run`], on a simulator that the caller keeps to read its notes; it is reset first.
 pub fn run_with(simulator: &mut Simulator<'_>, stimulus: &Stimulus) -> Trace {
     let net = simulator.net();
     let mut trace = Trace::new(TraceLayout::of(net));

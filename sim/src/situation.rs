@@ -2,7 +2,7 @@
 
 use grafsynth_ir::net::StepId;
 
-/// A set of steps, one bit each: a *situation* where it says which are active (semantics §2).
+/// A set of steps, one bit each; as the set of active steps, a *situation* (semantics §2).
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Situation {
     words: Vec<u64>,
@@ -21,32 +21,32 @@ impl Situation {
         self.words.get(step.index() / 64).is_some_and(|word| word >> (step.index() % 64) & 1 == 1)
     }
 
-    /// Puts the step in.
+    /// Adds the step.
     pub fn insert(&mut self, step: StepId) {
         self.words[step.index() / 64] |= 1 << (step.index() % 64);
     }
 
-    /// Takes the step out.
+    /// Removes the step.
     pub fn remove(&mut self, step: StepId) {
         self.words[step.index() / 64] &= !(1 << (step.index() % 64));
     }
 
-    /// Puts the step in or takes it out.
+    /// Adds or removes the step.
     pub fn set(&mut self, step: StepId, is_in: bool) {
         if is_in { self.insert(step) } else { self.remove(step) }
     }
 
-    /// Takes all steps out.
+    /// Removes all steps.
     pub fn clear(&mut self) {
         self.words.fill(0);
     }
 
-    /// Becomes equal to `other` without a new allocation.
+    /// Copies `other` without a new allocation.
     pub fn copy_from(&mut self, other: &Situation) {
         self.words.clone_from(&other.words);
     }
 
-    /// True if no step is in.
+    /// True if the set is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.words.iter().all(|word| *word == 0)
@@ -72,7 +72,7 @@ impl Situation {
             .flat_map(|(index, (mine, theirs))| bits(index, mine & !theirs))
     }
 
-    /// The bits, 64 steps to a word, the first step lowest.
+    /// The bits, 64 steps per word, the first step lowest.
     #[must_use]
     pub fn words(&self) -> &[u64] {
         &self.words

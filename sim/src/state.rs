@@ -6,10 +6,10 @@ use grafsynth_ir::net::InputId;
 
 use crate::situation::Situation;
 
-/// Everything that a net remembers between two reactions, and nothing else: equal states of one net react alike for ever.
+/// Everything that a net stores between two reactions, and nothing else: equal states of one net behave the same for ever.
 ///
-/// A state is a bit for each step, a number for each thing that the net uses (variables, timers, edges, latches, the order of activation among
-/// steps that decide conflicts, …) and the pending events. It belongs to the net of the [`Simulator`](crate::Simulator) that gave it;
+/// A state contains a bit for each step, a number for each object that the net uses (variables, timers, edges, latches, the order of activation among
+/// steps that decide conflicts, …) and the pending events. It belongs to the net of the [`Simulator`](crate::Simulator) that returned it;
 /// [`Simulator::save`](crate::Simulator::save) writes it by name.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct State {
@@ -37,7 +37,7 @@ impl Clone for State {
         }
     }
 
-    /// Reuses what is allocated.
+    /// Reuses allocated memory.
     fn clone_from(&mut self, other: &Self) {
         self.situation.copy_from(&other.situation);
         self.cells.clone_from(&other.cells);

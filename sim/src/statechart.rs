@@ -1,5 +1,5 @@
-//! Statecharts: the macro-step with its two queues, and the order of exits and entries (semantics §5, §3.3; SCXML's exitStates,
-//! executeTransitionContent and enterStates).
+//! Statecharts: the macro-step with its two queues, and the order of exits and entries (semantics §5, §3.3; SCXML's exitStates, executeTransitionContent
+//! and enterStates).
 
 use grafsynth_ir::net::{
     Enter, Evolution, HistoryId, InputId, InputKind, PartId, StepId, StepKind,
@@ -12,7 +12,7 @@ use crate::situation::Situation;
 use crate::state::State;
 use crate::tables::Tables;
 
-/// What a micro-step enters.
+/// The entries of a micro-step.
 #[derive(Debug, Default)]
 struct EntrySet {
     states: Situation,
@@ -34,7 +34,7 @@ impl Reaction<'_> {
         self.end_lists();
     }
 
-    /// L3: due sends, by remaining ticks and then by slot, then the events of the row, join the external queue.
+    /// L3: due sends, by remaining ticks and then by slot, and then the events of the row join the external queue.
     pub(crate) fn l3_queue_events(&mut self, dt: u32, inputs: &[i64]) {
         if self.everything_has_ended() {
             return;
@@ -74,7 +74,7 @@ impl Reaction<'_> {
         self.join(event, false);
     }
 
-    /// An event that nothing is `on` joins no queue. When the queue is full, the newest event is dropped and the row shows a fault.
+    /// An event that no `on` refers to is not queued. If the queue is full, the newest event is dropped and the row reports a fault.
     fn join(&mut self, event: InputId, is_internal: bool) {
         if !self.tables.listened[event.index()] {
             return;
@@ -93,8 +93,8 @@ impl Reaction<'_> {
         self.net.settings.queue.map_or(usize::MAX, |bound| bound as usize)
     }
 
-    /// EVOLVE of statecharts. The count of micro-steps starts anew with each external event that stood in the queue at Latch; one that an undelayed
-    /// send adds during the reaction is counted on, so that a send to oneself cannot keep a reaction going for ever.
+    /// EVOLVE of statecharts. The count of micro-steps restarts with each external event that was in the queue at Latch, but not with one that an
+    /// undelayed send adds during the reaction, so that a send to oneself cannot keep a reaction running for ever.
     pub(crate) fn evolve_statechart(&mut self) {
         let limit = match self.net.settings.evolution {
             Evolution::Single => 1,
@@ -125,7 +125,7 @@ impl Reaction<'_> {
                 self.select_in_statechart();
             }
             if self.work.chosen.is_empty() {
-                // The event made nothing fire; it is gone.
+                // The event fired nothing and is discarded.
                 continue;
             }
             if n == limit {
@@ -173,7 +173,7 @@ impl Reaction<'_> {
         self.work.chosen = chosen;
     }
 
-    /// History is recorded from the situation at the start of the micro-step, before any list runs.
+    /// Histories are recorded from the situation at the start of the micro-step, before any list runs.
     fn record_histories(&mut self, exits: &Situation) {
         for (history, data) in self.net.histories.iter() {
             if exits.contains(data.owner) {
@@ -194,7 +194,7 @@ impl Reaction<'_> {
         set
     }
 
-    /// A history that has recorded something stands for that, otherwise for its default. `seen` ends a cycle of histories.
+    /// A history that has recorded something is replaced by that, otherwise by its default. `seen` ends a cycle of histories.
     fn add_to_entry_set(&self, enter: Enter, set: &mut EntrySet, seen: &mut [bool]) {
         match enter {
             Enter::Step(step) => set.states.insert(step),
@@ -225,7 +225,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// Activation in document order, parent before child; default content after the parent's list and before its child's.
+    /// Activation in document order, parent before child; default content runs after the parent's list and before its child's.
     fn enter_states(&mut self, set: &EntrySet) {
         let net = self.net;
         for state in set.states.iter() {
@@ -252,7 +252,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// `done.state.P` right after the entry list of P's final child, then that of a parallel all of whose regions are final.
+    /// `done.state.P` right after the entry list of P's final child, then the event of a parallel state whose regions are all final.
     fn raise_done(&mut self, parent: StepId) {
         if let Some(event) = self.net.steps[parent].done_event {
             self.raise(event);
@@ -282,7 +282,7 @@ impl Reaction<'_> {
         matches!(self.net.steps[state].kind, StepKind::Leaf | StepKind::Final)
     }
 
-    /// A top-level final ends its chart: the exit lists run in exit order, and X keeps the final situation, also meanwhile [C20].
+    /// A top-level final state ends its chart: the exit lists run in exit order, and X keeps the final situation, also during this [C20].
     fn end_chart(&mut self, part: PartId) {
         let net = self.net;
         let chart = self.tables.ranks.chart_of(part);
@@ -295,17 +295,17 @@ impl Reaction<'_> {
         self.state.cells[place] = 1;
     }
 
-    /// The top-level chart has ended.
+    /// True if the top-level chart has ended.
     pub(crate) fn has_ended(&self, chart: PartId) -> bool {
         has_ended(self.tables, self.state, chart)
     }
 
-    /// The chart that the part belongs to has ended.
+    /// True if the chart that contains the part has ended.
     pub(crate) fn part_has_ended(&self, part: PartId) -> bool {
         part_has_ended(self.tables, self.state, part)
     }
 
-    /// Nothing runs any more.
+    /// True if all charts have ended.
     pub(crate) fn everything_has_ended(&self) -> bool {
         everything_has_ended(self.tables, self.state)
     }
@@ -315,13 +315,13 @@ fn has_ended(tables: &Tables, state: &State, chart: PartId) -> bool {
     state.cells[tables.layout.at(Cell::Ended(chart))] != 0
 }
 
-/// The chart that the part belongs to has ended in this state.
+/// True if the chart that contains the part has ended in this state.
 pub(crate) fn part_has_ended(tables: &Tables, state: &State, part: PartId) -> bool {
     let chart = tables.ranks.chart_of(part);
     tables.may_end.contains(&chart) && has_ended(tables, state, chart)
 }
 
-/// All charts have ended in this state.
+/// True if all charts have ended in this state.
 pub(crate) fn everything_has_ended(tables: &Tables, state: &State) -> bool {
     tables.all_may_end && tables.may_end.iter().all(|chart| has_ended(tables, state, *chart))
 }

@@ -1,4 +1,4 @@
-//! Stimuli: what the environment does, row by row (semantics §11).
+//! Stimuli: the inputs of the environment, row by row (semantics §11).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -18,13 +18,13 @@ use crate::trace::TraceLayout;
 /// The largest number of ticks in a row (semantics §7).
 pub const MAX_DT: u32 = i32::MAX as u32;
 
-/// After so many errors reading stops.
+/// The number of errors after which reading stops.
 const MAX_ERRORS: usize = 100;
 
-/// A list of input rows. Only the columns that are given are stored; the others are 0.
+/// A list of input rows. Only the given columns are stored; the others are 0.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Stimulus {
-    /// By input: the value where there is no column.
+    /// By input: the value if there is no column.
     zero: Vec<i64>,
     /// The inputs that have a column, in the order of the columns.
     columns: Vec<InputId>,
@@ -50,7 +50,7 @@ impl Stimulus {
         }
     }
 
-    /// A stimulus of these rows.
+    /// A stimulus with these rows.
     #[must_use]
     pub fn of_rows<'r>(net: &Net, rows: impl IntoIterator<Item = &'r InputRow>) -> Self {
         let mut stimulus = Self::new(net);
@@ -70,7 +70,7 @@ impl Stimulus {
         self.dts.len()
     }
 
-    /// True if there is no row.
+    /// True if there are no rows.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.dts.is_empty()
@@ -126,14 +126,15 @@ impl Stimulus {
         text
     }
 
-    /// Reads a stimulus for the net; columns of a trace that are no inputs are passed over. Errors leave no stimulus; a broken assumption is a warning.
+    /// Reads a stimulus for the net; columns of a trace that are not inputs are skipped. With errors there is no stimulus; a violated assumption is a
+    /// warning.
     #[must_use]
     pub fn parse_csv(net: &Net, file: FileId, text: &str) -> (Option<Stimulus>, Vec<Diagnostic>) {
         let (read, found) = Self::parse_with_expected(net, file, text);
         (read.map(|(stimulus, _)| stimulus), found)
     }
 
-    /// Reads a stimulus for the net, and what it expects: a trace is a stimulus that expects what it shows.
+    /// Reads a stimulus for the net, and its expected values: a trace is a stimulus that expects its own cells.
     #[must_use]
     pub fn parse_with_expected(
         net: &Net,
@@ -154,7 +155,7 @@ impl Stimulus {
         let Some((start, header)) = lines.next() else {
             let place = Span::new(file, text.len(), text.len());
             let error = Diagnostic::error(codes::NO_HEADER, "the stimulus is empty")
-                .at(place, "expected a row with the names of inputs")
+                .at(place, "expected a header with the names of inputs")
                 .help(format!(
                     "begin with a header such as `{}`",
                     Stimulus::new(net).to_csv(net).trim_end()
@@ -172,15 +173,15 @@ impl Stimulus {
     }
 }
 
-/// True if the row does what the chart assumes never to happen.
+/// True if the row violates an assumption of the chart.
 #[must_use]
 pub fn breaks_assumption(net: &Net, row: &InputRow) -> bool {
     broken_assumption(net, row).is_some()
 }
 
-/// The place in `net.properties` of the first assumption that the row breaks.
+/// The index in `net.properties` of the first assumption that the row violates.
 fn broken_assumption(net: &Net, row: &InputRow) -> Option<usize> {
-    // An assumption is over inputs alone; validation refuses other leaves.
+    // An assumption reads only inputs; validation rejects other leaves.
     let value = |leaf: &PropertyLeaf, _: Option<i64>| match leaf {
         PropertyLeaf::Net(Leaf::Input(input)) => row.value(*input),
         PropertyLeaf::Net(_) | PropertyLeaf::Output(_) => 0,
@@ -190,20 +191,20 @@ fn broken_assumption(net: &Net, row: &InputRow) -> Option<usize> {
     })
 }
 
-/// What a column of a stimulus means.
+/// The meaning of a column of a stimulus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Meaning {
     Dt,
     Input(InputId),
     /// The number of the row, in a trace.
     Scan,
-    /// What the trace should show.
+    /// An expected cell of the trace.
     Expected,
-    /// Already reported.
+    /// An error was already reported.
     Nothing,
 }
 
-/// The sign other than a comma that parts the names of columns in a cell, with its name.
+/// A separator other than a comma between the column names of a cell, with its name.
 fn other_separator<'n>(
     cell: &str,
     mut names: impl Iterator<Item = &'n str> + Clone,
@@ -247,7 +248,7 @@ struct Reader<'t> {
     file: FileId,
     stimulus: Stimulus,
     expected: Expected,
-    /// A row was read.
+    /// True if a row was read.
     has_rows: bool,
     header: Vec<Meaning>,
     diagnostics: Vec<Diagnostic>,
@@ -289,7 +290,7 @@ impl Reader<'_> {
                         self.diagnostics.push(
                             Diagnostic::error(
                                 codes::DOUBLE_COLUMN,
-                                format!("column `{name}` is named twice"),
+                                format!("column `{name}` is listed twice"),
                             )
                             .at(cell.span, "the second one")
                             .at(earlier, "the first one")
@@ -350,7 +351,7 @@ impl Reader<'_> {
                     self.diagnostics.push(
                         Diagnostic::error(
                             codes::UNKNOWN_COLUMN,
-                            format!("the columns are separated by {name}, expected commas"),
+                            format!("expected commas between the columns, found {name}"),
                         )
                         .at(cell.span, "")
                         .help("save the file with commas between the cells, or replace each separator")
@@ -392,7 +393,7 @@ impl Reader<'_> {
                     }
                     self.stimulus.values.push(value);
                 }
-                // Row 0 of a trace is the reset, which no stimulus gives.
+                // Row 0 of a trace is the reset, which is not part of a stimulus.
                 Some(Meaning::Scan) => {
                     is_reset = !self.has_rows && cell.text == "0";
                 }
@@ -405,10 +406,10 @@ impl Reader<'_> {
             self.diagnostics.push(
                 Diagnostic::error(
                     codes::CELL_COUNT,
-                    format!("the row has {n_cells} cells, the header {n_columns}"),
+                    format!("the row has {n_cells} cells, but the header has {n_columns}"),
                 )
                 .at(Span::new(self.file, start, start + line.trim_end().len()), "")
-                .help("write one cell for each name of the header"),
+                .help("write one cell for each column of the header"),
             );
             self.stimulus.values.resize(first_value + self.stimulus.columns.len(), 0);
         }
@@ -426,11 +427,11 @@ impl Reader<'_> {
                     Diagnostic::warning(
                         codes::RESET_ROW,
                         format!(
-                            "row 0 is the reset, which reads no input: its `{name}` does nothing"
+                            "row 0 is the reset, which reads no inputs: `{name}` has no effect there"
                         ),
                     )
                     .at(Span::new(self.file, start, start + line.trim_end().len()), "")
-                    .help("number the rows of a stimulus from 1, or leave `scan` out"),
+                    .help("number the rows of a stimulus from 1, or remove the column `scan`"),
                 );
             }
             self.stimulus.values.truncate(first_value);
@@ -448,7 +449,7 @@ impl Reader<'_> {
                     format!("`{first}` and `{second}` occur in one row ({row}), but the chart declares `events exclusive`"),
                 )
                 .at(cell.span, "the second event")
-                .help("let them occur in two rows; `dt` 0 makes no time pass between"),
+                .help("split them into two rows; with `dt` 0 no time passes in between"),
             );
         }
         self.assumption(start, line);
@@ -462,10 +463,10 @@ impl Reader<'_> {
             let property = &self.net.properties[place];
             let row = self.stimulus.len();
             self.diagnostics.push(
-                Diagnostic::warning(codes::ASSUMPTION_BROKEN, format!("row {row} breaks an assumption of the chart"))
+                Diagnostic::warning(codes::ASSUMPTION_BROKEN, format!("row {row} violates an assumption of the chart"))
                     .at(Span::new(self.file, start, start + line.trim_end().len()), "the chart assumes that this never happens")
                     .at(property.meta.span, "the assumption")
-                    .help("from this row on comparisons look at no cell: back ends may rely on the assumption"),
+                    .help("change the row; from here on comparisons ignore all cells, because back ends may rely on the assumption"),
             );
         }
     }
@@ -475,17 +476,14 @@ impl Reader<'_> {
             Ok(dt) if dt <= MAX_DT => dt,
             Ok(_) | Err(_) => {
                 let why = if cell.text.starts_with('-') && cell.text[1..].parse::<u64>().is_ok() {
-                    "time does not run backwards"
+                    "it is negative"
                 } else {
-                    "it is no whole number of ticks"
+                    "it is not a whole number of ticks"
                 };
                 self.diagnostics.push(
-                    Diagnostic::error(
-                        codes::BAD_DT,
-                        format!("dt cannot be `{}`: {why}", cell.text),
-                    )
-                    .at(cell.span, "")
-                    .help(format!("write a number of ticks from 0 to {MAX_DT}")),
+                    Diagnostic::error(codes::BAD_DT, format!("invalid dt `{}`: {why}", cell.text))
+                        .at(cell.span, "")
+                        .help(format!("write a number of ticks from 0 to {MAX_DT}")),
                 );
                 0
             }
@@ -510,7 +508,7 @@ impl Reader<'_> {
                 self.diagnostics.push(
                     Diagnostic::error(
                         codes::BAD_VALUE,
-                        format!("`{}` cannot be `{}`", data.name, cell.text),
+                        format!("invalid value for `{}`: `{}`", data.name, cell.text),
                     )
                     .at(cell.span, "")
                     .help(format!("write {expected}")),
@@ -526,7 +524,7 @@ impl Reader<'_> {
     }
 }
 
-/// The first names, and how many more there are.
+/// The first names, and the number of further ones.
 fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
     let all: Vec<String> = names.map(|name| format!("`{name}`")).collect();
     match all.len() {

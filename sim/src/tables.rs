@@ -1,4 +1,4 @@
-//! What the reaction needs again and again, looked up once: lists by step, so that its cost follows the active steps.
+//! Precomputed tables for the reaction: lists by step, so that its cost depends only on the active steps.
 
 use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::net::{
@@ -15,13 +15,13 @@ use crate::situation::Situation;
 /// All forcing orders for one chart (semantics §8).
 #[derive(Debug, Clone)]
 pub(crate) struct ForcedChart {
-    /// The forced chart: by part, whether it belongs to it.
+    /// The forced chart: for each part, whether it belongs to it.
     pub(crate) has_part: Vec<bool>,
-    /// Its first part, to name it.
+    /// Its first part, for its name.
     pub(crate) part: PartId,
     /// Its steps, in declaration order.
     pub(crate) steps: Vec<StepId>,
-    /// The forcing steps with the situation each asks for, closed downwards; none is `hold`. In declaration order.
+    /// The forcing steps with the requested situations, closed downwards; `None` is `hold`. In declaration order.
     pub(crate) orders: Vec<(StepId, Option<Vec<StepId>>)>,
 }
 
@@ -31,15 +31,15 @@ pub(crate) struct Tables {
     pub(crate) ranks: Ranks,
     /// By step: transitions and reactions whose first preceding step it is, in declaration order.
     pub(crate) leaving: Vec<Vec<TransitionId>>,
-    /// Transitions without preceding step, each with the enclosing step it lies in.
+    /// Transitions without preceding steps, each with its enclosing step.
     pub(crate) sources: Vec<(TransitionId, Option<StepId>)>,
-    /// By step: the continuous outputs that it carries, with the place of the emission.
+    /// By step: the continuous outputs that it drives, with the index of the emission.
     pub(crate) emissions: Vec<Vec<(OutputId, u32)>>,
     /// Mealy outputs.
     pub(crate) mealy: Vec<OutputId>,
-    /// Outputs that are copied from a variable or an action at the end.
+    /// Outputs that are copied from a variable or an action at the end of a reaction.
     pub(crate) copied: Vec<OutputId>,
-    /// By step: the continuous calls that it carries, with the place of the call.
+    /// By step: its continuous calls, with the index of the call.
     pub(crate) calls: Vec<Vec<(OutputId, u32)>>,
     /// By step: the steps directly inside it, in declaration order.
     pub(crate) children: Vec<Vec<StepId>>,
@@ -49,21 +49,21 @@ pub(crate) struct Tables {
     pub(crate) forced: Vec<ForcedChart>,
     /// Events.
     pub(crate) events: Vec<InputId>,
-    /// By edge operand: it reads inputs and constants alone (semantics §3.7).
+    /// By edge operand: it reads only inputs and constants (semantics §3.7).
     pub(crate) edge_over_inputs: Vec<bool>,
-    /// There are extern conditions, so reading them is worth watching.
+    /// There are extern conditions, so their calls must be tracked.
     pub(crate) has_extern_conditions: bool,
-    /// Extern conditions that stand in an edge operand: called in every reaction (semantics §6).
+    /// Extern conditions in an edge operand: called in every reaction (semantics §6).
     pub(crate) always_called: Vec<InputId>,
     /// Charts that can end: top-level parts of a statechart.
     pub(crate) may_end: Vec<PartId>,
     /// Every chart can end.
     pub(crate) all_may_end: bool,
-    /// By input: some transition is `on` this event.
+    /// By input: some transition has `on` with this event.
     pub(crate) listened: Vec<bool>,
-    /// Steps that carry verbatim text.
+    /// Steps with target-language text.
     pub(crate) has_code: bool,
-    /// By variable: it is the number of a counted step, which is a hidden step of its name (semantics §8).
+    /// By variable: it is the number of a counted step, which has a hidden step of the same name (semantics §8).
     pub(crate) counts: Vec<bool>,
 }
 
@@ -121,7 +121,8 @@ impl Tables {
         for event in net.transitions.values().flat_map(|transition| &transition.events) {
             self.listened[event.index()] = true;
         }
-        // The steps of an enclosed chart all have the enclosing step as parent; a source transition of the chart is enabled with it [C4].
+        // The steps of an enclosed chart all have the enclosing step as parent; a source transition of the chart is enabled while that step is active
+        // [C4].
         let mut enclosing_of_part = vec![None; net.parts.len()];
         for step in net.steps.values() {
             if let Some(parent) =
@@ -192,14 +193,14 @@ impl Tables {
     }
 }
 
-/// The steps around this one, innermost first.
+/// The steps that enclose this one, innermost first.
 pub(crate) fn ancestors(net: &Net, step: StepId) -> impl Iterator<Item = StepId> + '_ {
-    // Each step lies deeper than its parent in a valid net; the bound keeps a broken one from turning round for ever.
+    // In a valid net each step is deeper than its parent; the bound protects against an endless loop in a broken one.
     std::iter::successors(net.steps[step].parent, |above| net.steps[*above].parent)
         .take(net.steps.len())
 }
 
-/// Semantics §2: a situation closed downwards; enclosing steps bring what they have an activation link to.
+/// Semantics §2: a situation closed downwards; enclosing steps add the steps that they have an activation link to.
 pub(crate) fn closure(
     net: &Net,
     children: &[Vec<StepId>],
@@ -224,7 +225,7 @@ pub(crate) fn closure(
     closed.iter().collect()
 }
 
-/// Groups the forcing orders by the chart that they force, and puts charts that force others before those (semantics §8, top of the hierarchy first).
+/// Groups the forcing orders by forced chart, and puts charts that force others before these (semantics §8, top of the hierarchy first).
 fn forced_charts(net: &Net, children: &[Vec<StepId>]) -> Vec<ForcedChart> {
     let mut charts: Vec<ForcedChart> = Vec::new();
     for forcing in &net.forcings {
@@ -254,7 +255,7 @@ fn forced_charts(net: &Net, children: &[Vec<StepId>]) -> Vec<ForcedChart> {
         let is_forced_by = |chart: &ForcedChart, other: &ForcedChart| {
             chart.orders.iter().any(|(step, _)| other.has_part[net.steps[*step].part.index()])
         };
-        // A cycle of forcing is an error (§8), so one that waits for nobody always exists; otherwise the first is as good as any.
+        // A cycle of forcing is an error (§8), so there is always one that waits for no other; otherwise any chart will do.
         let next = (0..charts.len())
             .find(|at| {
                 (0..charts.len())
@@ -266,7 +267,7 @@ fn forced_charts(net: &Net, children: &[Vec<StepId>]) -> Vec<ForcedChart> {
     sorted
 }
 
-/// Calls `visit` for each extern condition that the expression mentions.
+/// Calls `visit` for each extern condition in the expression.
 pub(crate) fn extern_conditions(
     net: &Net,
     expr: &grafsynth_ir::net::Expr,

@@ -1,4 +1,4 @@
-//! Traces: the table that all engines are compared by (semantics §11).
+//! Traces: the tables in which all engines are compared (semantics §11).
 
 use std::fmt::Write;
 
@@ -9,14 +9,14 @@ use grafsynth_ir::net::{
 
 use crate::row::{Effect, Row, has_column};
 
-/// What a column of a trace shows.
+/// The content of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ColumnKind {
     /// The number of the row: 0 is the reset.
     Scan,
     /// Ticks since the last row.
     Dt,
-    /// An input, extern condition or event, as the stimulus gave it.
+    /// An input, extern condition or event, from the stimulus.
     Input(InputId),
     /// The active steps.
     Steps,
@@ -26,7 +26,7 @@ pub enum ColumnKind {
     Calls(OutputId),
     /// A variable.
     Var(VarId),
-    /// One element of an array; the place is that in [`Row::vars`].
+    /// One element of an array, by its index in [`Row::vars`].
     Element(VarId, u32),
     /// The fault flag.
     Fault,
@@ -37,22 +37,22 @@ pub enum ColumnKind {
 pub struct Column {
     /// The header.
     pub name: String,
-    /// What it shows.
+    /// Its content.
     pub kind: ColumnKind,
-    /// What its numbers can be, where it holds numbers.
+    /// The range of its numbers, if it contains numbers.
     pub ty: Type,
 }
 
-/// What `steps` shows beyond leaves and enclosing steps.
+/// Additional entries of `steps` beyond leaves and enclosing steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TraceOptions {
-    /// Composite and parallel states, at their place in the document.
+    /// Composite and parallel states, in document order.
     pub composites: bool,
-    /// Macro-steps any of whose steps is active, before the first step of their expansion.
+    /// Active macro-steps, before the first step of their expansion.
     pub macros: bool,
 }
 
-/// One entry that the column `steps` can have.
+/// A possible entry of the column `steps`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct StepEntry {
     name: String,
@@ -68,11 +68,11 @@ pub struct TraceLayout {
     /// The module's name in VCD.
     pub(crate) name: String,
     entries: Vec<StepEntry>,
-    /// By step: the entry that stands for it alone.
+    /// By step: the entry for this step alone.
     entry_of: Vec<Option<u32>>,
-    /// Entries of macro-steps, which more than one step stands for.
+    /// Entries of macro-steps, which represent several steps.
     groups: Vec<u32>,
-    /// By variable: the place of its first value in [`Row::vars`].
+    /// By variable: the index of its first value in [`Row::vars`].
     var_places: Vec<usize>,
 }
 
@@ -81,7 +81,7 @@ pub struct TraceLayout {
 pub enum Value {
     /// A number; Booleans are 0 and 1.
     Number(i64),
-    /// Active steps: their places in the layout's list of steps, ascending.
+    /// Active steps: their indices in the layout's list of steps, ascending.
     Steps(Vec<u32>),
     /// Calls with their arguments, in order.
     Calls(Vec<Vec<i64>>),
@@ -96,7 +96,7 @@ pub struct TraceRow {
     pub open: Vec<bool>,
 }
 
-/// What an engine did under a stimulus.
+/// The trace of an engine for a stimulus.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Trace {
     /// The columns.
@@ -106,13 +106,13 @@ pub struct Trace {
 }
 
 impl TraceLayout {
-    /// The columns that semantics §11 gives a net.
+    /// The columns of a net according to semantics §11.
     #[must_use]
     pub fn of(net: &Net) -> Self {
         Self::with(net, TraceOptions::default())
     }
 
-    /// The same with more entries in `steps`.
+    /// The same with additional entries in `steps`.
     #[must_use]
     pub fn with(net: &Net, options: TraceOptions) -> Self {
         let mut layout = TraceLayout {
@@ -201,12 +201,12 @@ impl TraceLayout {
         }
     }
 
-    /// The names that the column `steps` can show, in order.
+    /// The names that can occur in the column `steps`, in order.
     pub fn step_names(&self) -> impl ExactSizeIterator<Item = &str> {
         self.entries.iter().map(|entry| entry.name.as_str())
     }
 
-    /// The cells of a row; `scan` is filled in by [`Trace::push`] or stays 0.
+    /// The cells of a row; [`Trace::push`] fills in `scan`, otherwise it is 0.
     #[must_use]
     pub fn row(&self, row: &Row) -> TraceRow {
         let values = self.columns.iter().map(|column| self.value(column.kind, row)).collect();
@@ -219,7 +219,7 @@ impl TraceLayout {
         cells
     }
 
-    /// The cell of one column alone.
+    /// The cell of one column.
     #[must_use]
     pub fn cell(&self, column: usize, row: &Row) -> Value {
         self.columns.get(column).map_or(Value::Number(0), |column| self.value(column.kind, row))
@@ -234,7 +234,7 @@ impl TraceLayout {
         })
     }
 
-    /// Marks every cell but the stimulus's own as open.
+    /// Marks every cell as open, except those of the stimulus.
     pub fn open_all(&self, row: &mut TraceRow) {
         row.open = self.columns.iter().map(|column| !is_given(column.kind)).collect();
     }
@@ -285,7 +285,7 @@ impl TraceLayout {
         shown
     }
 
-    /// Adds the cells of a row as a trace in CSV shows them, without its number and without a line end; what the chart leaves open is not marked.
+    /// Appends the cells of a row in the CSV format of traces, without its number and without a line end; open cells are not marked.
     pub fn write_cells(&self, row: &Row, text: &mut String) {
         for (place, column) in self.columns.iter().skip(1).enumerate() {
             if place > 0 {
@@ -295,7 +295,7 @@ impl TraceLayout {
         }
     }
 
-    /// The cell as a trace in CSV shows it.
+    /// The cell in the CSV format of traces.
     #[must_use]
     pub fn text(&self, value: &Value) -> String {
         let mut text = String::new();
@@ -343,7 +343,7 @@ impl Trace {
         Trace { layout, rows: Vec::new() }
     }
 
-    /// The reactions of which some cell is asked for. The others follow a broken assumption, and nothing that is compared with them can differ.
+    /// The number of reactions with some cell that is not open. The others follow a violated assumption, and a comparison with them finds no difference.
     #[must_use]
     pub fn asked_reactions(&self) -> usize {
         let computed = |at: usize| !is_given(self.layout.columns[at].kind);
@@ -363,7 +363,7 @@ impl Trace {
     }
 }
 
-/// The stimulus gives it, so it is never open.
+/// True for cells that the stimulus gives, which are never open.
 fn is_given(kind: ColumnKind) -> bool {
     match kind {
         ColumnKind::Scan | ColumnKind::Dt | ColumnKind::Input(_) => true,
@@ -376,7 +376,7 @@ fn is_given(kind: ColumnKind) -> bool {
     }
 }
 
-/// Semantics §3.6: what is left open, and what follows from it in this row. A mealy output does not follow from the next situation.
+/// Semantics §3.6: open cells, and those that depend on them in this row. A mealy output does not depend on the next situation.
 fn is_open(kind: ColumnKind, row: &Row) -> bool {
     match kind {
         ColumnKind::Output(output) | ColumnKind::Calls(output) => {
@@ -396,18 +396,18 @@ fn is_open(kind: ColumnKind, row: &Row) -> bool {
 /// The first cell in which two traces differ.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Difference {
-    /// The row; where one trace is shorter, the first row that it lacks.
+    /// The row; if one trace is shorter, the first missing row.
     pub row: usize,
-    /// The header of the column; `scan` where a row is missing, and the column's own place where the headers differ.
+    /// The header of the column; `scan` if a row is missing, and the position of the column if the headers differ.
     pub column: String,
-    /// The cell in the left trace; empty where there is none.
+    /// The cell in the left trace; empty if there is none.
     pub left: String,
-    /// The cell in the right trace; empty where there is none.
+    /// The cell in the right trace; empty if there is none.
     pub right: String,
 }
 
-/// The first difference of two traces, row by row, left to right within a row; none if they are equal. Cells that either trace marks as open are
-/// equal to everything.
+/// The first difference of two traces, row by row, left to right within a row; `None` if they are equal. A cell that either trace marks as open is equal
+/// to everything.
 #[must_use]
 pub fn compare(left: &Trace, right: &Trace) -> Option<Difference> {
     let name = |trace: &Trace, at: usize| {

@@ -11,7 +11,7 @@ use crate::codes;
 use crate::csv;
 use crate::trace::{ColumnKind, Trace, TraceLayout, TraceRow, Value};
 
-/// After so many errors reading stops: a file of another kind has one in every cell.
+/// The number of errors after which reading stops: a file of another kind has one in every cell.
 const MAX_ERRORS: usize = 100;
 
 impl Trace {
@@ -38,7 +38,7 @@ impl Trace {
         text
     }
 
-    /// The trace as JSON Lines: one object a row with the same fields; `steps` is an array of names, calls with arguments an array of arrays.
+    /// The trace as JSON Lines: one object per row with the same fields; `steps` is an array of names, calls with arguments are an array of arrays.
     #[must_use]
     pub fn to_jsonl(&self) -> String {
         let keys: Vec<String> =
@@ -60,12 +60,12 @@ impl Trace {
         text
     }
 
-    /// The trace as a value change dump: one unit of time for each row (rows with `dt` 0 have their own), one wire for each column, one for each
-    /// step in the scope `steps`; integers are two's complement.
+    /// The trace as a value change dump: one unit of time for each row (including rows with `dt` 0), one wire for each column, one for each step in the
+    /// scope `steps`; integers are two's complement.
     #[must_use]
     pub fn to_vcd(&self) -> String {
         let mut bytes = Vec::new();
-        // Writing into a vector cannot fail, and no command here has content that the writer refuses.
+        // Writing to a vector cannot fail, and the writer accepts the content of all commands here.
         let _ = self.write_vcd(&mut bytes);
         String::from_utf8(bytes).unwrap_or_default()
     }
@@ -100,7 +100,7 @@ impl Trace {
                 | ColumnKind::Element(..)
                 | ColumnKind::Fault => {
                     let (lo, hi) = column.ty.bounds();
-                    // A range that goes below 0 needs a sign bit; one that does not is shown without.
+                    // A range with negative values needs a sign bit.
                     let magnitude =
                         |value: i64| 64 - (if value < 0 { !value } else { value }).leading_zeros();
                     let width = magnitude(lo).max(magnitude(hi)) + u32::from(lo < 0);
@@ -157,7 +157,7 @@ impl Trace {
                 Wire::Number(id, _) | Wire::Text(id),
                 Value::Number(_) | Value::Steps(_) | Value::Calls(_),
             ) => {
-                // A string must not be empty there.
+                // VCD does not allow an empty string here.
                 let text = self.layout.text(value);
                 writer.change_string(*id, if text.is_empty() { "-" } else { &text })
             }
@@ -165,10 +165,10 @@ impl Trace {
         }
     }
 
-    /// Reads a trace of the net that `layout` belongs to.
+    /// Reads a trace of the net of `layout`.
     ///
     /// # Errors
-    /// A header that is not that of the net, and every cell that cannot be read (the first hundred).
+    /// A header that does not match the net, and every invalid cell (the first hundred).
     pub fn parse_csv(
         layout: &TraceLayout,
         file: FileId,
@@ -179,7 +179,7 @@ impl Trace {
             let place = Span::new(file, text.len(), text.len());
             return Err(vec![
                 Diagnostic::error(codes::TRACE_HEADER, "the trace is empty")
-                    .at(place, "a header was expected here"),
+                    .at(place, "expected a header"),
             ]);
         };
         check_header(layout, file, start, header)?;
@@ -197,7 +197,7 @@ impl Trace {
                     None => errors.push(
                         Diagnostic::error(
                             codes::TRACE_CELL,
-                            format!("`{}` cannot stand in column `{}`", cell.text, column.name),
+                            format!("`{}` is not valid in column `{}`", cell.text, column.name),
                         )
                         .at(cell.span, expected(column.kind)),
                     ),
@@ -207,7 +207,10 @@ impl Trace {
                 errors.push(
                     Diagnostic::error(
                         codes::CELL_COUNT,
-                        format!("the row has {n_cells} cells, the header {}", layout.columns.len()),
+                        format!(
+                            "the row has {n_cells} cells, but the header has {}",
+                            layout.columns.len()
+                        ),
                     )
                     .at(Span::new(file, start, start + line.len()), ""),
                 );
@@ -221,14 +224,14 @@ impl Trace {
     }
 }
 
-/// What stands for a column in VCD.
+/// The VCD representation of a column.
 enum Wire {
     Number(IdCode, u32),
     Steps(Vec<IdCode>),
     Text(IdCode),
 }
 
-/// VCD takes a bracket behind a name for a range of bits.
+/// VCD reads a bracket after a name as a range of bits.
 fn vcd_name(name: &str) -> String {
     if name.is_empty() {
         return "_".to_owned();
@@ -286,7 +289,7 @@ fn check_header(
         let message = match layout.columns.get(place) {
             Some(column) if column.name == cell.text => continue,
             Some(column) => format!(
-                "column {} is `{}` but the chart has `{}` there",
+                "column {} is `{}`, but the chart has `{}` there",
                 place + 1,
                 cell.text,
                 column.name
@@ -296,7 +299,7 @@ fn check_header(
         return Err(vec![
             Diagnostic::error(codes::TRACE_HEADER, message)
                 .at(cell.span, "")
-                .help("the trace is one of another chart, or of an older version of this one"),
+                .help("use a trace of this version of the chart"),
         ]);
     }
     if n_cells < layout.columns.len() {
@@ -306,7 +309,7 @@ fn check_header(
                 format!("the trace has {n_cells} columns, the chart {}", layout.columns.len()),
             )
             .at(Span::new(file, start, start + header.len()), "")
-            .help("the trace is one of another chart, or of an older version of this one"),
+            .help("use a trace of this version of the chart"),
         ]);
     }
     Ok(())
@@ -338,14 +341,14 @@ fn parse_value(kind: ColumnKind, text: &str, steps: &BTreeMap<&str, u32>) -> Opt
 
 fn expected(kind: ColumnKind) -> &'static str {
     match kind {
-        ColumnKind::Steps => "names of steps with one space between were expected",
-        ColumnKind::Calls(_) => "calls such as `3:1;0:2` were expected",
+        ColumnKind::Steps => "expected step names separated by one space",
+        ColumnKind::Calls(_) => "expected calls such as `3:1;0:2`",
         ColumnKind::Scan
         | ColumnKind::Dt
         | ColumnKind::Input(_)
         | ColumnKind::Output(_)
         | ColumnKind::Var(_)
         | ColumnKind::Element(..)
-        | ColumnKind::Fault => "a number was expected",
+        | ColumnKind::Fault => "expected a number",
     }
 }

@@ -1,5 +1,5 @@
-//! Counts the product terms of families of charts in each form: `form_counts FOLDER...` takes the `.graf` files of each folder for a family and prints
-//! what docs/benchmarks.md has.
+//! Counts the product terms of families of charts in each form: `form_counts FOLDER...` treats the `.graf` files of each folder as a family and prints
+//! the table of docs/benchmarks.md.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "it is an example that prints")]
 #![allow(clippy::disallowed_methods, reason = "it reads files and its arguments")]
@@ -34,7 +34,7 @@ fn main() {
 #[derive(Default)]
 struct Family {
     charts: usize,
-    /// In each code, one-hot first.
+    /// With each encoding, one-hot first.
     coded: Vec<Coded>,
     /// Charts that could not be counted, and why.
     left_out: Vec<String>,
@@ -73,7 +73,7 @@ fn family(folder: &Path) -> Result<Family, String> {
     Ok(family)
 }
 
-/// One chart in each code, with all its reachable situations known.
+/// One chart with each encoding, with all its reachable situations known.
 fn chart(path: &Path) -> Result<Vec<Coded>, String> {
     let text = std::fs::read_to_string(path).map_err(|why| why.to_string())?;
     let mut sources = Sources::default();
@@ -132,10 +132,10 @@ impl Family {
             let is_it = |forms: &&Forms| forms.best(&Form::ALL, true).1 == form;
             hot.flops.iter().filter(is_it).count().to_string()
         });
-        println!("| flip-flops that it is best for | {} | | |", chosen.join(" | "));
+        println!("| flip-flops for which it is best | {} | | |", chosen.join(" | "));
         println!();
         println!(
-            "| code | flip-flops | best of D | best of all | output pins beside | their products |"
+            "| code | flip-flops | best of D | best of all | other output pins | their products |"
         );
         println!("|---|---|---|---|---|---|");
         for coded in &self.coded {
@@ -160,7 +160,7 @@ impl Family {
             .map(|sum| sum.minimum)
             .collect();
         let proved = sums.iter().filter(|minimum| **minimum == Minimum::Exact).count();
-        println!("{proved} of {} sums are proved to be the least", sums.len());
+        println!("{proved} of {} sums are proved to be the minimum", sums.len());
         println!();
     }
 }
@@ -169,7 +169,7 @@ fn total(flops: &[Forms], forms: &[Form], dont_cares: bool) -> usize {
     flops.iter().map(|flop| flop.best(forms, dont_cares).0).sum()
 }
 
-/// A number of products, and what part of the plain ones it is.
+/// A number of products, and its ratio to the plain ones.
 fn share(products: usize, plain: usize) -> String {
     format!("{products} ({:.3})", products as f64 / plain.max(1) as f64)
 }

@@ -1,4 +1,5 @@
-//! Burns state tables: `kiss2_burned FOLDER [NAME]` prints for each `.kiss2` of a folder whether one GAL22V10 holds it, and why not, as docs/benchmarks.md has it.
+//! Maps state tables to devices: `kiss2_burned FOLDER [NAME]` prints for each `.kiss2` of a folder whether one GAL22V10 holds it, and if not why, as in
+//! docs/benchmarks.md.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "it is an example that prints")]
 #![allow(clippy::disallowed_methods, reason = "it reads files and its arguments")]
@@ -8,7 +9,7 @@ use grafsynth_ir::logic::{Logic, Node};
 use grafsynth_tests::chart;
 use grafsynth_verify::{Limits, Method, Verdict, equiv, structural_facts};
 
-/// Macrocells, and pins beside the supplies.
+/// Macrocells, and pins without the supplies.
 const CELLS: usize = 10;
 const PINS: usize = 22;
 
@@ -20,7 +21,7 @@ fn main() {
     };
     let only = words.next();
     let Ok(entries) = std::fs::read_dir(&folder) else {
-        eprintln!("skipped: {folder} is no folder");
+        eprintln!("skipped: {folder} is not a folder");
         return;
     };
     let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
@@ -77,7 +78,7 @@ fn row(text: &str) -> String {
     }
 }
 
-/// What is too little even with the fewest flip-flops.
+/// What is insufficient even with the minimum number of flip-flops.
 fn lack(logic: &Logic) -> String {
     let n_bits = logic.flops.len().next_power_of_two().trailing_zeros() as usize;
     let n_cells = n_bits + logic.outputs.len();

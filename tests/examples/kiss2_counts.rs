@@ -1,4 +1,4 @@
-//! Counts the product terms of state tables: `kiss2_counts FOLDER [TRIES [LEVEL [NAME]]]` prints a row for each `.kiss2` of a folder, as docs/benchmarks.md has them.
+//! Counts the product terms of state tables: `kiss2_counts FOLDER [TRIES [LEVEL [NAME]]]` prints a row for each `.kiss2` of a folder, as in docs/benchmarks.md.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "it is an example that prints")]
 #![allow(clippy::disallowed_methods, reason = "it reads files and its arguments")]
@@ -20,7 +20,7 @@ fn main() {
     let level = words.next().and_then(|word| word.parse().ok()).unwrap_or(1);
     let only = words.next();
     let Ok(entries) = std::fs::read_dir(&folder) else {
-        eprintln!("skipped: {folder} is no folder");
+        eprintln!("skipped: {folder} is not a folder");
         return;
     };
     let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
@@ -63,7 +63,7 @@ fn one_hot_sizes(machine: &Machine, effort: &Effort) -> Result<Vec<usize>, Refus
 fn row(machine: &Machine, tries: u64, level: u32) -> Result<String, Refused> {
     let (n_inputs, n_outputs, n_states) =
         (machine.inputs.len(), machine.outputs.len(), machine.states.len());
-    // Proofs are for machines that are small enough for them to end soon.
+    // Proofs only for machines that are small enough for them to finish soon.
     let effort = if machine.rows.len() > 400 {
         Effort::of_level(level.saturating_sub(1), false)
     } else {
@@ -71,7 +71,7 @@ fn row(machine: &Machine, tries: u64, level: u32) -> Result<String, Refused> {
     };
     let together = one_hot(machine, 1 << 25, &effort)?;
     let single = one_hot_sizes(machine, &effort)?;
-    // What other people's counts leave out.
+    // Published counts leave this out.
     let mut without = machine.clone();
     without.rows.retain(|row| row.from.is_some());
     let without = if without.rows.len() < machine.rows.len() {

@@ -1,5 +1,5 @@
-//! Prints a large statechart as a `.net`: `large_chart STATES [history|deep] [raise] [lists]`, with 31, 217, 513 or 1001 states; `times` tells instead how long
-//! the passes take.
+//! Prints a large statechart as a `.net`: `large_chart STATES [history|deep] [raise] [lists]`, with 31, 217, 513 or 1001 states; `times` prints the duration of
+//! the passes instead.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "it is an example that prints")]
 #![allow(clippy::disallowed_methods, reason = "it measures time and reads its arguments")]

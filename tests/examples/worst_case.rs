@@ -1,4 +1,5 @@
-//! The bound of a reaction beside the dearest one that a search finds: `worst_case [--machine avr|cortex-m3] FILE...`. Without the tools of a machine the bound alone.
+//! The bound of a reaction and the worst case that a search finds: `worst_case [--machine avr|cortex-m3] FILE...`. Without the tools of a machine, only the
+//! bound.
 
 #![allow(clippy::print_stdout, reason = "it prints a table")]
 #![allow(clippy::disallowed_methods, reason = "it reads files")]
@@ -105,6 +106,6 @@ fn main() {
         }
     }
     println!(
-        "\n{all} bounds asked for, {printed} printed, {within} of them not below what was found and within three times of it"
+        "\n{all} bounds requested, {printed} printed, {within} of them not below the found worst case and at most three times as large"
     );
 }

@@ -1,4 +1,4 @@
-//! Charts in other languages, read back: what is written behaves as the chart does, or is refused.
+//! Charts in other languages, read back: a written chart behaves like the original, or is rejected.
 
 use grafsynth_driver::convert::convert;
 use grafsynth_driver::format::Format;
@@ -9,16 +9,16 @@ use grafsynth_ir::{FileId, Valid};
 use grafsynth_sim::{ColumnKind, Stimulus, Trace, Value, run};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What came of one chart in one language.
+/// The result for one chart in one language.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Came {
-    /// The language cannot say it: the first reason.
+    /// The language cannot express it, with the first reason.
     Refused(String),
-    /// Written and read back, and it behaves alike; how many losses are listed.
+    /// Written and read back with the same behaviour; contains the number of losses.
     Alike(usize),
-    /// Written, and it behaves otherwise in a way that is listed: delays that are due in one row come one after the other.
+    /// Written with a documented difference in behaviour: delays that end in the same row take effect one after the other.
     Said,
-    /// It behaves otherwise, or cannot be read back: how that shows.
+    /// It behaves differently, or cannot be read back, with the evidence.
     Otherwise(String),
 }
 
@@ -43,7 +43,7 @@ pub fn design_of(file: &str, text: &str) -> Result<Box<NetDesign>, String> {
 pub const FORMS: [Format; 6] =
     [Format::Graf, Format::Rules, Format::Scxml, Format::St, Format::Plcopen, Format::Net];
 
-/// A chart in another language and back, and from there in a third one and back.
+/// Converts a chart to another language and back, and from there to a third one and back.
 #[must_use]
 pub fn there_and_back(chart: &NetDesign, to: Format, seed: u64) -> Came {
     let (came, again) = one_way(chart, to, seed);
@@ -58,7 +58,7 @@ pub fn there_and_back(chart: &NetDesign, to: Format, seed: u64) -> Came {
     came
 }
 
-/// A chart in another language, and what is read back where it behaves alike.
+/// A chart in another language, and the chart that is read back if it behaves alike.
 fn one_way(chart: &NetDesign, to: Format, seed: u64) -> (Came, Option<Box<NetDesign>>) {
     match written(chart, to, seed) {
         Ok((n_lost, again)) => (Came::Alike(n_lost), Some(again)),
@@ -81,11 +81,11 @@ fn written(chart: &NetDesign, to: Format, seed: u64) -> Result<(usize, Box<NetDe
             return Err(Came::Otherwise(format!("not read back: {why}\n{}", converted.text)));
         }
     };
-    // What has another name is listed.
+    // Changed names are listed.
     let mut names: BTreeMap<String, String> = BTreeMap::new();
     for one in &converted.lost {
         let message = one.message.strip_suffix(" in the document").unwrap_or(&one.message);
-        if let Some((old, new)) = message.split_once(" is called ") {
+        if let Some((old, new)) = message.split_once(" is renamed to ") {
             let old = old.strip_prefix("the event ").unwrap_or(old);
             names.insert(old.to_owned(), new.to_owned());
         }
@@ -101,7 +101,7 @@ fn written(chart: &NetDesign, to: Format, seed: u64) -> Result<(usize, Box<NetDe
     Ok((converted.lost.len(), again))
 }
 
-/// Compares the columns of both traces under the names that the second has.
+/// Compares the columns of both traces under the names in the second one.
 fn alike(
     net: &Valid<Net>,
     other: &Valid<Net>,
@@ -157,7 +157,7 @@ fn alike(
     Ok(())
 }
 
-/// A cell as words: the names of steps, or a value.
+/// A cell as text: the names of steps, or a value.
 fn cell(
     trace: &Trace,
     column: usize,

@@ -1,4 +1,4 @@
-//! What a run shows against the facts of its net. The judge knows nothing of how facts are found: it looks at the simulator after each reaction.
+//! Checks a run against the facts of its net. The judge does not use the code that finds facts: it inspects the simulator after each reaction.
 //!
 //! ```text
 //! assert_eq!(refuted(&net, &facts, &stimulus), None);    // nothing that the run shows speaks against them
@@ -10,7 +10,7 @@ use grafsynth_ir::net::{Net, StepId};
 use grafsynth_sim::{Simulator, Stimulus};
 use std::collections::BTreeSet;
 
-/// The first fact that a run contradicts, with the row that does; row 0 is reset.
+/// The first fact that a run contradicts, with its row; row 0 is reset.
 #[must_use]
 pub fn refuted(net: &Valid<Net>, facts: &Facts, stimulus: &Stimulus) -> Option<String> {
     let listed = facts.reach.as_ref().and_then(|reach| reach.sets.as_ref());
@@ -38,7 +38,7 @@ fn names(net: &Net, steps: &[StepId]) -> String {
     names.join(", ")
 }
 
-/// What the situation and the last reaction of a simulator say against the facts.
+/// Compares the situation and the last reaction of a simulator with the facts.
 fn contradicted(net: &Net, facts: &Facts, simulator: &Simulator<'_>) -> Option<String> {
     let active = |steps: &[StepId]| -> Vec<StepId> {
         steps.iter().copied().filter(|step| simulator.is_active(*step)).collect()
@@ -73,7 +73,7 @@ fn contradicted(net: &Net, facts: &Facts, simulator: &Simulator<'_>) -> Option<S
             && took > most.value
         {
             return Some(format!(
-                "a reaction took {took} {what}, and {} count as most",
+                "a reaction took {took} {what}, but the proved maximum is {}",
                 most.value
             ));
         }

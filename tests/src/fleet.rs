@@ -1,4 +1,4 @@
-//! Many random charts in one style of C, each with other options: drawn, counted, put into programs of many charts, and run beside the simulator.
+//! Many random charts in one style of C, each with other options: generated, counted, combined into programs, and compared with the simulator.
 //!
 //! ```text
 //! let drawn = draw(Style::Switch, 1000);                 // charts that the style carries; the refused are counted apart
@@ -25,37 +25,37 @@ use std::fmt;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Rows of a stimulus.
+/// The number of rows of a stimulus.
 const ROWS: usize = 120;
-/// Seeds that are drawn at once.
+/// The number of seeds that are generated together.
 const BLOCK: u64 = 64;
-/// Seeds for each chart that is wanted before a style is said to carry too little.
+/// The number of seeds for each requested chart before a style is reported to support too few.
 const PATIENCE: u64 = 200;
 const LIMIT: Duration = Duration::from_secs(120);
 
-/// A chart that a style carries.
+/// A chart that a style supports.
 pub struct Chart {
-    /// What it was made from.
+    /// The seed that it was made from.
     pub seed: u64,
     /// The chart.
     pub net: Valid<Net>,
     /// Its C, with the prefix `n` and the seed.
     pub package: Package,
-    /// With what it was emitted.
+    /// The options with which it was emitted.
     pub options: Options,
 }
 
-/// What was drawn.
+/// The generated charts.
 #[derive(Default)]
 pub struct Drawn {
-    /// Those that the style carries, by seed.
+    /// Those that the style supports, by seed.
     pub charts: Vec<Chart>,
-    /// How often each reason kept one out.
+    /// How many charts each reason excluded.
     pub refused: BTreeMap<String, u64>,
 }
 
-/// Facts as `build` has them, with small limits: the nets are small too. Of a statechart nothing has to be proved for its shape, and none is needed for
-/// straight code.
+/// Facts as in `build`, with small limits because the nets are small. The style of a statechart needs no proved facts, and neither does
+/// straight-line code.
 #[must_use]
 pub fn small_facts(net: &Valid<Net>, style: Style) -> Facts {
     let needs_none = net.settings.policy.is_statechart();
@@ -66,7 +66,7 @@ pub fn small_facts(net: &Valid<Net>, style: Style) -> Facts {
     }
 }
 
-/// Random options of that style. What does not go together with something of the chart, or with another option, is left out again by [`emitted`].
+/// Random options of this style. [`emitted`] removes options that are incompatible with the chart or with each other.
 #[must_use]
 pub fn options(seed: u64, style: Style) -> Options {
     let mut random = Random::new(seed ^ 0x0971);
@@ -77,7 +77,7 @@ pub fn options(seed: u64, style: Style) -> Options {
         gate,
         trace: if !gate && random.one_in(3) { Some(1 + random.below(9) as u16) } else { None },
         callbacks: random.one_in(3),
-        // Now and then so few that every chart is split into functions.
+        // Sometimes so few that every chart is split into functions.
         max_transitions: [200, 200, 1, 3][random.below(4)],
         prefix: Some(format!("n{seed}")),
         safe_state: random.one_in(3),
@@ -85,13 +85,13 @@ pub fn options(seed: u64, style: Style) -> Options {
     }
 }
 
-/// The chart in C with these options, without those that are refused by name.
+/// The chart in C with these options, without those that are rejected with a code.
 ///
 /// # Errors
-/// Why the style does not carry the chart.
+/// Why the style does not support the chart.
 ///
 /// # Panics
-/// Where something is refused that is none of the documented refusals.
+/// Something is rejected that is not a documented limitation.
 pub fn emitted(net: &Valid<Net>, mut options: Options) -> Result<(Package, Options), String> {
     let facts = small_facts(net, options.style);
     loop {
@@ -106,7 +106,7 @@ pub fn emitted(net: &Valid<Net>, mut options: Options) -> Result<(Package, Optio
             Some("G0605") if options.gate => options.gate = false,
             Some("G0630") if options.safe_state => options.safe_state = false,
             Some("G0601") if options.style == Style::Auto || options.style == Style::Bits => {
-                panic!("every valid net can be said in C: {found:?}\n{}", readable(net))
+                panic!("every valid net can be expressed in C: {found:?}\n{}", readable(net))
             }
             Some("G0601" | "G0606" | "G0620") => return Err(why),
             _ => panic!("{found:?}\n{}", readable(net)),
@@ -114,13 +114,13 @@ pub fn emitted(net: &Valid<Net>, mut options: Options) -> Result<(Package, Optio
     }
 }
 
-/// The features of a seed's chart: of three charts one has all that a program can have, one a part of that, and one a part of what the shapes with state
-/// variables carry of Grafcet, or what tables and their engine are for, which they would hardly ever meet by chance.
+/// The features of a seed's chart: of three charts, one has all features of programs, one has some of them, and one has some of the features that the styles
+/// with state variables support for Grafcet, or the features of the table engine, which random charts would hardly ever have.
 #[must_use]
 pub fn features(seed: u64, style: Style, max_steps: usize) -> Features {
     let all = Features { max_steps, ..Features::program() };
     if style == Style::Btrans {
-        // What the layout of seed 002 says; of everything else hardly one chart in a thousand would be carried.
+        // The features of the layout of seed 002; of all others, hardly one chart in a thousand would be supported.
         let statecharts = Features { max_steps, ..Features::tabular_statecharts() };
         return if seed.is_multiple_of(3) { statecharts } else { statecharts.some(seed) };
     }
@@ -130,7 +130,7 @@ pub fn features(seed: u64, style: Style, max_steps: usize) -> Features {
         return Features { waits_for_inputs: true, max_steps, ..mixed };
     }
     if style == Style::Engine && seed % 3 == 2 {
-        // What the table engine carries without a program.
+        // What the table engine supports without a program.
         let tables = [Features::tabular(), Features::tabular_statecharts()];
         let tables = tables[(seed / 3 % 2) as usize].clone();
         return Features { several_parts: true, max_steps, ..tables };
@@ -150,10 +150,10 @@ pub fn features(seed: u64, style: Style, max_steps: usize) -> Features {
     }
 }
 
-/// Charts until `wanted` of them are carried, as many of each of the kinds of [`features`]: what a style refuses often would be drowned by what it carries.
+/// Generates charts until `wanted` of them are supported, equally many of each kind of [`features`]: otherwise kinds that a style often rejects would be rare.
 ///
 /// # Panics
-/// Where the style carries less than one in `PATIENCE`.
+/// The style supports fewer than one in `PATIENCE`.
 #[must_use]
 pub fn draw(style: Style, wanted: u64) -> Drawn {
     let mut drawn = Drawn::default();
@@ -171,7 +171,7 @@ pub fn draw(style: Style, wanted: u64) -> Drawn {
                 return Err("no component waits for inputs only".to_owned());
             }
             if style == Style::Engine && kind(*seed) == 2 && package.style != "engine" {
-                return Err("tables do not say all of it without a program".to_owned());
+                return Err("tables cannot express all of it without a program".to_owned());
             }
             Ok(Chart { seed: *seed, net, package, options })
         });
@@ -189,7 +189,7 @@ pub fn draw(style: Style, wanted: u64) -> Drawn {
     drawn
 }
 
-/// The charts of the first seeds that a style carries: half of them with all of these features, half with a part of them.
+/// The charts of the first seeds that a style supports: half of them with all of these features, half with some of them.
 #[must_use]
 pub fn draw_of(style: Style, seeds: u64, features: &Features) -> Drawn {
     let seeds: Vec<u64> = (0..seeds).collect();
@@ -209,7 +209,7 @@ pub fn draw_of(style: Style, seeds: u64, features: &Features) -> Drawn {
     drawn
 }
 
-/// Random rows for a chart. Where a gate stands, each of them three times, so that it closes; some with ticks that run through long times at once.
+/// Random rows for a chart. With a gate, each row occurs three times, so that the gate closes; some rows have ticks that pass long times at once.
 #[must_use]
 pub fn stimulus(net: &Valid<Net>, seed: u64, options: &Options) -> Stimulus {
     let most = [3, 3, 300, 70_000][(seed / 2 % 4) as usize];
@@ -225,13 +225,13 @@ pub fn stimulus(net: &Valid<Net>, seed: u64, options: &Options) -> Stimulus {
 pub struct Compiler {
     /// The program.
     pub path: PathBuf,
-    /// What it is asked for.
+    /// Its arguments.
     pub flags: Vec<&'static str>,
 }
 
 impl Compiler {
-    /// What watches every access and every operation of a run: address and undefined behaviour, in C99, without optimisation, since that takes longest.
-    /// None where no compiler has both; clang first, which is quicker at it.
+    /// Sanitizers for every access and every operation: address and undefined behaviour, in C99, without optimisation because that takes longest.
+    /// `None` if no compiler has both; clang first, which is faster.
     #[must_use]
     pub fn watchful() -> Option<Self> {
         let flags =
@@ -242,8 +242,9 @@ impl Compiler {
         })
     }
 
-    /// What watches every number: clang's check of integers, which also stops at a conversion that nobody wrote and that changes a value, and at a shift that
-    /// loses bits. Sums of unsigned numbers may run over where that is meant, in generators of hashes and indices of rings. It stops by a signal, which needs no library of the compiler's. None without clang.
+    /// Checks every number: clang's integer sanitizer, which also stops at an implicit conversion that changes a value, and at a shift that
+    /// loses bits. Unsigned sums may overflow where that is intended, in hash generators and ring indices. It stops by a signal, which needs no runtime
+    /// library. `None` without clang.
     #[must_use]
     pub fn exact() -> Option<Self> {
         let path = tools::find(&["clang"])?;
@@ -259,7 +260,7 @@ impl Compiler {
         compiler.program("int main(void) { return 0; }").is_ok().then_some(compiler)
     }
 
-    /// The host's compiler, and nothing else.
+    /// The host's compiler without sanitizers.
     #[must_use]
     pub fn plain() -> Option<Self> {
         Some(Compiler { path: tools::c_compiler()?, flags: vec!["-std=c99", "-O0"] })
@@ -270,7 +271,7 @@ impl Compiler {
     }
 }
 
-/// Puts charts into one program and runs each beside the simulator: none, or the first difference, in a reader's words.
+/// Combines charts into one program and compares each with the simulator: `None`, or the first difference in words.
 #[must_use]
 pub fn run(charts: &[&Chart], compiler: &Compiler) -> Option<(usize, String)> {
     let program = match compiler.program(&text(charts)) {
@@ -279,7 +280,7 @@ pub fn run(charts: &[&Chart], compiler: &Compiler) -> Option<(usize, String)> {
     };
     let stimuli: Vec<Stimulus> =
         charts.iter().map(|it| stimulus(&it.net, it.seed, &it.options)).collect();
-    // One run for all of them; each one's stimulus ends with an empty line.
+    // One run for all charts; each stimulus ends with an empty line.
     let input: String = (charts.iter().zip(&stimuli))
         .map(|(chart, stimulus)| c::lines(&chart.net, stimulus) + "\n")
         .collect();
@@ -289,7 +290,7 @@ pub fn run(charts: &[&Chart], compiler: &Compiler) -> Option<(usize, String)> {
         Ok(run) if !run.is_success => return Some((0, format!("{} {}", run.ending, run.stderr))),
         Ok(run) => String::from_utf8_lossy(&run.stdout).into_owned(),
     };
-    // Each trace stands behind a line with its number, and has no such sign itself.
+    // Each trace follows a line with its number, and does not contain `#` itself.
     let traces: Vec<&str> = output.split('#').skip(1).collect();
     charts.iter().zip(&stimuli).enumerate().find_map(|(at, (chart, stimulus))| {
         let trace = traces.get(at).and_then(|it| it.split_once('\n')).map_or("", |it| it.1);
@@ -308,7 +309,7 @@ pub fn run(charts: &[&Chart], compiler: &Compiler) -> Option<(usize, String)> {
     })
 }
 
-/// Where what a program printed is not what the simulator says.
+/// Where the output of a program differs from the simulator.
 fn differs(net: &Valid<Net>, stimulus: &Stimulus, printed: &[u8]) -> Option<String> {
     match c::parse(net, printed) {
         Err(why) => Some(format!("{why:?}")),
@@ -316,10 +317,10 @@ fn differs(net: &Valid<Net>, stimulus: &Stimulus, printed: &[u8]) -> Option<Stri
     }
 }
 
-/// Directed reactions of a chart.
+/// The number of directed reactions of a chart.
 const DIRECTED: usize = 400;
 
-/// Ways from reset, each to something that fires for the first time.
+/// Stimuli from reset, each to a transition that fires for the first time.
 fn directed(net: &Valid<Net>, seed: u64) -> Vec<Stimulus> {
     let mut directed = Directed::new(net, seed, MAX_DT);
     let mut all = Vec::new();
@@ -342,10 +343,10 @@ pub fn text(charts: &[&Chart]) -> String {
     multi_harness(&pairs)
 }
 
-/// Runs all charts, `unit` in a program; the first difference is shrunk.
+/// Runs all charts, `unit` of them per program; the first difference is shrunk.
 ///
 /// # Panics
-/// Where a chart in C does not do what the net does, or does what C does not define.
+/// A chart in C differs from its net, or has undefined behaviour.
 pub fn check(drawn: &Drawn, unit: usize, compiler: &Compiler) {
     let units: Vec<Vec<&Chart>> =
         drawn.charts.chunks(unit).map(|unit| unit.iter().collect()).collect();
@@ -356,7 +357,7 @@ pub fn check(drawn: &Drawn, unit: usize, compiler: &Compiler) {
     else {
         return;
     };
-    // A program that ended does not say where it was.
+    // A program that ended does not report where it was.
     let alone = unit.iter().find_map(|it| Some((*it, run(&[it], compiler)?.1)));
     let (chart, why) = alone.unwrap_or((unit[at], why));
     let small = shrink(&chart.net, |net| difference(net, chart, compiler).is_some());
@@ -369,7 +370,7 @@ pub fn check(drawn: &Drawn, unit: usize, compiler: &Compiler) {
     );
 }
 
-/// How another net does under what another chart was run with.
+/// The difference of another net with the stimuli of a chart.
 fn difference(net: &Valid<Net>, like: &Chart, compiler: &Compiler) -> Option<String> {
     let (package, options) = emitted(net, like.options.clone()).ok()?;
     let chart = Chart { seed: like.seed, net: net.clone(), package, options };
@@ -378,7 +379,7 @@ fn difference(net: &Valid<Net>, like: &Chart, compiler: &Compiler) -> Option<Str
 
 type Has = fn(&Chart) -> bool;
 
-/// What a chart can have, each with its question.
+/// The properties of charts, each with its test.
 pub const PROPERTIES: &[(&str, Has)] = &[
     ("conflict all", |it| it.net.settings.policy == Policy::All),
     ("conflict priority", |it| it.net.settings.policy == Policy::Priority),
@@ -405,7 +406,7 @@ pub const PROPERTIES: &[(&str, Has)] = &[
     ("numbers of 16 bits", |it| ranges(&it.net).any(|range| bits(range) == 16)),
     ("numbers of 32 bits", |it| ranges(&it.net).any(|range| bits(range) == 32)),
     ("division", |it| divides(&it.net, false)),
-    ("division by no constant", |it| divides(&it.net, true)),
+    ("division by a non-constant", |it| divides(&it.net, true)),
     ("arrays", |it| it.net.vars.values().any(|var| var.len.is_some())),
     ("events", |it| it.net.inputs.values().any(|it| it.kind == InputKind::Event)),
     ("internal events", |it| it.net.inputs.values().any(|it| it.kind == InputKind::InternalEvent)),

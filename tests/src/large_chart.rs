@@ -1,4 +1,4 @@
-//! Statecharts of any size, for measurements: parallel regions of four levels each.
+//! Statecharts of any size, for measurements: parallel regions with four levels each.
 //!
 //! ```text
 //! parallel P                        P -> P on reset
@@ -8,7 +8,7 @@
 //!         state L0_0_0_0 ..         L0_0_0_0 -> L0_0_0_1 on tick; the last one raises n1, where asked for
 //! ```
 //!
-//! One `tick` moves every region, `n` and `c` move one, `reset` starts all anew: broadcast, inherited transitions, wide ones, history and internal events.
+//! A `tick` moves every region, `n` and `c` move one, `reset` restarts all: broadcast, inherited transitions, wide ones, history and internal events.
 
 use grafsynth_ir::chart::{
     Block, Chart, Declaration, DeclarationKind, Design, Expr, History, Item, Leaf, Path, Setting,
@@ -21,27 +21,27 @@ use grafsynth_ir::net::{Meta, Policy};
 use grafsynth_ir::span::Name;
 use grafsynth_ir::{Diagnostic, Span, Valid, net};
 
-/// What a chart is to be like.
+/// The parameters of a chart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LargeChart {
     /// Regions of the parallel state.
     pub regions: usize,
     /// Composite states in each region.
     pub composites: usize,
-    /// States in each of these.
+    /// States in each composite.
     pub states: usize,
-    /// Atomic states in each of those.
+    /// Atomic states in each of these states.
     pub leaves: usize,
-    /// What a composite is entered by: its history (true: deep) or its first state.
+    /// How a composite is entered: by its history (true: deep) or by its first state.
     pub history: Option<bool>,
     /// The last atomic state raises the event of the next region.
     pub raises: bool,
-    /// Every state counts in a variable of its region when it is entered and left, and the transitions of atomic states look at that variable.
+    /// Every state counts in a variable of its region on entry and exit, and the transitions of atomic states read that variable.
     pub lists: bool,
 }
 
 impl LargeChart {
-    /// The sizes that are measured: 31, 217, 513 or 1001 states; none for another number.
+    /// The measured sizes: 31, 217, 513 or 1001 states; `None` for other numbers.
     #[must_use]
     pub fn of_size(n_states: usize) -> Option<Self> {
         let (regions, composites, states, leaves) = match n_states {
@@ -62,18 +62,18 @@ impl LargeChart {
         })
     }
 
-    /// States of all levels.
+    /// The number of states of all levels.
     #[must_use]
     pub fn n_states(&self) -> usize {
         1 + self.regions * (1 + self.composites * (1 + self.states * (1 + self.leaves)))
     }
 
-    /// The chart as a front end would give it.
+    /// The chart as a front end would produce it.
     #[must_use]
     pub fn design(&self) -> Design {
         let mut items = vec![setting(SettingKind::Conflict(Policy::InnerFirst))];
         if self.raises {
-            // All regions may raise in one micro-step, and what they raise makes nothing raise again.
+            // All regions may raise in one micro-step, and these events do not cause further ones.
             let places = u32::try_from(self.regions).unwrap_or(u32::MAX);
             items.push(setting(SettingKind::Queue(places)));
         }
@@ -100,7 +100,7 @@ impl LargeChart {
     /// The chart as a net.
     ///
     /// # Errors
-    /// What lowering says of it: nothing, unless a number is 0.
+    /// The errors of lowering: none, unless a number is 0.
     pub fn net(&self) -> Result<Valid<net::Net>, Vec<Diagnostic>> {
         match lower(&self.design()) {
             (Some(net), found) if !any_error(&found) => Ok(net),
@@ -168,7 +168,7 @@ impl LargeChart {
         state
     }
 
-    /// A state without its children; with lists it counts in the variable of its region.
+    /// A state without its children; with lists, it counts in the variable of its region.
     fn step(&self, name: &str, region: Option<usize>) -> Step {
         let mut body = Vec::new();
         if let Some(r) = region.filter(|_| self.lists) {

@@ -1,6 +1,6 @@
 //! Golden cases and differential runs over all engines.
 //!
-//! With `GRAFSYNTH_DEEP=1` in the environment the large counts are run, with `GRAFSYNTH_DEEP=8` an eighth of them; `scripts/test --deep` sets it.
+//! With `GRAFSYNTH_DEEP=1` in the environment the large numbers of rounds are run, with `GRAFSYNTH_DEEP=8` an eighth of them; `scripts/test --deep` sets it.
 
 pub mod conversions;
 pub mod facts_watch;
@@ -20,7 +20,7 @@ use grafsynth_verify::Limits;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// How many rounds a test makes: few at home, many with `GRAFSYNTH_DEEP=1`, and a part of the many, but not less than the few, where that is more
+/// The number of rounds of a test: few by default, many with `GRAFSYNTH_DEEP=1`, and a fraction of the many, but at least the few, if it is more
 /// than 1.
 #[must_use]
 #[allow(clippy::disallowed_methods, reason = "the environment says how long the tests may take")]
@@ -31,10 +31,10 @@ pub fn rounds(few: u64, many: u64) -> u64 {
     }
 }
 
-/// `work` for each of them, on all processors; the answers in the order of the items.
+/// Runs `work` for each item on all processors; returns the results in the order of the items.
 ///
 /// # Panics
-/// Where `work` does.
+/// `work` panics.
 #[must_use]
 pub fn in_parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
@@ -59,16 +59,16 @@ pub fn in_parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync)
     all.into_iter().map(|(_, answer)| answer).collect()
 }
 
-/// What facts of small random nets may cost: little for each, since there are many.
+/// Limits for the facts of small random nets: low, because there are many nets.
 #[must_use]
 pub fn small_limits() -> Limits {
     Limits { pairs: 4_000, states: 500, image_work: 200_000, ..Limits::default() }
 }
 
-/// The net of a text; the extension of `name` says its language.
+/// The net of a text; the extension of `name` determines its language.
 ///
 /// # Panics
-/// Where the text has an error: it is part of a test.
+/// The text has an error; it is part of a test.
 #[must_use]
 pub fn chart(name: &str, text: &str) -> Valid<Net> {
     let mut sources = Sources::default();
@@ -79,10 +79,10 @@ pub fn chart(name: &str, text: &str) -> Valid<Net> {
     }
 }
 
-/// The codes by which a device refuses a design: what it has too little of, and what it cannot wake with.
+/// The codes with which a device rejects a design: insufficient resources, and impossible power-up values.
 pub const DEVICE_LIMITS: [&str; 3] = ["G0710", "G0711", "G0713"];
 
-/// A net as its reader would like to see it: `.graf` where that can say it, else `.net`.
+/// A net in its most readable form: `.graf` if that can express it, otherwise `.net`.
 #[must_use]
 pub fn readable(net: &Valid<Net>) -> String {
     match grafsynth_frontend::graf::write_net(net) {

@@ -1,7 +1,7 @@
-//! Random C functions over the grammar that becomes a chart, as trees that can be shrunk.
+//! Random C functions in the subset that becomes a chart, as trees that can be shrunk.
 //!
-//! Every program ends: each turn of a loop and each label takes one unit of fuel, and a program without fuel returns. What C leaves undefined may
-//! happen; the compiler's sanitizer finds it, and such runs say nothing.
+//! Every program ends: each loop round and each label takes one unit of fuel, and a program without fuel returns. Undefined behaviour may
+//! occur; the compiler's sanitizer detects it, and such runs are ignored.
 
 use grafsynth_sim::Random;
 use std::fmt::Write;
@@ -19,24 +19,24 @@ pub enum S {
     Do(Vec<S>, String),
     /// `for`; each part may be empty.
     For(String, String, String, Vec<S>),
-    /// `switch`: label (none is `default`), statements, `break` behind them.
+    /// `switch`: label (`None` is `default`), statements, and whether `break` follows.
     Switch(String, Vec<(Option<i64>, Vec<S>, bool)>),
-    /// Duff's device: a `switch` whose labels lie inside a loop.
+    /// Duff's device: a `switch` with labels inside a loop.
     Duff(String, Vec<Vec<S>>, String),
     /// A label.
     Label(usize),
 }
 
-/// A program: one function of three parameters, and what it calls.
+/// A program: one function with three parameters, and its callees.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Program {
     /// The statements of the function.
     pub body: Vec<S>,
-    /// The statements of the function that it calls.
+    /// The statements of the called function.
     pub helper: Vec<S>,
 }
 
-/// Turns of loops in one run.
+/// The number of loop rounds in one run.
 const FUEL: u32 = 12;
 
 struct Maker<'r> {
@@ -44,7 +44,7 @@ struct Maker<'r> {
     n_labels: usize,
     in_loop: bool,
     in_helper: bool,
-    /// The variable that the present expression may change, and nothing else of it reads.
+    /// The variable that the current expression may change, and that it reads nowhere else.
     changed: Option<&'static str>,
 }
 
@@ -193,7 +193,7 @@ impl Maker<'_> {
         format!("(unsigned)({inner}) % 5")
     }
 
-    /// A whole expression, in which one variable may change.
+    /// A full expression, in which one variable may change.
     fn full(&mut self, depth: usize) -> String {
         if self.in_helper || !self.random.one_in(3) {
             return self.pure(depth);
@@ -209,7 +209,7 @@ impl Maker<'_> {
         self.changed = Some(target);
         let other = self.var();
         self.changed = None;
-        // The target itself is only written; reading it on the right would have an order, changing it would not.
+        // The target itself is only written; a read on the right would be ordered, a change would not.
         self.changing(other, 2)
     }
 
@@ -293,7 +293,7 @@ impl Maker<'_> {
 }
 
 impl Program {
-    /// The C text, with the names of its functions ending in `suffix`.
+    /// The C text, with `suffix` at the end of its function names.
     #[must_use]
     pub fn text(&self, suffix: &str) -> String {
         let mut text = format!(
@@ -398,7 +398,7 @@ impl Program {
         }
     }
 
-    /// Programs with one thing less.
+    /// Programs with one part less.
     #[must_use]
     pub fn smaller(&self) -> Vec<Program> {
         let mut all: Vec<Program> =
@@ -410,7 +410,7 @@ impl Program {
     }
 }
 
-/// Lists with one statement less, or with one statement simpler.
+/// Lists with one statement removed or simplified.
 fn shorter(all: &[S]) -> Vec<Vec<S>> {
     let mut found = Vec::new();
     for at in 0..all.len() {

@@ -1,11 +1,11 @@
-//! Random charts: random nets drawn as charts, with what only a chart has besides (several durations of one action, uses that are delayed or limited,
+//! Random charts: random nets drawn as charts, with features that only charts have (several durations of one action, uses that are delayed or limited,
 //! delays in receptivities, macro-steps) and with odd names.
 //!
-//! What is not possible in some chart is left out of it, so that every text that comes of this is a chart without errors.
+//! Features that are impossible in a chart are left out of it, so that every resulting text is a chart without errors.
 
 #![expect(
     clippy::wildcard_enum_match_arm,
-    reason = "it changes what it knows and leaves the rest alone"
+    reason = "it changes the known variants and leaves the rest unchanged"
 )]
 
 use grafsynth_ir::chart::{
@@ -20,7 +20,7 @@ use grafsynth_sim::Random;
 
 use crate::random_net::{Features, name, random_net};
 
-/// Names that are words of some language, differ in letter case only, or look like what a writer makes of its own.
+/// Names that are keywords of some language, differ in letter case only, or look like names that a writer generates.
 const ODD_NAMES: [&str; 92] = [
     "STEP",
     "step",
@@ -116,7 +116,7 @@ const ODD_NAMES: [&str; 92] = [
     "_x",
 ];
 
-/// What the standard IEC 61131-3 has some words for.
+/// The features that IEC 61131-3 can express.
 #[must_use]
 pub fn standard_features() -> Features {
     Features {
@@ -129,7 +129,7 @@ pub fn standard_features() -> Features {
     }
 }
 
-/// A net without what the standard has no words for, so that most random nets can be written; `lists` keeps what runs when steps change.
+/// A net without the features that the standard cannot express, so that most random nets can be written; `lists` keeps the lists of steps.
 #[must_use]
 pub fn sayable(net: Valid<Net>, lists: bool) -> Option<Valid<Net>> {
     let mut net = net.into_inner();
@@ -167,7 +167,7 @@ pub fn sayable(net: Valid<Net>, lists: bool) -> Option<Valid<Net>> {
     validate(net).ok()
 }
 
-/// A part of the names is replaced by odd ones, all different.
+/// Replaces some of the names by odd ones, all different.
 fn renamed(net: Valid<Net>, random: &mut Random) -> Valid<Net> {
     let before = net.clone();
     let mut net = net.into_inner();
@@ -180,7 +180,7 @@ fn renamed(net: Valid<Net>, random: &mut Random) -> Valid<Net> {
     };
     let inputs: Vec<_> = net.inputs.ids().collect();
     for id in inputs {
-        // The completion of a state is called after it.
+        // The completion event of a state is named after the state.
         if net.inputs[id].kind != InputKind::InternalEvent {
             net.inputs[id].name = odd(random, &net.inputs[id].name);
         }
@@ -222,7 +222,7 @@ fn renamed(net: Valid<Net>, random: &mut Random) -> Valid<Net> {
     validate(net).unwrap_or(before)
 }
 
-/// Comments that look like the end of one, or like something else.
+/// Comments that look like the end of a comment, or like something else.
 const ODD_LABELS: [&str; 14] = [
     "it runs",
     "*)",
@@ -240,7 +240,7 @@ const ODD_LABELS: [&str; 14] = [
     "# option: conflict all",
 ];
 
-/// A part of the things gets odd comments.
+/// Gives odd comments to some of the objects.
 fn labelled(net: Valid<Net>, random: &mut Random) -> Valid<Net> {
     let before = net.clone();
     let mut net = net.into_inner();
@@ -261,7 +261,8 @@ fn labelled(net: Valid<Net>, random: &mut Random) -> Valid<Net> {
     validate(net).unwrap_or(before)
 }
 
-/// A chart as a text, or none where the net cannot be drawn. The same for the same seed and features; `for_standard` leaves out what IEC 61131-3 has no words for.
+/// A chart as a text, or `None` if the net cannot be drawn. It is the same for the same seed and features; `for_standard` leaves out what IEC 61131-3 cannot
+/// express.
 #[must_use]
 pub fn random_chart(seed: u64) -> Option<String> {
     let (features, say) = features_of(seed);
@@ -303,7 +304,7 @@ fn parsed(text: &str) -> Option<Design> {
     (net.is_some() && !any_error(&found)).then_some(design)
 }
 
-/// Adds to a chart what a net does not remember.
+/// Adds a feature to a chart that a net does not preserve.
 type Change = fn(&mut Chart, &mut Random);
 
 const CHANGES: [Change; 9] = [
@@ -336,7 +337,7 @@ fn some_time(random: &mut Random) -> u64 {
     random.below(5) as u64 * 10_000_000
 }
 
-/// Further uses of what has qualifiers, with durations of their own.
+/// More uses of qualified actions, with their own durations.
 fn durations(chart: &mut Chart, random: &mut Random) {
     let mut targets = Vec::new();
     for step in steps(chart) {
@@ -364,7 +365,7 @@ fn durations(chart: &mut Chart, random: &mut Random) {
     }
 }
 
-/// Continuous uses become delayed or limited ones.
+/// Makes continuous uses delayed or limited.
 fn delayed_uses(chart: &mut Chart, random: &mut Random) {
     for step in steps(chart) {
         for item in &mut step.body {
@@ -394,7 +395,7 @@ fn input(chart: &Chart, random: &mut Random) -> Option<Expr> {
     Some(Expr::leaf(Leaf::Name(name.into()), Span::default()))
 }
 
-/// Receptivities wait for an input that has been there for some time.
+/// Receptivities wait for an input that has been true for some time.
 fn delays(chart: &mut Chart, random: &mut Random) {
     let Some(input) = input(chart, random) else { return };
     for transition in transitions(chart) {
@@ -414,7 +415,7 @@ fn delays(chart: &mut Chart, random: &mut Random) {
     }
 }
 
-/// A step becomes a macro-step that begins with it.
+/// Turns a step into a macro-step that begins with it.
 fn macro_step(chart: &mut Chart, random: &mut Random) {
     let Some(guard) = input(chart, random) else { return };
     let places: Vec<usize> = (0..chart.items.len())
@@ -471,7 +472,7 @@ fn counting_step(chart: &mut Chart, random: &mut Random) {
     }
 }
 
-/// Transitions to steps begin them anew.
+/// Transitions to steps restart them.
 fn restarts(chart: &mut Chart, random: &mut Random) {
     for transition in transitions(chart) {
         transition.restart |= random.one_in(2);
@@ -481,7 +482,7 @@ fn restarts(chart: &mut Chart, random: &mut Random) {
     }
 }
 
-/// All uses are controlled, competing transitions are taken by their numbers.
+/// All uses are controlled; competing transitions are chosen by their numbers.
 fn iec(chart: &mut Chart, _: &mut Random) {
     chart.items.retain(|item| {
         !item.as_setting().is_some_and(|one| matches!(one.kind, SettingKind::Conflict(_)))
@@ -491,7 +492,7 @@ fn iec(chart: &mut Chart, _: &mut Random) {
     }
 }
 
-/// Lists of steps write what controlled outputs show.
+/// Lists of steps copy the values of controlled outputs.
 fn reading_lists(chart: &mut Chart, random: &mut Random) {
     use grafsynth_ir::chart::{DeclarationKind, Stmt, StmtKind};
     let (mut vars, mut outputs) = (Vec::new(), Vec::new());
@@ -519,7 +520,7 @@ fn reading_lists(chart: &mut Chart, random: &mut Random) {
     }
 }
 
-/// The smallest chart found by leaving things out of `text` such that `is_wanted` stays true of it.
+/// The smallest chart found by removing parts of `text` such that `is_wanted` stays true for it.
 #[must_use]
 pub fn shrunk(text: &str, is_wanted: impl Fn(&str) -> bool) -> String {
     let mut best = text.to_owned();
@@ -545,7 +546,7 @@ pub fn shrunk(text: &str, is_wanted: impl Fn(&str) -> bool) -> String {
     best
 }
 
-/// Leaves out the thing that `left` others come before; false where there are no more.
+/// Removes the item after `left` others; false if there are no more.
 fn leave_out(items: &mut Vec<Item>, left: &mut usize) -> bool {
     fn counts(left: &mut usize) -> bool {
         let is_it = *left == 0;
@@ -646,7 +647,7 @@ fn leave_out(items: &mut Vec<Item>, left: &mut usize) -> bool {
     false
 }
 
-/// What a chart shall be sayable in.
+/// The language in which a chart must be expressible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Say {
     Everything,
@@ -656,7 +657,7 @@ enum Say {
     Documents,
 }
 
-/// The features of a random chart by its number, and what it shall be sayable in.
+/// The features of a random chart by its number, and the language in which it must be expressible.
 fn features_of(seed: u64) -> (Features, Say) {
     let statechart = Features {
         policies: vec![Policy::InnerFirst, Policy::OuterFirst],
@@ -696,7 +697,7 @@ fn features_of(seed: u64) -> (Features, Say) {
     }
 }
 
-/// A net without what no chart brings: timers that begin at their end, lists of actions that drive outputs.
+/// A net without features that charts do not have: timers that start at their end, lists of actions that drive outputs.
 fn drawable(net: Valid<Net>) -> Option<Valid<Net>> {
     let mut net = net.into_inner();
     let timers: Vec<_> = net.timers.ids().collect();

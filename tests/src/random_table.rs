@@ -1,8 +1,8 @@
-//! Random state tables (KISS2) that leave cells open.
+//! Random state tables (KISS2) with undefined entries.
 
 use grafsynth_sim::Random;
 
-/// The text of a table of few inputs, outputs and states. Each state's inputs are split into cubes that do not meet; some cubes have no row, some rows no next
+/// The text of a table with few inputs, outputs and states. Each state's inputs are split into disjoint cubes; some cubes have no row, some rows no next
 /// state or no value for an output.
 #[must_use]
 pub fn random_table(random: &mut Random) -> String {

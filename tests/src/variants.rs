@@ -1,4 +1,4 @@
-//! Charts beside a given one: changed in one place, or written in another way that means the same.
+//! Variants of a chart: changed in one place, or rewritten with the same meaning.
 
 use crate::random_net::{name, weakened};
 use grafsynth_ir::expr::{CompareOp, ExprKind};
@@ -9,10 +9,10 @@ use grafsynth_ir::net::{
 use grafsynth_ir::{FileId, Span, Valid, text, validate};
 use grafsynth_sim::Random;
 
-/// The net with one thing changed, by chance; whether that changes what it does is another question.
+/// The net with one random change; whether that changes its behaviour is another question.
 ///
 /// # Panics
-/// Where no change of a hundred is valid: then the net is not worth a test.
+/// None of a hundred changes is valid: then the net is not worth a test.
 #[must_use]
 pub fn changed(net: &Valid<Net>, random: &mut Random) -> Valid<Net> {
     for _ in 0..100 {
@@ -69,7 +69,7 @@ fn swapped_guards(net: &Net, random: &mut Random) -> Option<Valid<Net>> {
     validate(new).ok()
 }
 
-/// A constant of a receptivity, one more.
+/// A constant of a receptivity, incremented.
 fn other_constant(net: &Net, random: &mut Random) -> Option<Valid<Net>> {
     fn bump(expr: &mut Expr, at: &mut usize) {
         if let ExprKind::Int(value) = &mut expr.kind {
@@ -101,7 +101,7 @@ fn other_constant(net: &Net, random: &mut Random) -> Option<Valid<Net>> {
     validate(new).ok()
 }
 
-/// Ways to say the same in other words.
+/// Ways to rewrite a chart with the same meaning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Rewrite {
     /// Inputs, variables, outputs and edges declared in another order.
@@ -116,11 +116,11 @@ pub enum Rewrite {
     Doubled,
 }
 
-/// All of them.
+/// All rewrites.
 pub const REWRITES: [Rewrite; 5] =
     [Rewrite::Reordered, Rewrite::Renamed, Rewrite::Guards, Rewrite::Idle, Rewrite::Doubled];
 
-/// The net in other words that mean the same; none where this way does not apply.
+/// The net rewritten with the same meaning; `None` if this rewrite does not apply.
 #[must_use]
 pub fn rewritten(net: &Valid<Net>, way: Rewrite, random: &mut Random) -> Option<Valid<Net>> {
     match way {
@@ -153,7 +153,7 @@ pub fn rewritten(net: &Valid<Net>, way: Rewrite, random: &mut Random) -> Option<
     }
 }
 
-/// Declarations of one kind whose order means nothing, in another order.
+/// Declarations of one kind whose order does not matter, in another order.
 fn reordered(net: &Net, random: &mut Random) -> Option<Valid<Net>> {
     let printed = text::print(net);
     let mut blocks: Vec<String> = Vec::new();
@@ -193,7 +193,7 @@ fn some_input(net: &Net, random: &mut Random) -> Option<Expr> {
     Some(Expr::leaf(Leaf::Input(*pin), Span::default()))
 }
 
-/// Something that is never true, which no constant folding sees at once.
+/// A condition that is never true, which simple constant folding does not detect.
 fn never(net: &Net, random: &mut Random) -> Expr {
     match some_input(net, random) {
         Some(pin) => Expr::and([pin.clone(), pin.not()]),
@@ -201,7 +201,7 @@ fn never(net: &Net, random: &mut Random) -> Expr {
     }
 }
 
-/// The same function in other words.
+/// An equivalent expression.
 fn equivalent(net: &Net, expr: &Expr, random: &mut Random) -> Expr {
     let inner = match &expr.kind {
         ExprKind::And(all) => {
@@ -239,7 +239,7 @@ fn equivalent(net: &Net, expr: &Expr, random: &mut Random) -> Expr {
     }
 }
 
-/// One step in two copies. Only where at most one step is active at a time and nothing asks for the step.
+/// One step in two copies. Only if at most one step is active at a time and nothing refers to the step.
 fn doubled(net: &Net, random: &mut Random) -> Option<Valid<Net>> {
     let is_sequence = net.settings.policy == Policy::Priority
         && net.parts.len() == 1
@@ -311,7 +311,7 @@ fn can_double(net: &Net, step: StepId) -> bool {
                 | Leaf::Elapsed(one)
                 | Leaf::LastElapsed(one)
                 | Leaf::TasksDone(one) => *one == step,
-                // Copies of transitions would ask for the wrong ones.
+                // Copies of transitions would refer to the wrong ones.
                 Leaf::Fireable(_) => true,
                 Leaf::Input(_)
                 | Leaf::Var(_)

@@ -1,7 +1,7 @@
-//! The arbiter example in every engine: who asks is served within the bound that `check` prints, no smaller bound is one, and among unequal priorities the
-//! cycle that is printed starves its client everywhere.
+//! The arbiter example in every engine: requests are served within the bound that `check` prints, no smaller bound is correct, and with unequal priorities the
+//! printed cycle starves its client everywhere.
 
-#![allow(clippy::print_stdout, reason = "tests say what they skip and what they measured")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip and what they measured")]
 
 use grafsynth_backend_c::{Options, Style};
 use grafsynth_driver::run::net_trace;
@@ -20,7 +20,7 @@ fn fixed() -> Valid<Net> {
     chart("arbiter_fixed.graf", include_str!("../../examples/arbiter/arbiter_fixed.graf"))
 }
 
-/// The arbiter whose third client is the least urgent.
+/// The arbiter whose third client has the lowest priority.
 fn unequal() -> Valid<Net> {
     let text = include_str!("../../examples/arbiter/arbiter.graf")
         .replace("step client1 {", "step client1 { priority 1;")
@@ -28,7 +28,7 @@ fn unequal() -> Valid<Net> {
     chart("unequal.graf", &text)
 }
 
-/// Every engine that carries the chart does the same as the simulator.
+/// Every engine that supports the chart agrees with the simulator.
 fn everywhere(net: &Valid<Net>, stimulus: &Stimulus) {
     let expected = net_trace(net, stimulus);
     let facts = grafsynth_verify::facts(net, &Limits::default());
@@ -58,8 +58,8 @@ fn everywhere(net: &Valid<Net>, stimulus: &Stimulus) {
     assert!(n_equal >= 8 || std::env::var_os("CI").is_none(), "{said:#?}");
 }
 
-/// For a transition: the most reactions in which it is fireable without firing between two of its own, and the most in which its receptivity holds
-/// until it fires, that one included.
+/// For a transition: the maximum number of reactions in which it is fireable without firing between two of its firings, and the maximum in which its
+/// receptivity is true until it fires, including that reaction.
 fn observed(net: &Valid<Net>, transition: TransitionId, stimulus: &Stimulus) -> (u32, u32) {
     let data = &net.transitions[transition];
     let mut simulator = Simulator::new(net);
@@ -105,7 +105,7 @@ fn every_request_is_served_within_the_bound_and_the_bound_is_attained() {
         assert_eq!(*turns, 2, "{it:?}");
         assert_eq!(observed(&net, it.transition, worst).0, *turns);
         assert_eq!(observed(&net, it.transition, slowest).1, *reactions - 1);
-        // One more reaction, and it has fired, whatever else is asked for.
+        // After one more reaction it has fired, whatever else is requested.
         for seed in 0..rounds(50, 5_000) {
             let stimulus = Stimulus::random(&net, 300, seed, 1);
             let (most_turns, most_reactions) = observed(&net, it.transition, &stimulus);
@@ -126,7 +126,7 @@ fn among_unequal_priorities_the_cycle_starves_its_client_in_every_engine() {
         for it in &waits {
             let Wait::Starves { way, cycle } = &it.wait else { continue };
             found.push(it.transition.index());
-            // Round and round, it is ready and never served.
+            // In each round, it is ready and never served.
             let mut rows: Vec<_> = way.rows().collect();
             let n_way = rows.len();
             for _ in 0..20 {

@@ -1,9 +1,9 @@
-//! Circuits of one micro-step a clock against the reference simulator: a row is a reaction, whatever the number of its clocks (semantics.md §9).
+//! Circuits with one micro-step per clock compared with the reference simulator: a row is a reaction, whatever the number of its clocks (semantics.md §9).
 
 #![allow(
     clippy::print_stdout,
     clippy::disallowed_methods,
-    reason = "tests say what they ran, and write files for Icarus Verilog"
+    reason = "tests report what they ran, and write files for Icarus Verilog"
 )]
 
 use grafsynth_backend_pld::{Dialect, Object};
@@ -39,7 +39,7 @@ fn has_busy(logic: &Logic) -> bool {
     logic.outputs.values().any(|output| output.role == PinRole::Busy)
 }
 
-/// Sums of products of larger ones are mostly refused, after a long search.
+/// Sums of products of larger circuits are usually rejected after a long search.
 fn is_small(logic: &Logic) -> bool {
     logic.nodes.len() < 700
 }
@@ -50,7 +50,7 @@ fn difference(net: &Valid<Net>, logic: &Logic, seed: u64) -> Option<Difference> 
     compare(&net_trace(net, &stimulus), &got)
 }
 
-/// Runs random stable nets of these policies; how many of them became circuits with `busy`.
+/// Runs random stable nets with these policies; returns how many of them became circuits with `busy`.
 fn check(policies: Vec<Policy>, total: u64) -> u64 {
     let features = Features { policies, emergency: false, ..Features::everything() };
     let (mut n_clocked, mut n_stable, mut n_faults) = (0, 0, 0);
@@ -94,7 +94,7 @@ fn statecharts_with_a_clock_for_each_step() {
     assert!(n_clocked * 10 >= total, "only {n_clocked} of {total}");
 }
 
-/// Each text of such a circuit, read back, does the same.
+/// Each text of such a circuit, read back, behaves the same.
 #[test]
 fn texts_of_circuits_with_busy() {
     let total = rounds(80, 1_500);
@@ -115,7 +115,7 @@ fn texts_of_circuits_with_busy() {
     assert!(n_texts > 3, "only {n_texts} of {n_clocked} circuits became texts");
 }
 
-/// The enumeration proves such a circuit, and finds it wrong when a register is spoiled; the induction says that it is not for it.
+/// The enumeration proves such a circuit, and refutes it if a register is corrupted; the induction reports that it does not apply.
 #[test]
 fn enumeration_proves_circuits_with_busy() {
     let limits = Limits { pairs: 4_000, rows_per_state: 256, states: 1_000, ..Limits::default() };
@@ -134,7 +134,7 @@ fn enumeration_proves_circuits_with_busy() {
         }
         let busy = logic.flops.iter().find(|(_, flop)| flop.name == "busy").map(|(id, _)| id);
         let Some(busy) = busy else { continue };
-        // It never waits; it never ends.
+        // A circuit that never waits; a circuit that never ends.
         for node in [false, true] {
             let mut spoiled = logic.clone();
             let constant = spoiled.nodes.push(grafsynth_ir::logic::Node::Const(node));
@@ -144,12 +144,12 @@ fn enumeration_proves_circuits_with_busy() {
                 n_refuted += 1;
             }
             if node {
-                let found = by_chance(&net, &spoiled, 200).expect("it is busy for ever");
+                let found = by_chance(&net, &spoiled, 200).expect("it is always busy");
                 assert_eq!(found.difference.column, "busy", "seed {seed}");
             }
         }
     }
-    println!("{n_proved} proved; {n_refuted} of {n_spoiled} spoiled ones refuted");
+    println!("{n_proved} proved; {n_refuted} of {n_spoiled} corrupted ones refuted");
     assert!(n_proved > 3 && n_refuted * 2 > n_spoiled, "{n_proved} {n_refuted} {n_spoiled}");
 }
 
@@ -158,7 +158,7 @@ fn enumeration_proves_circuits_with_busy() {
 fn icarus_waits_for_busy() {
     let (Some(iverilog), Some(vvp)) = (tools::find(&["iverilog"]), tools::find(&["vvp"])) else {
         assert!(std::env::var_os("CI").is_none(), "iverilog is missing, and CI must have it");
-        println!("skipped: iverilog is not here");
+        println!("skipped: iverilog is not installed");
         return;
     };
     let engine = grafsynth_engines::named("verilog").expect("there is an engine of that name");
@@ -183,13 +183,13 @@ fn icarus_waits_for_busy() {
         let vectors = pipeline::vectors(&net, &logic, &stimulus).expect("vectors of the circuit");
         let options = pipeline::emit_options(&net, None, Some(vectors));
         let emitted = grafsynth_backend_pld::emit(&logic, Dialect::Verilog, &options)
-            .expect("every circuit can be said in Verilog");
+            .expect("every circuit can be expressed in Verilog");
         let folder = tempfile::tempdir().expect("a folder");
         let put = |name: &str, text: &str| {
             std::fs::write(folder.path().join(name), text).expect("a file can be written");
         };
         put("design.v", &emitted.text);
-        put("bench.v", &emitted.bench.expect("a bench was asked for"));
+        put("bench.v", &emitted.bench.expect("a bench was requested"));
         let limit = Duration::from_secs(60);
         let arguments = ["-g2001", "-o", "bench.vvp", "design.v", "bench.v"];
         let made = tools::run(&iverilog, &arguments, folder.path(), b"", limit).expect("iverilog");
@@ -201,11 +201,11 @@ fn icarus_waits_for_busy() {
     }
 }
 
-/// Executes the SIMULATION section of a PALASM text on the circuit that the text gives back; how many checks it made.
+/// Executes the SIMULATION section of a PALASM text on the circuit that is read from the text; returns the number of checks.
 fn simulate_palasm(through: &Through) -> Result<usize, String> {
     let mut sim = LogicSim::new(&through.read_back);
     let (mut inputs, mut shown) = (BTreeMap::new(), BTreeMap::new());
-    // The circuit that was read back has everything in the order of the names.
+    // The objects of the circuit that was read back are in the order of the names.
     let mut next = [0; 3];
     for named in &through.emitted.names {
         let mut number = |kind: usize| {
@@ -266,7 +266,7 @@ fn simulate_palasm(through: &Through) -> Result<usize, String> {
     Ok(n_checks)
 }
 
-/// The SIMULATION section clocks as often as each reaction needs, and what it checks is true.
+/// The SIMULATION section clocks as often as each reaction needs, and its checks pass.
 #[test]
 fn the_simulation_section_waits_for_busy() {
     let (mut n_run, mut n_checks) = (0, 0);
@@ -287,7 +287,7 @@ fn the_simulation_section_waits_for_busy() {
     assert!(n_run > 0 && n_checks > 50 * n_run, "{n_run} sections, {n_checks} checks");
 }
 
-/// Runs for three micro-steps after `go`; E counts wherever it is.
+/// Runs for three micro-steps after `go`; E counts in every step.
 const WALK: &str = "chart walk {
     evolution stable limit 8
     input go
@@ -305,7 +305,7 @@ const WALK: &str = "chart walk {
 }
 ";
 
-/// The protocol of semantics.md §9, clock by clock: outside the contract of rows, so it is tried on the circuit itself.
+/// The protocol of semantics.md §9, clock by clock: it is outside the contract of rows, so it is tested on the circuit itself.
 #[test]
 fn what_arrives_while_busy_waits_for_the_next_reaction() {
     let net = chart("chart.graf", WALK);
@@ -313,7 +313,7 @@ fn what_arrives_while_busy_waits_for_the_next_reaction() {
     let (there, n) = (Id::from_index(0), Id::from_index(0));
     let (go, event) = ([1, 0], [0, 1]);
     let mut chip = ChipSim::new(&net, &logic);
-    // Row 1: three micro-steps and the check that ends it. Inputs are held: taking `go` away again does not matter.
+    // Row 1: three micro-steps and the final check. Inputs are latched: removing `go` again does not matter.
     chip.clock(&go, false);
     for _ in 0..3 {
         assert!(chip.is_busy());
@@ -325,7 +325,7 @@ fn what_arrives_while_busy_waits_for_the_next_reaction() {
     assert_eq!(chip.react(&event, 0), Ok(2));
     assert_eq!((chip.output(there), chip.var(n, 0)), (Some(0), Some(1)));
 
-    // An event in the second clock is kept in its bit, and takes part in the next reaction.
+    // An event in the second clock is kept in its bit, and is part of the next reaction.
     chip.clock(&go, false);
     chip.clock(&event, false);
     chip.clock(&[0, 0], false);
@@ -338,7 +338,7 @@ fn what_arrives_while_busy_waits_for_the_next_reaction() {
     assert_eq!(chip.react(&[0, 0], 0), Ok(1), "it was taken once");
     assert_eq!(chip.var(n, 0), Some(2));
 
-    // A second one while the first still waits is lost, and the row says so; the one kept counts.
+    // A second event while the first is still pending is lost, and the row reports it; the first one counts.
     chip.clock(&go, false);
     chip.clock(&event, false);
     chip.clock(&event, false);
@@ -347,7 +347,7 @@ fn what_arrives_while_busy_waits_for_the_next_reaction() {
     assert_eq!(chip.react(&[0, 0], 0), Ok(2));
     assert_eq!((chip.var(n, 0), chip.fault()), (Some(3), false));
 
-    // So is one in the very clock that takes the one kept.
+    // So is an event in the clock that takes the pending one.
     chip.clock(&go, false);
     chip.clock(&event, false);
     chip.clock(&[0, 0], false);
@@ -356,7 +356,7 @@ fn what_arrives_while_busy_waits_for_the_next_reaction() {
     assert_eq!((chip.var(n, 0), chip.fault()), (Some(4), true));
 }
 
-/// A tick that comes while busy is not lost: the time of the step counts it in the next reaction.
+/// A tick that arrives while busy is not lost: the step's time counts it in the next reaction.
 #[test]
 fn a_tick_while_busy_is_counted_later() {
     let timed = WALK.replace("p0 on E do", "p0 when p3.t >= 20 ms do");
@@ -375,7 +375,7 @@ fn a_tick_while_busy_is_counted_later() {
     assert_eq!((chip.var(n, 0), chip.fault()), (Some(1), false));
 }
 
-/// A chart that never becomes stable takes as many clocks as the limit allows and faults; a circuit that never ends is no row.
+/// A chart that never becomes stable takes as many clocks as the limit allows and sets the fault; a circuit that never ends gives no row.
 #[test]
 fn a_livelock_faults_and_a_hang_is_found() {
     let net = chart(
@@ -411,7 +411,7 @@ fn a_livelock_faults_and_a_hang_is_found() {
     assert!(compare(&net_trace(&net, &stimulus), &trace).is_some());
 }
 
-/// Which form a chart gets: one clock where the depth is proved, unless that is too large; else several.
+/// The form of a chart: one clock if the depth is proved, unless that is too large; otherwise several.
 #[test]
 fn the_form_follows_the_proof_and_the_size() {
     let net = chart("chart.graf", WALK);
@@ -424,7 +424,7 @@ fn the_form_follows_the_proof_and_the_size() {
         assert_eq!(has_busy(&logic), text.contains("`busy`"), "{text}");
         text
     };
-    let composed = "micro-steps composed into one clock, 3 deep as proved";
+    let composed = "micro-steps composed into one clock, at most 3, as proved";
     assert_eq!(form(&proved, BusyMode::WhenUnproved), composed);
     assert_eq!(form(&proved, BusyMode::WhenTooLarge), composed);
     assert!(form(&unknown, BusyMode::WhenTooLarge).starts_with("micro-steps composed"));
@@ -444,11 +444,12 @@ fn the_form_follows_the_proof_and_the_size() {
     assert!(has_busy(&logic));
     assert!(
         pipeline::form(&net, &unknown, &logic, BusyMode::WhenTooLarge)
-            .is_some_and(|text| text.ends_with("too large in one"))
+            .is_some_and(|text| text.ends_with("would be too large"))
     );
 }
 
-/// A chart with an emergency has one clock a reaction, whatever is asked for, and says why: in the form, in a warning, and where that one clock is too much.
+/// A chart with an emergency has one clock per reaction, whatever is requested, and reports the reason: in the form, in a warning, and if that one clock is
+/// too large.
 #[test]
 fn an_emergency_leaves_one_clock() {
     let net =
@@ -474,8 +475,8 @@ fn an_emergency_leaves_one_clock() {
     assert!(help.contains("emergency") && !help.contains("calls"), "{help}");
 }
 
-/// The rounds of an evolution are those that were proved: a composition of so many is the net, and one of fewer is found out, unless the rounds that it
-/// lacks can do nothing.
+/// The proved number of rounds is exact: a composition of this many equals the net, and one of fewer is refuted, unless the missing rounds
+/// have no effect.
 #[test]
 fn as_many_rounds_as_proved_and_no_fewer() {
     use Policy::{InnerFirst, OuterFirst};
@@ -507,18 +508,18 @@ fn as_many_rounds_as_proved_and_no_fewer() {
                 panic!("seed {seed}, {value} rounds: {:?}\n{}", found.difference, readable(&net))
             }
         }
-        // The last round may be an empty check, and a micro-step may lead back to where it began.
+        // The last round may be an empty check, and a micro-step may return to its start.
         let mut fewer = (0..value).rev().filter_map(composed);
         n_refuted += u64::from(
             fewer.any(|logic| matches!(by_enumeration(&net, &logic, &limits), Verdict::Refuted(_))),
         );
     }
-    println!("{n_proved} compositions proved; of {n_refuted} a wrong bound was found out");
+    println!("{n_proved} compositions proved; {n_refuted} wrong bounds were refuted");
     assert!(n_proved * 15 >= total, "{n_proved} of {total}");
     assert!(n_refuted * 50 >= total, "{n_refuted} of {total}");
 }
 
-/// What one clock cannot hold: a search four thousand deep with a division in it.
+/// Too large for one clock: a search four thousand deep with a division in it.
 #[test]
 fn a_deep_search_with_wide_arithmetic_is_a_circuit() {
     let net = chart(

@@ -1,9 +1,9 @@
-//! The check of C can fail: emitted C that was changed in one place is refuted, or is equal to the chart, or is not called proved.
+//! The check of C can fail: emitted C with one change is refuted, or equal to the chart, or not reported as proved.
 //!
-//! Whether a mutant that was called proved is equal is judged by another way than the check's own: the mutant is compiled with an ordinary harness and runs
-//! on stimuli from reset, long random ones and directed ones, beside the simulator.
+//! Whether a mutant that was reported as proved is equal is checked in an independent way: the mutant is compiled with an ordinary harness and compared
+//! with the simulator on stimuli from reset, long random ones and directed ones.
 
-#![allow(clippy::print_stdout, reason = "tests say what they skip and what they counted")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip and what they counted")]
 
 use grafsynth_backend_c::{Options, Package, Style, harness};
 use grafsynth_driver::report::{Outcome, OutputReport};
@@ -16,7 +16,7 @@ use grafsynth_tests::{chart, in_parallel, rounds};
 use grafsynth_verify::{Limits, facts};
 use std::time::Duration;
 
-/// Charts that people draw, and two small ones that have what those lack.
+/// Realistic charts, and two small ones with the features that those lack.
 const CHARTS: [(&str, &str); 10] = [
     ("truck.graf", include_str!("../../examples/truck/truck.graf")),
     ("oven.graf", include_str!("../../examples/microwave/oven.graf")),
@@ -53,7 +53,7 @@ const HISTORY: &str = "chart history {
 }
 ";
 
-/// Two times and one threshold that a small number of ticks steps over.
+/// Two times and one threshold, which a small number of ticks steps over.
 const TIMED: &str = "chart timed {
     tick 1 ms
     input hold
@@ -89,16 +89,16 @@ struct Subject {
     changes: Vec<Change>,
 }
 
-/// What became of a mutant.
+/// The fate of a mutant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Fate {
     Uncompiled,
     Refuted,
-    /// Proved, and no other way shows a difference.
+    /// Proved, and the independent way shows no difference.
     Equal,
-    /// Not proved, no difference in the test, and none that the other way shows.
+    /// Not proved, no difference in the test, and the independent way shows none.
     Tested,
-    /// Not proved, and the other way shows a difference.
+    /// Not proved, and the independent way shows a difference.
     Missed,
 }
 
@@ -106,14 +106,14 @@ enum Fate {
 fn no_mutant_that_differs_is_called_proved() {
     if tools::c_compiler().is_none() {
         assert!(std::env::var_os("CI").is_none(), "CI must have a C compiler");
-        println!("skipped: no C compiler is here");
+        println!("skipped: no C compiler is installed");
         return;
     }
     let subjects = subjects();
-    assert_ne!(subjects.len() % 7, 0, "or some would never have a turn");
+    assert_ne!(subjects.len() % 7, 0, "otherwise some would never be used");
     let mut random = Random::new(1);
     let wanted = rounds(16, 1_000) as usize;
-    // Charts and styles take turns; every pair comes before any comes twice.
+    // Charts and styles alternate; every pair occurs before any occurs twice.
     let mut mutants: Vec<(usize, Change)> = Vec::new();
     while mutants.len() < wanted {
         let turn = mutants.len() % subjects.len();
@@ -138,8 +138,8 @@ fn no_mutant_that_differs_is_called_proved() {
             println!("{fate:?}: {}", shown(&subjects[*at], change));
         }
     }
-    assert!(count(Fate::Refuted) * 2 > mutants.len(), "most changes change something");
-    assert!(count(Fate::Missed) * 50 <= mutants.len(), "the test sees nearly all of them");
+    assert!(count(Fate::Refuted) * 2 > mutants.len(), "most changes have an effect");
+    assert!(count(Fate::Missed) * 50 <= mutants.len(), "the test detects nearly all of them");
 }
 
 fn subjects() -> Vec<Subject> {
@@ -222,7 +222,7 @@ fn difference(net: &Valid<Net>, mutant: &Package) -> Option<String> {
     })
 }
 
-/// Directed runs from reset, with other dice than those of the check.
+/// Directed runs from reset, with other random numbers than those of the check.
 fn directed(net: &Valid<Net>) -> Vec<Stimulus> {
     let mut stimuli = Vec::new();
     let mut directed = Directed::new(net, 77, MAX_DT);
@@ -265,8 +265,8 @@ fn changes(package: &Package) -> Vec<Change> {
     all
 }
 
-/// What a name stands for, if another name of that kind may be put in its place: a member of the same structure, or an enumerator. Given are the two
-/// tokens before it, the name, and the token behind it.
+/// The kind of a name, if another name of that kind may replace it: a member of the same structure, or an enumerator. The parameters are the two
+/// tokens before it, the name, and the token after it.
 fn kind([structure, joint, name, after]: &[&str; 4]) -> Option<String> {
     let is_name = name.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_');
     if !is_name || *after == "(" {
@@ -280,7 +280,7 @@ fn kind([structure, joint, name, after]: &[&str; 4]) -> Option<String> {
     is_constant.then(|| "constant".to_owned())
 }
 
-/// What a token may be changed into.
+/// The replacements of a token.
 fn replacements(token: &str, name: Option<&str>) -> Vec<String> {
     let pairs = [
         ("==", "!="),
@@ -332,7 +332,7 @@ fn replacements(token: &str, name: Option<&str>) -> Vec<String> {
     name.map(str::to_owned).into_iter().collect()
 }
 
-/// The tokens within functions and tables, from where to where; comments, strings and lines for the preprocessor are left out.
+/// The ranges of the tokens within functions and tables; comments, strings and preprocessor lines are left out.
 fn tokens(text: &str) -> Vec<(usize, usize)> {
     const LONG: [&str; 17] = [
         "<<=", ">>=", "->", "==", "!=", "<=", ">=", "&&", "||", "<<", ">>", "+=", "-=", "|=", "&=",

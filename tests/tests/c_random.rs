@@ -1,8 +1,8 @@
-//! Random C functions: what the compiler makes of them, and what their chart computes in the simulator.
+//! Random C functions: the results of the compiled program, compared with the chart in the simulator.
 //!
-//! A function that shows a difference is shrunk and printed; put it under `tests/cases/c` when it is mended.
+//! A function that shows a difference is shrunk and printed; put it under `tests/cases/c` after the bug is fixed.
 
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 #![allow(clippy::disallowed_methods, reason = "the environment says where the seeds begin")]
 
 use grafsynth_engines::{c, tools};
@@ -16,11 +16,11 @@ use grafsynth_tests::rounds;
 use std::fmt::Write;
 use std::time::Duration;
 
-/// Programs in one translation unit.
+/// The number of programs in one translation unit.
 const UNIT: u64 = 25;
-/// Runs of each program.
+/// The number of runs of each program.
 const RUNS: usize = 6;
-/// Reactions after which a chart must have ended: every loop runs out of fuel long before.
+/// The number of reactions after which a chart must have ended: every loop runs out of fuel long before.
 const LONGEST: usize = 20_000;
 
 type Arguments = [i32; 3];
@@ -35,7 +35,7 @@ fn options(seed: u64) -> Options {
     }
 }
 
-/// The net of a program, by way of the chart's text.
+/// The net of a program, through the text of its chart.
 fn net(program: &Program, options: &Options) -> Result<Valid<Net>, String> {
     let text = program.text("");
     let parsed = parse_within(FileId(0), &text, &graf::Limits::default(), options);
@@ -89,7 +89,7 @@ fn arguments(random: &mut Random) -> Arguments {
     })
 }
 
-/// What the compiled programs return; none where C leaves it undefined.
+/// The results of the compiled programs; `None` if C leaves them undefined.
 fn run_compiled(programs: &[&Program], runs: &[Arguments]) -> Vec<Vec<Option<i64>>> {
     let mut text = String::from(
         "#include <stdio.h>\n#include <stdlib.h>\n#include <signal.h>\n#include <setjmp.h>\n",
@@ -139,8 +139,9 @@ fn difference(
     runs.iter().zip(expected).find_map(|(arguments, expected)| {
         let expected = (*expected)?;
         let got = run_chart(&net, *arguments);
-        (got != Some(expected))
-            .then(|| format!("{arguments:?}: the compiler has {expected}, the chart {got:?}"))
+        (got != Some(expected)).then(|| {
+            format!("{arguments:?}: expected {expected} (compiler), found {got:?} (chart)")
+        })
     })
 }
 
@@ -148,7 +149,7 @@ fn difference(
 fn charts_of_random_functions_compute_what_the_compiler_computes() {
     if tools::c_compiler().is_none() {
         assert!(std::env::var_os("CI").is_none(), "a C compiler is missing, and CI must have it");
-        println!("skipped: a C compiler is not here");
+        println!("skipped: a C compiler is not installed");
         return;
     }
     let total = rounds(25, 10_000);
@@ -182,7 +183,7 @@ fn shrink(
 ) -> (Program, String) {
     let (mut best, mut why) = (program.clone(), why);
     'again: for _ in 0..60 {
-        // What no longer compiles (a goto without its label) is no smaller case.
+        // A program that no longer compiles (a goto without its label) is not a smaller case.
         let candidates: Vec<Program> =
             best.smaller().into_iter().filter(|one| net(one, options).is_ok()).collect();
         if candidates.is_empty() {

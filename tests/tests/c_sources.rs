@@ -1,8 +1,8 @@
 //! C functions and their charts in one program: the original and the C of its chart get the same arguments and must give the same results.
 //!
-//! Variables that last from call to call are compared too: both run through all calls without a reset.
+//! Static variables are compared too: both run through all calls without a reset.
 
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 
 use grafsynth_backend_c::{File, emit};
 use grafsynth_driver::pipeline;
@@ -15,7 +15,7 @@ use grafsynth_sim::{InputRow, Simulator};
 use grafsynth_tests::rounds;
 use std::time::Duration;
 
-/// A function and how to call it.
+/// A function and its calls.
 struct Case {
     name: &'static str,
     source: &'static str,
@@ -23,9 +23,9 @@ struct Case {
     arguments: &'static str,
     /// Chooses arguments with `rnd(n)` and calls the original.
     original: &'static str,
-    /// Hands the same arguments to the chart: members of `in`, or setters of the library.
+    /// Passes the same arguments to the chart: members of `in`, or setters of the library.
     chart: &'static str,
-    /// True if both gave the same.
+    /// True if both results are equal.
     same: &'static str,
     keep: &'static [&'static str],
 }
@@ -34,7 +34,7 @@ const ATOI: Case = Case {
     name: "atoi",
     source: include_str!("../cases/c/atoi.c"),
     arguments: "static char text[16]; static int wanted;",
-    // At most nine digits: more of them are no `int`.
+    // At most nine digits: more do not fit in an `int`.
     original: "{
         int k = 0, n;
         memset(text, 0, sizeof text);
@@ -132,7 +132,7 @@ fn has_compiler() -> bool {
     let found = tools::c_compiler().is_some();
     if !found {
         assert!(std::env::var_os("CI").is_none(), "a C compiler is missing, and CI must have it");
-        println!("skipped: a C compiler is not here");
+        println!("skipped: a C compiler is not installed");
     }
     found
 }
@@ -144,7 +144,7 @@ fn read(case: &Case, options: &Options) -> (Parsed, Valid<Net>) {
     };
     let parsed = parse_within(FileId(0), case.source, &Limits::default(), &options);
     let design = parsed.design.as_ref().unwrap_or_else(|| panic!("{:#?}", parsed.diagnostics));
-    // By way of the chart's text, as a user goes.
+    // Through the text of the chart, as a user would do it.
     let written = graf::write_design(design);
     let again = graf::parse(FileId(1), &written);
     assert!(again.diagnostics.is_empty(), "{:#?}\n{written}", again.diagnostics);
@@ -194,7 +194,7 @@ int main(void)
             {name}_chart_step(&chart, &in, &out);
         }}
         all += scan;
-        if (!({same})) {{ printf(\"call %ld: the chart gives something else\\n\", call); return 1; }}
+        if (!({same})) {{ printf(\"call %ld: the chart gives another result\\n\", call); return 1; }}
         in.start = 0;
         while (out.done) {name}_chart_step(&chart, &in, &out);
     }}
@@ -212,7 +212,7 @@ int main(void)
     println!("{name}: {}", output.trim());
 }
 
-/// Plain and everything at once; with `GRAFSYNTH_DEEP` what lies between too.
+/// Plain, and with all options; with `GRAFSYNTH_DEEP` also the combinations in between.
 fn variants() -> Vec<Options> {
     let default = Options::default();
     let mut all = vec![

@@ -1,7 +1,7 @@
-//! `compare` of two charts: charts that differ are never called equal and nearly always refuted by a stimulus, and small equal ones are proved.
+//! `compare` of two charts: different charts are never reported as equal and nearly always refuted by a stimulus, and small equal ones are proved.
 //!
-//! What differs is decided here by brute force: all inputs, ticks around every threshold, each pair of states, ten scans deep. It shares nothing with
-//! the search under test but the simulator.
+//! Whether charts differ is decided here by brute force: all inputs, ticks around every threshold, each pair of states, ten scans deep. It shares nothing with
+//! the search under test except the simulator.
 
 #![allow(clippy::print_stdout, reason = "tests say how much they covered")]
 
@@ -21,11 +21,11 @@ use grafsynth_verify::pair::{Apart, Common, SameBy, charts_by_chance, charts_equ
 use grafsynth_verify::verdict::Verdict;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Scans that the brute force goes deep.
+/// The depth of the brute-force search in scans.
 const SCANS: usize = 10;
-/// Reactions that it may take for one pair of charts.
+/// The maximum number of reactions for one pair of charts.
 const WORK: usize = 40_000;
-/// Rows of inputs in one state.
+/// The maximum number of input rows in one state.
 const MAX_ROWS: usize = 3_000;
 
 /// Small charts of every kind.
@@ -44,11 +44,11 @@ fn features(seed: u64) -> Features {
     }
 }
 
-/// The cells that both traces have, as the columns' places.
+/// The cells that both traces have, as the indices of the columns.
 struct Shared {
     layouts: [TraceLayout; 2],
     columns: Vec<(usize, usize)>,
-    /// By place in the right list of steps: the place in the left one.
+    /// By index in the right list of steps: the index in the left one.
     steps: Vec<u32>,
 }
 
@@ -89,7 +89,7 @@ impl Shared {
     }
 }
 
-/// The values of an integer that are worth trying: all of few, else the ends, zero, and what surrounds every constant of either chart.
+/// The values of an integer that are worth trying: all if there are few, otherwise the ends, zero, and the neighbours of every constant of either chart.
 fn values(nets: [&Net; 2], ty: Type) -> Vec<i64> {
     let (lo, hi) = ty.bounds();
     if hi.abs_diff(lo) < 8 {
@@ -110,7 +110,7 @@ fn values(nets: [&Net; 2], ty: Type) -> Vec<i64> {
     values.into_iter().filter(|value| (lo..=hi).contains(value)).collect()
 }
 
-/// Ticks around every constant that a time can be compared with or wait for; one alone where nothing counts ticks.
+/// Ticks around every constant that a time is compared with or waits for; one value if nothing counts ticks.
 fn ticks(nets: [&Net; 2]) -> Vec<u32> {
     let mut constants: BTreeSet<i64> = BTreeSet::new();
     for net in nets {
@@ -142,7 +142,7 @@ fn ticks(nets: [&Net; 2]) -> Vec<u32> {
     ticks.into_iter().collect()
 }
 
-/// Every row of both; none if there are too many. Both must have the inputs of the one or the other.
+/// Every row of both; `None` if there are too many. One chart must have the inputs of the other.
 fn rows(left: &Net, right: &Net) -> Option<Vec<(InputRow, InputRow)>> {
     let mut names: BTreeMap<&str, Type> = BTreeMap::new();
     for net in [left, right] {
@@ -195,7 +195,7 @@ fn rows(left: &Net, right: &Net) -> Option<Vec<(InputRow, InputRow)>> {
     (rows.len() <= MAX_ROWS).then_some(rows)
 }
 
-/// Whether two charts differ within ten scans; none if that is too much to find out.
+/// Whether two charts differ within ten scans; `None` if that is too expensive to find out.
 fn differ(left: &Valid<Net>, right: &Valid<Net>, most: usize) -> Option<bool> {
     differ_within(left, right, SCANS, most)
 }
@@ -236,7 +236,7 @@ fn differ_within(left: &Valid<Net>, right: &Valid<Net>, scans: usize, most: usiz
     Some(false)
 }
 
-/// The witness as `sim` would replay it: two files of text, two traces, and the cell that is said to differ.
+/// Replays the witness like `sim`: two stimulus texts, two traces, and the cell that is reported to differ.
 fn replays(left: &Valid<Net>, right: &Valid<Net>, apart: &Apart) -> bool {
     let cell = |net: &Valid<Net>, stimulus: &Stimulus| {
         let (read, found) = Stimulus::parse_csv(net, FileId(0), &stimulus.to_csv(net));
@@ -258,14 +258,14 @@ fn both(left: &Valid<Net>, right: &Valid<Net>) -> String {
     format!("{}\n---- and ----\n{}", readable(left), readable(right))
 }
 
-/// What came of one pair.
+/// The result for one pair.
 #[derive(Debug, Clone)]
 enum Came {
-    /// A stimulus of so many rows tells them apart, as a replay showed.
+    /// A stimulus with this many rows shows a difference, as a replay confirmed.
     Refuted(usize),
     /// Proved equal, and the brute force found no difference.
     Proved,
-    /// Not known, with the reason, and what the brute force found.
+    /// Unknown, with the reason and the result of the brute force.
     Open(String, Option<bool>),
 }
 
@@ -276,7 +276,7 @@ fn ask(left: &Valid<Net>, right: &Valid<Net>) -> Option<Came> {
         Verdict::Proved(by) => {
             let found = differ(left, right, WORK);
             assert!(found != Some(true), "{by}, but they differ:\n{}", both(left, right));
-            // What the brute force could not decide is tried by chance once more.
+            // What the brute force could not decide is tried with random stimuli once more.
             let other = charts_by_chance(left, right, &common, 500, 9, 1_000);
             assert!(other.is_ok(), "{by}, but they differ:\n{}", both(left, right));
             Came::Proved
@@ -298,7 +298,7 @@ fn ask(left: &Valid<Net>, right: &Valid<Net>) -> Option<Came> {
     })
 }
 
-/// Asks about one pair after another, as many at once as there are processors, until there are enough of those that count.
+/// Tests one pair after another, as many in parallel as there are processors, until enough of them count.
 fn until<T: Send>(
     wanted: usize,
     first: u64,
@@ -308,7 +308,7 @@ fn until<T: Send>(
     let mut all = Vec::new();
     let mut seed = first;
     while all.iter().filter(|one| counts(one)).count() < wanted {
-        assert!(seed < first + 20 * wanted as u64 + 100, "too few pairs are of any use");
+        assert!(seed < first + 20 * wanted as u64 + 100, "too few pairs are usable");
         let seeds: Vec<u64> = (seed..seed + 8.min(wanted as u64)).collect();
         seed += seeds.len() as u64;
         all.extend(in_parallel(&seeds, |seed| make(*seed)).into_iter().flatten());
@@ -323,7 +323,7 @@ fn charts_that_differ_are_refuted() {
         let net = random_net(seed, &features(seed));
         ask(&net, &changed(&net, &mut Random::new(seed)))
     };
-    // Those that are proved equal have been compared by brute force besides.
+    // Those that are proved equal were also compared by brute force.
     let counts = |came: &Came| match came {
         Came::Refuted(rows) => *rows <= SCANS,
         Came::Open(_, found) => *found == Some(true),
@@ -337,7 +337,7 @@ fn charts_that_differ_are_refuted() {
         all.iter().filter(|came| matches!(came, Came::Refuted(rows) if *rows > SCANS)).count();
     let n_equal = all.iter().filter(|came| matches!(came, Came::Proved)).count();
     println!(
-        "{within} pairs that differ within {SCANS} scans: {n_refuted} refuted, 0 called equal; {n_later} differ later; {n_equal} changes make no difference and are proved"
+        "{within} pairs that differ within {SCANS} scans: {n_refuted} refuted, 0 called equal; {n_later} differ later; {n_equal} changes have no effect and are proved"
     );
     for came in &all {
         if let Came::Open(why, found) = came {
@@ -351,7 +351,7 @@ fn charts_that_differ_are_refuted() {
 fn equal_charts_are_proved() {
     let wanted = rounds(4, 100) as usize;
     let is_whole = wanted >= 100;
-    // A few pairs say little about shares, and shall not take long.
+    // A few pairs are not enough to measure shares, and must be fast.
     let limits = if is_whole {
         Limits::default()
     } else {

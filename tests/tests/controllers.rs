@@ -1,9 +1,9 @@
-//! Random nets on microcontrollers: the emitted C, cross-compiled and run instruction by instruction, against the reference simulator.
+//! Random nets on microcontrollers: the emitted C, cross-compiled and run in instruction simulators, compared with the reference simulator.
 //!
-//! Two of the three machines have an `int` of 16 bits. A net that shows a difference is shrunk and printed; put it under `tests/cases/mismatch` when it is
-//! mended.
+//! Two of the three machines have a 16-bit `int`. A net that shows a difference is shrunk and printed; put it under `tests/cases/mismatch` after the bug
+//! is fixed.
 
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 #![allow(clippy::disallowed_methods, reason = "the environment says which seeds to try")]
 
 use grafsynth_backend_c::{Options, Style};
@@ -19,7 +19,7 @@ use grafsynth_tests::random_net::{random_net, shrink};
 use grafsynth_tests::{chart, fleet, in_parallel, readable, rounds, small_limits};
 use grafsynth_verify::structural_facts;
 
-/// Charts in a firmware, where they fit.
+/// The number of charts in a firmware, if they fit.
 const UNIT: usize = 8;
 const ROWS: usize = 150;
 
@@ -28,13 +28,13 @@ fn is_here(engine: &dyn Engine) -> bool {
         Availability::Here => true,
         Availability::Missing(what) => {
             assert!(std::env::var_os("CI").is_none(), "{what} is missing, and CI must have it");
-            println!("skipped: {what} is not here");
+            println!("skipped: {what} is not installed");
             false
         }
     }
 }
 
-/// What an engine makes of a net: nothing where the machine is too small for it.
+/// The result of an engine for a net: false if the net does not fit the machine.
 fn difference(engine: &dyn Engine, net: &Valid<Net>, seed: u64) -> Result<bool, String> {
     let facts = if net.settings.policy.is_statechart() {
         structural_facts(net)
@@ -55,7 +55,7 @@ fn difference(engine: &dyn Engine, net: &Valid<Net>, seed: u64) -> Result<bool, 
     }
 }
 
-/// A chart with all that it is run with.
+/// A chart with everything that it is run with.
 struct Chart {
     seed: u64,
     net: Valid<Net>,
@@ -65,12 +65,12 @@ struct Chart {
 }
 
 impl Chart {
-    /// All policies, timers, ranges at the ends of 16 and 32 bits, calls, arrays, in each style and with random options.
+    /// All policies, timers, ranges at the limits of 16 and 32 bits, calls, arrays, in each style and with random options.
     fn random(seed: u64, max_steps: usize) -> Self {
         let styles = [Style::Auto, Style::Switch, Style::Tables, Style::Bits, Style::Engine];
         let style = styles[(seed % 5) as usize];
         let net = random_net(seed, &fleet::features(seed / 5, style, max_steps));
-        // What a style does not carry comes in the best that does.
+        // A chart that a style does not support uses the best style.
         let (_, options) = fleet::emitted(&net, fleet::options(seed, style))
             .or_else(|_| fleet::emitted(&net, fleet::options(seed, Style::Auto)))
             .unwrap_or_else(|why| panic!("seed {seed}: {why}"));
@@ -89,7 +89,7 @@ impl Chart {
     }
 }
 
-/// Runs charts in one firmware, or in several where they do not fit: how many ran, or the first that does something else.
+/// Runs charts in one firmware, or in several if they do not fit: returns how many ran, or the first that differs.
 fn run(machine: &dyn Machine, charts: &[Chart]) -> Result<u64, (usize, String)> {
     let pieces: Vec<Piece<'_>> = charts.iter().map(Chart::piece).collect();
     match machine.run_all(&pieces) {
@@ -115,7 +115,7 @@ fn run(machine: &dyn Machine, charts: &[Chart]) -> Result<u64, (usize, String)> 
     }
 }
 
-/// As many charts as are wanted, on this machine.
+/// As many charts as requested, on this machine.
 fn check(machine: &(dyn Machine + Sync), max_steps: usize) {
     if !is_here(machine) {
         return;
@@ -133,7 +133,7 @@ fn check(machine: &(dyn Machine + Sync), max_steps: usize) {
             match found {
                 Ok(n) => n_run += n,
                 Err((at, why)) => {
-                    // What ends a whole firmware does not say which chart it was.
+                    // If a whole firmware ends, it does not report which chart caused it.
                     let alone =
                         unit.iter().find(|it| run(machine, std::slice::from_ref(it)).is_err());
                     report(machine, alone.unwrap_or(&unit[at]), &why);
@@ -144,7 +144,7 @@ fn check(machine: &(dyn Machine + Sync), max_steps: usize) {
     println!("{}: {n_run} charts, {} did not fit", machine.name(), next - first - n_run);
 }
 
-/// Shrinks what shows a difference.
+/// Shrinks a chart that shows a difference.
 fn report(machine: &dyn Machine, chart: &Chart, why: &str) {
     println!("{} seed {}: {why}", machine.name(), chart.seed);
     let again = |net: &Valid<Net>| {
@@ -163,7 +163,7 @@ fn report(machine: &dyn Machine, chart: &Chart, why: &str) {
     );
 }
 
-/// Numbers of 16, 32 and 64 bits through every operator, also those that sdcc's library does not have.
+/// Numbers of 16, 32 and 64 bits with every operator, including those that sdcc's library lacks.
 #[test]
 fn wide_arithmetic_is_exact_where_int_has_16_bits() {
     let net = chart(
@@ -204,7 +204,7 @@ fn wide_arithmetic_is_exact_where_int_has_16_bits() {
     }
 }
 
-/// What is too large is refused by name, with a code, before anything runs.
+/// A chart that is too large is rejected with a code before anything runs.
 #[test]
 fn machines_refuse_what_does_not_fit() {
     let page = include_str!("../../docs/codes/G0604.md");

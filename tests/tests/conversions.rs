@@ -1,4 +1,4 @@
-//! Charts written in every language of charts, read back, and from there written in a third one: what is written behaves as the chart does, or is refused.
+//! Charts written in every chart language, read back, and from there written in a third one: a written chart behaves like the original, or is rejected.
 
 #![allow(clippy::print_stdout, reason = "tests say how much they did")]
 
@@ -8,7 +8,7 @@ use grafsynth_tests::random_chart::{random_chart, shrunk};
 use grafsynth_tests::{in_parallel, rounds};
 use std::collections::BTreeMap;
 
-/// The chart in this language and back, with or without what was drawn.
+/// The result for a chart in this language and back, with or without its drawing.
 fn came(text: &str, form: Format, seed: u64) -> Came {
     let mut design = design_of("a.graf", text).unwrap_or_else(|why| panic!("{why}\n{text}"));
     if seed / 6 % 2 == 1 {
@@ -52,7 +52,7 @@ fn random_charts_behave_alike_in_every_language() {
     }
 }
 
-/// The smallest charts that were once written wrongly.
+/// The smallest charts that were once written incorrectly.
 #[test]
 fn what_was_once_written_wrongly_behaves_alike_or_is_refused() {
     use Format::{Net, Plcopen, Rules, Scxml, St};
@@ -70,7 +70,7 @@ fn what_was_once_written_wrongly_behaves_alike_or_is_refused() {
             true,
         ),
         (
-            "an action before the output that asks for it",
+            "an action before the output that uses it",
             "chart c { output P action M output Q initial step s { M D 20 ms; Q N if M; Q P0; P } }",
             &[Rules, Net],
             true,
@@ -106,7 +106,7 @@ fn what_was_once_written_wrongly_behaves_alike_or_is_refused() {
             false,
         ),
         (
-            "an input called as the word of a timer",
+            "an input with the name of a timer keyword",
             "chart c { input while timer T while while and while or not s.active initial step s step r s -> r when T >= 20 ms }",
             &[Rules],
             true,
@@ -118,19 +118,19 @@ fn what_was_once_written_wrongly_behaves_alike_or_is_refused() {
             true,
         ),
         (
-            "a transition called as a word between its steps",
+            "a transition with a keyword as its name",
             "chart c { conflict priority input a initial step s step `to` `from`: s -> `to` when a t: `to` -> s when not a }",
             &[St, Plcopen],
             true,
         ),
         (
-            "transitions called as what a list and the timers become",
+            "transitions with the names that a list and the timers get",
             "chart c { conflict priority input a var v: int 0..9 timer T while a initial step s { exit { v := v + 1 } } step r timers: s -> r when T >= 20 ms s_exit: r -> s when not a }",
             &[St, Plcopen],
             true,
         ),
         (
-            "a cancel of what is never sent",
+            "a cancel of an event that is never sent",
             "chart c { conflict inner-first event e queue 1 state s1 { state s2 { exit { cancel x } step s3 } } t: in s1 on s2.done do { send e as x } }",
             &[Scxml],
             true,

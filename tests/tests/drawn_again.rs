@@ -1,7 +1,7 @@
-//! Nets written back as charts: hierarchy, regions and history are drawn again, and what is drawn behaves as the net does.
+//! Nets written back as charts: hierarchy, regions and history are reconstructed, and the result behaves like the net.
 
 #![allow(clippy::disallowed_methods, reason = "tests read files")]
-#![allow(clippy::print_stdout, reason = "tests say what they saw")]
+#![allow(clippy::print_stdout, reason = "tests report what they saw")]
 
 use grafsynth_driver::read::{Design, NetDesign, ReadLimits, Texts, read};
 use grafsynth_driver::source::Sources;
@@ -22,7 +22,7 @@ fn design_of(name: &str, text: &str) -> Option<Box<NetDesign>> {
     }
 }
 
-/// Writes the net as a chart, reads it, and runs both; the reasons where it is no chart.
+/// Writes the net as a chart, reads it, and runs both; returns the reasons if it cannot be a chart.
 fn drawn_again(
     what: &str,
     net: &Valid<Net>,
@@ -34,7 +34,7 @@ fn drawn_again(
         found.into_iter().map(|it| it.message).collect::<Vec<String>>()
     })?;
     let again = behaves_as(what, net, stimulus, &text);
-    // What comes from a chart is drawn so again; a random net may say things in words that lowering shortens.
+    // A net from a chart is reconstructed exactly; a random net may have forms that lowering shortens.
     if is_from_chart {
         let twice = grafsynth_frontend::graf::write_net(&again);
         assert_eq!(twice.as_deref(), Ok(text.as_str()), "{what}");
@@ -68,7 +68,7 @@ fn is_hierarchical(net: &Net) -> bool {
     net.steps.values().any(|step| step.parent.is_some())
 }
 
-/// Most random nets with hierarchy can be drawn; the others say why not.
+/// Most random nets with hierarchy can be drawn; the others report the reason.
 fn random_nets(features: &Features, n_nets: u64, least: u32, share: u32) {
     let (mut drawn, mut refused) = (0_u32, 0_u32);
     for seed in 0..rounds(n_nets, 4 * n_nets) {
@@ -94,7 +94,7 @@ fn random_nets(features: &Features, n_nets: u64, least: u32, share: u32) {
 #[test]
 fn random_statecharts_are_drawn_again() {
     let policies = vec![Policy::InnerFirst, Policy::OuterFirst];
-    // Controlled actions are for Grafcets.
+    // Controlled actions are for Grafcet charts.
     let features = Features {
         policies,
         controlled_actions: false,
@@ -107,7 +107,7 @@ fn random_statecharts_are_drawn_again() {
 
 #[test]
 fn random_enclosing_steps_are_drawn_again() {
-    // Such a net has its transitions in any order; a chart has those of what is enclosed behind each other.
+    // Such a net has its transitions in any order; in a chart, transitions of an enclosed part are consecutive.
     let features = Features {
         several_parts: false,
         sharing: false,
@@ -151,7 +151,7 @@ fn charts_with_hierarchy_are_drawn_again() {
         }
         for seed in 0..3 {
             let stimulus = Stimulus::random(net, 80, seed, 3);
-            // What another language says, in the words of the chart language.
+            // The meaning of a chart in another language, in the chart language.
             if let Some(chart) = design.chart.as_ref().filter(|it| it.libraries.is_empty()) {
                 let text = grafsynth_frontend::graf::write_design(chart);
                 behaves_as(&name, net, &stimulus, &text);
@@ -161,7 +161,7 @@ fn charts_with_hierarchy_are_drawn_again() {
                 assert!(
                     !name.contains("w3c") && !net.settings.policy.is_statechart()
                         || why.iter().all(|it| it.contains("partial chart"))
-                        // What such a transition leaves is decided by variables that no chart has (semantics C35).
+                        // Variables that no chart has decide what such a transition leaves (semantics C35).
                         || name.contains("inner_history"),
                     "{name}: {why:?}"
                 );
@@ -180,7 +180,7 @@ fn charts_with_hierarchy_are_drawn_again() {
     assert!(n_states > 20 && n_enclosing > 2, "{n_states} {n_enclosing}");
 }
 
-/// Delays and the outer state first have no words in SCXML; the document says the same in others.
+/// Delays and outer-first priority have no syntax in SCXML; the document expresses them in another way.
 #[test]
 fn delays_and_the_outer_state_first_in_scxml() {
     let charts = [
@@ -242,7 +242,7 @@ fn delays_and_the_outer_state_first_in_scxml() {
                 let csv = run(net, rows).to_csv();
                 let head: Vec<String> =
                     csv.lines().next().unwrap_or("").split(',').map(str::to_owned).collect();
-                // What stands for a delay has a column of its own.
+                // A variable that replaces a delay has its own column.
                 let kept = |at: usize| !head[at].ends_with("_is_over");
                 csv.lines()
                     .map(|line| {
@@ -252,7 +252,7 @@ fn delays_and_the_outer_state_first_in_scxml() {
                     .collect()
             };
             let sorted = |lines: Vec<String>| -> Vec<Vec<String>> {
-                // Outputs and variables may change places.
+                // Outputs and variables may be exchanged.
                 let head: Vec<String> = lines[0].split(',').map(str::to_owned).collect();
                 let mut order: Vec<usize> = (0..head.len()).collect();
                 order.sort_by(|a, b| head[*a].cmp(&head[*b]));

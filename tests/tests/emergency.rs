@@ -1,4 +1,4 @@
-//! An emergency dominates: proved over every state of a circuit, and a circuit in which it does not is found out.
+//! An emergency dominates: proved over every state of a circuit, and a circuit in which it does not is refuted.
 
 use grafsynth_backend_pld::Dialect;
 use grafsynth_driver::judge::{self, Renames};
@@ -17,7 +17,7 @@ use grafsynth_tests::rounds;
 use grafsynth_verify::{Dominance, Limits, Verdict, dominates, facts};
 
 /// Two steps, an output that is safe on and one that is safe off, and an emergency on inputs, a step's time and a number. Its flip-flops and outputs are
-/// the ten that a GAL22V10 holds, since one dialect is for GALs only.
+/// those of a GAL22V10 (ten), because one dialect supports only GALs.
 const PRESS: &str = "net press
 part press level 1
 input stop bool
@@ -63,7 +63,7 @@ fn every_text_of_a_circuit_is_proved_over_all_states() {
     }
 }
 
-/// The circuit with one pin showing something else.
+/// The circuit with another function on one pin.
 fn with_pin(logic: &Logic, pin: usize, change: impl Fn(&mut Logic, NodeId) -> NodeId) -> Logic {
     let mut changed = logic.clone();
     let id = changed.outputs.ids().nth(pin).expect("a circuit has this pin");
@@ -77,7 +77,7 @@ fn a_pin_that_is_not_forced_is_found_out() {
     let plain = net(&PRESS.replace("emergency when", "// emergency when"));
     let net = net(PRESS);
     let limits = Limits::default();
-    // The circuit that knows of no emergency has no flip-flops for a time that only the condition asks for.
+    // The circuit without the emergency has no flip-flops for a time that only the condition reads.
     let (forced, free) = (circuit(&net).unwrap(), circuit(&plain).unwrap());
     assert!(matches!(dominates(&net, &free, &limits), Some(Dominance::Open(_))));
     let short = self::net(&PRESS.replace(" or down.t >= 2 or level = 3", ""));
@@ -94,7 +94,7 @@ fn a_pin_that_is_not_forced_is_found_out() {
     }
 }
 
-/// A pin that is wrong in a state that no reaction makes: both steps at once. Equality with the net does not see it; dominance does.
+/// A pin that is wrong in an unreachable state: both steps at once. Equality with the net does not detect it; dominance does.
 #[test]
 fn states_that_are_never_reached_count() {
     let net = net(PRESS);
@@ -115,7 +115,7 @@ fn states_that_are_never_reached_count() {
     assert!(matches!(found, Some(Dominance::Refuted { .. })), "{found:?}");
 }
 
-/// Two inputs and two variables whose types leave codes without a value: 5, 6 and 7.
+/// Two inputs and two variables whose types leave invalid codes: 5, 6 and 7.
 const SORT: &str = "net sort
 part sort level 1
 input stop bool
@@ -131,7 +131,7 @@ transition t2 in sort down -> up when k = 0
 emergency when CONDITION
 ";
 
-/// A node that is true where `stop` is `stop` and the variable, or the input, has one of the codes 5, 6 and 7.
+/// A node that is true if `stop` is `stop` and the variable, or the input, has one of the codes 5, 6 and 7.
 fn without_value(logic: &mut Logic, of_input: bool, stop: bool) -> NodeId {
     let mut bits = Vec::new();
     let mut when = Vec::new();
@@ -159,21 +159,21 @@ fn without_value(logic: &mut Logic, of_input: bool, stop: bool) -> NodeId {
     logic.nodes.push(Node::And(vec![high, lower, pressed]))
 }
 
-/// Where a number has a code without a value the rest of the condition may still decide; only where it does not, nobody can say whether it holds.
+/// If a number has an invalid code, the rest of the condition may still decide; only if it does not, the value of the condition is undefined.
 #[test]
 fn codes_without_a_value_count_where_the_rest_decides() {
     let cases = [
-        // Condition, of the input or the variable, `stop`, and whether the spoiled circuit is found out.
+        // Condition, whether it is about the input or the variable, `stop`, and whether the modified circuit is refuted.
         ("stop or n > 3", false, true, true),
         ("stop or n > 3", false, false, false),
         ("stop or k > 3", true, true, true),
         ("stop or k > 3", true, false, false),
-        // What is not asked for, or cannot matter, leaves nothing open.
+        // Conditions that are not tested, or cannot matter, leave nothing undefined.
         ("stop", false, true, true),
         ("stop and (n > 3 or up.active)", false, true, true),
         ("not (not stop and n > 3)", false, true, true),
         ("not (stop and n > 3)", false, false, true),
-        // Neither certainly true nor certainly false, so nothing that is made of it is certain.
+        // Neither certainly true nor certainly false, so nothing that depends on it is certain.
         ("not (n > 3)", false, true, false),
         ("stop and n > 3", false, true, false),
         ("n + k > 3", true, true, false),
@@ -199,8 +199,8 @@ fn codes_without_a_value_count_where_the_rest_decides() {
     }
 }
 
-/// Of functions alone, and of mealy outputs under a condition on more than inputs, a net has no rows that could break it: no property, rather than one that is
-/// proved of nothing.
+/// If there are only functions, or mealy outputs under a condition on more than inputs, a net has no rows that could violate the property: there is no
+/// property, rather than an empty proof.
 #[test]
 fn there_is_no_property_of_nothing() {
     let of = |outputs: &str, condition: &str| {
@@ -225,7 +225,7 @@ emergency when {condition}
     assert_eq!(of("output lamp bool continuous\n    emit up\n", "down.active"), 1);
 }
 
-/// What a circuit can have, on few steps and with small numbers.
+/// The features of a circuit, with few steps and small numbers.
 fn small() -> Features {
     Features {
         max_steps: 4,
@@ -237,12 +237,12 @@ fn small() -> Features {
     }
 }
 
-/// Random nets: rows in which the condition holds show safe values; circuits of them are proved, and are equal to them with their emergency at work.
+/// Random nets: rows in which the condition is true show safe values; their circuits are proved, and are equal to them including the emergency.
 #[test]
 fn emergencies_of_random_nets_dominate() {
     let (mut n_circuits, mut n_open, mut n_properties) = (0, 0, 0);
     for seed in 0..rounds(150, 1_000) {
-        // Half of them are small and of few kinds, so that circuits of them are quickly found.
+        // Half of them are small and of few kinds, so that circuits of them are found quickly.
         let is_small = seed % 2 == 0;
         let features = if is_small { small() } else { Features::everything() };
         let net = random_net(seed, &features);
@@ -282,8 +282,8 @@ fn emergencies_of_random_nets_dominate() {
     assert!(n_circuits > 10 && n_open * 4 <= n_circuits, "{n_circuits} circuits, {n_open} open");
 }
 
-/// After the assumption was broken the pins of a design with an emergency are as right as before: its chip is equal to the design without the assumption,
-/// from power-up on, under every input.
+/// After the assumption was violated, the pins of a design with an emergency are still right: its chip is equal to the design without the assumption,
+/// from power-up on, for every input.
 #[test]
 fn no_pin_of_a_design_with_an_emergency_rests_on_an_assumption() {
     let text = include_str!("../../examples/drill/drill.graf");
@@ -324,7 +324,7 @@ fn no_pin_of_a_design_with_an_emergency_rests_on_an_assumption() {
     assert!(matches!(verdict, Verdict::Proved(_)), "{verdict:?}");
 }
 
-/// The pins of a device cannot have the dots of names in a design of several charts.
+/// The pins of a device cannot have the dots in the names of a design with several charts.
 fn renames(net: &Net, circuit: &Logic) -> Vec<String> {
     let inputs = net.inputs.values().map(|input| &input.name.text);
     let outputs = net.outputs.values().map(|output| &output.name.text);

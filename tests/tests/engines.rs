@@ -1,8 +1,8 @@
-//! Random nets through the engines: the compiled C, the circuit and its texts, and Icarus Verilog against the reference simulator.
+//! Random nets in the engines: the compiled C, the circuit and its texts, and Icarus Verilog, compared with the reference simulator.
 //!
-//! A net that shows a difference is shrunk and printed; put it under `tests/cases/mismatch` when it is mended.
+//! A net that shows a difference is shrunk and printed; put it under `tests/cases/mismatch` after the bug is fixed.
 
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 
 use grafsynth_backend_c::{Options, Package, Style, multi_harness};
 use grafsynth_driver::pipeline;
@@ -25,12 +25,12 @@ const LIMIT: Duration = Duration::from_secs(120);
 fn is_here(what: &str, found: bool) -> bool {
     if !found {
         assert!(std::env::var_os("CI").is_none(), "{what} is missing, and CI must have it");
-        println!("skipped: {what} is not here");
+        println!("skipped: {what} is not installed");
     }
     found
 }
 
-/// Facts as `build` has them for a chip: for a stable chart with its proved depth, which the encoding relies on.
+/// Facts as in `build` for a chip: for a stable chart with its proved depth, which the encoding uses.
 fn chip_facts(net: &Valid<Net>) -> Facts {
     pipeline::facts(net, &limits())
 }
@@ -39,8 +39,8 @@ fn limits() -> Limits {
     Limits { pairs: 20_000, states: 2_000, ..Limits::default() }
 }
 
-/// Regions of four levels with everything that competes, queues, remembers and counts: the C that is emitted for them says what the simulator says, passes
-/// the compiler's warnings, and its text grows with the chart, not with its product.
+/// Regions with four levels and with conflicts, queues, histories and counters: the emitted C agrees with the simulator, compiles
+/// without warnings, and its size grows linearly with the chart, not with its product automaton.
 #[test]
 fn large_statecharts_in_c_do_what_the_net_does() {
     use grafsynth_tests::large_chart::LargeChart;
@@ -77,7 +77,7 @@ fn large_statecharts_in_c_do_what_the_net_does() {
     assert!(lines_of_states.iter().all(|lines| *lines <= 40), "{lines_of_states:?}");
 }
 
-/// What the emitted text passes without a word.
+/// Warning options that the emitted text must pass.
 const STRICT: [&str; 8] = [
     "-std=c99",
     "-O1",
@@ -94,17 +94,17 @@ fn package(net: &Valid<Net>) -> Package {
     let facts = small_facts(net, Style::Auto);
     match grafsynth_backend_c::emit(net, &facts, &Options::default()) {
         Ok(package) => package,
-        Err(found) => panic!("every valid net can be said in C: {found:?}\n{}", readable(net)),
+        Err(found) => panic!("every valid net can be expressed in C: {found:?}\n{}", readable(net)),
     }
 }
 
-/// A circuit and every text of it that can be written, read back, do what the net does.
+/// A circuit, and every text of it that can be written and read back, behaves like the net.
 #[test]
 fn circuits_and_their_texts_do_what_the_net_does() {
     let total = rounds(60, 2_000);
     let (mut n_plain, mut n_circuits, mut n_texts) = (0, 0, 0);
     for seed in 0..total {
-        // Every other net may have everything: stable evolution, statecharts, calls. Those a chip may refuse by name.
+        // Every other net may have all features: stable evolution, statecharts, calls. A chip may reject those with a code.
         let is_plain = seed % 2 == 0;
         let net =
             random_net(seed, &if is_plain { Features::chip() } else { Features::everything() });
@@ -118,7 +118,7 @@ fn circuits_and_their_texts_do_what_the_net_does() {
             let small = shrink(&net, |net| differs_as_circuit(net, seed));
             panic!("seed {seed}: {difference:?}\nshrunk:\n{}", readable(&small));
         }
-        // Texts of every net at home would take too long: each language gets every fifth.
+        // Texts of every net would take too long locally: each language gets every fifth net.
         let dialect = grafsynth_backend_pld::Dialect::ALL[(seed / 2 % 5) as usize];
         let options = pipeline::emit_options(&net, None, None);
         if let Ok(through) = pipeline::through(&logic, dialect, &options) {
@@ -152,7 +152,7 @@ fn differs_as_circuit(net: &Valid<Net>, seed: u64) -> bool {
     })
 }
 
-/// In a stable chart the proved depth shortens the circuit; conflicts of long chains must settle all the same.
+/// In a stable chart the proved depth shortens the circuit; long chains of conflicts must still be resolved.
 #[test]
 fn small_stable_charts_settle_their_conflicts_in_one_clock() {
     let features = Features {
@@ -204,7 +204,7 @@ fn icarus_runs_the_verilog_as_the_net() {
     }
 }
 
-/// What a compiled package answers for single reactions is what a walk through a trace shows.
+/// The answers of a compiled package for single reactions agree with a trace.
 #[test]
 fn exhaustive_comparison_proves_random_nets() {
     if !is_here("a C compiler", tools::c_compiler().is_some()) {
@@ -233,7 +233,7 @@ fn exhaustive_comparison_proves_random_nets() {
     assert!(n_proved > 0, "no net was proved");
 }
 
-/// A trace that was changed in one cell is told apart: the comparison itself can fail.
+/// A trace with one changed cell is different: the comparison itself can fail.
 #[test]
 fn a_changed_cell_is_a_difference() {
     let net = random_net(3, &Features::plain());
@@ -250,7 +250,7 @@ fn a_changed_cell_is_a_difference() {
     assert_eq!(InputRow::zero(&net).values.len(), inputs);
 }
 
-/// The row of a circuit shows what its pins have: a wrong pin of a stored output is a difference although the memory behind it is right.
+/// The row of a circuit shows the values of its pins: a wrong pin of a stored output is a difference although its memory is right.
 #[test]
 fn a_wrong_pin_of_a_stored_output_is_a_difference() {
     let net = chart(

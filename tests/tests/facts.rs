@@ -1,7 +1,7 @@
-//! What is proved of a net is true of every run of it, and a judge that knows nothing of the proofs would see it if it were not; large irregular charts
+//! Everything that is proved about a net is true in every run of it, and an independent judge would detect a violation; large irregular charts
 //! are covered by sequential components.
 
-#![allow(clippy::print_stdout, reason = "tests say what they counted")]
+#![allow(clippy::print_stdout, reason = "tests report what they counted")]
 
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::{Facts, Proof};
@@ -15,7 +15,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 const ROWS: usize = 80;
 
-/// By structure, by enumeration and by decision diagrams, over everything that a net can be.
+/// By structure, by enumeration and by decision diagrams, over all features of nets.
 #[test]
 fn no_run_speaks_against_what_was_proved() {
     let seeds: Vec<u64> = (0..rounds(150, 10_000)).collect();
@@ -39,11 +39,11 @@ fn no_run_speaks_against_what_was_proved() {
     }
 }
 
-/// One thing of the facts made wrong, where the facts have such a thing.
+/// The facts with one error, if the facts have such a part.
 fn mutated(mut facts: Facts, net: &Net, kind: usize, random: &mut Random) -> Option<Facts> {
     let n_components = facts.components.len();
     match kind {
-        // Two components as one, though each has an active step of its own.
+        // Two components joined, although each has its own active step.
         0 => {
             let always: Vec<usize> =
                 (0..n_components).filter(|at| facts.components[*at].always).collect();
@@ -51,7 +51,7 @@ fn mutated(mut facts: Facts, net: &Net, kind: usize, random: &mut Random) -> Opt
             let more = facts.components[last].steps.clone();
             facts.components[first].steps.extend(more);
         }
-        // A component without one of its steps, and still always active.
+        // A component without one of its steps, but still always active.
         1 => {
             let at = (0..n_components)
                 .find(|at| facts.components[*at].always && facts.components[*at].steps.len() > 1)?;
@@ -65,11 +65,11 @@ fn mutated(mut facts: Facts, net: &Net, kind: usize, random: &mut Random) -> Opt
             let outside: Vec<_> = net.steps.ids().filter(|step| !inside.contains(step)).collect();
             facts.components[at].steps.push(*random.pick(&outside)?);
         }
-        // A component that may be empty never is.
+        // A component that may be empty, marked as always active.
         3 => facts.components.iter_mut().find(|component| !component.always)?.always = true,
-        // An invariant that counts another number.
+        // An invariant with another count.
         4 => facts.invariants.first_mut()?.count += 1,
-        // An active step, and a transition that fires, that never do.
+        // A step and a transition that are wrongly marked as unreachable.
         5 => {
             let steps: Vec<_> = net.steps.ids().collect();
             let step = *random.pick(&steps)?;
@@ -91,7 +91,7 @@ fn mutated(mut facts: Facts, net: &Net, kind: usize, random: &mut Random) -> Opt
             let checks = facts.rounds.as_mut().filter(|checks| checks.value > 1)?;
             checks.value -= 1;
         }
-        // A situation that is not among those that are reached.
+        // A reachable situation that is missing.
         9 => {
             let sets = facts.reach.as_mut()?.sets.as_mut().filter(|sets| sets.len() > 1)?;
             sets.remove(random.below(sets.len()));
@@ -101,8 +101,8 @@ fn mutated(mut facts: Facts, net: &Net, kind: usize, random: &mut Random) -> Opt
     Some(facts)
 }
 
-/// Wrong facts are found out by running: the judge of the other tests is awake, and facts say no less than the truth. (A wrong fact may survive a short run,
-/// and a step more in a component may do no harm, so it is enough that most of them fall.)
+/// Wrong facts are refuted by running: the judge of the other tests works, and facts are precise. (A wrong fact may survive a short run,
+/// and an additional step in a component may be harmless, so it is enough that most of them are refuted.)
 #[test]
 fn wrong_facts_are_refuted() {
     const KINDS: usize = 10;
@@ -132,7 +132,7 @@ fn wrong_facts_are_refuted() {
     }
 }
 
-/// Processes that go round, branch, fork within themselves, and meet each other: what nested blocks do not reduce.
+/// Processes with cycles, branches and internal forks that synchronise with each other: nested blocks do not reduce them.
 struct Irregular {
     random: Random,
     steps: Vec<String>,
@@ -145,7 +145,7 @@ struct Irregular {
 }
 
 impl Irregular {
-    /// About `n_steps` steps in processes of `size` steps, with a meeting of two or three of them for every `meetings` steps.
+    /// About `n_steps` steps in processes of `size` steps, with a synchronisation of two or three of them for every `meetings` steps.
     fn new(seed: u64, n_steps: usize, size: usize, meetings: usize) -> Self {
         let mut it = Irregular {
             random: Random::new(seed),
@@ -212,7 +212,7 @@ impl Irregular {
             line.push(last.clone());
         }
         self.moves.push((vec![last], vec![first]));
-        // Ways across, there and back.
+        // Cross connections, in both directions.
         for _ in 0..line.len() / 3 {
             let (from, to) = (self.random.below(line.len()), self.random.below(line.len()));
             simple.push(self.moves.len());
@@ -221,7 +221,7 @@ impl Irregular {
         self.simple.push(simple);
     }
 
-    /// Branches that begin after `from`; the step after they have joined.
+    /// Branches that begin after `from`; returns the step after their join.
     fn fork(&mut self, from: &str, depth: usize) -> String {
         let starts: Vec<String> = (0..2 + self.random.below(2)).map(|_| self.step()).collect();
         self.moves.push((vec![from.to_owned()], starts.clone()));
@@ -263,7 +263,7 @@ impl Irregular {
     }
 }
 
-/// Charts of 1000 steps that are no nested blocks: every step is in a component, and a long run agrees.
+/// Charts with 1000 steps without nested blocks: every step is in a component, and a long run agrees.
 #[test]
 fn large_irregular_charts_are_covered() {
     let shapes: Vec<(u64, usize, usize)> = (0..rounds(4, 60))

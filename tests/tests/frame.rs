@@ -1,6 +1,6 @@
 //! The example `mcs-frame`: its stimulus in the simulator, and its program on an ATmega1284P in simavr, with a real timer and a real emergency button.
 
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 #![allow(clippy::disallowed_methods, reason = "tests write files for compilers")]
 
 use grafsynth_backend_c::{Options, emit};
@@ -50,7 +50,7 @@ fn the_stimulus_goes_through_all_tasks_a_stop_and_a_fault() {
 fn the_program_stops_its_drives_and_starts_anew_on_an_avr() {
     if let Availability::Missing(what) = AvrEngine::default().availability() {
         assert!(std::env::var_os("CI").is_none(), "{what} is missing, and CI must have it");
-        println!("skipped: {what} is not here");
+        println!("skipped: {what} is not installed");
         return;
     }
     let net = frame();
@@ -93,11 +93,11 @@ fn the_program_stops_its_drives_and_starts_anew_on_an_avr() {
         changes.iter().copied().filter(|(what, _)| !what.starts_with('r')).collect();
     let order: Vec<&str> = lamps.iter().map(|(what, _)| *what).collect();
     assert_eq!(order, ["d1", "d0", "a1", "a0", "d1"], "{text}");
-    // The interrupt by itself; the alarm a scan later; both until the operator acknowledges.
+    // The interrupt alone; the alarm one scan later; both until the operator acknowledges.
     assert!((stop..stop + 200).contains(&lamps[1].1), "{lamps:?}");
     assert!(lamps[2].1 < stop + 5_000, "{lamps:?}");
     assert!(lamps[3].1 > key && lamps[4].1 < key + 20_000, "{lamps:?}");
     let rounds = changes.iter().filter(|(what, _)| what.starts_with('r'));
     let n_rounds = rounds.count();
-    assert!(n_rounds > 200, "the background stands still: {n_rounds} rounds");
+    assert!(n_rounds > 200, "the background is blocked: {n_rounds} rounds");
 }

@@ -1,4 +1,4 @@
-//! Damaged texts: every reader answers with findings or a design, never with a panic; and what it accepts can be lowered, checked and run.
+//! Damaged texts: every reader answers with findings or a design, never with a panic; and a design that it accepts can be lowered, checked and run.
 
 use grafsynth_backend_pld::Dialect;
 use grafsynth_driver::format::Format;
@@ -54,7 +54,7 @@ const TABLES: [&str; 2] = [
     "# a table\n.i 3\n.o 3\n.phase 101\n.type fdr\n000 1~0\n1-1 -01\n01- 010\n.end\n",
 ];
 
-/// Sound texts of a format, to be damaged.
+/// Valid texts of a format, to be damaged.
 fn sound(format: Format) -> Vec<String> {
     let of_charts = |write: &dyn Fn(&grafsynth_driver::read::NetDesign) -> Option<String>| {
         CHARTS
@@ -72,7 +72,7 @@ fn sound(format: Format) -> Vec<String> {
     let equations = |dialect: Dialect| {
         of_charts(&|design| {
             let logic = pipeline::logic(&design.net, &structural_facts(&design.net)).ok()?;
-            // The crossing is too wide for sums of products to be quick.
+            // The crossing is too wide for sums of products to be found quickly.
             if logic.flops.len() > 20 {
                 return None;
             }
@@ -139,7 +139,7 @@ fn damaged(texts: &[String], random: &mut Random) -> String {
 fn damaged_designs_give_findings_or_designs() {
     for (format, name, extension) in Format::ALL {
         let texts = sound(format);
-        assert!(texts.len() >= 2, "{name}: only {} sound texts", texts.len());
+        assert!(texts.len() >= 2, "{name}: only {} valid texts", texts.len());
         let mut random = Random::new(17);
         let (mut n_sound, mut n_broken) = (0, 0);
         for round in 0..rounds(250, 10_000) {
@@ -177,12 +177,12 @@ fn damaged_designs_give_findings_or_designs() {
                 for label in &finding.labels {
                     assert!(
                         label.span.end as usize <= text.len(),
-                        "{name}, round {round}: a place beyond the end\n{text}"
+                        "{name}, round {round}: a location beyond the end\n{text}"
                     );
                 }
             }
         }
-        assert!(n_broken > 0 && n_sound > 0, "{name}: {n_sound} sound and {n_broken} broken");
+        assert!(n_broken > 0 && n_sound > 0, "{name}: {n_sound} valid and {n_broken} invalid");
     }
 }
 

@@ -1,6 +1,6 @@
 //! IEC 61131-3: files by others, a plant and a crossing on all engines, and charts written and read back.
 
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 #![allow(clippy::disallowed_methods, reason = "tests read files")]
 
 use grafsynth_backend_c::{Options, Package, Style, multi_harness};
@@ -25,7 +25,7 @@ fn net_of(name: &str, text: &str) -> Result<Valid<Net>, String> {
     }
 }
 
-/// The folder with files by others, by an environment variable or beside the checkout.
+/// The folder with files by others, from an environment variable or beside the checkout.
 fn corpus() -> Option<PathBuf> {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus");
     let folder = std::env::var_os("GRAFSYNTH_CORPUS").map_or(beside, PathBuf::from);
@@ -36,7 +36,7 @@ fn corpus() -> Option<PathBuf> {
     found
 }
 
-/// Each file becomes a chart, or every refusal of it has a place in the file.
+/// Each file becomes a chart, or each error about it has a location in the file.
 #[test]
 fn files_by_others_convert_or_are_refused_by_name_and_place() {
     let Some(corpus) = corpus() else { return };
@@ -69,7 +69,7 @@ fn files_by_others_convert_or_are_refused_by_name_and_place() {
     assert!(n_files > 0, "the corpus has no files of IEC 61131-3");
 }
 
-/// The trace of a net as compiled C gives it.
+/// The trace of a net in compiled C.
 fn c_trace(net: &Valid<Net>, stimulus: &Stimulus, style: Style) -> Option<String> {
     tools::c_compiler()?;
     let facts = grafsynth_verify::structural_facts(net);
@@ -103,15 +103,15 @@ fn rows_with(values: &[String], wanted: &str) -> Vec<usize> {
     values.iter().enumerate().filter(|(_, value)| *value == wanted).map(|(row, _)| row).collect()
 }
 
-/// The same rows from the reference simulator, from compiled C in both styles, and from every other engine there is. A chip takes one tick a clock: it
-/// gets the stimulus with each row's time as so many rows. `too_large` lists the engines that may refuse, each with the one code that it may do so
-/// with; each that does is printed. Gives the reference's trace.
+/// The same rows from the reference simulator, from compiled C in both styles, and from every other engine. A chip processes one tick per clock: it
+/// gets the stimulus with each row's time split into rows. `too_large` lists the engines that may reject the net, each with the only permitted code;
+/// each rejection is printed. Returns the reference trace.
 fn all_engines(net: &Valid<Net>, stimulus: &Stimulus, too_large: &[(&str, &str)]) -> Trace {
     let expected = grafsynth_driver::run::net_trace(net, stimulus);
     for style in [Style::Auto, Style::Bits] {
         match c_trace(net, stimulus, style) {
             Some(got) => assert_eq!(got, expected.to_csv(), "style {}", style.name()),
-            None => println!("skipped: a C compiler is not here"),
+            None => println!("skipped: a C compiler is not installed"),
         }
     }
     let ticks = Clocked::of(net, stimulus).expect("not too many clocks").stimulus;
@@ -121,7 +121,7 @@ fn all_engines(net: &Valid<Net>, stimulus: &Stimulus, too_large: &[(&str, &str)]
     for engine in grafsynth_engines::all().into_iter().filter(|engine| engine.by_default()) {
         let name = engine.name();
         if let Availability::Missing(tool) = engine.availability() {
-            println!("skipped: {name} needs {tool}, which is not here");
+            println!("skipped: {name} needs {tool}, which is not installed");
             continue;
         }
         let (stimulus, expected) =
@@ -132,7 +132,7 @@ fn all_engines(net: &Valid<Net>, stimulus: &Stimulus, too_large: &[(&str, &str)]
                 assert!(difference.is_none(), "{name}: {difference:?}");
                 n_run += 1;
             }
-            // A device has so many pins and terms, and what it wakes with.
+            // A device has limited pins, terms and power-up values.
             Err(EngineError::Refused(found))
                 if found.iter().all(|one| {
                     too_large.contains(&(name, one.code.id))
@@ -151,7 +151,7 @@ fn all_engines(net: &Valid<Net>, stimulus: &Stimulus, too_large: &[(&str, &str)]
 /// GALasm texts are for one device, and both charts have more registers than a GAL22V10.
 const DEVICE_TOO_SMALL: [(&str, &str); 1] = [("galasm", "G0711")];
 
-/// Annex F. The argument, scan by scan of 50 ms, is that of the standard's picture of the plant.
+/// Annex F. The expected values, for scans of 50 ms, follow from the standard's picture of the plant.
 #[test]
 fn the_gravel_plant_fills_warns_loads_and_runs_out() {
     let net = net_of("gravel.st", include_str!("../../examples/gravel/gravel.st"))
@@ -163,25 +163,25 @@ fn the_gravel_plant_fills_warns_loads_and_runs_out() {
     // The lamp test of row 1 lights the lamps before anything is switched on.
     assert_eq!(column(&trace, "control_lamp")[1], "1");
     assert_eq!(column(&trace, "truck_lamp")[1], "1");
-    // Filling from row 3 on; a pulse each 100 ms and the two scans that restart the timer: levels 1, 2, 3 in rows 5, 9, 13.
+    // Filling starts in row 3; a pulse every 100 ms and the two scans that restart the timer: levels 1, 2, 3 in rows 5, 9, 13.
     let level = column(&trace, "bin_level");
     assert_eq!((rows_with(&level, "1")[0], rows_with(&level, "2")[0]), (5, 9));
     assert_eq!(rows_with(&level, "3")[0], 13);
-    // The counter's Q is seen by the transition of the next scan, and the valve closes with the step.
+    // The transition reads the counter's Q in the next scan, and the valve closes with the step.
     assert_eq!(rows_with(&column(&trace, "silo_valve"), "1"), (3..=13).collect::<Vec<_>>());
     // The silo runs empty in row 7; the siren sounds until it is acknowledged in row 13.
     assert_eq!(rows_with(&column(&trace, "siren"), "1"), (7..=12).collect::<Vec<_>>());
-    // Loading starts once the truck stands on the ramp (row 18, seen in row 19): 300 ms run-in are 6 scans, then the bin empties for 2, then 400 ms run-out are 8.
+    // Loading starts once the truck is on the ramp (row 18, read in row 19): 300 ms run-in are 6 scans, then the bin empties for 2, then 400 ms run-out are 8.
     let motor = rows_with(&column(&trace, "conveyor_motor"), "1");
     assert_eq!(motor, (19..=34).collect::<Vec<_>>());
     assert_eq!(rows_with(&column(&trace, "bin_valve"), "1"), vec![25, 26]);
     // An empty bin resets the level.
     assert_eq!(level[27], "0");
-    // Switched off in the last row.
+    // It is switched off in the last row.
     assert_eq!(column(&trace, "control_lamp").last().map(String::as_str), Some("0"));
 }
 
-/// The Beremiz traffic light: its function block alone, since the program around it belongs to a picture on a screen.
+/// The Beremiz traffic light: its function block only, because the program around it belongs to a screen.
 #[test]
 fn the_traffic_light_of_others_goes_through_its_phases() {
     let Some(corpus) = corpus() else { return };
@@ -190,7 +190,7 @@ fn the_traffic_light_of_others_goes_through_its_phases() {
         return;
     };
     let net = net_of("light.xml", &text).unwrap_or_else(|why| panic!("{why}"));
-    // One row is a second (ten scans of 100 ms), switched on in row 4; a pedestrian asks in row 28.
+    // One row is a second (ten scans of 100 ms), switched on in row 4; a pedestrian requests in row 28.
     let rows: Vec<String> = (1..=45)
         .map(|row| format!("{},{},10", u8::from((4..44).contains(&row)), u8::from(row == 28)))
         .collect();
@@ -200,10 +200,10 @@ fn the_traffic_light_of_others_goes_through_its_phases() {
     let trace = all_engines(&net, &stimulus, &DEVICE_TOO_SMALL);
     let steps = column(&trace, "steps");
     let lit = |name: &str, row: usize| column(&trace, name)[row] == "1";
-    // Off: orange blinks, nothing else is on. Each change needs 500 ms, so it shows within two rows of a second.
+    // Off: orange blinks, nothing else is on. Each change takes 500 ms, so it is visible within two rows of a second.
     assert_eq!(steps[..4], ["Standstill"; 4]);
     assert!(lit("ORANGE_LIGHT", 0) && (1..4).any(|row| !lit("ORANGE_LIGHT", row)));
-    // On: orange with red for pedestrians; D of 2 s is true two rows later and seen in the row after that.
+    // On: orange with red for pedestrians; D of 2 s is true two rows later and read in the row after that.
     assert_eq!(steps[4..7], ["ORANGE"; 3]);
     assert!(lit("ORANGE_LIGHT", 5) && lit("PEDESTRIAN_RED_LIGHT", 5) && !lit("RED_LIGHT", 5));
     assert_eq!(steps[7..10], ["RED"; 3]);
@@ -214,10 +214,10 @@ fn the_traffic_light_of_others_goes_through_its_phases() {
     assert_eq!(steps[21..24], ["PEDESTRIAN_RED"; 3]);
     assert_eq!(steps[24], "GREEN");
     assert!(lit("GREEN_LIGHT", 24) && !lit("RED_LIGHT", 24) && lit("PEDESTRIAN_RED_LIGHT", 24));
-    // The button of row 28 is latched, 2 s later the timer on the page is done, and the row after that leaves green, long before its 20 s.
+    // The button of row 28 is latched, 2 s later the timer is done, and the row after that leaves green, long before its 20 s.
     assert_eq!(steps[30], "GREEN");
     assert_eq!(steps[31], "ORANGE");
-    // Switched off again.
+    // It is switched off again.
     assert_eq!(steps[44], "Standstill");
     // Never green for cars and pedestrians at once.
     assert!(
@@ -226,7 +226,7 @@ fn the_traffic_light_of_others_goes_through_its_phases() {
     );
 }
 
-/// Projects are valid against the schema, where it and a validator are at hand.
+/// Projects are valid according to the schema, if the schema and a validator are available.
 #[test]
 fn projects_are_valid_against_the_schema() {
     let Some(corpus) = corpus() else { return };

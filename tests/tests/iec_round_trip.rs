@@ -37,7 +37,7 @@ fn name_in(format: Format) -> &'static str {
     if format == Format::St { "a.st" } else { "a.xml" }
 }
 
-/// Steps, transitions and who asks for which action and output, whatever words say so: each a line. Actions that are in `of` alone.
+/// Steps, transitions, and the users of each action and output, in a canonical form: one line each. Only actions that are in `of`.
 fn structure(net: &Net, of: &Net) -> Vec<String> {
     let step = |id| net.steps[id].name.text.as_str();
     let mut lines = Vec::new();
@@ -97,7 +97,7 @@ fn columns(trace: &Trace) -> BTreeMap<String, Vec<String>> {
     columns
 }
 
-/// What the second trace has of the first one's columns is the same, and it has all of them but those that `may_miss` says.
+/// The second trace has all columns of the first one, with the same values, except those that `may_miss` names.
 fn agree(first: &Trace, second: &Trace, may_miss: impl Fn(&str) -> bool, about: &str) {
     let (first, second) = (columns(first), columns(second));
     for (name, values) in first {
@@ -108,7 +108,7 @@ fn agree(first: &Trace, second: &Trace, may_miss: impl Fn(&str) -> bool, about: 
     }
 }
 
-/// Elements of TC6 XML that are written, from the schema 2.01: what they hold in this order, and the attributes that they must have.
+/// Elements of TC6 XML that are written, from the schema 2.01: their contents in order, and their required attributes.
 const ELEMENTS: [(&str, &[&str], &[&str]); 29] = [
     ("project", &["fileHeader", "contentHeader", "types", "instances"], &[]),
     ("fileHeader", &[], &["companyName", "productName", "productVersion", "creationDateTime"]),
@@ -195,7 +195,7 @@ const ELEMENTS: [(&str, &[&str], &[&str]); 29] = [
     ("pouInstance", &[], &["name", "typeName"]),
 ];
 
-/// What the schema asks of a written project, as far as its elements go; numbers of elements are unique, wires and jumps lead somewhere.
+/// Checks a written project against the schema, as far as its elements: numbers of elements are unique, wires and jumps have targets.
 fn check_project(text: &str) {
     let document = roxmltree::Document::parse(text).unwrap_or_else(|why| panic!("{why}\n{text}"));
     for node in document.descendants().filter(roxmltree::Node::is_element) {
@@ -208,7 +208,7 @@ fn check_project(text: &str) {
             let child = child.tag_name().name();
             let place = children.iter().position(|one| *one == child);
             let place = place.unwrap_or_else(|| panic!("`{child}` in `{name}`\n{text}"));
-            assert!(place >= at, "`{child}` stands too late in `{name}`\n{text}");
+            assert!(place >= at, "`{child}` comes too late in `{name}`\n{text}");
             at = place;
         }
         for attribute in *attributes {
@@ -235,7 +235,7 @@ fn check_project(text: &str) {
     }
 }
 
-/// Nets that the standard can say, written and read back: the same structure, equal traces, and with constants folded the same text each time.
+/// Nets that the standard can express, written and read back: the same structure, equal traces, and after constant folding the same text each time.
 #[test]
 fn charts_written_as_programs_come_back() {
     let mut n_of: BTreeMap<&str, u64> = BTreeMap::new();
@@ -248,7 +248,7 @@ fn charts_written_as_programs_come_back() {
             let about = format!("seed {seed}\n{text}");
             let again =
                 net_of(name_in(format), &text).unwrap_or_else(|why| panic!("{why}, {about}"));
-            let renamed = lost.iter().any(|one| one.message.contains(" is called "));
+            let renamed = lost.iter().any(|one| one.message.contains(" is renamed to "));
             let stimulus = Stimulus::random(&net, 40, seed, 3);
             let (first, second) =
                 (grafsynth_sim::run(&net, &stimulus), grafsynth_sim::run(&again, &stimulus));
@@ -256,7 +256,7 @@ fn charts_written_as_programs_come_back() {
                 agree(&first, &second, |_| false, &about);
                 assert_eq!(structure(&net, &net), structure(&again, &net), "{about}");
             }
-            // Reading folds constants (`0 MOD 2`); with that done, the text is the same each time. A timer is none any more, but a TON and its variables.
+            // Reading folds constants (`0 MOD 2`); after that, the text is the same each time. A timer becomes a TON with its variables.
             let write = |net: &Valid<Net>| {
                 written(net, format).unwrap_or_else(|why| panic!("{why:#?}, {about}")).0
             };
@@ -286,7 +286,7 @@ fn charts_written_as_programs_come_back() {
     }
 }
 
-/// Random projects and the drawn one, where the schema and a validator are at hand.
+/// Random projects and the drawn one, if the schema and a validator are available.
 #[test]
 #[allow(clippy::disallowed_methods, reason = "tests read files and start a validator")]
 fn written_projects_are_valid_against_the_schema() {
@@ -318,7 +318,7 @@ fn written_projects_are_valid_against_the_schema() {
     assert!(n_files > 30, "only {n_files}");
 }
 
-/// A chart with macro-steps, lists of steps, a timer and comments, in both formats: what is renamed aside, it is the same.
+/// A chart with macro-steps, lists of steps, a timer and comments, in both formats: it is the same except for renamed objects.
 #[test]
 fn macro_steps_lists_timers_and_comments_come_back() {
     let net = net_of("drawn.graf", include_str!("../cases/plcopen/drawn.graf"))
@@ -327,9 +327,9 @@ fn macro_steps_lists_timers_and_comments_come_back() {
         let (text, lost) = written(&net, format).unwrap_or_else(|why| panic!("{why:#?}"));
         let said: Vec<&str> = lost.iter().map(|one| one.message.as_str()).collect();
         for part in [
-            "macro-step wash is written out",
-            "macro-step wash.rinse is written out",
-            "the timer soak is an instance of TON",
+            "macro-step wash is expanded",
+            "macro-step wash.rinse is expanded",
+            "the timer soak is written as an instance of TON",
         ] {
             assert!(said.contains(&part), "{part} is not in {said:?}");
         }
@@ -348,7 +348,7 @@ fn macro_steps_lists_timers_and_comments_come_back() {
             let stimulus = Stimulus::random(&net, 200, seed, 2);
             let (first, second) =
                 (grafsynth_sim::run(&net, &stimulus), grafsynth_sim::run(&again, &stimulus));
-            // Steps have other names; what they do has not.
+            // Steps have other names; their behaviour is the same.
             let (mut first_columns, second_columns) = (columns(&first), columns(&second));
             first_columns.remove("steps");
             for (name, values) in first_columns {

@@ -1,7 +1,7 @@
-//! The emitted port header beside real interrupts at random phases: a timer and a pin of an ATmega1284P in simavr, two timers of a Cortex-M3 in qemu, a timer and a
-//! pin of an 8052 in s51; the chart in the main loop, or in the timer's interrupt.
+//! The emitted port header with real interrupts at random phases: a timer and a pin of an ATmega1284P in simavr, two timers of a Cortex-M3 in qemu, a timer
+//! and a pin of an 8052 in s51; the chart in the main loop, or in the timer's interrupt.
 
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 #![allow(clippy::disallowed_methods, reason = "tests write files for compilers")]
 
 use grafsynth_backend_c::{Options, emit};
@@ -12,7 +12,7 @@ use std::time::Duration;
 
 const LIMIT: Duration = Duration::from_secs(120);
 
-/// What a run counted.
+/// The counts of a run.
 #[derive(Debug)]
 struct Counts {
     raised: u64,
@@ -30,11 +30,11 @@ struct Counts {
     scans: u64,
 }
 
-/// Whether a machine is here; says so where it is not.
+/// Whether a machine is available; reports it if not.
 fn is_here(engine: &dyn Engine) -> bool {
     if let Availability::Missing(what) = engine.availability() {
         assert!(std::env::var_os("CI").is_none(), "{what} is missing, and CI must have it");
-        println!("skipped: {what} is not here");
+        println!("skipped: {what} is not installed");
         return false;
     }
     true
@@ -65,7 +65,7 @@ fn compile(folder: &tempfile::TempDir, compiler: &str, arguments: &[&str]) {
     );
 }
 
-/// Runs a firmware for so many cycles with gaps between edges of `gap` cycles, under a host; what the host printed.
+/// Runs a firmware for this many cycles with `gap` cycles between edges, under a host; returns the output of the host.
 fn run_avr(
     folder: &tempfile::TempDir,
     sources: &[&str],
@@ -94,7 +94,7 @@ fn numbers(line: &str) -> Vec<u64> {
     line.split(' ').filter_map(|it| it.parse().ok()).collect()
 }
 
-/// Runs the chart for so many cycles with gaps between edges of `gap` cycles; none where the tools are not here.
+/// Runs the chart for this many cycles with `gap` cycles between edges; `None` if the tools are not available.
 fn run(cycles: u64, gap: (u64, u64), flags: &[&str]) -> Option<Counts> {
     if !is_here(&AvrEngine::default()) {
         return None;
@@ -127,7 +127,7 @@ fn run(cycles: u64, gap: (u64, u64), flags: &[&str]) -> Option<Counts> {
     Some(Counts { raised, cycles, ticks, edges, torn, isr_ticks, isr_edges, isr_lost, lost, scans })
 }
 
-/// Ten million cycles: each edge and each tick is in the chart's counts, and no number was seen half written.
+/// Ten million cycles: the chart counts each edge and each tick, and no number was read half-written.
 #[test]
 fn no_event_is_lost_and_no_input_is_torn() {
     let Some(counts) = run(10_000_000, (700, 3_000), &[]) else { return };
@@ -139,7 +139,7 @@ fn no_event_is_lost_and_no_input_is_torn() {
     assert_eq!(counts.torn, 0);
 }
 
-/// Faster than the chart can follow: what is missing is counted, by the interrupts and, up to 255, by the ring.
+/// Faster than the chart: lost events are counted, by the interrupts and, up to 255, by the ring.
 #[test]
 fn an_overflow_is_counted() {
     let flags = ["-DSTRESS_RING_SIZE=2U"];
@@ -151,7 +151,7 @@ fn an_overflow_is_counted() {
     assert_eq!(counts.lost, counts.isr_lost.min(255));
 }
 
-/// The same without the critical section: the number is seen half written, so the run above would tell.
+/// The same without the critical section: the number is read half-written, so the test above would detect it.
 #[test]
 fn without_the_critical_section_inputs_are_torn() {
     let Some(counts) = run(10_000_000, (700, 3_000), &["-DNO_LOCK"]) else { return };
@@ -159,7 +159,7 @@ fn without_the_critical_section_inputs_are_torn() {
     assert!(counts.torn > 0);
 }
 
-/// The chart of the machines below: both numbers are equal unless they were taken in the middle of an interrupt.
+/// The chart for the machines below: both numbers are equal unless they were read in the middle of an interrupt.
 const PAIR: &str = "chart stress {
     conflict priority
     input n: int 0..65535
@@ -177,7 +177,7 @@ const PAIR: &str = "chart stress {
     uneven -> uneven when edge priority 2 do { edges := edges + 1; if n <> m { torn := torn + 1 } }
 }";
 
-/// What one of these machines counted; `other` differs: nested interrupts, pulses of the pin.
+/// The counts of one of these machines; `other` differs: nested interrupts, or pulses of the pin.
 #[derive(Debug)]
 struct PairCounts {
     ticks: u64,
@@ -214,7 +214,7 @@ fn run_arm(flags: &[&str]) -> Option<PairCounts> {
     arguments.extend(flags);
     compile(&folder, "arm-none-eabi-gcc", &arguments);
     let qemu = tools::find(&["qemu-system-arm"]).expect("it is here");
-    // An instruction is a nanosecond, so the run is the same each time, and a timer counts one for 40 of them.
+    // An instruction is a nanosecond, so the run is reproducible, and a timer counts once every 40 of them.
     let arguments = "-M mps2-an385 -display none -monitor none -serial none -icount shift=0 \
                      -semihosting-config enable=on,target=native -kernel a.elf";
     let arguments: Vec<&str> = arguments.split_whitespace().collect();
@@ -247,7 +247,7 @@ fn run_8051(flags: &[&str]) -> Option<PairCounts> {
     Some(answer(&folder))
 }
 
-/// SysTick and a board timer of higher priority, which interrupts it: both write the ring, each within a critical section.
+/// SysTick and a board timer with higher priority, which interrupts it: both write to the ring, each in a critical section.
 #[test]
 fn on_a_cortex_m3_no_event_is_lost_and_no_input_is_torn() {
     let n = format!("-DROUNDS={}U", rounds(10_000, 50_000));
@@ -275,7 +275,7 @@ fn on_a_cortex_m3_an_overflow_is_counted() {
     assert_eq!((counts.lost, counts.torn), (counts.isr_lost.min(255), 0));
 }
 
-/// Timer 0 and the pin P3.2 (`INT0`), which is pulsed from outside at random times; sdcc's `int` has 16 bits and its functions are not re-entrant.
+/// Timer 0 and the pin P3.2 (`INT0`), which gets external pulses at random times; sdcc's `int` has 16 bits and its functions are not re-entrant.
 #[test]
 fn on_an_8052_no_event_is_lost_and_no_input_is_torn() {
     let Some(counts) = run_8051(&[]) else { return };
@@ -299,7 +299,7 @@ fn on_an_8052_an_overflow_is_counted_and_a_missing_lock_is_seen() {
     assert!(unlocked.torn > 0);
 }
 
-/// The chart runs in a timer's interrupt; main gives inputs, posts events and reads outputs and instance. What main counted.
+/// The chart runs in a timer interrupt; main writes inputs, posts events and reads outputs and instance. Returns the counts of main.
 fn run_in_interrupt(cycles: u64, flags: &[&str]) -> Option<Vec<u64>> {
     if !is_here(&AvrEngine::default()) {
         return None;
@@ -346,15 +346,15 @@ fn a_chart_in_a_timer_interrupt_hands_everything_over_whole() {
     assert!(unlocked[3] > 0 && unlocked[7] > 0 && unlocked[8] > 0, "{unlocked:?}");
 }
 
-/// Costs and budget of the chart below, in clock cycles, and what is stated of the interrupts beside it (docs/c.md).
+/// Costs and budget of the chart below, in clock cycles, and the stated costs of the concurrent interrupts (docs/c.md).
 const COSTS: [u64; 3] = [600, 900, 850];
 const BUDGET: u64 = 1600;
-/// What one interrupt that posts an event takes from a task, and the longest that interrupts are switched off: `NAME_latch` for two bytes.
+/// The time that one interrupt with an event takes from a task, and the maximum time with interrupts disabled: `NAME_latch` for two bytes.
 const INTERRUPT: u64 = 160;
 const BLOCKING: u64 = 40;
 
-/// Ten million cycles with tasks: each stays within its cost and each step within its budget, plus what the interrupts took that came meanwhile; an interrupt waits
-/// no longer than the longest critical section, or another interrupt; nothing is lost or torn.
+/// Ten million cycles with tasks: each stays within its cost and each step within its budget, plus the time of the interrupts in between; an interrupt waits
+/// at most for the longest critical section, or another interrupt; nothing is lost or torn.
 #[test]
 fn tasks_stay_within_their_budgets_beside_interrupts() {
     if !is_here(&AvrEngine::default()) {
@@ -397,7 +397,7 @@ fn tasks_stay_within_their_budgets_beside_interrupts() {
     let host = include_str!("../c/avr_tasks_host.c");
     let said = run_avr(&folder, &["main.c", "work.c"], host, 10_000_000, (4_000, 9_000), &[]);
     println!("{said}");
-    // The simulator says what it loads.
+    // The simulator reports the files that it loads.
     let said_by_host = said.lines().filter(|line| !line.starts_with("Loaded"));
     let lines: Vec<Vec<u64>> = said_by_host.map(numbers).filter(|it| !it.is_empty()).collect();
     let [raised, cycles, ticks, edges, torn, n_rounds, isr_ticks, isr_edges, isr_lost, _] =
@@ -414,7 +414,7 @@ fn tasks_stay_within_their_budgets_beside_interrupts() {
         let [_, runs, alone, with, inside, most] = task[..] else { panic!("{said}") };
         assert!(runs > 300 && alone > 0, "{said}");
         assert!(alone <= cost, "task {task:?} takes longer than its cost {cost}");
-        assert!(alone * 2 > cost, "the cost {cost} says nothing of {task:?}");
+        assert!(alone * 2 > cost, "the cost {cost} is far from {task:?}");
         assert!(with <= cost + inside * INTERRUPT, "task {task:?}");
         assert!(most <= 3, "task {task:?}");
     }

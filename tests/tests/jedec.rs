@@ -1,6 +1,6 @@
-//! Charts burned into devices: random ones against the reference, and the truck with each of its fuses flipped.
+//! Charts mapped to devices: random ones compared with the reference, and the truck with each of its fuses flipped.
 
-#![allow(clippy::print_stdout, reason = "tests say what they count")]
+#![allow(clippy::print_stdout, reason = "tests report what they count")]
 #![allow(clippy::disallowed_methods, reason = "tests read files")]
 
 use grafsynth_backend_pld::Object;
@@ -27,7 +27,7 @@ use std::collections::BTreeSet;
 
 const ROWS: usize = 60;
 
-/// Small charts with everything that a flip-flop and a gate can hold.
+/// Small charts with all features of flip-flops and gates.
 fn features(max_steps: usize) -> Features {
     Features {
         policies: vec![Policy::All, Policy::Priority],
@@ -41,7 +41,7 @@ fn features(max_steps: usize) -> Features {
     }
 }
 
-/// Random charts through one device until so many fit.
+/// Tries random charts on one device until this many fit.
 fn charts_on(device: &str, wanted: u64, max_steps: usize) {
     let (mut n_burned, mut n_refused) = (0, 0);
     for seed in 0..wanted * 20 {
@@ -70,7 +70,7 @@ fn charts_on(device: &str, wanted: u64, max_steps: usize) {
         let difference = compare(&net_trace(&net, &stimulus), &got);
         assert!(difference.is_none(), "seed {seed}: {difference:?}\n{}", readable(&net));
     }
-    println!("{device}: {n_burned} charts burned and run, {n_refused} too large for it");
+    println!("{device}: {n_burned} charts mapped and run, {n_refused} too large for it");
     assert_eq!(n_burned, wanted, "{device}");
 }
 
@@ -107,10 +107,10 @@ fn truck() -> Valid<Net> {
     net.unwrap_or_else(|| panic!("{found:?}"))
 }
 
-/// The fuses that make the design: rows in use, and the polarity and kind of macrocells in use; those that choose the mode of the whole device.
+/// The fuses that define the design: used rows, and the polarity and kind of used macrocells; and those that select the mode of the whole device.
 fn live_fuses(burned: &Burned, layout: &Layout) -> Vec<u32> {
     let map = &burned.map;
-    // A row in use has a fuse that is 1; idle rows are all 0.
+    // A used row has a fuse that is 1; idle rows are all 0.
     let is_used = |row: &u32| {
         let first = row * layout.n_columns;
         (first..first + layout.n_columns).any(|fuse| map.get(fuse))
@@ -128,16 +128,16 @@ fn live_fuses(burned: &Burned, layout: &Layout) -> Vec<u32> {
     live
 }
 
-/// What a flip does to the pins of the design over all situations that can be reached, over random inputs; the others apart.
+/// The effect of a flip on the pins of the design over all reachable situations and random inputs; other effects are separate.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord, Clone, Copy)]
 enum Effect {
-    /// The device cannot be decoded or is no synchronous circuit any more.
+    /// The device cannot be decoded or is no longer a synchronous circuit.
     Broken,
     /// Another value after power-up.
     PowerUp,
-    /// Another output or next state in a situation that can be reached.
+    /// Another output or next state in a reachable situation.
     Behaviour,
-    /// Nothing that can be reached.
+    /// No reachable effect.
     Hidden,
 }
 
@@ -152,7 +152,7 @@ fn effect(burned: &Burned, wanted: &Logic, flipped: &FuseMap) -> Effect {
     let n_own = burned.logic.inputs.len();
     let mut states: BTreeSet<Vec<bool>> = BTreeSet::new();
     let mut open = vec![first(&burned.logic)];
-    // Unknown inputs of the flipped device are pins that nobody uses: both levels of all of them are tried.
+    // Unknown inputs of the flipped device are unused pins: both levels of all of them are tried.
     let n_inputs = other.inputs.len();
     assert!(n_inputs <= n_own + 1);
     while let Some(state) = open.pop() {
@@ -160,7 +160,7 @@ fn effect(burned: &Burned, wanted: &Logic, flipped: &FuseMap) -> Effect {
             continue;
         }
         for row in 0..1u64 << n_inputs {
-            // What the chart assumes of its inputs is not tried.
+            // Inputs that violate the assumptions of the chart are not tried.
             let mut judge = LogicSim::new(wanted);
             for (at, id) in wanted.inputs.ids().enumerate() {
                 judge.set_input(id, row >> at & 1);
@@ -197,8 +197,8 @@ fn effect(burned: &Burned, wanted: &Logic, flipped: &FuseMap) -> Effect {
     Effect::Hidden
 }
 
-/// Whether two devices show or drive anything else at the pins of the design, in 64 runs of 100 clocks side by side: for flips that leave no circuit with
-/// one clock. All pins that nobody drives are inputs then; what the chart assumes is kept.
+/// Whether two devices behave differently at the pins of the design, in 64 parallel runs of 100 clocks: for flips that leave no circuit with
+/// one clock. All undriven pins are then inputs; the assumptions of the chart are kept.
 fn shows_at_the_pins(burned: &Burned, wanted: &Logic, flipped: &FuseMap) -> bool {
     let mut own = Chip::new(&burned.map).expect("it runs");
     let Ok(mut other) = Chip::new(flipped) else { return true };
@@ -263,7 +263,7 @@ fn shows_at_the_pins(burned: &Burned, wanted: &Logic, flipped: &FuseMap) -> bool
     false
 }
 
-/// Every single live fuse of the truck: the proof sees each flip, and the test vectors nearly all that change what the device does.
+/// Every single live fuse of the truck: the proof detects each flip, and the test vectors detect nearly all that change the behaviour.
 #[test]
 fn each_flipped_fuse_of_the_truck_is_caught() {
     let net = truck();
@@ -281,13 +281,13 @@ fn each_flipped_fuse_of_the_truck_is_caught() {
         for &fuse in &live {
             let mut flipped = burned.map.clone();
             flipped.fuses[fuse as usize] ^= true;
-            // The proof: every product as it was meant, then the circuit equal to the net.
+            // The proof: every product as intended, then the circuit equal to the net.
             let said = decode(&flipped);
             let is_seen = match &said {
                 Err(_) => true,
                 Ok(said) => !differences(&burned.placement, said).is_empty(),
             };
-            assert!(is_seen, "{device}: a flip of fuse {fuse} is not seen");
+            assert!(is_seen, "{device}: a flip of fuse {fuse} is not detected");
             let effect = effect(&burned, &logic, &flipped);
             n_of[effect as usize] += 1;
             let is_changed = effect == Effect::Behaviour
@@ -308,7 +308,7 @@ fn each_flipped_fuse_of_the_truck_is_caught() {
             }
         }
         println!(
-            "{device}: {} live fuses, each flip seen by the proof; {} leave no circuit with one clock and {n_other} another one, {} change the power-up, {} nothing that is reached; {} vectors catch {n_tested} of the {n_changed} of the first two kinds that show at the pins",
+            "{device}: {} live fuses, each flip detected by the proof; {} leave no circuit with one clock and {n_other} another one, {} change the power-up, {} have no reachable effect; {} vectors catch {n_tested} of the {n_changed} of the first two kinds that show at the pins",
             live.len(),
             n_of[0],
             n_of[1],
@@ -321,8 +321,8 @@ fn each_flipped_fuse_of_the_truck_is_caught() {
     }
 }
 
-/// What a page says of each macrocell is what lies in the fuses: as many terms as rows in use, counted here row by row. And what it says of the least
-/// number fits: none is below its bound, and none above what there is.
+/// The page reports for each macrocell as many terms as rows are used in the fuses, counted here row by row. And the reported minimum
+/// is consistent: no count is below its bound or above the available number.
 fn pages_of_charts_on(device: &str, wanted: u64, max_steps: usize) {
     let mut n_pages = 0;
     let limits = Limits { pairs: 2_000, ..Limits::default() };
@@ -349,7 +349,7 @@ fn pages_of_charts_on(device: &str, wanted: u64, max_steps: usize) {
         for cell in &chip.cells {
             let fuses = layout.cell(cell.pin.expect("a pin")).expect("a macrocell");
             let shape = mode.shape(fuses.kind.map(|kind| map.setting(kind))).expect("a shape");
-            // A row in use has a fuse that is 1; idle rows are all 0.
+            // A used row has a fuse that is 1; idle rows are all 0.
             let is_used = |row: &u32| {
                 let first = row * layout.n_columns;
                 (first..first + layout.n_columns).any(|fuse| map.get(fuse))
@@ -380,7 +380,7 @@ fn pages_say_what_the_fuses_are() {
     }
 }
 
-/// Every device of the tables on random charts: as a fuse map where it has one, else as equations that are read back and proved.
+/// Random charts on every known device: as a fuse map if it has one, otherwise as equations that are read back and proved.
 #[test]
 fn every_device_takes_random_charts() {
     use grafsynth_backend_pld::device::DEVICES;
@@ -397,7 +397,7 @@ fn every_device_takes_random_charts() {
             let facts = pipeline::facts(&net, &Limits { pairs: 2_000, ..Limits::default() });
             let Ok(mut logic) = pipeline::logic(&net, &facts) else { continue };
             if !has_registers {
-                // What is left of a chart without its memory: its inputs and flip-flops go in, one function comes out.
+                // The chart without its memory: its inputs and flip-flops are inputs, one function is the output.
                 logic = one_function(&logic);
             }
             if device.layout.is_some() && has_registers {
@@ -483,7 +483,7 @@ fn one_function(logic: &Logic) -> Logic {
     free
 }
 
-/// Both circuits show the same outputs and hold the same values over random inputs.
+/// Both circuits show the same outputs and store the same values for random inputs.
 fn same_signals(a: &Logic, b: &Logic, text: &str) {
     let (mut x, mut y) = (LogicSim::new(a), LogicSim::new(b));
     let mut random = 0x9E37_79B9_7F4A_7C15_u64;

@@ -1,6 +1,6 @@
-//! State tables by others against an interpreter that shares nothing with the reader, and charts written as tables and read back.
+//! State tables by others compared with an independent interpreter, and charts written as tables and read back.
 
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 #![allow(clippy::disallowed_methods, reason = "tests read files")]
 
 use grafsynth_driver::format::Format;
@@ -19,7 +19,7 @@ use grafsynth_verify::structural_facts;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// A table, read in the plainest way.
+/// A table, read in the simplest way.
 struct Interpreter {
     rows: Vec<[String; 4]>,
     reset: String,
@@ -51,7 +51,7 @@ impl Interpreter {
         table
     }
 
-    /// The next state and the outputs, each none where nothing says it.
+    /// The next state and the outputs, each `None` if it is undefined.
     fn step(&self, state: &str, inputs: &[bool]) -> (Option<String>, Vec<Option<bool>>) {
         let mut next = None;
         let mut outputs = vec![None; self.n_outputs];
@@ -72,7 +72,7 @@ impl Interpreter {
         (next, outputs)
     }
 
-    /// An input that some row of the state speaks of, or now and then any.
+    /// An input that some row of the state covers, or sometimes any input.
     fn some_inputs(&self, state: &str, random: &mut Random) -> Vec<bool> {
         let rows: Vec<&[String; 4]> =
             self.rows.iter().filter(|row| row[1] == state || row[1] == "*").collect();
@@ -98,7 +98,7 @@ fn net_of(name: &str, text: &str) -> Valid<Net> {
     }
 }
 
-/// Runs a table in the reference simulator and as a circuit, beside the interpreter.
+/// Runs a table in the reference simulator and as a circuit, and compares both with the interpreter.
 fn check(name: &str, text: &str, n_steps: u64) -> u64 {
     let table = Interpreter::of(text);
     let net = net_of(name, text);
@@ -112,7 +112,7 @@ fn check(name: &str, text: &str, n_steps: u64) -> u64 {
     simulator.reset();
     let mut state = table.reset.clone();
     let mut stimulus = Stimulus::new(&net);
-    // What is said of each row: the outputs. Behind the first open state nothing is said of a circuit.
+    // The defined outputs of each row. After the first undefined state, the outputs of a circuit are undefined.
     let mut said: Vec<Vec<Option<bool>>> = Vec::new();
     let (mut is_known, mut n_said) = (true, 0_u64);
     for step in 0..n_steps {
@@ -132,10 +132,10 @@ fn check(name: &str, text: &str, n_steps: u64) -> u64 {
                         *wanted,
                         "{name}, step {step} in {state}"
                     );
-                    assert!(!is_open, "{name}, step {step} in {state}: open and said");
+                    assert!(!is_open, "{name}, step {step} in {state}: undefined but set");
                     n_said += 1;
                 }
-                None => assert!(is_open, "{name}, step {step} in {state}: closed and not said"),
+                None => assert!(is_open, "{name}, step {step} in {state}: defined but not set"),
             }
         }
         assert_eq!(shown.open.next, next.is_none(), "{name}, step {step} in {state}");
@@ -209,7 +209,7 @@ fn random_tables_run_as_an_interpreter_says() {
     assert!(n_said > 1000, "{n_said} values compared");
 }
 
-/// A chart, its table, and the table read back show the same from the first reaction on.
+/// A chart, its table, and the table read back behave the same from the first reaction on.
 #[test]
 fn charts_written_as_tables_read_back_equal() {
     let mut n_tables = 0;
@@ -273,7 +273,7 @@ fn charts_written_as_tables_read_back_equal() {
     assert!(n_tables >= 5, "{n_tables} tables");
 }
 
-/// A table that is equal but for its states' names and coding is equal by comparison.
+/// A table that is equal except for its states' names and encoding compares as equal.
 #[test]
 fn the_truck_and_its_table_compare_equal() {
     let mut sources = Sources::default();

@@ -1,6 +1,6 @@
-//! Golden and differential runs over all engines, one program: it is linked once, and its tests share the processors to the end.
+//! Golden and differential runs over all engines, in one program: it is linked once, and its tests share all processors.
 //!
-//! Each module is one idea and says it in its first line; `cargo test -p grafsynth-tests styles::` runs one of them. What several need stands in the
+//! Each module tests one idea, named in its first line; `cargo test -p grafsynth-tests styles::` runs one of them. Shared code is in the
 //! library of this package.
 
 mod arbiter;
@@ -42,7 +42,7 @@ mod verilog_tools;
 mod words;
 mod worst_case;
 
-/// A file of tests that no `main.rs` names would neither be compiled nor missed.
+/// A test file that no `main.rs` names would not be compiled, and nobody would notice.
 #[test]
 #[allow(clippy::disallowed_methods, reason = "tests read files")]
 fn every_file_of_tests_is_a_module_of_its_program() {

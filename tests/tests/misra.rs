@@ -1,7 +1,7 @@
-//! The emitted C under `cppcheck --addon=misra`: nothing but the advisory rules that `docs/c.md` names, in every style.
+//! The emitted C under `cppcheck --addon=misra`: only deviations from the advisory rules that `docs/c.md` lists, in every style.
 
 #![allow(clippy::disallowed_methods, reason = "tests write files for tools")]
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 
 use grafsynth_backend_c::{Options, Package, Style, emit};
 use grafsynth_engines::tools;
@@ -12,14 +12,14 @@ use grafsynth_tests::{fleet, rounds};
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-/// The deviations of `docs/c.md`. All of them are advisory; a required or mandatory rule never stands here.
+/// The deviations of `docs/c.md`. All of them are advisory; required and mandatory rules must never be added.
 const DEVIATIONS: [&str; 5] = ["2.4", "2.5", "8.11", "8.9", "15.5"];
 
-/// What cppcheck finds in the C of a net beyond the deviations and remarks. Each package is a program of its own.
+/// The findings of cppcheck in the C of a net, without the deviations and remarks. Each package is a separate program.
 fn findings(seed: u64, net: &Valid<Net>) -> BTreeSet<String> {
-    // cppcheck takes seconds for each, so each net is asked for one style.
+    // cppcheck takes seconds for each, so each net is tested in one style.
     let style = [Style::Tables, Style::Bits, Style::Switch][(seed % 3) as usize];
-    // Words, gate, callbacks, trace ring and split functions as the seed draws them. What a style does not carry it refuses by name.
+    // Words, gate, callbacks, trace ring and split functions as chosen by the seed. A style rejects what it does not support.
     let drawn = fleet::options(seed, style);
     let Ok((package, _)) = fleet::emitted(net, drawn) else { return BTreeSet::new() };
     let found = findings_of(&package).into_iter();
@@ -55,7 +55,7 @@ fn findings_of(package: &Package) -> Vec<String> {
         };
         let is_known = match id.strip_prefix("misra-c2012-") {
             Some(rule) => DEVIATIONS.contains(&rule),
-            // What it says of a random chart's conditions, such as a guard that is always true or contradicts itself.
+            // Findings about a random chart's conditions, such as a guard that is always true or contradicts itself.
             None => matches!(severity, "style" | "information" | "warning"),
         };
         if !is_known {
@@ -75,7 +75,7 @@ fn random_charts_in_c_keep_to_misra() {
         println!("skipped: cppcheck is not here");
         return;
     }
-    // A net with everything as tables, and a plain one in each style: cppcheck takes minutes for some of the large ones.
+    // A net with all features as tables, and a plain one in each style: cppcheck takes minutes for some of the large ones.
     let mut found = findings(0, &random_net(0, &Features::everything()));
     for seed in 0..rounds(4, 24) {
         found.extend(findings(seed, &random_net(seed, &Features::plain())));
@@ -83,7 +83,7 @@ fn random_charts_in_c_keep_to_misra() {
     assert!(found.is_empty(), "{found:#?}");
 }
 
-/// The engines, and what is written beside them: tables, byte code with functions of the library, states and transitions.
+/// The engines, and the files written with them: tables, byte code with library functions, states and transitions.
 #[test]
 fn engines_keep_to_misra() {
     if tools::find(&["cppcheck"]).is_none() {
@@ -126,15 +126,15 @@ fn engines_keep_to_misra() {
     }
 }
 
-/// The page names exactly the rules that are let through here.
+/// The page lists exactly the rules that are permitted here.
 #[test]
 fn the_page_names_the_deviations() {
     let page = include_str!("../../docs/c.md");
-    let section = page.split("## MISRA").nth(1).expect("docs/c.md speaks of MISRA");
+    let section = page.split("## MISRA").nth(1).expect("docs/c.md mentions MISRA");
     let section = section.split("\n## ").next().unwrap_or_default();
     for rule in DEVIATIONS {
         assert!(section.contains(&format!("| {rule} |")), "docs/c.md does not name {rule}");
     }
     let rows = section.lines().filter(|line| line.starts_with("| ") && !line.contains("rule"));
-    assert_eq!(rows.count(), DEVIATIONS.len(), "docs/c.md names rules that nothing deviates from");
+    assert_eq!(rows.count(), DEVIATIONS.len(), "docs/c.md lists rules without a deviation");
 }

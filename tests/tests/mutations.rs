@@ -1,6 +1,6 @@
-//! The checks can fail: an emission that was changed in one place is refuted, or proved to change nothing.
+//! The checks can fail: an emitted text with one change is refuted, or proved to be unchanged in behaviour.
 
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 
 use grafsynth_backend_c::{Options, Package, Style};
 use grafsynth_backend_pld::{Dialect, read, rebind};
@@ -30,7 +30,7 @@ fn truck() -> Valid<Net> {
     }
 }
 
-/// Each literal of the equations in turn, with its sign changed.
+/// Each literal of the equations in turn, with its sign inverted.
 fn flipped(text: &str) -> Vec<String> {
     let start = text.find("EQUATIONS").expect("a section of equations") + "EQUATIONS".len();
     let bytes = text.as_bytes();
@@ -43,7 +43,7 @@ fn flipped(text: &str) -> Vec<String> {
             continue;
         }
         let end = (at..bytes.len()).find(|place| !is_word(bytes[*place])).unwrap_or(bytes.len());
-        // A comment is no literal.
+        // A comment is not a literal.
         let line = text[..at].rfind('\n').map_or(0, |place| place + 1);
         if !text[line..at].contains(';') {
             let is_negated = bytes[at - 1] == b'/';
@@ -74,7 +74,7 @@ fn each_flipped_literal_of_the_trucks_equations_is_refuted_or_changes_nothing() 
                 n_refused += 1;
                 continue;
             };
-            // A flipped left side changes the polarity of the register: the reader then gives it another power-up value.
+            // A flipped left side changes the polarity of the register: the reader then assigns it another power-up value.
             if any_error(&rebind(&mut back, &emitted)) {
                 n_refused += 1;
                 continue;
@@ -99,15 +99,15 @@ fn each_flipped_literal_of_the_trucks_equations_is_refuted_or_changes_nothing() 
 fn each_deleted_line_of_the_trucks_step_function_is_refuted_or_changes_nothing() {
     if tools::c_compiler().is_none() {
         assert!(std::env::var_os("CI").is_none(), "CI must have a C compiler");
-        println!("skipped: no C compiler is here");
+        println!("skipped: no C compiler is installed");
         return;
     }
     let net = truck();
     let facts = facts(&net, &Limits::default());
     for style in [Style::Switch, Style::Bits] {
         let options = Options { style, ..Options::default() };
-        let package =
-            grafsynth_backend_c::emit(&net, &facts, &options).expect("the truck can be said in C");
+        let package = grafsynth_backend_c::emit(&net, &facts, &options)
+            .expect("the truck can be expressed in C");
         let file = package.files.iter().position(|file| file.name == "truck.c").expect("truck.c");
         let text = package.files[file].text.clone();
         let lines: Vec<&str> = text.lines().collect();

@@ -1,6 +1,6 @@
-//! What a chart leaves open is free for a chip, and what it says is proved, in every code of the steps and by both methods.
+//! Undefined entries of a chart are don't-cares for a chip, and defined ones are proved, in every state encoding and by both methods.
 
-#![allow(clippy::print_stdout, reason = "tests say what they have run")]
+#![allow(clippy::print_stdout, reason = "tests report what they have run")]
 
 use grafsynth_backend_pld::equations::Equations;
 use grafsynth_backend_pld::{Dialect, EmitOptions};
@@ -19,7 +19,7 @@ use grafsynth_verify::{Limits, structural_facts};
 
 const ENCODINGS: [Encoding; 3] = [Encoding::OneHot, Encoding::ZeroHot, Encoding::Compact];
 
-/// The circuit of a table in this code, and what its equations say, read back.
+/// The circuit of a table with this encoding, and the circuit that is read back from its equations.
 fn through(
     net: &Valid<Net>,
     facts: &Facts,
@@ -80,7 +80,7 @@ fn open_cells_are_free_and_what_is_said_is_proved() {
     assert!(n_induced * 10 >= n_circuits * 9, "{n_induced} of {n_circuits} proved by induction");
 }
 
-/// Whatever is changed in a circuit with codes and open cells: what the induction proves, the enumeration proves too.
+/// For any change in a circuit with encoded states and undefined entries: if the induction proves it, the enumeration proves it too.
 #[test]
 fn the_induction_through_codes_proves_nothing_wrong() {
     let mut random = Random::new(31);
@@ -124,7 +124,7 @@ fn the_induction_through_codes_proves_nothing_wrong() {
     assert!(n_refuted > 30 && n_harmless > 3, "{n_refuted} refuted, {n_harmless} harmless");
 }
 
-/// The engine of fuse maps codes the steps where the device has no flip-flop for each, and shows them all the same.
+/// The engine of fuse maps encodes the steps if the device does not have a flip-flop for each, and still shows them.
 #[test]
 fn the_engine_of_fuse_maps_shows_steps_that_share_a_code() {
     let mut text = ".i 1\n.o 1\n".to_owned();

@@ -1,10 +1,10 @@
-//! The folders of `build --package`, built by the tools that they are made for, and run where that is possible.
+//! The folders of `build --package`, built by the tools that they are made for, and run if possible.
 //!
-//! A tool that is not here is skipped aloud; with `CI` in the environment it is a failure. Arduino's core is a stub of our own (`tests/arduino`): what is
-//! tested with it is that a sketch is C++11 without a warning and runs, not Arduino.
+//! A missing tool is skipped with a message; if `CI` is set in the environment, it is a failure. Arduino's core is a stub of our own (`tests/arduino`): the
+//! test shows that a sketch is C++11 without warnings and runs, not that it works with the real Arduino core.
 
 #![allow(clippy::disallowed_methods, reason = "tests write files for tools")]
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 
 use grafsynth_backend_c::package::{Ecosystem, files};
 use grafsynth_backend_c::{File, Io, Options, Package, Style, emit};
@@ -23,7 +23,7 @@ use tempfile::TempDir;
 
 const LIMIT: Duration = Duration::from_secs(120);
 
-/// Charts with what packages have to cope with, and the options to build them with.
+/// Charts with difficult features for packages, and the options to build them with.
 fn designs() -> Vec<(&'static str, Valid<Net>, Options)> {
     let default = Options::default;
     let truck = include_str!("../../examples/truck/truck.graf");
@@ -60,7 +60,7 @@ fn laid_out(net: &Valid<Net>, options: &Options, ecosystem: Ecosystem) -> Vec<Fi
     files(net, &package(net, options), ecosystem).unwrap_or_else(|found| panic!("{found:#?}"))
 }
 
-/// Writes a package, and gives the folder that its files have in front.
+/// Writes a package, and returns the folder that precedes its file names.
 fn written(net: &Valid<Net>, options: &Options, ecosystem: Ecosystem) -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut root = String::new();
@@ -74,17 +74,17 @@ fn written(net: &Valid<Net>, options: &Options, ecosystem: Ecosystem) -> (TempDi
     (folder, root)
 }
 
-/// True if the tool is here; says so if not.
+/// True if the tool is available; reports it if not.
 fn is_here(tool: &str) -> bool {
     let found = tools::find(&[tool]).is_some();
     if !found {
         assert!(std::env::var_os("CI").is_none(), "{tool} is missing, and CI must have it");
-        println!("skipped: {tool} is not here");
+        println!("skipped: {tool} is not installed");
     }
     found
 }
 
-/// Runs a tool that must succeed; gives its standard output.
+/// Runs a tool that must succeed; returns its standard output.
 fn run(folder: &Path, tool: &str, arguments: &[&str], input: &[u8]) -> Vec<u8> {
     let program = if tool.contains('/') {
         PathBuf::from(tool)
@@ -102,7 +102,7 @@ fn run(folder: &Path, tool: &str, arguments: &[&str], input: &[u8]) -> Vec<u8> {
     run.stdout
 }
 
-/// The rows of a stimulus as an example takes them: ticks if the chart has time, then pins and events.
+/// The rows of a stimulus as an example reads them: ticks if the chart has time, then pins and events.
 fn rows(net: &Valid<Net>, has_time: bool, stimulus: &Stimulus) -> String {
     let mut text = String::new();
     for row in stimulus.rows() {
@@ -135,7 +135,7 @@ fn expected(net: &Valid<Net>, trace: &Trace) -> String {
     lines.join("\n") + "\n"
 }
 
-/// The example prints what the simulator says.
+/// The example prints the same as the simulator.
 fn check_rows(net: &Valid<Net>, options: &Options, program: &Path) {
     let stimulus = Stimulus::random(net, 200, 7, 3);
     let package = package(net, options);
@@ -160,7 +160,7 @@ fn the_plain_folder_is_made_by_each_compiler() {
     }
     for (at, (name, net, options)) in designs().into_iter().enumerate() {
         let (_folder, root) = written(&net, &options, Ecosystem::Plain);
-        // One of the cross compilers for each chart; all of them for the first, and for all in depth.
+        // One of the cross compilers for each chart; all of them for the first, and for all charts in deep tests.
         let others = ["clang", "avr", "arm", "sdcc"];
         let is_asked = |index: usize| at == 0 || rounds(1, 2) > 1 || at % others.len() == index;
         let asked =
@@ -171,7 +171,7 @@ fn the_plain_folder_is_made_by_each_compiler() {
                 "arm" => "arm-none-eabi-gcc",
                 other => other,
             };
-            // The engine's check of an image is large for an 8051, and its tables need no test of their own.
+            // The engine's check of an image is too large for an 8051, and its tables need no separate test.
             if !is_here(tool) {
                 continue;
             }
@@ -222,7 +222,7 @@ fn random_charts_print_their_traces_from_the_plain_folder() {
     for seed in 0..rounds(2, 40) {
         let net = random_net(seed, &features);
         let options = Options::default();
-        // Names that C's headers have are refused, and charts that C cannot carry are no matter of packages.
+        // Names that C's headers define are rejected, and charts that C does not support do not matter here.
         let Ok(emitted) = emit(&net, &structural_facts(&net), &options) else { continue };
         if files(&net, &emitted, Ecosystem::Plain).is_err() {
             continue;
@@ -259,7 +259,7 @@ fn the_cmake_project_builds_and_is_found() {
         if !has_library(&net) {
             check_rows(&net, &options, &root.join(format!("build/{name}_host")));
         }
-        // Somebody else's project, once beside the folder and once after it was installed.
+        // A user's project, once with the folder and once after installation.
         let user = folder.path().join("user");
         std::fs::create_dir(&user).expect("it is made");
         std::fs::write(
@@ -384,7 +384,7 @@ fn the_arduino_library_keeps_to_the_specification() {
         assert!(root.join("src").join(header).is_file(), "{design}: {header}");
         let stem = header.strip_suffix(".h").expect("a header");
         let sketch = root.join(format!("examples/{stem}/{stem}.ino"));
-        // Half of them, the others in depth: each is four runs of a compiler.
+        // Half of them, the others in deep tests: each is four runs of a compiler.
         if at % 2 == 0 || rounds(1, 2) > 1 {
             run_sketch(&root, &sketch, &root.join("src"), &root.join("src"));
         }
@@ -487,7 +487,7 @@ fn names_of_an_ecosystem_are_refused_in_it_alone() {
     }
 }
 
-/// What the user fills in is marked as such, and everything else is not.
+/// Files that the user fills in are marked as such, and all others are not.
 #[test]
 fn the_files_of_the_user_are_kept() {
     for (design, net, options) in designs() {
@@ -496,7 +496,7 @@ fn the_files_of_the_user_are_kept() {
                 let is_example = file.name.contains("/example");
                 let is_library = file.name.ends_with("_user.c");
                 assert_eq!(file.keep_existing, is_example || is_library, "{design}: {}", file.name);
-                // A place of a text that nothing was put into: `@NAME@`.
+                // A placeholder that was not replaced: `@NAME@`.
                 let is_open = file
                     .text
                     .split('@')

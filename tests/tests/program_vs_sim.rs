@@ -1,8 +1,8 @@
-//! The reaction program of a net against the simulator: two readings of `docs/semantics.md` that share no code must show the same rows.
+//! The reaction program of a net compared with the simulator: two independent implementations of `docs/semantics.md` must give the same rows.
 //!
-//! `PROGRAM_NETS=20000 cargo test -p grafsynth-tests program_vs_sim::` runs more; `PROGRAM_SEED=77` runs one net and says how it differs.
+//! `PROGRAM_NETS=20000 cargo test -p grafsynth-tests program_vs_sim::` runs more; `PROGRAM_SEED=77` runs one net and reports the difference.
 
-#![allow(clippy::disallowed_methods, reason = "how many nets are run is asked of the environment")]
+#![allow(clippy::disallowed_methods, reason = "the environment defines how many nets are run")]
 
 use std::collections::BTreeSet;
 
@@ -14,10 +14,10 @@ use grafsynth_ir::{Valid, text};
 use grafsynth_sim::{Effect, Row, Simulator, Stimulus};
 use grafsynth_tests::random_net::{Features, random_net, shrink};
 
-/// Rows of one stimulus.
+/// The number of rows of one stimulus.
 const ROWS: usize = 60;
 
-/// What a row of the program differs in from that of the simulator; none if both show the same.
+/// The difference between a row of the program and a row of the simulator; `None` if both are equal.
 fn difference(
     net: &Valid<Net>,
     program: &Program,
@@ -117,7 +117,7 @@ fn run(net: &Valid<Net>, seed: u64, options: &ProgramOptions) -> Option<String> 
         let shown = machine.react(&input.values, input.dt);
         let row = simulator.react(&input);
         if row.open.row {
-            // What follows from an open situation is open for good.
+            // What follows from an undefined situation is undefined.
             return None;
         }
         if let Some(difference) = difference(net, &program, &machine, &shown, &row) {
@@ -130,7 +130,7 @@ fn run(net: &Valid<Net>, seed: u64, options: &ProgramOptions) -> Option<String> 
     None
 }
 
-/// The first temp that may be read before it is set; engines that evaluate both sides of an `and` rely on there being none.
+/// The first temp that may be read before it is set; engines that evaluate both sides of an `and` require that there is none.
 fn unset(program: &Program, body: &[Stmt], set: &mut BTreeSet<TempId>) -> Option<String> {
     let reads = |expr: &Expr, set: &BTreeSet<TempId>| {
         let mut found = None;

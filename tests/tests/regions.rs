@@ -1,11 +1,11 @@
-//! One register for each region of a statechart, whose history is that it is not cleared: circuits against the reference simulator.
+//! One register for each region of a statechart, whose history is the register's kept value: circuits compared with the reference simulator.
 //!
-//! The charts below are the smallest on which a register that keeps its value and a history that is recorded could differ.
+//! The charts below are the smallest in which a register that keeps its value could differ from a history that is recorded.
 
 #![allow(
     clippy::print_stdout,
     clippy::disallowed_methods,
-    reason = "tests say what they ran, and read the examples"
+    reason = "tests report what they ran, and read the examples"
 )]
 
 use grafsynth_backend_pld::Dialect;
@@ -38,7 +38,7 @@ fn chart(text: &str) -> Valid<Net> {
     }
 }
 
-/// What a chart with one register for each region has for its states: a flip-flop for each child of a composite state or of the chart.
+/// The number of flip-flops for the states of a chart with one register for each region: one for each child of a composite state or of the chart.
 fn children_of_regions(net: &Net) -> usize {
     let in_a_region = |parent| net.steps[parent].kind != StepKind::Parallel;
     net.steps.values().filter(|step| step.parent.is_none_or(in_a_region)).count()
@@ -52,7 +52,7 @@ fn is_state(origin: Origin) -> bool {
     matches!(origin, Origin::Step(_) | Origin::Region(_))
 }
 
-/// A chart, how many flip-flops its states have, and the histories that have their own.
+/// A chart, the number of flip-flops of its states, and the histories that have their own.
 struct Case {
     name: &'static str,
     text: &'static str,
@@ -157,7 +157,7 @@ const CASES: &[Case] = &[
         apart: &["on.h"],
     },
     Case {
-        name: "final states: what is recorded is final, and its completion is told again",
+        name: "final states: what is recorded is final, and its completion is reported again",
         text: "chart c { conflict inner-first  queue 2  event go, next, back
             initial state off
             state live { history h -> a  initial state a  final state f  a -> f on next }
@@ -181,7 +181,7 @@ const CASES: &[Case] = &[
     },
 ];
 
-/// Differences of the circuit from the net, by chance and by enumeration.
+/// Differences of the circuit from the net, with random stimuli and by enumeration.
 fn check(what: &str, net: &Valid<Net>, logic: &Logic) {
     let stimulus = Stimulus::random(net, 300, 1, 1);
     let got = logic_trace(net, logic, &stimulus).expect("the stimulus is for a chip");
@@ -212,7 +212,7 @@ fn each_small_chart_is_its_registers() {
             let options = pipeline::emit_options(&net, None, None);
             match pipeline::through(&logic, dialect, &options) {
                 Ok(through) => check(name, &net, &through.read_back),
-                // A queue is too large for products.
+                // A queue is too large for sums of products.
                 Err(found) => assert!(
                     dialect == Dialect::Palasm && found.iter().all(|one| one.code.id == "G0710"),
                     "{name}: {found:?}"
@@ -222,7 +222,7 @@ fn each_small_chart_is_its_registers() {
     }
 }
 
-/// A register that is cleared when its state is left is a fault that shows, wherever it counts.
+/// A register that is cleared when its state is left is an error that is detected, wherever it matters.
 #[test]
 fn a_register_that_forgets_is_found_out() {
     let mut n_refuted = 0;
@@ -250,7 +250,7 @@ fn a_register_that_forgets_is_found_out() {
                 }
             }
             let verdict = by_enumeration(&net, &logic, &Limits::default());
-            // The child that is the default may be forgotten.
+            // The default child may be forgotten.
             n_refuted += u32::from(matches!(verdict, Verdict::Refuted(_)));
             assert!(!matches!(verdict, Verdict::Open(_)), "{name}: {verdict:?}");
         }
@@ -261,7 +261,7 @@ fn a_register_that_forgets_is_found_out() {
 
 fn with_history() -> Features {
     let policies = vec![Policy::InnerFirst, Policy::OuterFirst];
-    // Wide values cost much here and are tested elsewhere.
+    // Wide values are expensive here and are tested elsewhere.
     Features { policies, integers: false, arrays: false, ..Features::everything() }
 }
 
@@ -271,7 +271,7 @@ fn difference(net: &Valid<Net>, logic: &Logic, seed: u64) -> Option<Difference> 
     compare(&net_trace(net, &stimulus), &got)
 }
 
-/// Registers of regions as numbers: one that is empty until it is entered, one that is set at once, and those below a deep history, which are empty again
+/// Registers of regions as numbers: one that is empty until it is entered, one that is set at once, and those below a deep history, which become empty again
 /// when their state is left for another.
 const CODED: [(&str, usize); 3] = [
     (
@@ -352,7 +352,7 @@ fn random_statecharts_with_history() {
                 let small = shrink(&net, |net| again(net).is_some());
                 panic!("seed {seed}, {busy:?}: {:?}\n{}", again(&small), readable(&small));
             }
-            // The registers as numbers: what groups claim of a region holds, or some step shows otherwise.
+            // The registers as numbers: if the claims of groups about a region were wrong, some step would differ.
             let is_busy = logic.outputs.values().any(|output| output.role == PinRole::Busy);
             if !is_busy {
                 let groups = coding::groups(&net, &facts, &logic);
@@ -377,7 +377,7 @@ fn random_statecharts_with_history() {
     assert!(n_apart > 0 && n_texts * 8 >= total, "{n_apart}, {n_texts} of {total}");
 }
 
-/// Runs engines on a chart; how many of them gave a trace.
+/// Runs engines on a chart; returns how many of them gave a trace.
 fn run_engines(net: &Valid<Net>, wanted: &[&str]) -> usize {
     let facts = pipeline::facts(net, &Limits { pairs: 2_000, image_work: 1, ..Limits::default() });
     let stimulus = Stimulus::random(net, 100, 7, 1);
@@ -388,7 +388,7 @@ fn run_engines(net: &Valid<Net>, wanted: &[&str]) -> usize {
             continue;
         }
         if let Availability::Missing(tool) = engine.availability() {
-            println!("skipped: {tool} is not here");
+            println!("skipped: {tool} is not installed");
             continue;
         }
         match engine.run(&Job { net, facts: &facts, stimulus: &stimulus }) {
@@ -397,7 +397,7 @@ fn run_engines(net: &Valid<Net>, wanted: &[&str]) -> usize {
                 let found = compare(&expected, &got);
                 assert_eq!(found, None, "{}\n{}", engine.name(), readable(net));
             }
-            // What does not fit a device or has no products of a bounded size.
+            // A chart that does not fit a device or has no sums of products of limited size.
             Err(EngineError::Refused(found)) => assert!(
                 found.iter().all(|one| one.code.id.starts_with("G07")),
                 "{}: {found:?}",
@@ -409,7 +409,7 @@ fn run_engines(net: &Valid<Net>, wanted: &[&str]) -> usize {
     n_run
 }
 
-/// Every engine that is here, on the small charts; other words for the same circuit where time does not matter.
+/// Every available engine, on the small charts; other forms of the same circuit only in deep tests.
 #[test]
 fn all_engines_keep_what_is_left() {
     let wanted: &[&str] =
@@ -419,7 +419,7 @@ fn all_engines_keep_what_is_left() {
     assert!(n_run >= CASES.len() * 2, "only {n_run}");
 }
 
-/// The Verilog of random charts in a simulator that knows nothing of ours.
+/// The Verilog of random charts in an independent simulator.
 #[test]
 fn random_charts_in_a_verilog_simulator() {
     let mut n_run = 0;
@@ -439,7 +439,7 @@ fn random_charts_in_a_verilog_simulator() {
     println!("{n_run} runs");
 }
 
-/// The flip-flops of a large chart for its states are those of its regions, whether or not it has histories, shallow or deep; its circuit is linear.
+/// The flip-flops for the states of a large chart are those of its regions, with or without histories, shallow or deep; its circuit is linear in size.
 #[test]
 fn a_large_chart_has_a_flip_flop_for_each_child_of_a_region() {
     let mut of_size = Vec::new();

@@ -1,11 +1,12 @@
-//! `--safe-state` with damaged memory: members of the instance are given values between two reactions, on this machine under the sanitizers and on an AVR. What
-//! is no value of theirs is found by the next reaction and the outputs are safe until the next `init`; what is one raises no alarm, nor does a run without damage.
+//! `--safe-state` with corrupted memory: members of the instance are overwritten between two reactions, on this machine under the sanitizers and on an AVR. The
+//! next reaction detects an impossible value, and the outputs are safe until the next `init`; a possible value raises no alarm, nor does a run without
+//! corruption.
 //!
-//! What a member can hold is taken from where a user would look: the header's enumerators, the declared types, the proved components. Members of which none of
-//! these speaks (histories, queues, ages) must not raise an alarm for what they have held in the run.
+//! The range of a member is taken from what a user would read: the header's enumerators, the declared types, the proved components. Members without such
+//! information (histories, queues, ages) must not raise an alarm for values that they had in the run.
 
 #![allow(clippy::disallowed_methods, reason = "tests write files for tools")]
-#![allow(clippy::print_stdout, reason = "tests say what they skip and what they counted")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip and what they counted")]
 
 use grafsynth_backend_c::{Io, Options, Style};
 use grafsynth_engines::{Availability, AvrEngine, Engine, c, tools};
@@ -58,7 +59,7 @@ fn fields(header: &str, what: &str) -> Vec<Field> {
         .collect()
 }
 
-/// For each state variable the values that its enumerators name.
+/// For each state variable, the values of its enumerators.
 fn states(header: &str) -> BTreeMap<String, (i64, i64)> {
     let mut all = BTreeMap::new();
     for text in header.split("enum { /* values of ").skip(1) {
@@ -80,7 +81,7 @@ fn states(header: &str) -> BTreeMap<String, (i64, i64)> {
     all
 }
 
-/// The program that damages one chart: NAME, how many rounds, and how numbers come out.
+/// The program that corrupts one chart: NAME, the number of rounds, and how numbers are printed.
 fn program(chart: &Chart, facts: &Facts, n_rounds: u64, print: &str) -> String {
     let net = &chart.net;
     let name = chart.options.prefix.clone().unwrap_or_else(|| net.name.text.clone());
@@ -200,7 +201,7 @@ static void judge(bool is_bad, unsigned calls, uint32_t what)
 }}"
         ),
     );
-    // Bits: what is proved of them.
+    // Bits: the proved exclusions.
     let mut broken = vec!["false".to_owned()];
     let mut all_visible = true;
     for component in &facts.components {
@@ -227,7 +228,7 @@ static void judge(bool is_bad, unsigned calls, uint32_t what)
         &mut text,
         &format!("static bool broken(void)\n{{\n    return {};\n}}", broken.join(" || ")),
     );
-    // What is done to each member, and what is impossible of it where that is known.
+    // The corruption of each member, and its impossible values if they are known.
     let mut impossible = vec!["broken()".to_owned(), "self.intact != 0xA5U".to_owned()];
     let mut all_known = all_visible;
     let mut cases = String::new();
@@ -316,7 +317,7 @@ static void judge(bool is_bad, unsigned calls, uint32_t what)
             }
         }
     }
-    // A bit of the instance, whichever it is: padding too. Where it hits a member of which nothing is known, nobody can say that it must raise no alarm.
+    // Any bit of the instance, including padding. If it hits a member without a known range, an alarm is permitted.
     let impossible = impossible.join(" || ");
     let judged = if all_known {
         format!("judge({impossible}, 1U, 904U); ++n_flips;")
@@ -374,7 +375,7 @@ const PRINT: &str = "#include <stdio.h>
 static void report(uint32_t value) { printf(\"%lu \", (unsigned long)value); }
 static int finish(void) { return 0; }";
 
-/// Three more numbers, since the host waits for eight; asleep without interrupts the machine is done.
+/// Three more numbers, because the host waits for eight; when it sleeps without interrupts, the machine is done.
 const PRINT_AVR: &str = "#include <avr/io.h>
 #include <avr/sleep.h>
 #include <avr/interrupt.h>
@@ -388,7 +389,7 @@ fn write(folder: &Path, chart: &Chart, main: &str) {
     std::fs::write(folder.join("main.c"), main).expect("it is written");
 }
 
-/// The numbers that a run printed: found, quiet, wrong, and what was wrong first.
+/// The numbers that a run printed: detected, accepted, wrong, and the first wrong one.
 fn on_host(chart: &Chart, compiler: &Compiler, n_rounds: u64) -> Result<Vec<u64>, String> {
     let facts = fleet::small_facts(&chart.net, chart.options.style);
     let folder = tempfile::tempdir().expect("a folder");
@@ -408,12 +409,12 @@ fn on_host(chart: &Chart, compiler: &Compiler, n_rounds: u64) -> Result<Vec<u64>
     Ok(out.split_whitespace().filter_map(|it| it.parse().ok()).collect())
 }
 
-/// The chart with the safe state; without a gate, behind which nothing is looked at.
+/// The chart with the safe state; without a gate, which would skip the check.
 fn watched(seed: u64, net: Valid<Net>, style: Style) -> Option<Chart> {
     let options = Options { safe_state: true, gate: false, ..fleet::options(seed, style) };
     let (package, options) = fleet::emitted(&net, options).ok()?;
     let header = package.files.first()?;
-    // A chart without state has nothing to watch.
+    // A chart without state has nothing to check.
     let has_state = header.text.contains("_stopped(");
     has_state.then_some(Chart { seed, net, package, options })
 }
@@ -424,7 +425,7 @@ fn survive(style: Style, few: u64, many: u64) {
         println!("skipped: the sanitizers are not here");
         Compiler::plain()
     }) else {
-        println!("skipped: a C compiler is not here");
+        println!("skipped: a C compiler is not installed");
         return;
     };
     let wanted = rounds(few, many) as usize;
@@ -477,7 +478,7 @@ fn the_best_style_finds_damaged_memory() {
     survive(Style::Auto, 4, 24);
 }
 
-/// The same on an AVR: a chart with a component, a timer, a number, an array and an edge, in both shapes.
+/// The same on an AVR: a chart with a component, a timer, a number, an array and an edge, in both styles.
 #[test]
 fn an_avr_finds_damaged_memory() {
     let text = "chart mill {
@@ -499,7 +500,7 @@ fn an_avr_finds_damaged_memory() {
     }";
     if let Availability::Missing(what) = AvrEngine::default().availability() {
         assert!(std::env::var_os("CI").is_none(), "{what} is missing, and CI must have it");
-        println!("skipped: {what} is not here");
+        println!("skipped: {what} is not installed");
         return;
     }
     for (style, io) in [(Style::Switch, Io::Words), (Style::Bits, Io::Members)] {

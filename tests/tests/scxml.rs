@@ -1,10 +1,10 @@
-//! SCXML: the core of the W3C's assertions by charts of our own on every kind of engine, and what is refused of the rest.
+//! SCXML: the core of the W3C's assertions as our own charts on every kind of engine, and the rejection of the rest.
 //!
-//! Each file of `scxml/w3c` is named after the assertion that it shows and ends in its state `pass`. Each file of `scxml/errors` shows one that asks for
-//! an error event when the chart runs; here it is a finding before it runs, whose code stands in the second line of the file.
+//! Each file of `scxml/w3c` is named after the assertion that it shows and ends in its state `pass`. Each file of `scxml/errors` shows one that requires
+//! an error event when the chart runs; here it is a finding before the run, whose code is in the second line of the file.
 
 #![allow(clippy::disallowed_methods, reason = "tests read files")]
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 
 use grafsynth_backend_c::{Options, Package, multi_harness};
 use grafsynth_driver::pipeline;
@@ -35,7 +35,7 @@ const CORE: [&str; 47] = [
 ];
 /// Loops over arrays that are written out.
 const LOOPS: [&str; 5] = ["150", "151", "153", "155", "525"];
-/// Errors of the run, which are findings here.
+/// Run-time errors, which are findings here.
 const ERRORS: [&str; 31] = [
     "152", "156", "159", "194", "199", "277", "280", "286", "298", "309", "311", "312", "313",
     "314", "322", "326", "331", "332", "343", "344", "346", "376", "378", "401", "402", "487",
@@ -73,7 +73,7 @@ fn chart(name: &str, text: &str) -> NetDesign {
     }
 }
 
-/// Rows in which nothing happens but time.
+/// Rows in which only time passes.
 fn waiting(net: &Valid<Net>) -> Stimulus {
     Stimulus::parse_csv(
         net,
@@ -84,7 +84,7 @@ fn waiting(net: &Valid<Net>) -> Stimulus {
     .expect("a column of ticks is a stimulus")
 }
 
-/// Where the trace ends: the steps and the fault of its last row.
+/// The end of the trace: the steps and the fault of its last row.
 fn ending(trace: &Trace) -> (String, String) {
     let csv = trace.to_csv();
     let mut lines = csv.lines();
@@ -97,7 +97,7 @@ fn ending(trace: &Trace) -> (String, String) {
     (cell("steps"), cell("fault"))
 }
 
-/// Enough to prove how many micro-steps a reaction takes; the charts have few states.
+/// Enough to prove the number of micro-steps of a reaction; the charts have few states.
 fn facts(net: &Valid<Net>) -> Facts {
     grafsynth_verify::facts(net, &Limits { pairs: 20_000, states: 2_000, ..Limits::default() })
 }
@@ -111,7 +111,7 @@ fn passed(name: &str, engine: &str, trace: &Trace) {
     );
 }
 
-/// All charts of the folder, with what they wait for.
+/// All charts of the folder, with their stimuli.
 fn charts() -> Vec<(String, Valid<Net>, Stimulus)> {
     files("w3c")
         .into_iter()
@@ -148,7 +148,7 @@ fn the_core_passes_in_the_simulator() {
 fn the_core_passes_in_c() {
     if tools::c_compiler().is_none() {
         assert!(std::env::var_os("CI").is_none(), "a C compiler is missing, and CI must have it");
-        println!("skipped: a C compiler is not here");
+        println!("skipped: a C compiler is not installed");
         return;
     }
     let charts = charts();
@@ -183,7 +183,7 @@ fn the_core_passes_in_verilog() {
     let engine = grafsynth_engines::named("verilog").expect("there is an engine of that name");
     if engine.availability() != Availability::Here {
         assert!(std::env::var_os("CI").is_none(), "iverilog is missing, and CI must have it");
-        println!("skipped: iverilog is not here");
+        println!("skipped: iverilog is not installed");
         return;
     }
     let charts = charts();
@@ -205,7 +205,7 @@ fn the_core_passes_in_verilog() {
     std::thread::scope(|scope| (0..threads).for_each(|_| drop(scope.spawn(work))));
 }
 
-/// The charts can fail: one wrong word, and they do.
+/// The charts can fail: after the change of one word, they do.
 #[test]
 fn a_wrong_chart_does_not_pass() {
     let text = files("w3c").remove("144").expect("it is there");
@@ -227,13 +227,13 @@ fn errors_of_the_run_are_findings_before_it() {
         let wanted = wanted.unwrap_or_else(|| panic!("{name}: {code} is not among {found:#?}"));
         let label = wanted.labels.first().unwrap_or_else(|| panic!("{name}: no place"));
         assert!(label.span.end > label.span.start && label.span.start > 0, "{name}: {label:?}");
-        // What never occurs is a warning; all else is an error.
+        // An error that never occurs is a warning; all others are errors.
         assert_eq!(wanted.is_error(), code != "G0434", "{name}: {wanted:#?}");
         assert_eq!(any_error(&found), wanted.is_error(), "{name}: {found:#?}");
     }
 }
 
-/// The mode control of a machine tool: what the paper says of it, row by row, and all engines alike.
+/// The mode control of a machine tool: the behaviour described in the paper, row by row, with equal results from all engines.
 #[test]
 fn the_supervisor_does_what_its_paper_says() {
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/supervisor");
@@ -276,18 +276,18 @@ fn the_supervisor_does_what_its_paper_says() {
         seen.iter().map(|(steps, error)| (steps.as_str(), error.as_str())).collect();
     assert_eq!(seen, expected);
 
-    // All pairs of a situation and a button prove how many checks a reaction takes: for no event, for the button, for no event again. So the circuit is
-    // composed into one clock, without `busy` and without a fault.
+    // All pairs of a situation and a button prove how many checks a reaction needs: without an event, for the button, and without an event again. So the
+    // circuit is composed into one clock, without `busy` and without a fault.
     let facts = pipeline::facts(&net, &Limits::default());
     assert_eq!(facts.rounds, Some(Proved { value: 3, by: Proof::Explicit }));
     let logic = pipeline::logic(&net, &facts).expect("a circuit");
     assert!(logic.outputs.values().all(|pin| matches!(pin.role, PinRole::Output(..))));
-    // A bound that is too small is found out.
+    // A bound that is too small is refuted.
     let wrong = Facts { rounds: Some(Proved { value: 1, by: Proof::Explicit }), ..facts.clone() };
     let too_short = pipeline::logic(&net, &wrong).expect("a circuit");
     let verdict = grafsynth_verify::equiv(&net, &facts, &too_short, &Limits::default());
     assert!(matches!(verdict, Verdict::Refuted(_)), "{verdict:?}");
-    // One register for each region, a flip-flop for each child, and nothing for the history: it is what the register of `On` keeps. The error is a bit.
+    // One register for each region, a flip-flop for each child, and none for the history: the register of `On` keeps its value. The error is a bit.
     let n_children = net.steps.values().filter(|step| {
         step.parent.is_none_or(|parent| net.steps[parent].kind != StepKind::Parallel)
     });
@@ -299,12 +299,12 @@ fn the_supervisor_does_what_its_paper_says() {
         let expected = net_trace(&net, &stimulus);
         for engine in grafsynth_engines::all().into_iter().filter(|engine| engine.by_default()) {
             if let Availability::Missing(tool) = engine.availability() {
-                println!("skipped: {tool} is not here");
+                println!("skipped: {tool} is not installed");
                 continue;
             }
             match engine.run(&Job { net: &net, facts: &facts, stimulus: &stimulus }) {
                 Ok(got) => assert_eq!(compare(&expected, &got), None, "{}", engine.name()),
-                // The text for one device is refused in the one way there is: it has fewer macrocells than the chart has states.
+                // The text for one device is rejected for the expected reason: the device has fewer macrocells than the chart has states.
                 Err(EngineError::Refused(found))
                     if ["galasm", "jedec"].contains(&engine.name()) =>
                 {
@@ -317,7 +317,7 @@ fn the_supervisor_does_what_its_paper_says() {
     }
 }
 
-/// Documents by others, where they are here: each is read, or each thing refused is named with its place.
+/// Documents by others, if available: each is read, or each error has a location.
 #[test]
 fn documents_by_others_are_read_or_refused_by_name() {
     let folder = match std::env::var_os("GRAFSYNTH_SCXML_CORPUS") {

@@ -1,4 +1,4 @@
-//! What must be true of the simulator on any net: its state is all there is, and its texts lose nothing.
+//! Properties of the simulator for any net: its state is complete, and its text formats lose nothing.
 
 use grafsynth_ir::FileId;
 use grafsynth_sim::{Simulator, Stimulus, Trace, TraceLayout, breaks_assumption, compare, run};
@@ -7,7 +7,7 @@ use grafsynth_tests::random_net::{Features, random_net};
 const NETS: u64 = 150;
 const ROWS: usize = 40;
 
-/// Going on from a state that was saved as text, or set, is going on.
+/// A run that continues from a saved or copied state equals the original run.
 #[test]
 fn a_state_is_all_that_a_net_remembers() {
     for seed in 0..NETS {
@@ -31,7 +31,7 @@ fn a_state_is_all_that_a_net_remembers() {
     }
 }
 
-/// Stimuli and traces read back as they were written, and VCD is accepted by a reader that is not ours.
+/// Stimuli and traces are read back as they were written, and an independent reader accepts the VCD.
 #[test]
 fn texts_lose_nothing() {
     for seed in 0..NETS {
@@ -50,7 +50,7 @@ fn texts_lose_nothing() {
     }
 }
 
-/// Equal inputs from equal states give equal rows, and a reset forgets everything.
+/// Equal inputs from equal states give equal rows, and a reset clears everything.
 #[test]
 fn reactions_are_deterministic() {
     for seed in 0..NETS {

@@ -1,7 +1,7 @@
-//! Random charts in every style of C before the strictest settings of every compiler: no warning as C99, as C++11, on an AVR, a Cortex-M3 and an 8051.
+//! Random charts in every style of C with the strictest settings of every compiler: no warning as C99, as C++11, on an AVR, a Cortex-M3 and an 8051.
 
 #![allow(clippy::disallowed_methods, reason = "tests write files for tools")]
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 
 use grafsynth_backend_c::Style;
 use grafsynth_engines::tools;
@@ -14,7 +14,7 @@ const LIMIT: Duration = Duration::from_secs(300);
 const STRICT: [&str; 7] =
     ["-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wsign-conversion", "-Wshadow"];
 
-/// A compiler, with what it is asked beside [`STRICT`], and whether it is asked that.
+/// A compiler, with its options in addition to [`STRICT`], and whether these are used.
 struct Judge {
     program: &'static str,
     flags: &'static [&'static str],
@@ -47,7 +47,7 @@ const JUDGES: [Judge; 7] = [
     },
 ];
 
-/// Writes a chart's files, and says which are to be compiled: all but the user's.
+/// Writes a chart's files, and returns those to be compiled: all except the user's.
 fn write(folder: &Path, chart: &Chart) -> Vec<String> {
     let mut sources = Vec::new();
     for file in &chart.package.files {
@@ -73,7 +73,7 @@ fn no_compiler_warns_of_a_random_chart() {
             sources.extend(written.into_iter().map(|name| format!("{}/{name}", style.name())));
         }
     }
-    // The engines are written again beside each chart.
+    // The engines are written again with each chart.
     sources.sort_unstable();
     sources.dedup();
     let found = in_parallel(&JUDGES, |judge| {

@@ -128,12 +128,12 @@ fn bits_are_those_of_two_s_complement() {
 #[test]
 fn bit_operators_without_a_width_are_refused_by_name() {
     for (text, what) in [
-        ("x := NOT s;", "NOT of a number that is no BYTE"),
-        ("x := SHL(i, 2);", "SHL of a number with a sign"),
-        ("x := SHR(a, s);", "SHR by a number of bits that changes"),
-        ("x := ROL(s, 1);", "ROL of a number that is no BYTE or WORD"),
-        ("x := a AND f;", "bits of numbers and truth values"),
-        ("s.3 := f;", "bits are set in BYTE"),
+        ("x := NOT s;", "NOT of a number that is neither BYTE"),
+        ("x := SHL(i, 2);", "SHL with a signed number"),
+        ("x := SHR(a, s);", "SHR with a variable bit count"),
+        ("x := ROL(s, 1);", "ROL of a number that is neither BYTE nor WORD"),
+        ("x := a AND f;", "a bit operator cannot mix numbers and Booleans"),
+        ("s.3 := f;", "a single bit can only be assigned in a BYTE"),
     ] {
         let found = refusals(&format!(
             "PROGRAM p VAR_INPUT a : BYTE; f : BOOL; i : INT; END_VAR VAR x : DINT; s : INT (0..9); END_VAR {text} END_PROGRAM"

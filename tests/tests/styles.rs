@@ -1,34 +1,34 @@
-//! Random charts in every style of C, with all options, against the reference simulator: under the sanitizers, and as C++.
+//! Random charts in every style of C, with all options, compared with the reference simulator: under the sanitizers, and as C++.
 //!
-//! A chart that a style refuses counts apart, not as run. A chart that shows a difference is shrunk and printed; put it under `tests/cases/mismatch` when
-//! it is mended.
+//! A chart that a style rejects is counted separately, not as run. A chart that shows a difference is shrunk and printed; put it under
+//! `tests/cases/mismatch` after the bug is fixed.
 
-#![allow(clippy::print_stdout, reason = "tests say what they skip and what they counted")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip and what they counted")]
 
 use grafsynth_backend_c::Style;
 use grafsynth_tests::fleet::{Compiler, PROPERTIES, check, draw, draw_of};
 use grafsynth_tests::random_net::Features;
 use grafsynth_tests::rounds;
 
-/// Charts in a program: a compiler starts once for all of them.
+/// The number of charts in a program: a compiler starts once for all of them.
 const UNIT: usize = 20;
 
-/// Draws and runs; says what was run.
+/// Generates and runs charts; reports what was run.
 fn agree(style: Style, few: u64, many: u64) {
     let Some(compiler) = Compiler::watchful().or_else(|| {
         assert!(std::env::var_os("CI").is_none(), "sanitizers are missing, and CI must have them");
         println!("skipped: the sanitizers are not here");
         Compiler::plain()
     }) else {
-        println!("skipped: a C compiler is not here");
+        println!("skipped: a C compiler is not installed");
         return;
     };
     let drawn = draw(style, rounds(few, many));
     println!("style {}: {drawn}", style.name());
-    // What carries every chart has met everything that a chart can have.
+    // A style that supports every chart must have met every property of charts.
     if drawn.charts.len() >= 1000 && matches!(style, Style::Auto | Style::Bits | Style::Program) {
         for (property, _) in PROPERTIES {
-            // No engine watches the state of its instance (G0630).
+            // No engine checks the state of its instance (G0630).
             let is_refused = style == Style::Program && *property == "safe state";
             assert_eq!(drawn.with(property) == 0, is_refused, "charts with {property}");
         }
@@ -36,7 +36,7 @@ fn agree(style: Style, few: u64, many: u64) {
     check(&drawn, UNIT, &compiler);
 }
 
-/// No conversion that nobody wrote changes a number, in any style.
+/// No implicit conversion changes a number, in any style.
 #[test]
 fn numbers_stay_what_they_are() {
     let Some(compiler) = Compiler::exact() else {
@@ -49,15 +49,15 @@ fn numbers_stay_what_they_are() {
     }
 }
 
-/// Statecharts whose lists read what is entered and left beside them, with lists of histories and delayed sends.
+/// Statecharts whose lists read what is entered and left with them, with lists of histories and delayed sends.
 #[test]
 fn entering_and_leaving_is_what_the_net_does() {
     let Some(compiler) = Compiler::plain() else {
-        println!("skipped: a C compiler is not here");
+        println!("skipped: a C compiler is not installed");
         return;
     };
     for style in Style::ALL {
-        // The code of states and transitions is what `auto` makes of most of them.
+        // For most of them, `auto` chooses the style of states and transitions.
         let few = if style == Style::Auto { 60 } else { 10 };
         let drawn = draw_of(style, rounds(few, 2_000), &Features::entering());
         println!("style {}: {} of the charts", style.name(), drawn.charts.len());

@@ -1,6 +1,6 @@
-//! Charts as tables for the engine that is one text for all: equal to the net, and never out of bounds, whatever bytes are loaded.
+//! Charts as tables for the engine that is the same for all: equal to the net, and never out of bounds, whatever bytes are loaded.
 
-#![allow(clippy::print_stdout, reason = "tests say what they skip and what they counted")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip and what they counted")]
 #![allow(clippy::disallowed_methods, reason = "tests compile and read files")]
 
 use grafsynth_backend_c::{Io, Options, Package, Style, emit, multi_harness};
@@ -36,15 +36,15 @@ fn packed(net: &Valid<Net>, options: Options) -> Result<Package, String> {
     })
 }
 
-/// Random nets that are tables, all in one program.
+/// Random nets that can be tables, all in one program.
 fn agree(features: &Features, wanted: u64, most: u64) {
     agree_as(features, Style::Engine, "engine", wanted, most);
 }
 
-/// Random nets of this style, all in one program; those that come out in another shape are counted, and the reason.
+/// Random nets of this style, all in one program; those that get another style are counted, with the reason.
 fn agree_as(features: &Features, style: Style, shape: &str, wanted: u64, most: u64) {
     if tools::c_compiler().is_none() {
-        println!("skipped: no C compiler is here");
+        println!("skipped: no C compiler is installed");
         return;
     }
     let mut refused: BTreeMap<String, u64> = BTreeMap::new();
@@ -103,18 +103,18 @@ fn statecharts_as_tables_do_what_the_net_does() {
     agree(&features, rounds(20, 240), rounds(400, 10_000));
 }
 
-/// Statecharts in the layout of seed 002: the engine's own rule gives what the net says, or the chart is refused by name.
+/// Statecharts in the layout of seed 002: the engine's own rule gives the result of the net, or the chart is rejected with a code.
 #[test]
 fn statecharts_as_bstate_and_btrans_do_what_the_net_does() {
     let features = Features::tabular_statecharts();
     agree_as(&features, Style::Btrans, "btrans", rounds(20, 240), rounds(1000, 20_000));
 }
 
-/// An emergency over steps, a time and a number, and outputs that are safe on, off and at a number: in each layout of tables.
+/// An emergency over steps, a time and a number, and outputs with the safe value on, off or a number: in each layout of tables.
 #[test]
 fn an_emergency_forces_the_outputs_of_tables() {
     if tools::c_compiler().is_none() {
-        println!("skipped: no C compiler is here");
+        println!("skipped: no C compiler is installed");
         return;
     }
     let text = "chart press {
@@ -164,7 +164,7 @@ fn an_emergency_forces_the_outputs_of_tables() {
     }
 }
 
-/// The same on small machines, the real objects: tables and byte code. Those that do not fit are not counted.
+/// The same on small machines, with the real object files: tables and byte code. Charts that do not fit are not counted.
 #[test]
 fn engines_on_microcontrollers_do_what_the_net_does() {
     let tables = Features {
@@ -194,11 +194,11 @@ fn engines_on_microcontrollers_do_what_the_net_does() {
                 continue;
             }
             let (mut n_ran, mut n_large, mut seed) = (0, 0, 0);
-            // An 8051 has 256 bytes inside for what functions compute with and for the stack: not every chart leaves enough.
+            // An 8051 has 256 bytes of internal RAM for temporaries and the stack: not every chart leaves enough.
             while n_ran < rounds(1, 10) && n_large < rounds(1, 10) {
                 let net = random_net(seed, features);
                 let facts = grafsynth_verify::structural_facts(&net);
-                // An 8051 takes seconds of its own time for a reaction of long numbers.
+                // An 8051 takes seconds of simulated time for a reaction with long numbers.
                 let rows = if machine == "c-8051" { 10 } else { 60 };
                 let stimulus = Stimulus::random(&net, rows, seed, 3);
                 match engine.run(&Job { net: &net, facts: &facts, stimulus: &stimulus }) {
@@ -210,7 +210,7 @@ fn engines_on_microcontrollers_do_what_the_net_does() {
                     Err(EngineError::Refused(found)) => {
                         let codes = ["G0604", "G0620"];
                         assert!(found.iter().all(|it| codes.contains(&it.code.id)), "{found:#?}");
-                        // What a layout does not carry costs no compiler's time.
+                        // Charts that a layout does not support need no compiler time.
                         n_large += u64::from(found.iter().any(|it| it.code.id == "G0604"));
                     }
                     Err(EngineError::Failed(why)) => panic!("{name}, seed {seed}: {why}"),
@@ -223,18 +223,18 @@ fn engines_on_microcontrollers_do_what_the_net_does() {
     }
 }
 
-/// Everything that a chart can have, as byte code: nothing is refused.
+/// All features of charts, as byte code: nothing is rejected.
 #[test]
 fn every_chart_as_a_program_does_what_the_net_does() {
     let (wanted, shape) = (rounds(20, 400), "engine with a program");
     agree_as(&Features::everything(), Style::Program, shape, wanted, wanted);
 }
 
-/// How many instructions of a program a reaction runs is counted beforehand: the engine, made to count, never runs more, and on straight code as many.
+/// The number of instructions of a reaction is computed beforehand: an instrumented engine never runs more, and exactly as many for straight-line code.
 #[test]
 fn a_program_runs_no_more_instructions_than_counted() {
     if tools::c_compiler().is_none() {
-        println!("skipped: no C compiler is here");
+        println!("skipped: no C compiler is installed");
         return;
     }
     let (fetch, begin) = (
@@ -270,7 +270,7 @@ fn a_program_runs_no_more_instructions_than_counted() {
         nearest = nearest.max(counted as f64 / most as f64);
         ran += 1;
     }
-    println!("{ran} programs; at best {nearest:.2} of what is counted is run");
+    println!("{ran} programs; at most {nearest:.2} of the counted instructions are run");
     assert!(nearest > 0.5);
 }
 
@@ -287,7 +287,7 @@ fn trace(net: &Valid<Net>, stimulus: &Stimulus, style: Style) -> Trace {
 #[test]
 fn a_changed_supervisor_is_other_tables_and_the_same_engine() {
     let Some(compiler) = tools::c_compiler() else {
-        println!("skipped: no C compiler is here");
+        println!("skipped: no C compiler is installed");
         return;
     };
     let text = supervisor();
@@ -299,7 +299,7 @@ fn a_changed_supervisor_is_other_tables_and_the_same_engine() {
     for style in styles {
         assert_eq!(compare(&wanted, &trace(&net, &stimulus, style)), None, "{}", style.name());
     }
-    // The emergency stop asks for no reset any more, and the pendant comes back as it was.
+    // The emergency stop no longer requires a reset, and the pendant resumes its previous mode.
     let changed = text
         .replace(r#"cond="Error == 0" target="Off""#, r#"target="On""#)
         .replace(r#"type="shallow""#, r#"type="deep""#);
@@ -318,7 +318,7 @@ fn a_changed_supervisor_is_other_tables_and_the_same_engine() {
         let after = packed(&other, options).expect("carried");
         for (a, b) in before.files.iter().zip(&after.files) {
             assert_eq!(a.name, b.name);
-            // The program's header also says how much of the reaction it keeps.
+            // The program's header also contains how much of the reaction it keeps.
             let may = a.name == "supervisor_tables.c"
                 || (style != Style::Engine && a.name.starts_with("supervisor."));
             assert!(a.text == b.text || may, "{}", a.name);
@@ -335,7 +335,7 @@ fn a_changed_supervisor_is_other_tables_and_the_same_engine() {
         }
     }
     let before = package(&net, None).expect("carried");
-    // What is loaded is what is compiled.
+    // The loaded table equals the compiled one.
     let table = before.files.iter().find(|it| it.name.ends_with("_tables.c")).expect("tables");
     let bytes: Vec<u8> = table
         .text
@@ -347,7 +347,7 @@ fn a_changed_supervisor_is_other_tables_and_the_same_engine() {
     assert_eq!(bytes, before.image);
 }
 
-/// The bytes of an engine's object, compiled beside a chart.
+/// The bytes of an engine's object file, compiled with a chart.
 fn object_of(compiler: &Path, flags: &[&str], engine: &str, package: &Package) -> Vec<u8> {
     let folder = tempfile::tempdir().expect("a folder");
     for file in &package.files {
@@ -362,7 +362,7 @@ fn object_of(compiler: &Path, flags: &[&str], engine: &str, package: &Package) -
     std::fs::read(folder.path().join("engine.o")).expect("an object")
 }
 
-/// A program that loads damaged copies of an image, each in a piece of memory of exactly its size, and runs what is accepted.
+/// A program that loads corrupted copies of an image, each in memory of exactly its size, and runs those that are accepted.
 fn damages(prefix: &str, net: &Net, package: &Package) -> String {
     let image = &package.image;
     let upper = prefix.to_ascii_uppercase();
@@ -454,18 +454,18 @@ int main(int argc, char **argv)
         ran += try(copy, {n_bytes}) == GS_OK;
         ++mended;
     }}
-    printf("%lu damaged refused, %lu with a new checksum, of these %lu accepted and run; {upper}\n", plain, mended, ran);
+    printf("%lu damaged rejected, %lu with a new checksum, of these %lu accepted and run; {upper}\n", plain, mended, ran);
     return ran > 0 ? 0 : 5;
 }}
 "#
     )
 }
 
-/// Images with any byte changed are refused by their checksum; with a new checksum they are refused or run, and never read or write what is not theirs.
+/// Images with any changed byte are rejected by their checksum; with a new checksum they are rejected or run, and never access memory outside their own.
 #[test]
 fn damaged_images_are_refused_or_harmless() {
     if tools::c_compiler().is_none() {
-        println!("skipped: no C compiler is here");
+        println!("skipped: no C compiler is installed");
         return;
     }
     let rich = "chart rich {

@@ -1,9 +1,10 @@
-//! The templates of `examples/templates`, rendered for random nets and run by the languages that they are for: the trace is the simulator's.
+//! The templates of `examples/templates`, rendered for random nets and run in their languages: the trace equals the simulator's.
 //!
-//! JavaScript runs under node, Python under micropython or else python3. What is not here is skipped aloud; with `CI` in the environment it is a failure.
+//! JavaScript runs in node, Python in micropython or else python3. A missing tool is skipped with a message; if `CI` is set in the environment, it is a
+//! failure.
 
 #![allow(clippy::disallowed_methods, reason = "tests write files for tools")]
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 
 use grafsynth_backend_template::{Template, json, render, text};
 use grafsynth_driver::run::net_trace;
@@ -24,7 +25,7 @@ const JAVASCRIPT: &str = include_str!("../../examples/templates/javascript.mjs.j
 const LIMIT: Duration = Duration::from_secs(120);
 const ROWS: usize = 60;
 
-/// A language: its template, what runs it, and a program that runs charts on rows and prints traces.
+/// A language: its template, its interpreter, and a program that runs charts on rows and prints traces.
 struct Language {
     template: &'static str,
     path: &'static str,
@@ -33,7 +34,7 @@ struct Language {
     bench: &'static str,
 }
 
-/// The Python that is here, or none. Micropython is what the template is for.
+/// The available Python, if any. The template is made for Micropython.
 fn python() -> Option<Language> {
     let program = tools::find(&["micropython", "python3"]);
     if program.is_none() {
@@ -64,7 +65,7 @@ fn javascript() -> Option<Language> {
     })
 }
 
-/// Runs the jobs in `jobs.json`, each a module and its rows, and prints a trace for each behind a line with its number.
+/// Runs the jobs in `jobs.json`, each a module and its rows, and prints a trace for each after a line with its number.
 const BENCH_PYTHON: &str = r##"
 import json
 class Library:
@@ -152,7 +153,7 @@ for (const job of JSON.parse(readFileSync("jobs.json", "utf8"))) {
 console.log(lines.join("\n"));
 "##;
 
-/// What a bench needs to know of a net and its stimulus.
+/// What a bench needs to know about a net and its stimulus.
 fn job(number: usize, net: &Valid<Net>, tree: &Value, stimulus: &Stimulus) -> Value {
     let is_given = |kind: InputKind| kind != InputKind::InternalEvent;
     let inputs: Vec<_> = net.inputs.iter().filter(|(_, it)| is_given(it.kind)).collect();
@@ -200,12 +201,12 @@ fn rendered(language: &Language, tree: &Value) -> Result<String, Vec<Diagnostic>
     render(tree, &Template { file: FileId(0), path: language.path, text: language.template })
 }
 
-/// The trace of a net as a bench prints it: without the heading, and open cells as they are.
+/// The trace of a net as a bench prints it: without the heading, and with undefined cells unchanged.
 fn body(trace: &Trace) -> String {
     trace.to_csv().split_once('\n').map_or_else(String::new, |(_, rows)| rows.to_owned())
 }
 
-/// Runs all nets in one process, for starting a process takes longer than running a net.
+/// Runs all nets in one process, because starting a process takes longer than running a net.
 fn check(language: &Language, nets: &[(u64, Valid<Net>)]) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let write = |name: &str, text: &str| {
@@ -214,7 +215,7 @@ fn check(language: &Language, nets: &[(u64, Valid<Net>)]) {
     let extension = language.main.rsplit_once('.').expect("an extension").1;
     let (mut jobs, mut expected) = (Vec::new(), String::new());
     for (number, (seed, net)) in nets.iter().enumerate() {
-        // What no bounded program can say is refused by name, as the C back end does.
+        // Nets without a bounded program are rejected with a code, as in the C back end.
         let Ok(tree) = json(net) else { continue };
         let stimulus = Stimulus::random(net, ROWS, *seed, 3);
         let text = rendered(language, &tree)
@@ -249,7 +250,7 @@ fn nets(count: u64) -> Vec<(u64, Valid<Net>)> {
     (0..count).map(|seed| (seed, random_net(seed, &everything))).collect()
 }
 
-/// Charts at the edges: wide numbers, signs of quotients, names that the languages have a use for.
+/// Extreme charts: wide numbers, signs of quotients, names that are keywords of the languages.
 fn special() -> Vec<(u64, Valid<Net>)> {
     let wide = "chart wide {\n input a: int -2147483648..2147483647, b: int -2147483648..2147483647\n var p: int -2147483648..2147483647\n var q: int -2147483648..2147483647\n \
         initial step s\n s -> s when a <> b restart do { p := a * b / 65536; q := a * b mod 1000003 }\n}\n";
@@ -279,7 +280,7 @@ fn javascript_computes_what_the_chart_means() {
     check(&language, &nets(rounds(60, 1000)));
 }
 
-/// Numbers of JavaScript where they are exact, BigInt where not.
+/// JavaScript numbers if they are exact, BigInt otherwise.
 #[test]
 fn javascript_takes_big_integers_only_where_it_must() {
     let render_one = |net: &Valid<Net>| {
@@ -324,9 +325,9 @@ fn errors_of_templates_have_a_place_and_a_reason() {
     let found = error_of("a\nb {{ refuse('no timers') }}\n");
     assert_eq!(
         (found.code.id, found.message.as_str()),
-        ("G0612", "the template does not carry this chart: no timers")
+        ("G0612", "the template does not support this chart: no timers")
     );
-    // Inside of a macro it is the innermost place.
+    // Inside a macro, the innermost location counts.
     let found = error_of("{% macro m() %}\n{{ refuse('x') }}\n{% endmacro %}\n{{ m() }}\n");
     assert_eq!(found.code.id, "G0612");
     assert!((16..34).contains(&found.labels[0].span.start), "{found:?}");
@@ -342,7 +343,7 @@ fn a_template_without_end_ends() {
     assert_eq!(error_of(large).code.id, "G0613");
 }
 
-/// Every net has the JSON that the schema describes, and the same net has the same bytes.
+/// Every net has JSON that follows the schema, and the same net has the same bytes.
 #[test]
 fn the_json_keeps_to_its_schema() {
     let schema: Value =
@@ -356,7 +357,8 @@ fn the_json_keeps_to_its_schema() {
     }
 }
 
-/// As much of JSON Schema as the schema uses: `type`, `const`, `enum`, `required`, `properties`, `additionalProperties`, `items`, `oneOf`, `anyOf`, `$ref`.
+/// The subset of JSON Schema that the schema uses: `type`, `const`, `enum`, `required`, `properties`, `additionalProperties`, `items`, `oneOf`, `anyOf`,
+/// `$ref`.
 fn validate(root: &Value, schema: &Value, value: &Value, path: &str, wrong: &mut Vec<String>) {
     let Some(rules) = schema.as_object() else { return };
     for (rule, wanted) in rules {
@@ -434,7 +436,7 @@ fn validate(root: &Value, schema: &Value, value: &Value, path: &str, wrong: &mut
             | "$defs"
             | "title"
             | "description" => {}
-            other => panic!("the schema uses {other}, which this test does not know"),
+            other => panic!("the schema uses {other}, which this test does not support"),
         }
     }
 }

@@ -1,6 +1,6 @@
-//! The trace ring of the emitted C: what it holds is what fired in the reference simulator, and its replay goes through the simulator's situations.
+//! The trace ring of the emitted C: its entries are the transitions that fired in the reference simulator, and its replay visits the simulator's situations.
 
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 
 use grafsynth_backend_c::{Options, Style, emit, harness};
 use grafsynth_driver::ring::{self, Ring};
@@ -16,7 +16,7 @@ use std::time::Duration;
 const LIMIT: Duration = Duration::from_secs(60);
 const ROWS: usize = 40;
 
-/// The dump of a run, as the harness prints it; none where the chart cannot be traced in this style.
+/// The dump of a run, as the harness prints it; `None` if the chart cannot be traced in this style.
 fn dump(net: &Valid<Net>, style: Style, places: u16, stimulus: &Stimulus) -> Option<Vec<u8>> {
     let options = Options { style, trace: Some(places), ..Options::default() };
     let package = match emit(net, &structural_facts(net), &options) {
@@ -36,7 +36,7 @@ fn dump(net: &Valid<Net>, style: Style, places: u16, stimulus: &Stimulus) -> Opt
     Some(run.stderr.into_bytes())
 }
 
-/// What fired in each reaction, sorted, and the situation after it.
+/// The transitions that fired in each reaction, sorted, and the situation after it.
 fn expected(net: &Valid<Net>, stimulus: &Stimulus) -> Vec<(Vec<TransitionId>, Vec<StepId>)> {
     let mut simulator = Simulator::new(net);
     simulator.reset();
@@ -62,7 +62,7 @@ fn fired_in(ring: &Ring, reaction: usize) -> Vec<TransitionId> {
     fired
 }
 
-/// A long ring, which holds everything, and a short one, which wraps.
+/// A long ring, which contains everything, and a short one, which wraps.
 fn round_trip(net: &Valid<Net>, style: Style, seed: u64) -> bool {
     let stimulus = Stimulus::random(net, ROWS, seed, 3);
     let wanted = expected(net, &stimulus);
@@ -155,7 +155,7 @@ fn tables_and_statecharts_note_what_fires() {
     assert!(round_trip(&drill, Style::Auto, 1));
 }
 
-/// A ring with the entries, its header as it should be.
+/// A ring with these entries and a valid header.
 fn made(net: &Net, places: u16, entries: &[(u32, u16)]) -> Vec<u8> {
     let count = u32::try_from(entries.len()).expect("few");
     let reactions = entries.iter().map(|it| it.0).max().unwrap_or(0);
@@ -186,7 +186,7 @@ fn what_no_chart_can_do_is_said_and_what_is_damaged_refused() {
 
     let bad = ring::parse(&net, &made(&net, 8, &[(3, 0), (4, 0)])).expect("it is one");
     let replay = ring::replay(&net, &facts, &bad);
-    let why = "in reaction 4 go fires, which this chart cannot do there";
+    let why = "in reaction 4 go fires, which is impossible in this chart";
     assert_eq!(replay.broken.as_deref(), Some(why));
     // Competing transitions.
     let bad = ring::parse(&net, &made(&net, 8, &[(1, 2), (2, 3), (3, 4), (3, 5)])).expect("one");

@@ -1,8 +1,8 @@
-//! The emitted Verilog in tools of others: Verilator reads and runs it, yosys reads it, and ABC compares two texts of one chart as we do.
+//! The emitted Verilog in external tools: Verilator reads and runs it, yosys reads it, and ABC compares two texts of one chart as we do.
 //!
-//! Each tool starts once for all texts. A tool that is not here is skipped aloud; where `CI` is set that is a failure.
+//! Each tool starts once for all texts. A missing tool is skipped with a message; if `CI` is set, it is a failure.
 
-#![allow(clippy::print_stdout, reason = "tests say what they skip and count")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip and count")]
 #![allow(clippy::disallowed_methods, reason = "tests read and write files")]
 
 use grafsynth_backend_pld::{Dialect, EmitOptions, emit};
@@ -30,7 +30,7 @@ fn tool(name: &str) -> Option<PathBuf> {
     let found = tools::find(&[name]);
     if found.is_none() {
         assert!(std::env::var_os("CI").is_none(), "{name} is missing, and CI must have it");
-        println!("skipped: {name} is not here");
+        println!("skipped: {name} is not installed");
     }
     found
 }
@@ -42,7 +42,7 @@ fn run(program: &Path, arguments: &[&str], folder: &Path) -> String {
     said
 }
 
-/// A circuit with what it was made from; its module is called `d0`, `d1`, ..
+/// A circuit with its origin; its module is named `d0`, `d1`, ..
 struct Design {
     net: Valid<Net>,
     logic: Logic,
@@ -88,7 +88,7 @@ fn verilator_and_yosys_read_every_text_without_a_warning() {
         names.push(name);
     }
     if let Some(verilator) = tool("verilator") {
-        // Several tops are what we ask for here; a pin that a chart declares and does not read is a pin all the same.
+        // Several top modules are intended here; a pin that a chart declares and does not read is still a pin.
         let mut arguments =
             vec!["--lint-only", "-Wall", "-Wno-MULTITOP", "-Wno-UNUSEDSIGNAL", "-Wno-DECLFILENAME"];
         arguments.extend(names.iter().map(String::as_str));
@@ -103,7 +103,7 @@ fn verilator_and_yosys_read_every_text_without_a_warning() {
     }
 }
 
-/// All benches in one program: each says that its rows are right.
+/// All benches in one program: each reports that its rows are right.
 #[test]
 fn verilator_runs_the_benches() {
     let Some(verilator) = tool("verilator") else { return };
@@ -116,7 +116,7 @@ fn verilator_runs_the_benches() {
         let vectors = pipeline::vectors(&design.net, &design.logic, &stimulus).expect("vectors");
         let options = EmitOptions { vectors: Some(vectors), ..EmitOptions::default() };
         let emitted = emit(&design.logic, Dialect::Verilog, &options).expect("Verilog");
-        // The first bench that ends must not end the others; all of them end by themselves.
+        // The first bench that ends must not end the others; all of them end on their own.
         let bench = emitted.bench.expect("a bench").replace("$finish;", "");
         let _ = writeln!(all, "`timescale 1ns / 1ps\n{}\n{bench}", emitted.text);
         let _ = writeln!(top, "    d{index}_tb bench_{index} ();");
@@ -145,7 +145,7 @@ fn verilator_runs_the_benches() {
     assert_eq!(said.matches(&wanted).count(), designs.len(), "{said}");
 }
 
-/// Where ABC says that two circuits are equal or not, our own proof says the same.
+/// If ABC reports that two circuits are equal or not, our own proof agrees.
 #[test]
 fn abc_agrees_with_our_proof() {
     let (Some(yosys), Some(abc)) = (tool("yosys"), tool("berkeley-abc")) else { return };
@@ -161,7 +161,7 @@ fn abc_agrees_with_our_proof() {
         seed += 1;
         let facts = structural_facts(&net);
         let Ok(logic) = pipeline::logic(&net, &facts) else { continue };
-        // Larger ones take ABC minutes.
+        // ABC takes minutes for larger ones.
         if logic.flops.len() > 20 {
             continue;
         }
@@ -174,7 +174,7 @@ fn abc_agrees_with_our_proof() {
             let is_equal = match (verdict, is_wrong) {
                 (Verdict::Proved(_), false) => true,
                 (Verdict::Refuted(_), _) => false,
-                // A fault may sit in a flip-flop that no trace shows; ABC is shown all of them.
+                // An error may be in a flip-flop that no trace shows; ABC sees all of them.
                 (Verdict::Proved(_), true) | (Verdict::Open(_), _) => continue,
             };
             let index = cases.len();
@@ -183,7 +183,7 @@ fn abc_agrees_with_our_proof() {
                 let text = emit(&shown(logic), Dialect::Verilog, &EmitOptions::default());
                 fs::write(folder.path().join(format!("{file}.v")), text.expect("Verilog").text)
                     .expect("a file");
-                // A run for each: in a later design of one run, yosys 0.23 loses initial values.
+                // A separate run for each: in a later design of one run, yosys 0.23 loses initial values.
                 let script = format!(
                     "read_verilog {file}.v; proc; opt_clean; simplemap; aigmap; write_aiger -zinit {file}.aig"
                 );
@@ -218,7 +218,7 @@ fn abc_agrees_with_our_proof() {
     assert!(n_equal > 0 && n_different > 0 && n_undecided * 2 < cases.len(), "{n_undecided}");
 }
 
-/// A bitstream is what was proved, and a bit of it that is another is found.
+/// A bitstream equals the proved Verilog, and a changed bit is detected.
 #[test]
 fn bitstreams_are_read_back_and_proved() {
     let missing = grafsynth_engines::ice40::missing();
@@ -249,7 +249,7 @@ fn bitstreams_are_read_back_and_proved() {
         assert_eq!(line.outcome(), Outcome::Proved, "{line}\n{}", made.read_back);
         assert!(made.remark.contains("logic cells"), "{}", made.remark);
 
-        // Every lookup table counts: its complement is found.
+        // Every lookup table matters: its complement is detected.
         let lines: Vec<&str> = made.read_back.lines().collect();
         let tables = lines.iter().filter(|line| line.contains("/* LUT"));
         assert!(tables.clone().count() > 2, "{}", made.read_back);
@@ -262,7 +262,7 @@ fn bitstreams_are_read_back_and_proved() {
     }
 }
 
-/// The circuit with each flip-flop on a pin of its own, so that a tool that compares pins compares states too.
+/// The circuit with a pin for each flip-flop, so that a tool that compares pins also compares states.
 fn shown(logic: &Logic) -> Logic {
     let mut logic = logic.clone();
     for id in logic.flops.ids() {

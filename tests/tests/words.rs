@@ -1,6 +1,7 @@
-//! Charts whose inputs, outputs, steps and variables are called as the words of a target: real tools take what is emitted, and texts of equations are read back.
+//! Charts whose inputs, outputs, steps and variables are named like keywords of a target: real tools accept the emitted text, and texts of equations are
+//! read back.
 
-#![allow(clippy::print_stdout, reason = "tests say what they skip")]
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 #![allow(clippy::disallowed_methods, reason = "tests write files for tools")]
 
 use grafsynth_backend_c::{Options, Style};
@@ -21,7 +22,7 @@ use std::time::Duration;
 
 const LIMIT: Duration = Duration::from_secs(300);
 
-/// Words of Verilog-AMS, of PSL, and of packages that some tool may know beside the language.
+/// Keywords of Verilog-AMS, of PSL, and of packages that some tools support in addition to the language.
 #[rustfmt::skip]
 const BESIDE_VERILOG: [&str; 60] = [
     "above", "abs", "abstol", "analog", "branch", "bool", "boolean", "ceil", "clock", "connectrules", "continuous", "ddt", "discipline", "discrete",
@@ -30,7 +31,7 @@ const BESIDE_VERILOG: [&str; 60] = [
     "split", "sqrt", "stable", "std", "timer", "transition", "unit", "units", "vunit", "wone", "wreal", "white_noise",
 ];
 
-/// Words of compilers for microcontrollers, and what their headers define.
+/// Keywords of compilers for microcontrollers, and names that their headers define.
 #[rustfmt::skip]
 const BESIDE_C: [&str; 62] = [
     "ADEN", "AVR", "GF0", "IDL", "INT0", "PD", "PUD", "SDCC", "SE", "SMOD", "TWEN", "XH", "ZL", "alien", "asm", "at", "banked", "bdata", "bit", "code",
@@ -48,7 +49,7 @@ fn words_of(target: &Target, beside: &[&'static str]) -> Vec<&'static str> {
     words
 }
 
-/// A ring of steps whose things have these names: inputs, outputs, steps and, where there may be any, variables.
+/// A ring of steps with objects of these names: inputs, outputs, steps and, if allowed, variables.
 fn ring(name: &str, words: &[&str], has_variables: bool) -> String {
     let n_kinds = if has_variables { 4 } else { 3 };
     let kinds: Vec<&[&str]> = words.chunks(words.len().div_ceil(n_kinds).max(1)).collect();
@@ -78,7 +79,7 @@ fn ring(name: &str, words: &[&str], has_variables: bool) -> String {
     text + "}\n"
 }
 
-/// The words in another order, so that each is of another kind.
+/// The words in another order, so that each names another kind of object.
 fn turned<'w>(words: &[&'w str], by: usize, of: usize) -> Vec<&'w str> {
     let mut words = words.to_vec();
     let n_words = words.len();
@@ -86,11 +87,11 @@ fn turned<'w>(words: &[&'w str], by: usize, of: usize) -> Vec<&'w str> {
     words
 }
 
-/// Starts a tool on some files; false where it is not here.
+/// Runs a tool on some files; false if it is not available.
 fn takes(program: &str, arguments: &[&str], folder: &Path) -> bool {
     let Some(found) = tools::find(&[program]) else {
         assert!(std::env::var_os("CI").is_none(), "{program} is missing, and CI must have it");
-        println!("skipped: {program} is not here");
+        println!("skipped: {program} is not installed");
         return false;
     };
     let done = tools::run(&found, arguments, folder, b"", LIMIT).expect("the tool starts");
@@ -126,14 +127,14 @@ fn words_of_c_are_names_in_every_compiler() {
     for (at, style) in
         [Style::Switch, Style::Tables, Style::Bits, Style::Program].into_iter().enumerate()
     {
-        // A part of the words is enough for each: the proofs of facts are not what is tested.
+        // Some of the words are enough for each: the proofs of facts are not tested here.
         let words = turned(&words, at, 4);
         let net = chart("a.graf", &ring("words", &words, true));
         let options = Options { style, prefix: Some("volatile".to_owned()), ..Options::default() };
         let (package, _) =
             fleet::emitted(&net, options).unwrap_or_else(|why| panic!("{style:?}: {why}"));
         let mut sources = Vec::new();
-        // An 8051's compiler takes minutes for so many steps; their names stand in the headers.
+        // An 8051 compiler takes minutes for this many steps; their names are in the headers.
         let mut headers = "#include <8052.h>\n".to_owned();
         for file in package.files.iter().filter(|file| !file.keep_existing) {
             fs::write(folder.join(&file.name), &file.text).expect("it is written");
@@ -163,9 +164,9 @@ fn words_of_equations_are_names_when_read_back() {
         (&names::GALASM, Format::Galasm),
     ];
     for (target, format) in of {
-        // Names that clocks have are words too.
+        // Names of clocks are words too.
         let words = words_of(target, &["clk", "clock", "ck"]);
-        // The last ones are filled up, so that there is one of each kind.
+        // The last ones are padded, so that there is one of each kind.
         let words = words.chunks(9).map(|words| [words, &["w1", "w2", "w3"]].concat());
         for words in words {
             for by in 0..3 {

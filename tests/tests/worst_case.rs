@@ -1,6 +1,9 @@
-//! The static bounds of `grafsynth_backend_c::cost` against simulated machines: nothing that is measured is above its bound.
+//! The static bounds of `grafsynth_backend_c::cost` compared with simulated machines: no measured value exceeds its bound.
 
-#![allow(clippy::print_stdout, reason = "tests say what they skip, and how tight the bounds are")]
+#![allow(
+    clippy::print_stdout,
+    reason = "tests report what they skip, and how tight the bounds are"
+)]
 #![allow(clippy::disallowed_methods, reason = "tests write files for compilers")]
 
 use grafsynth_backend_c::cost::{self, Bound, Goal, Machine};
@@ -26,7 +29,7 @@ fn facts_of(net: &Valid<Net>) -> Facts {
     facts(net, &small_limits())
 }
 
-/// The styles and options in turn.
+/// Cycles through the styles and options.
 fn options(seed: u64) -> Options {
     let style = [Style::Auto, Style::Bits, Style::Switch, Style::Tables][(seed % 4) as usize];
     let io = if seed.is_multiple_of(3) { Io::Words } else { Io::Members };
@@ -35,7 +38,7 @@ fn options(seed: u64) -> Options {
     Options { style, io, trace, safe_state, gate: seed % 7 == 5, ..Options::default() }
 }
 
-/// Every text that we emit is understood, on every machine: in all styles, with and without what can be asked for beside.
+/// Every emitted text is understood, on every machine: in all styles, with and without optional features.
 #[test]
 fn every_random_chart_has_a_bound() {
     let mut bounded = 0;
@@ -54,12 +57,12 @@ fn every_random_chart_has_a_bound() {
                 }
             };
             assert!(bound.step > 0 && bound.init > 0 && bound.stack > 0, "seed {seed}");
-            // A scan is one reaction at least, and the one in an interrupt has neither watchdog nor sleep.
+            // A scan is at least one reaction, and the one in an interrupt has neither watchdog nor sleep.
             if let (Some(scan), Some(isr)) = (bound.scan, bound.scan_isr) {
                 assert!(scan.time >= isr.time && isr.time >= bound.step, "seed {seed}");
                 assert!(scan.stack >= isr.stack && isr.stack >= bound.stack, "seed {seed}");
             }
-            // The path is what the bound is made of.
+            // The bound is the sum of the path.
             let path: u64 = bound.path.iter().map(|place| place.time).sum();
             let call = u64::from(machine.call.time);
             assert_eq!(path + call, bound.step, "seed {seed}, {}", machine.name);
@@ -70,7 +73,7 @@ fn every_random_chart_has_a_bound() {
     assert!(bounded >= 20);
 }
 
-/// The gate compares an instance byte by byte: arrays and loops as long as a structure are known.
+/// The gate compares an instance byte by byte: arrays and loops as long as a structure are understood.
 #[test]
 fn a_gate_has_a_bound() {
     let net = grafsynth_tests::chart("a.graf", &ring(30, 10));
@@ -86,7 +89,7 @@ fn a_gate_has_a_bound() {
     }
 }
 
-/// The ratio of bound and measured on one chart; none where the chart is refused or the machine is too small.
+/// The ratio of bound and measured value for one chart; `None` if the chart is rejected or the machine is too small.
 fn on_machine(
     meter: &dyn Meter,
     name: &str,
@@ -105,7 +108,7 @@ fn on_machine(
         Err(EngineError::Refused(_)) => return None,
         Err(EngineError::Failed(why)) => panic!("{name}: {why}"),
     };
-    // A gate that is closed calls nothing.
+    // A closed gate calls nothing.
     let are_all = measured.reactions == rows as u64;
     assert!(are_all || (options.gate && measured.reactions > 0), "{name}: {measured:?}");
     let ratio = bound.step as f64 / measured.step as f64;
@@ -129,7 +132,7 @@ fn on_machine(
     Some(ratio)
 }
 
-/// The bounds of a chart beside the worst reaction that a search finds: none is below it, or above `most` times it. Empty where the chart is refused.
+/// The bounds of a chart and the worst reaction that a search finds: no bound is below it, or more than `most` times as large. Empty if the chart is rejected.
 fn searched(
     name: &str,
     net: &Valid<Net>,
@@ -156,7 +159,7 @@ fn searched(
             rows = found.rows;
             found.measured.step
         } else {
-            // The machines have their worst in about the same reaction; this one does not tell reactions apart.
+            // The machines have their worst case in about the same reaction; this one does not distinguish reactions.
             let dearest = Stimulus::of_rows(net, &rows);
             prepared.run(net, &dearest).expect("it runs").0.step
         };
@@ -173,7 +176,7 @@ fn searched(
     bounds
 }
 
-/// The meters whose tools are here; in CI all must be.
+/// The meters whose tools are available; in CI all must be.
 fn meters() -> Vec<Box<dyn Meter>> {
     let all = meters_here();
     for name in ["avr", "cortex-m3"] {
@@ -199,7 +202,7 @@ fn no_reaction_is_above_its_bound() {
     }
 }
 
-/// A search finds reactions that random rows do not: in charts with few features it knows each instance, in others all at once.
+/// A search finds reactions that random rows do not: in charts with few features it visits each instance, in others all at once.
 #[test]
 fn no_search_finds_a_reaction_above_its_bound() {
     let mut bounded = 0;
@@ -211,7 +214,7 @@ fn no_search_finds_a_reaction_above_its_bound() {
     assert!(bounded >= 4 || meters().is_empty());
 }
 
-/// What stands in front of a reaction or beside it belongs to its bound: random charts with all features hardly ever have a gate.
+/// Code before or around a reaction belongs to its bound: random charts with all features rarely have a gate.
 #[test]
 fn what_stands_before_a_reaction_is_bounded() {
     let net = grafsynth_tests::chart("a.graf", &ring(30, 10));
@@ -222,14 +225,14 @@ fn what_stands_before_a_reaction_is_bounded() {
         for machine in cost::MACHINES {
             cost::bound(&package, machine).expect("it is understood");
         }
-        // A scan that the gate ends is none that a meter sees.
+        // A meter does not see a scan that the gate ends.
         for meter in meters.iter().filter(|_| !gate) {
             on_machine(&**meter, "ring", &net, &options, 200).expect("it fits");
         }
     }
 }
 
-/// Beyond what is painted no stack is seen, so a chart that reaches it has no measure.
+/// The stack is not visible beyond the painted area, so a chart that reaches its end has no measured value.
 #[test]
 fn a_stack_deeper_than_what_is_watched_is_said() {
     let Some(meter) = meters().into_iter().find(|it| it.machine() == "cortex-m3") else { return };
@@ -246,11 +249,11 @@ fn a_stack_deeper_than_what_is_watched_is_said() {
     };
     let stack = run(20_000).expect("it is measured").stack.expect("nothing of the user is called");
     assert!((20_000..21_000).contains(&stack), "{stack}");
-    let Err(EngineError::Failed(why)) = run(40_000) else { panic!("it is no measure") };
+    let Err(EngineError::Failed(why)) = run(40_000) else { panic!("it is not a measured value") };
     assert!(why.contains("bytes of stack or more"), "{why}");
 }
 
-/// On charts that reach their dearest reaction in any long enough run the bound is not far away from it.
+/// For charts that reach their worst-case reaction in any long run, the bound is close to it.
 #[test]
 fn bounds_are_tight_on_cells_and_rings() {
     let Some(bash) = tools::find(&["bash"]) else {
@@ -278,7 +281,7 @@ fn bounds_are_tight_on_cells_and_rings() {
     }
 }
 
-/// A chart that evolves until it is stable is bounded by the depth that is proved, in every style that carries it, and no reaction goes deeper.
+/// The proved depth bounds a chart that evolves until it is stable, in every style that supports it, and no reaction goes deeper.
 #[test]
 fn a_proved_depth_bounds_stable_charts() {
     let oven = include_str!("../../examples/microwave/oven.graf");
@@ -315,7 +318,7 @@ fn a_proved_depth_bounds_stable_charts() {
     }
 }
 
-/// Events are counted once each, and of the states only those that can fire: charts whose text alone allows ten to a thousand times of what a reaction can take.
+/// Each event is counted once, and only states that can fire: for these charts, the text alone allows ten to a thousand times the real worst case.
 #[test]
 fn each_event_counts_once() {
     let switch = |rules: &str| {
@@ -347,19 +350,19 @@ fn each_event_counts_once() {
     let charts = [
         ("16 events", switch(""), 3.0),
         ("16 events, one at a time", switch("events exclusive"), 3.0),
-        // What stands in functions that a compiler puts into their only caller is priced as calls.
+        // Functions that a compiler inlines into their only caller are priced as calls.
         ("regions", regions.to_owned(), 3.5),
     ];
     for (name, text, most) in &charts {
         let net = grafsynth_tests::chart("a.graf", text);
         let options = Options::default();
         for (machine, bound) in searched(name, &net, &options, *most) {
-            // A scan makes as many reactions as the ring has places, each on one event.
+            // A scan runs as many reactions as the ring has entries, each with one event.
             let scan = bound.scan.expect("there are events").time;
             assert!(scan <= 16 * bound.step + 4000, "{name}, {machine}: {scan}");
         }
     }
-    // Where events come one at a time, a row is not all of them.
+    // If events come one at a time, a row does not contain all of them.
     let of = |text: &str| {
         let net = grafsynth_tests::chart("a.graf", text);
         let package = emit(&net, &facts_of(&net), &Options::default()).expect("it is emitted");
@@ -367,10 +370,10 @@ fn each_event_counts_once() {
     };
     let (all, single) = (of(&charts[0].1), of(&charts[1].1));
     assert!(single.step * 3 < all.step, "{} {}", single.step, all.step);
-    assert_eq!(all.scan, single.scan, "the ring hands over one event at a time");
+    assert_eq!(all.scan, single.scan, "the ring passes one event at a time");
 }
 
-/// A large statechart, whose instances are too many to look at one by one, has a bound all the same.
+/// A large statechart, with too many instances to examine one by one, still has a bound.
 #[test]
 fn a_large_statechart_has_a_bound() {
     let chart = LargeChart::of_size(217).expect("it is one of them");
@@ -382,7 +385,7 @@ fn a_large_statechart_has_a_bound() {
     }
 }
 
-/// RAM is exact: instance, inputs, outputs and ring are as large as the compiler makes them, and beside them a chart has no memory.
+/// RAM is exact: instance, inputs, outputs and ring are as large as in the compiled program, and a chart has no other memory.
 #[test]
 fn ram_is_what_the_compiler_makes_of_it() {
     let avr = ("avr", "avr", &["-mmcu=atmega1284p", "-std=gnu99", "-Os"][..]);
@@ -452,7 +455,8 @@ fn ram_is_what_the_compiler_makes_of_it() {
     }
 }
 
-/// A task that declares no cost costs what the model says, and that is never less than what it takes: the dearest reaction with the task is dearer by no more than its cost.
+/// A task without a declared cost costs what the model estimates, and that is never too low: the task makes the worst-case reaction more expensive by at
+/// most its cost.
 #[test]
 fn a_task_takes_no_more_than_the_model_says() {
     let meters = meters();
@@ -479,7 +483,7 @@ fn a_task_takes_no_more_than_the_model_says() {
             let counted = counted.expect("the task declares no cost");
             assert_eq!((counted.machine.name, counted.costs.known.len()), (machine.name, 1));
             let model = u64::from(with.steps.values().next().expect("a step").tasks[0].cost);
-            // The same chart that does nothing there but to pass the turn on.
+            // The same chart that only passes the turn on there.
             let (without, counted) = read_for(&chart("task t cost 1 { sum := sum }"), machine);
             assert_eq!(counted, None);
             let dearest = |net: &Valid<Net>| {
@@ -497,7 +501,7 @@ fn a_task_takes_no_more_than_the_model_says() {
     }
 }
 
-/// Costs decide where a step halts, and so what of its variables is buffered; what that takes is in the costs, and a budget that is too small for one is an error.
+/// Costs decide where a step halts, and so which of its variables are buffered; the costs include that, and a budget that is too small for one is an error.
 #[test]
 fn counted_costs_decide_where_a_step_halts() {
     let chart = |budget: u32| {
@@ -537,7 +541,7 @@ fn counted_costs_decide_where_a_step_halts() {
     assert_eq!(found.iter().filter(|it| it.code.id == "G0254").count(), 2, "{found:#?}");
 }
 
-/// A chart for a machine.
+/// Reads a chart for a machine.
 fn read_for(text: &str, machine: &'static Machine) -> (Valid<Net>, Option<Counted>) {
     let (design, found) = read(text, Some(machine));
     let design = design.unwrap_or_else(|| panic!("{found:#?}"));
@@ -557,7 +561,8 @@ fn read(
     }
 }
 
-/// Rings of 10 by 3: on microcontrollers a jump is cheaper than a row of a table, on the host the other way round. Where text is to be small it is the table everywhere.
+/// Rings of 10 by 3: on microcontrollers a jump is cheaper than a table row, on the host the opposite is true. If code size is optimised, the table is best
+/// everywhere.
 #[test]
 fn the_style_follows_the_machine() {
     let text = ring(30, 10);
@@ -568,7 +573,7 @@ fn the_style_follows_the_machine() {
         let options = Options { machine, goal, io: Io::Words, ..Options::default() };
         let package = emit(&net, &facts, &options).expect("it is emitted");
         let style = package.tried.iter().find(|it| it.is_taken).expect("one is").style;
-        // It is what the style gives that was asked for by name.
+        // The result equals that of the style requested by name.
         let asked = Options { style, io: Io::Words, ..Options::default() };
         assert_eq!(package.files, emit(&net, &facts, &asked).expect("it is emitted").files);
         style
@@ -580,7 +585,7 @@ fn the_style_follows_the_machine() {
     assert_eq!(taken("cortex-m3", Goal::Size), Style::Tables);
 }
 
-/// Rings of `size` steps, `n` steps in all, as `scripts/rings` writes them.
+/// Rings of `size` steps, `n` steps in total, as `scripts/rings` writes them.
 fn ring(n: usize, size: usize) -> String {
     let list =
         |letter: &str| (0..16).map(|k| format!("{letter}{k}")).collect::<Vec<_>>().join(", ");

@@ -8,14 +8,14 @@ use crate::exclusive::net_expr;
 use crate::relevance::Inputs;
 use crate::verdict::OpenReason;
 
-/// The values of each input that are worth trying, and what the chart assumes of them.
+/// The relevant values of each input, and the chart's assumptions about them.
 #[derive(Debug, Clone)]
 pub(crate) struct Alphabet<'n> {
     net: &'n Net,
     values: Vec<Vec<i64>>,
-    /// For each assumption the inputs it reads: they are chosen together.
+    /// For each assumption, the inputs that it reads: their values are chosen together.
     assumed: Vec<Inputs>,
-    /// Meets all assumptions; inputs that do not matter have these values.
+    /// A row that satisfies all assumptions; irrelevant inputs keep these values.
     base: InputRow,
     events_exclusive: bool,
 }
@@ -23,15 +23,15 @@ pub(crate) struct Alphabet<'n> {
 /// Why the inputs of a net cannot be enumerated.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum NoAlphabet {
-    /// No row meets the assumptions.
+    /// No row satisfies the assumptions.
     Contradiction,
     /// Too many values or rows.
     TooMany(OpenReason),
 }
 
 impl<'n> Alphabet<'n> {
-    /// `all_values`: every value of every integer input; else one for each interval between the constants an input is compared with, where
-    /// that is all that happens to it.
+    /// With `all_values`: every value of every integer input. Otherwise one value for each interval between the constants that an input is compared with,
+    /// if it is not used in any other way.
     pub(crate) fn of(net: &'n Net, all_values: bool, limit: u64) -> Result<Self, NoAlphabet> {
         let mut values = Vec::new();
         for (id, input) in net.inputs.iter() {
@@ -90,7 +90,7 @@ impl<'n> Alphabet<'n> {
         Ok(alphabet)
     }
 
-    /// A row that cannot be in a stimulus.
+    /// True for a row that no legal stimulus contains.
     pub(crate) fn excludes(&self, row: &InputRow) -> bool {
         let two_events = self.events_exclusive
             && self
@@ -103,11 +103,11 @@ impl<'n> Alphabet<'n> {
         two_events || breaks_assumption(self.net, row)
     }
 
-    /// All rows over the inputs that matter, the others at their base value; none if there are more than `limit` to look at.
+    /// All rows over the relevant inputs, with the others at their base value; `None` if there are more than `limit` candidates.
     pub(crate) fn rows(&self, matter: &Inputs, limit: u64) -> Option<Vec<InputRow>> {
         let mut matter = matter.clone();
         loop {
-            // What an assumption ties together is chosen together.
+            // The inputs of an assumption are chosen together.
             let before = matter.clone();
             for set in self.assumed.iter().filter(|set| set.meets(&before)) {
                 matter.add(set);
@@ -150,7 +150,7 @@ impl<'n> Alphabet<'n> {
     }
 }
 
-/// One value of each interval between the constants that an input is compared with; none if it is used in any other way, or in a property.
+/// One value for each interval between the constants that an input is compared with; `None` if it is used in any other way, or in a property.
 pub(crate) fn cuts(net: &Net, input: InputId, lo: i64, hi: i64) -> Option<Vec<i64>> {
     let mut cuts: Vec<i64> = vec![lo];
     let mut only_compared = true;
@@ -183,7 +183,7 @@ fn collect(expr: &Expr<Leaf>, input: InputId, cuts: &mut Vec<i64>, only_compared
             _ => None,
         };
         if let Some(value) = pair {
-            // `< v`, `= v` and `> v` are different; each begins where the last one ends.
+            // `< v`, `= v` and `> v` are separate intervals; each begins where the previous one ends.
             cuts.push(value);
             cuts.push(value.saturating_add(1));
             return;

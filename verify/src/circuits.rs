@@ -1,6 +1,6 @@
-//! Are two circuits equal? The product of both, searched breadth first from power-up, with all inputs; or induction where flip-flops correspond.
+//! Equality of two circuits: a breadth-first search of their product from power-up, with all inputs; or induction if their flip-flops correspond.
 //!
-//! Outputs are compared in every state that both can reach together, under every input: before a clock as well as after it.
+//! Outputs are compared in every state that both reach together, under every input: before a clock edge and after it.
 
 use crate::limits::Limits;
 use crate::verdict::{Open, OpenReason};
@@ -18,40 +18,40 @@ pub struct Pairs {
     pub inputs: Vec<(Option<PinInputId>, Option<PinInputId>)>,
     /// Pins that are compared.
     pub outputs: Vec<(PinOutputId, PinOutputId)>,
-    /// Flip-flops that may correspond. They are tried where the circuits are too large to enumerate; nothing rests on them otherwise.
+    /// Flip-flops that may correspond. They are only used if the circuits are too large to enumerate, and the proof does not trust them.
     pub flops: Vec<(FlopId, FlopId)>,
 }
 
-/// What is known of two circuits.
+/// The result of a comparison of two circuits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Equality {
-    /// Equal in so many states that both reach together.
+    /// Equal in all states that both reach together.
     Enumerated {
-        /// Pairs of states.
+        /// The number of pairs of states.
         states: usize,
-        /// Outputs compared under each input.
+        /// The number of outputs compared under each input.
         outputs: usize,
     },
-    /// Corresponding flip-flops wake alike, and so many functions are equal.
+    /// Corresponding flip-flops have equal initial values, and this many functions are equal.
     ByFunctions(usize),
     /// They differ after these clocks.
     Different(Apart),
-    /// It could not be found out, and why.
+    /// Open, with the reason.
     Open(Open),
 }
 
-/// Where two circuits differ.
+/// A difference between two circuits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Apart {
-    /// The values of [`Pairs::inputs`] at each clock, and last those under which the outputs differ without a further clock.
+    /// The values of [`Pairs::inputs`] at each clock; under the last ones the outputs differ without a further clock.
     pub rows: Vec<Vec<bool>>,
-    /// The pair of outputs, by its place in [`Pairs::outputs`].
+    /// The pair of outputs, as an index into [`Pairs::outputs`].
     pub output: usize,
-    /// What the left one shows; the right one shows the other.
+    /// The value of the left output; the right one has the other value.
     pub left: bool,
 }
 
-/// Inputs that are enumerated; more are left to induction.
+/// The maximum number of inputs that are enumerated; with more, induction is used.
 const MAX_INPUTS: usize = 16;
 
 /// Compares two circuits from power-up.
@@ -93,7 +93,7 @@ fn put_state(sim: &mut LogicSim<'_>, code: &[u64]) {
 fn enumerate(left: &Logic, right: &Logic, pairs: &Pairs, limits: &Limits) -> Equality {
     if left.outputs.values().chain(right.outputs.values()).any(|output| output.registered.is_some())
     {
-        let why = "an output with a register of its own is not enumerated".to_owned();
+        let why = "an output with its own register cannot be enumerated".to_owned();
         return Equality::Open(Open::because(why));
     }
     let n_rows = 1_u64 << pairs.inputs.len();
@@ -160,18 +160,19 @@ fn enumerate(left: &Logic, right: &Logic, pairs: &Pairs, limits: &Limits) -> Equ
     Equality::Enumerated { states: states.len(), outputs: pairs.outputs.len() }
 }
 
-/// Flip-flops of the same name correspond if they wake alike and have equal functions of what corresponds; then equal outputs are equal for ever.
+/// Flip-flops with the same name correspond if they have equal initial values and equal functions of corresponding signals; then equal outputs are equal
+/// for ever.
 fn by_functions(left: &Logic, right: &Logic, pairs: &Pairs) -> Result<usize, String> {
     let twins: BTreeMap<FlopId, FlopId> = pairs.flops.iter().map(|(a, b)| (*b, *a)).collect();
     if pairs.flops.len() < left.flops.len() || twins.len() < right.flops.len() {
-        return Err("their flip-flops do not correspond by name".to_owned());
+        return Err("their flip-flops have different names".to_owned());
     }
     let inputs: BTreeMap<PinInputId, PinInputId> =
         pairs.inputs.iter().filter_map(|(a, b)| Some(((*b)?, (*a)?))).collect();
     if let Some((a, _)) =
         pairs.flops.iter().find(|(a, b)| left.flops[*a].init != right.flops[*b].init)
     {
-        return Err(format!("`{}` wakes with different values", left.flops[*a].name));
+        return Err(format!("`{}` has different power-up values", left.flops[*a].name));
     }
     let full = |_: Full| "their functions are too large to compare".to_owned();
     let mut bdd = Bdd::with_limit(1 << 20);
@@ -187,7 +188,7 @@ fn by_functions(left: &Logic, right: &Logic, pairs: &Pairs) -> Result<usize, Str
     for (name, a, b) in &functions {
         let first = ours.build(&mut bdd, left, *a).map_err(full)?;
         let second = theirs.build(&mut bdd, right, *b).map_err(full)?;
-        // Levels of the right circuit become those of the left one.
+        // Maps levels of the right circuit to those of the left one.
         let mut moved = second;
         let support = bdd.support(second);
         let mut images = Vec::new();
@@ -198,11 +199,13 @@ fn by_functions(left: &Logic, right: &Logic, pairs: &Pairs) -> Result<usize, Str
                 None => None,
             };
             let Some(image) = image else {
-                return Err(format!("`{name}` reads what the other does not have"));
+                return Err(format!(
+                    "`{name}` reads a signal that the other circuit does not have"
+                ));
             };
             images.push((level, ours.level(image)));
         }
-        // First far away, so that no level is taken for another on the way.
+        // First move all levels far away, so that none is confused with another in between.
         let far = 1 << 20;
         for (level, to) in &images {
             let var = bdd.var(far + to).map_err(full)?;
@@ -214,7 +217,7 @@ fn by_functions(left: &Logic, right: &Logic, pairs: &Pairs) -> Result<usize, Str
         }
         if first != moved {
             return Err(format!(
-                "the functions of `{name}` differ in a state that may not be reached"
+                "the functions of `{name}` differ in a state that may be unreachable"
             ));
         }
     }
@@ -240,7 +243,7 @@ mod tests {
         }
     }
 
-    /// A divider by 4, one-hot or binary, that counts while `go`.
+    /// A divider by 4, one-hot or binary, that counts while `go` is true.
     fn divider(is_binary: bool, wakes_late: bool) -> Logic {
         let mut builder = Builder::default();
         let go = builder.input_named("go");
@@ -288,7 +291,7 @@ mod tests {
         let Equality::Different(Apart { rows, output: 0, left: false }) = apart else {
             panic!("{apart:?}");
         };
-        assert_eq!(rows.len(), 2, "one clock, then the look at the pin");
+        assert_eq!(rows.len(), 2, "one clock, then the pin");
         let few = Limits { pairs: 3, ..Limits::default() };
         let same = circuits(&binary, &binary, &pairs(&binary, &binary), &few);
         assert_eq!(same, Equality::ByFunctions(3));

@@ -1,27 +1,27 @@
-//! A cover by sequential components: sets of steps that hold one token.
+//! A cover by sequential components: sets of steps that contain one token.
 //!
 //! # Why a set of steps keeps its token
 //! Let S be a set of steps with exactly one active at reset. It stays so if, for every transition that moves,
 //!
-//! 1. it takes as many steps out of S as it puts into S, and that is none or one (`|pre ∩ S| = |post ∩ S| ≤ 1`), and
-//! 2. no two transitions that take the same step of S and put different ones into S fire in one micro-step.
+//! 1. it removes as many steps from S as it adds to S, and this number is 0 or 1 (`|pre ∩ S| = |post ∩ S| ≤ 1`), and
+//! 2. no two transitions that remove the same step of S and add different ones fire in one micro-step.
 //!
-//! With one step s of S active, the transitions that touch S all take s; by 2 they agree on what they put in; so X' (semantics §3.2) holds exactly one
-//! step of S again. The *stays active* rule only matters for a step that is added while active, which here is s itself. Condition 2 is where the
-//! conflict policy counts: where transitions compete for a step only one of them fires; under `all` it needs receptivities that exclude each other
-//! ([`crate::exclusive`]). Where 1 is weakened to `|post ∩ S| ≤ |pre ∩ S| ≤ 1`, at most one stays active.
+//! If one step s of S is active, all transitions that affect S remove s; by 2 they agree on the step that they add; so X' (semantics §3.2) again contains
+//! exactly one step of S. The *stays active* rule matters only for a step that is added while active, which here is s itself. Condition 2 depends on the
+//! conflict policy: if transitions compete for a step, only one of them fires; under `all`, their receptivities must exclude each other
+//! ([`crate::exclusive`]). If 1 is weakened to `|post ∩ S| ≤ |pre ∩ S| ≤ 1`, at most one step remains active.
 //!
-//! Forcing and enclosing steps (semantics §8) set the situation of S directly; they keep the token exactly if each order, or the activation links,
-//! name one step of S. What an enclosing step encloses loses its token with it, so such a component is not always active.
+//! Forcing and enclosing steps (semantics §8) set the situation of S directly; they keep the token exactly if each order, or the activation links, contain
+//! one step of S. Enclosed steps lose the token together with the enclosing step, so such a component is not always active.
 //!
 //! # How the sets are found
-//! By reduction, in nearly linear time. Each step begins as a *place* of its own.
-//! - *Series*: a transition with one place on each side makes one place of the two: whatever set holds one must hold the other.
-//! - *Parallel*: two places that the same transitions fill and empty hold the same number of tokens for ever; one of them is set aside, and is as good a
-//!   component as the other.
+//! By reduction, in nearly linear time. At first each step is a separate *place*.
+//! - *Series*: a transition with one place on each side merges the two places: every set that contains one must contain the other.
+//! - *Parallel*: two places that the same transitions fill and empty always contain the same number of tokens; one of them is set aside, and is an equally
+//!   good component.
 //!
-//! What is nested forks, joins and choices reduces completely. In the rest a search with a bounded number of wrong turns looks for the sets. Every
-//! component that is returned meets the conditions above by construction.
+//! Nested forks, joins and choices reduce completely. In the rest, a search with a bounded number of wrong turns looks for the sets. Every returned
+//! component satisfies the conditions above by construction.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -31,11 +31,11 @@ use grafsynth_ir::net::{ForcingOrder, Net, Step, StepId, StepKind, TransitionKin
 
 use crate::exclusive;
 
-/// How many places a set may have while it is searched for, and how many wrong turns a search may take.
+/// The maximum number of places of a set during the search, and the maximum number of wrong turns.
 const SEARCH_PLACES: usize = 4096;
 const SEARCH_TURNS: usize = 256;
 
-/// What [`cover`] finds.
+/// The result of [`cover`].
 #[derive(Debug, Clone, Default)]
 pub struct Cover {
     /// Disjoint components, ordered by their first step.
@@ -48,7 +48,7 @@ pub struct Cover {
     pub n_uncovered: usize,
 }
 
-/// Finds disjoint sequential components of any net, by its structure alone.
+/// Finds disjoint sequential components of any net from its structure alone.
 #[must_use]
 pub fn cover(net: &Net) -> Cover {
     let found =
@@ -56,7 +56,7 @@ pub fn cover(net: &Net) -> Cover {
     finish(net, found)
 }
 
-/// Steps with a bound of one token, and whether the token is always there.
+/// Steps with at most one token, and whether the token is always there.
 type Found = Vec<(Vec<StepId>, bool)>;
 
 fn finish(net: &Net, mut found: Found) -> Cover {
@@ -80,8 +80,8 @@ fn finish(net: &Net, mut found: Found) -> Cover {
     Cover { components, invariants, component_of, n_uncovered }
 }
 
-/// A statechart: the top-level states of a chart, and the children of each composite state, are entered and left one for another (SCXML's legal
-/// configurations, which validation makes every transition and initial content complete).
+/// For a statechart: the top-level states of a chart, and the children of each composite state. A transition replaces one by another (validation ensures
+/// that every transition and initial content enters a complete configuration).
 fn regions(net: &Net) -> Found {
     let mut always_active = IdMap::filled(&net.steps, false);
     let mut top: Vec<Vec<StepId>> = vec![Vec::new(); net.parts.len()];
@@ -99,7 +99,7 @@ fn regions(net: &Net) -> Found {
         }
         found.push((states, true));
     }
-    // Parents stand before their children.
+    // Parents are declared before their children.
     for (id, step) in net.steps.iter() {
         let inside = std::mem::take(&mut children[id]);
         match step.kind {
@@ -115,7 +115,7 @@ fn regions(net: &Net) -> Found {
             StepKind::Leaf | StepKind::Enclosing | StepKind::Final => {}
         }
     }
-    // A region of a parallel state stands beside others, so it is a component of its own: active exactly while its parent is.
+    // A region of a parallel state is active together with others, so it is a separate component: active exactly while its parent is.
     let covered: BTreeSet<StepId> =
         found.iter().flat_map(|(steps, _)| steps.iter().copied()).collect();
     for id in net.steps.ids().filter(|id| !covered.contains(id)) {
@@ -124,31 +124,31 @@ fn regions(net: &Net) -> Found {
     found
 }
 
-/// A set of steps that can only be in a component together.
+/// A set of steps that belong to a component only together.
 #[derive(Debug, Clone, Default)]
 struct Place {
     steps: Vec<StepId>,
-    /// The enclosing step that all of them lie in.
+    /// The enclosing step of all of them.
     parent: Option<StepId>,
-    /// The step with the number of this place is active at reset.
+    /// The step with the same number as this place is active at reset.
     starts: bool,
-    /// Active at reset, of all steps.
+    /// The number of its steps that are active at reset.
     n_initial: u32,
-    /// Activated with the enclosing step.
+    /// The number of its steps that the enclosing step activates.
     n_links: u32,
-    /// For each forcing order for a chart that holds them: its number, and how many of the steps it names (none: `hold`).
+    /// For each forcing order for a chart that contains them: its number, and the number of the place's steps in it (`None`: `hold`).
     forced: Vec<(u32, Option<u32>)>,
     /// A token may get lost.
     is_lossy: bool,
-    /// In no component.
+    /// It belongs to no component.
     is_out: bool,
-    /// Nontrivial transitions that touch it; may name some that are trivial by now.
+    /// Nontrivial transitions connected to it; may include some that have become trivial.
     touching: Vec<u32>,
-    /// Where it was noted among the places compared for the parallel rule.
+    /// Its key in the table of places compared for the parallel rule.
     signature: Option<Signature>,
 }
 
-/// Equal for places that always hold equally many tokens.
+/// Equal for places that always contain equally many tokens.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct Signature {
     moves: Vec<(u32, bool)>,
@@ -163,7 +163,7 @@ struct Reduction<'a> {
     places: Vec<Place>,
     /// Union-find over places.
     leader: Vec<u32>,
-    /// Set aside by the parallel rule: the place that stayed.
+    /// Set aside by the parallel rule: the place that was kept.
     twin: Vec<Option<u32>>,
     moves: Vec<Move>,
     queue: VecDeque<u32>,
@@ -195,7 +195,7 @@ impl<'a> Reduction<'a> {
             places[step.index()].n_initial = 1;
             places[step.index()].starts = true;
         }
-        // Whoever shares a step with somebody who may fire too doubles the token.
+        // If two transitions that share a step both fire, they double the token.
         for overlap in exclusive::firing_together(net) {
             places[overlap.step.index()].is_out = true;
         }
@@ -265,7 +265,7 @@ impl<'a> Reduction<'a> {
         self.components()
     }
 
-    /// Looks at one transition again: forgets places that are no longer there, and applies the series rule.
+    /// Processes one transition again: removes places that no longer exist, and applies the series rule.
     fn reduce(&mut self, number: u32) {
         let at = number as usize;
         if self.moves[at].is_trivial {
@@ -283,7 +283,7 @@ impl<'a> Reduction<'a> {
             });
             kept.sort_unstable();
             for pair in 1..kept.len() {
-                // Two tokens taken from one place, or put into it.
+                // Two tokens are taken from one place, or put into it.
                 if kept[pair] == kept[pair - 1] {
                     self.exclude(kept[pair]);
                 }
@@ -291,7 +291,7 @@ impl<'a> Reduction<'a> {
             kept.dedup();
             *(if side == 0 { &mut self.moves[at].pre } else { &mut self.moves[at].post }) = kept;
         }
-        // What either side took out is in neither.
+        // A place excluded on one side is excluded on the other.
         let places = &self.places;
         let Move { pre, post, .. } = &mut self.moves[at];
         pre.retain(|place| !places[*place as usize].is_out);
@@ -299,9 +299,9 @@ impl<'a> Reduction<'a> {
         let Move { pre, post, .. } = self.moves[at].clone();
         match (&pre[..], &post[..]) {
             ([], []) => self.moves[at].is_trivial = true,
-            // A token from nowhere: nobody knows how often.
+            // A token is created; its number is unbounded.
             ([], _) => post.iter().for_each(|place| self.exclude(*place)),
-            // A token that goes: no set with this place keeps it.
+            // A token is removed; no set with this place keeps it.
             (_, []) => pre.iter().for_each(|place| self.places[*place as usize].is_lossy = true),
             ([one], [other]) if one == other => {
                 self.moves[at].is_trivial = true;
@@ -315,7 +315,7 @@ impl<'a> Reduction<'a> {
         }
     }
 
-    /// Takes a place out of every component, and all transitions that touch it have one place less.
+    /// Excludes a place from all components, and removes it from all its transitions.
     fn exclude(&mut self, place: u32) {
         self.places[place as usize].is_out = true;
         let touching = std::mem::take(&mut self.places[place as usize].touching);
@@ -345,7 +345,7 @@ impl<'a> Reduction<'a> {
         for (mine, theirs) in big.forced.iter_mut().zip(&small.forced) {
             mine.1 = mine.1.zip(theirs.1).map(|(a, b)| a + b);
         }
-        // Only transitions of the smaller place can touch both now.
+        // Only transitions of the smaller place can now be connected to both.
         self.queue.extend(small.touching.iter().copied());
         big.touching.extend(small.touching);
         if !fits {
@@ -353,7 +353,7 @@ impl<'a> Reduction<'a> {
         }
     }
 
-    /// The parallel rule, for all places at once. True if it applied somewhere.
+    /// Applies the parallel rule to all places at once. Returns true if it applied somewhere.
     fn set_twins_aside(&mut self) -> bool {
         let mut noted: BTreeMap<Signature, u32> = BTreeMap::new();
         for place in 0..self.places.len() as u32 {
@@ -385,7 +385,7 @@ impl<'a> Reduction<'a> {
             }
             moves.sort_unstable();
             moves.dedup();
-            // A place that every transition both empties and fills is a component by itself; setting it aside would only hide that.
+            // A place that every transition both empties and fills is a component by itself; setting it aside would hide that.
             if moves.chunk_by(|a, b| a.0 == b.0).all(|sides| sides.len() == 2) {
                 continue;
             }
@@ -417,7 +417,7 @@ impl<'a> Reduction<'a> {
 
     fn components(mut self) -> Found {
         let mut found = Found::new();
-        // Places that a component holds, so that their twins are components too.
+        // Places in a component: their twins are components too.
         let mut is_proved = vec![false; self.places.len()];
         let mut is_taken = vec![false; self.places.len()];
         let live: Vec<u32> = (0..self.places.len() as u32)
@@ -460,7 +460,7 @@ impl<'a> Reduction<'a> {
         found
     }
 
-    /// Whether the set holds at most one token; if so, whether it always holds one.
+    /// Whether the set contains at most one token; if so, whether it always contains one.
     fn token(&self, set: &[u32], is_lossy: bool) -> Option<bool> {
         let places = || set.iter().map(|place| &self.places[*place as usize]);
         let parent = places().next()?.parent;
@@ -474,7 +474,7 @@ impl<'a> Reduction<'a> {
             return None;
         }
         if parent.is_some() {
-            // Exactly one while the enclosing step is active, at best; the step is not always active.
+            // At best exactly one while the enclosing step is active; that step is not always active.
             always = false;
             let parent_starts = parent.is_some_and(|parent| self.places[parent.index()].starts);
             if n_links > 1 || n_initial > 0 && !parent_starts {
@@ -499,15 +499,16 @@ impl<'a> Reduction<'a> {
         if places().any(|place| place.forced.len() != first.len()) {
             return None;
         }
-        // An enclosing step outside the set may clear only what lies in it; forcing closes situations downwards, which `closure` did.
+        // An enclosing step outside the set can clear only the steps that it encloses; `closure` has already closed forced situations downwards.
         Some(always)
     }
 
-    /// The smallest sets first: adds places until every transition takes as many tokens as it puts, or gives up. Also tells whether a token may go.
+    /// Searches small sets first: adds places until every transition takes as many tokens as it puts, or gives up. Also returns whether a token may be
+    /// lost.
     fn grow(&self, start: u32, is_taken: &[bool], turns: &mut usize) -> Option<(Vec<u32>, bool)> {
         let mut set: Vec<u32> = vec![start];
         let mut inside: BTreeSet<u32> = BTreeSet::from([start]);
-        // For each decision: the size of the set before it, and the alternatives that are left.
+        // For each decision: the size of the set before it, and the remaining alternatives.
         let mut decisions: Vec<(usize, usize, Vec<u32>)> = Vec::new();
         let mut n_turns = 0;
         let mut checked = 0;
@@ -542,7 +543,7 @@ impl<'a> Reduction<'a> {
                             decisions.push((set.len(), checked, options));
                             set.push(next);
                             inside.insert(next);
-                            // This place is looked at again; those before it may be touched by the new one, which looks at them itself.
+                            // This place is processed again; the new place checks the earlier ones itself.
                         }
                         None => dead_end = true,
                     },
@@ -575,7 +576,7 @@ impl<'a> Reduction<'a> {
         }
     }
 
-    /// Candidates, the best one last: not taken by another component, of the same part, near in declaration order.
+    /// Candidates, the best one last: not in another component, in the same part, close in declaration order.
     fn ranked(&self, from: u32, candidates: &[u32], is_taken: &[bool]) -> Vec<u32> {
         let first_step = |place: u32| self.places[place as usize].steps.first().copied();
         let part = |place: u32| first_step(place).map(|step| self.net.steps[step].part);
@@ -603,14 +604,14 @@ pub fn initial_situation(net: &Net) -> Vec<StepId> {
     closure(net, net.steps.iter().filter(|(_, step)| step.is_initial).map(|(id, _)| id))
 }
 
-/// Closed downwards along activation links (semantics §2), in declaration order.
+/// Adds steps along activation links (semantics §2); the result is in declaration order.
 #[must_use]
 pub fn closure(net: &Net, steps: impl IntoIterator<Item = StepId>) -> Vec<StepId> {
     let mut is_in = IdMap::filled(&net.steps, false);
     for step in steps {
         is_in[step] = true;
     }
-    // Parents stand before their children, so one pass in order is enough.
+    // Parents are declared before their children, so one pass in order is enough.
     for (id, step) in net.steps.iter() {
         if let Some(parent) = step.parent
             && step.activation_link

@@ -1,8 +1,8 @@
-//! Which transitions that leave one step can be fireable together: the question behind every fact under the policy `all` (semantics §4), where each
-//! fireable transition fires and a shared preceding step stops nobody.
+//! Which transitions that leave the same step can be fireable together. Every fact under the policy `all` (semantics §4) depends on this, because there
+//! each fireable transition fires, even if it shares a preceding step with others.
 //!
-//! The answer is computed with a small decision diagram over *atoms*: Boolean leaves, thresholds of integer expressions, and whatever else is compared.
-//! What the diagram does not know (the meaning of an opaque atom) only makes it say "together" more often, never less.
+//! The answer is computed with a small decision diagram over *atoms*: Boolean leaves, thresholds of integer expressions, and other comparisons. The
+//! diagram does not know the meaning of an opaque atom; this can only make it answer "together" too often, never too rarely.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,9 +16,9 @@ use grafsynth_ir::net::{
 use grafsynth_ir::span::Span;
 use grafsynth_logic::bdd::{Bdd, Full, Ref};
 
-/// The largest diagram made for the transitions of one step; beyond it they count as not exclusive.
+/// The maximum size of the diagram for the transitions of one step; beyond it they count as not exclusive.
 const NODE_LIMIT: usize = 1 << 14;
-/// Transitions of one step that are looked at; a step with more counts as not exclusive.
+/// The maximum number of transitions of one step; if there are more, they count as not exclusive.
 const TRANSITION_LIMIT: usize = 512;
 
 /// Two transitions that share a preceding step and may fire in one micro-step.
@@ -30,7 +30,7 @@ pub struct Overlap {
     pub first: TransitionId,
     /// The other one.
     pub second: TransitionId,
-    /// The receptivities were compared to the end. If false, the comparison was given up and the two count as compatible.
+    /// The comparison of the receptivities was completed. If false, it was abandoned and the two count as compatible.
     pub is_certain: bool,
 }
 
@@ -56,8 +56,8 @@ pub fn entered(transition: &Transition) -> impl Iterator<Item = StepId> + '_ {
     })
 }
 
-/// For each step with several leaving moves the first pair whose receptivities can be true together, whatever the policy does with it. Pairs that enter the
-/// same steps are passed over: firing both does what firing one does to the situation.
+/// For each step with several leaving moves, the first pair whose receptivities can be true together, whatever the policy does. Pairs that enter the same
+/// steps are skipped: for the situation, firing both is the same as firing one.
 #[must_use]
 pub fn compatible_pairs(net: &Net) -> Vec<Overlap> {
     let leaving = leaving(net);
@@ -72,7 +72,7 @@ pub fn compatible_pairs(net: &Net) -> Vec<Overlap> {
     overlaps
 }
 
-/// Every two moves that share a preceding step and whose receptivities can be true together, or for which that was not found out; the one declared first
+/// All pairs of moves that share a preceding step and whose receptivities can be true together, or for which this is unknown; the one declared first comes
 /// first.
 pub(crate) fn all_compatible_pairs(net: &Net) -> Vec<(TransitionId, TransitionId)> {
     let mut pairs = BTreeSet::new();
@@ -91,7 +91,7 @@ pub(crate) fn all_compatible_pairs(net: &Net) -> Vec<(TransitionId, TransitionId
     pairs.into_iter().collect()
 }
 
-/// The pairs of [`compatible_pairs`] that really fire together: none where the policy lets transitions compete.
+/// The pairs of [`compatible_pairs`] that really fire together; none if transitions compete under the policy.
 #[must_use]
 pub fn firing_together(net: &Net) -> Vec<Overlap> {
     match net.settings.policy {
@@ -147,7 +147,7 @@ fn first_overlap(net: &Net, step: StepId, all: &[TransitionId]) -> Option<Overla
     None
 }
 
-/// The quick look that settles most charts: every two of the transitions hold some literal that the other one negates.
+/// A quick test that settles most charts: every two transitions contain contradictory literals.
 fn pairwise_contradictory(net: &Net, all: &[TransitionId], targets: &[Vec<StepId>]) -> bool {
     if all.len() > 16 {
         return false;
@@ -188,14 +188,14 @@ fn conjuncts(expr: &Expr, out: &mut Vec<(Leaf, bool)>) {
     }
 }
 
-/// What a decision stands for.
+/// The meaning of a decision.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum Atom {
     /// A Boolean value.
     Leaf(Leaf),
-    /// The integer expression is at least so much.
+    /// The integer expression is at least this value.
     AtLeast(Expr, i64),
-    /// Anything else that is true or false, without spans.
+    /// Any other condition, without spans.
     Opaque(Expr),
 }
 
@@ -249,7 +249,7 @@ impl<'a> Guards<'a> {
 
     fn satisfiable(&mut self, candidate: Ref) -> Result<bool, Full> {
         let mut rest = candidate;
-        // Constraints may bring new atoms (operands of edges); two rounds reach those of their operands.
+        // Constraints may add new atoms (operands of edges); two rounds are enough for those of their operands.
         for _ in 0..2 {
             if rest == Ref::FALSE {
                 return Ok(false);
@@ -261,7 +261,7 @@ impl<'a> Guards<'a> {
         Ok(rest != Ref::FALSE)
     }
 
-    /// What is always true of these atoms.
+    /// Conditions on these atoms that are always true.
     fn constraints(&mut self, levels: &[u32]) -> Result<Ref, Full> {
         let mut parts = Vec::new();
         let atoms: Vec<Atom> =
@@ -308,10 +308,10 @@ impl<'a> Guards<'a> {
         for property in
             self.net.properties.iter().filter(|property| property.role == PropertyRole::Assume)
         {
-            // Only assumptions whose every input is already decided here can exclude anything, and only small ones are worth it.
+            // Only assumptions whose inputs all occur here can exclude anything, and only small ones are worth the effort.
             let mut known = true;
             property.never.for_each_leaf(&mut |leaf| match leaf {
-                // An event of a receptivity may have been raised by the chart; the assumption speaks of the row only.
+                // The chart itself may have raised an event of a receptivity; the assumption applies only to the row.
                 PropertyLeaf::Net(Leaf::Input(input))
                     if self.net.inputs[*input].kind.is_event() =>
                 {
@@ -377,14 +377,15 @@ impl<'a> Guards<'a> {
                 self.bdd.ite(condition, then, otherwise)
             }
             ExprKind::Compare(op, a, b) => self.compare(*op, a, b),
-            // Elements of Boolean arrays; the others are numbers and stand below a comparison.
+            // Elements of Boolean arrays; the others are numbers, which occur only below a comparison.
             ExprKind::Element(..) | ExprKind::Int(_) | ExprKind::Neg(_) | ExprKind::Arith(..) => {
                 self.atom(Atom::Opaque(bare(expr)))
             }
         }
     }
 
-    /// What one side of a comparison can be. Ticks have no type alone, since they stand in comparisons only; a valid net has nothing else without one.
+    /// The range of one side of a comparison. Ticks have no type of their own, because they occur only in comparisons; nothing else in a valid net lacks a
+    /// type.
     fn type_of(&self, side: &Expr) -> Type {
         match &side.kind {
             ExprKind::Leaf(leaf) if leaf.is_time() => TICKS,
@@ -415,7 +416,7 @@ impl<'a> Guards<'a> {
             (_, (lo, hi)) if lo == hi => (a, lo, op),
             ((lo, hi), _) if lo == hi => (b, lo, op.mirrored()),
             _ => {
-                // Two numbers that vary: one atom for each of `<`, `>`, of which `=` is what remains.
+                // Two numbers that vary: one atom for `<` and one for `>`; `=` is the remaining case.
                 let (a, b) = (bare(a), bare(b));
                 let less =
                     self.atom(Atom::Opaque(Expr::compare(CompareOp::Lt, a.clone(), b.clone())))?;
@@ -457,7 +458,7 @@ impl<'a> Guards<'a> {
     }
 }
 
-/// The expression without places, so that equal ones are equal.
+/// The expression without source locations, so that equal expressions compare equal.
 pub(crate) fn bare(expr: &Expr) -> Expr {
     let mut out: Expr = expr.clone();
     erase(&mut out);

@@ -1,11 +1,11 @@
-//! Breadth-first search through all states that a net can reach, with the reference simulator: the exact answer where it can be afforded.
+//! Breadth-first search of all reachable states of a net with the reference simulator: the exact answer if the net is small enough.
 //!
-//! Where times are counted, states that differ in their times alone are kept together: a node of the search is everything else that a state holds, with
-//! the [`Zone`] of the times at which its clocks can stand. A reaction after any `dt` is tried once for each part of the zone in which no comparison
-//! changes its truth, so what it costs follows from the number of comparisons and not from the length of the times. Every node is reached at each of its
-//! points, and what follows a node is all that can follow one of its points; so whatever is asked of ways is answered exactly, and for any `dt`.
+//! If times are counted, states that differ only in their times are kept together: a node of the search is everything else in a state, with the [`Zone`]
+//! of possible times of its clocks. A reaction after any `dt` is tried once for each part of the zone in which no comparison changes its truth value, so
+//! the cost depends on the number of comparisons and not on the length of the times. Every point of a node is reachable, and the successors of a node are
+//! all successors of its points; so questions about paths are answered exactly, for any `dt`.
 //!
-//! Most reactions lead to what is known already, so what one costs is what the simulator does and one look at a table: nothing is copied that is not kept.
+//! Most reactions lead to a known state, so a reaction costs one simulation and one table lookup: only new states are copied.
 
 use std::rc::Rc;
 
@@ -20,10 +20,10 @@ use crate::relevance::{Inputs, Relevance};
 use crate::verdict::OpenReason;
 use crate::zone::{Source, Zone};
 
-/// Which `dt` are tried.
+/// The values of `dt` that are tried.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum Ticks {
-    /// Any number: what holds then holds for every engine.
+    /// Any number: the result applies to every engine.
     Any,
     /// 0 and 1, which is all that a chip sees (semantics §9).
     Chip,
@@ -32,85 +32,85 @@ pub(crate) enum Ticks {
 /// How a search treats times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Times {
-    /// Any `dt`, by zones; a zone that lies in one that was found before is not looked at again. What happens at all is found, with the fewest rows.
+    /// Any `dt`, with zones; a zone contained in an earlier one is skipped. Finds everything that can happen, with the fewest rows.
     Zones,
-    /// Any `dt`, by zones, none left out: for questions about ways through the graph of all nodes.
+    /// Any `dt`, with zones, none skipped: for questions about paths through the graph of all nodes.
     AllZones,
-    /// One by one; with [`Ticks::Any`] each up to the largest time that is compared.
+    /// Each `dt` separately; with [`Ticks::Any`], up to the largest time in a comparison.
     Each(Ticks),
 }
 
 /// One reaction of the search.
 pub(crate) struct Seen<'a, 'n> {
-    /// Number of the node before.
+    /// Number of the previous node.
     pub(crate) from: usize,
-    /// Number of the node after, and whether it is new.
+    /// Number of the next node, and whether it is new.
     pub(crate) to: usize,
-    /// A state of the node before, and the row that was tried on it.
+    /// A state of the previous node, and the row that was tried on it.
     pub(crate) before: &'a State,
     pub(crate) input: &'a InputRow,
     pub(crate) row: &'a Row,
     pub(crate) simulator: &'a Simulator<'n>,
-    /// It can follow each state of the node before, after some `dt`, and not some of them only.
+    /// True if the reaction is possible from every state of the previous node, after some `dt`.
     pub(crate) is_sure: bool,
     came: &'a Came,
 }
 
-/// How a node was found first.
+/// How a node was first found.
 #[derive(Debug, Clone)]
 struct Parent {
     node: u32,
     row: InputRow,
     came: Came,
-    /// For each clock of the node.
+    /// The source of each clock of the node.
     sources: Vec<Source>,
 }
 
-/// The part of a zone in which a reaction is the same: the times of the clocks after the latch, and which of two sends is due first.
+/// The part of a zone in which a reaction is the same: the times of the clocks after the latch, and the order of due sends.
 #[derive(Debug, Clone, Default)]
 struct Came {
     times: Vec<(i64, Option<i64>)>,
-    /// The first clock is ahead of the second by at most so much.
+    /// The first clock is ahead of the second by at most this much.
     ahead: Vec<(usize, usize, i64)>,
 }
 
 #[derive(Debug, Clone)]
 struct Node {
-    /// Its place among the states without times.
+    /// Its index among the states without times.
     state: usize,
-    /// The clocks that run, by their place among all of the net.
+    /// The running clocks, by their index among all clocks of the net.
     clocks: Vec<usize>,
     zone: Rc<Zone>,
     parent: Option<Parent>,
 }
 
-/// The nodes that differ in their times alone.
+/// The nodes that differ only in their times.
 #[derive(Debug, Clone, Default)]
 struct SameState {
     all: Vec<u32>,
-    /// The node of a zone, and of some that lie in one.
+    /// The node of each zone, and of some zones contained in another.
     by_zone: IndexMap<Rc<Zone>, u32>,
 }
 
-/// Zones of a state that lie in another and are remembered, beside two for each node.
+/// The number of contained zones of a state that are remembered, in addition to two for each node.
 const REMEMBERED: usize = 16;
 
-/// All nodes of a search, each with the way it was found first.
+/// All nodes of a search, each with the path on which it was first found.
 #[derive(Debug, Clone)]
 pub(crate) struct States {
-    /// States (those of [`Times::Each`]), or what they are without times, with their nodes.
+    /// States (with [`Times::Each`]), or states without their times, with their nodes.
     states: IndexSet<State>,
     by_state: Vec<SameState>,
     nodes: Vec<Node>,
     clocks: Vec<Clock>,
-    /// Pairs of a node and a row (with a part of its zone) that were tried.
+    /// The number of pairs of a node and a row (with a part of its zone) that were tried.
     pub(crate) pairs: u64,
-    /// The same when all was tried that can follow a node, for each node that this is true of.
+    /// The same count when all successors of a node were tried, for each completed node.
     pairs_after: Vec<u64>,
 }
 
 impl States {
-    /// How many nodes there are.
+    /// The number of nodes.
     pub(crate) fn len(&self) -> usize {
         self.nodes.len()
     }
@@ -125,7 +125,7 @@ impl States {
         self.states.iter().map(State::situation)
     }
 
-    /// The node of a state, where each state is one.
+    /// The node of a state, if each state is a node.
     pub(crate) fn node_of(&self, state: &State) -> Option<usize> {
         self.states
             .get_index_of(state)
@@ -133,23 +133,23 @@ impl States {
             .map(|node| *node as usize)
     }
 
-    /// What a search within so many pairs answers, without doing it again.
+    /// The result that a search with this limit of pairs would have, without repeating it.
     ///
     /// # Errors
-    /// It ends before this one did.
+    /// Such a search would end before this one did.
     pub(crate) fn within(&self, limit: u64) -> Result<(), OpenReason> {
         let tried = self.pairs_after.partition_point(|pairs| *pairs <= limit);
         if tried >= self.pairs_after.len() {
             return Ok(());
         }
-        // Nodes are numbered as they are found, and they are found from the nodes before, in order.
+        // Nodes are numbered in the order of discovery, and they are found from the earlier nodes, in order.
         let is_found =
             |node: &Node| node.parent.as_ref().is_none_or(|it| (it.node as usize) < tried);
         Err(OpenReason::Pairs { limit, states: self.nodes.partition_point(is_found) })
     }
 
-    /// Searching one by one, each state without its times is found with at least one value for them: so many pairs are tried at the least, if the states
-    /// that are known here are all that there are.
+    /// A lower bound on the pairs of a one-by-one search: each state without its times is found with at least one value for them, if the states known here
+    /// are all states.
     fn least_pairs_one_by_one(&self, net: &Net, limits: &Limits) -> u64 {
         let relevance = Relevance::of(net);
         let Ok(alphabet) = Alphabet::of(net, false, limits.rows_per_state) else { return 0 };
@@ -172,27 +172,27 @@ impl States {
         pairs
     }
 
-    /// A search one by one, up to the longest time, cannot end within the limits.
+    /// True if a one-by-one search, up to the longest time, cannot end within the limits.
     pub(crate) fn are_too_many_one_by_one(&self, net: &Net, limits: &Limits) -> bool {
         self.states.len() > limits.states || self.least_pairs_one_by_one(net, limits) > limits.pairs
     }
 
-    /// A state of the node; with times, what it is without them.
+    /// A state of the node; with zones, without its times.
     pub(crate) fn state(&self, node: usize) -> &State {
         &self.states[self.nodes[node].state]
     }
 
-    /// Rows that lead from reset to the node, as few as possible.
+    /// The rows of a shortest path from reset to the node.
     pub(crate) fn way_to(&self, node: usize) -> Vec<InputRow> {
         self.way(node, None)
     }
 
-    /// The same, and then the reaction.
+    /// The same, followed by the reaction.
     pub(crate) fn way_of(&self, seen: &Seen<'_, '_>) -> Vec<InputRow> {
         self.way(seen.from, Some((seen.input, seen.came)))
     }
 
-    /// A stimulus that leads from reset to the node, with as few rows as possible.
+    /// A shortest stimulus from reset to the node.
     pub(crate) fn stimulus(&self, net: &Net, node: usize) -> Stimulus {
         Stimulus::of_rows(net, &self.way_to(node))
     }
@@ -208,10 +208,11 @@ impl States {
         let mut rows: Vec<InputRow> =
             parents.iter().map(|(_, parent)| parent.row.clone()).collect();
         rows.extend(last.map(|(row, _)| row.clone()));
-        // The instant of row n is that of row m plus at least so much, for entries (m, n, least); the earliest instants that meet all of them.
+        // The instant of row n is at least `least` after that of row m, for entries (m, n, least); the earliest instants that satisfy all of them are
+        // used.
         let mut bounds: Vec<(usize, usize, i64)> = (0..rows.len()).map(|n| (n, n + 1, 0)).collect();
         let root = &self.nodes[at];
-        // For each clock of the node on the way: the row in which it started, and its time then.
+        // For each clock of the node on the path: the row in which it started, and its time then.
         let mut origins: Vec<(usize, i64)> =
             root.zone.first().into_iter().map(|time| (0, time)).collect();
         let n_known = parents.len();
@@ -252,10 +253,10 @@ impl States {
     }
 }
 
-/// The earliest instants, the first of them 0, that meet all bounds: the second is at least so much after the first.
+/// The earliest instants, starting with 0, that satisfy all bounds: each second instant is at least the given time after the first.
 fn earliest(n: usize, bounds: &[(usize, usize, i64)]) -> Vec<i64> {
     let mut instants = vec![0_i64; n];
-    // A way that was found can be gone, so this ends; the count only keeps a fault of ours from turning round for ever.
+    // A path that was found is feasible, so this ends; the counter only protects against an endless loop caused by an internal error.
     for _ in 0..=n {
         let mut is_changed = false;
         for (from, to, least) in bounds {
@@ -272,19 +273,19 @@ fn earliest(n: usize, bounds: &[(usize, usize, i64)]) -> Vec<i64> {
     instants
 }
 
-/// How a search ended.
+/// The result of a search.
 #[derive(Debug, Clone)]
 pub(crate) enum Ended<B> {
-    /// Every state was seen with every input.
+    /// Every state was visited with every input.
     Complete,
-    /// The visitor had enough.
+    /// The visitor stopped the search.
     Stopped(B),
-    /// It was given up, and why.
+    /// The search was abandoned, with the reason.
     Open(OpenReason),
 }
 
 impl<B> Ended<B> {
-    /// Why it was given up, if it was.
+    /// The reason why it was abandoned, if it was.
     pub(crate) fn open(&self) -> Option<&OpenReason> {
         match self {
             Ended::Complete | Ended::Stopped(_) => None,
@@ -293,7 +294,7 @@ impl<B> Ended<B> {
     }
 }
 
-/// Visits every reaction from every reachable state, nearest to reset first. Inputs that cannot matter in a state keep one value.
+/// Visits every reaction from every reachable state, those nearest to reset first. Inputs that cannot matter in a state keep one value.
 pub(crate) fn explore<'n, B>(
     net: &'n Valid<Net>,
     limits: &Limits,
@@ -305,20 +306,20 @@ pub(crate) fn explore<'n, B>(
     (search.found, ended)
 }
 
-/// A search that ended, and what was collected on the way.
+/// A finished search and the data collected during it.
 pub(crate) struct Searched<T, B> {
     pub(crate) seen: T,
     pub(crate) states: States,
     pub(crate) ended: Ended<B>,
-    /// Nodes stand for sets of times.
+    /// True if nodes represent sets of times.
     pub(crate) by_zones: bool,
 }
 
-/// The part of the pairs within which both ways are tried first: one of them may end soon where the other would go on for long.
+/// The fraction of the pairs with which both methods are tried first: one of them may end soon where the other would take long.
 const FIRST_PART: u64 = 8;
 
-/// Searches with any `dt`: by zones, and where these are too many one by one; both with a part of the pairs first. What was visited is collected in a value,
-/// made anew for each search. Gives the search that answers, or the last one, and the one before that was given up, if there were two.
+/// Searches with any `dt`: with zones and, if there are too many of these, one by one; both first with a fraction of the pairs. The data is collected anew
+/// for each search. Returns the search that gives the answer, or the last one, and the earlier abandoned one, if there were two.
 pub(crate) fn explore_any<'n, T, B>(
     net: &'n Valid<Net>,
     limits: &Limits,
@@ -338,7 +339,7 @@ pub(crate) fn explore_any<'n, T, B>(
     let both = |limits: &Limits| {
         let zones = search(Times::Zones, limits);
         let states = &zones.states;
-        // Where hardly any two nodes differ in their times alone, one by one there are no fewer.
+        // If few nodes differ only in their times, a one-by-one search has no fewer nodes.
         let is_worth_it = states.nodes.len() > 4 * states.states.len()
             && !states.are_too_many_one_by_one(net, limits);
         if zones.ended.open().is_none() || !is_worth_it {
@@ -349,7 +350,7 @@ pub(crate) fn explore_any<'n, T, B>(
     let soon = both(&Limits { pairs: limits.pairs / FIRST_PART, ..limits.clone() });
     let ran_out = |it: &Searched<T, B>| matches!(it.ended.open(), Some(OpenReason::Pairs { .. }));
     let is_open = soon.0.ended.open().is_some();
-    // Nothing but more pairs can change this.
+    // Only a larger limit of pairs can change this.
     if is_open && (ran_out(&soon.0) || soon.1.as_ref().is_some_and(ran_out)) {
         return both(limits);
     }
@@ -362,12 +363,12 @@ struct Search<'n, 'l> {
     simulator: Simulator<'n>,
     net: &'n Valid<Net>,
     found: States,
-    /// The row that is tried, and the state that it leads to, in memory that is used again.
+    /// The row being tried, and the resulting state, in reused memory.
     row: InputRow,
     after: State,
 }
 
-/// One kind of reactions from a node: a state of the node, `dt`, and what else leads to the same.
+/// One kind of reactions from a node: a state of the node, `dt`, and the part of the zone with the same result.
 struct Case {
     before: State,
     dt: u32,
@@ -375,7 +376,7 @@ struct Case {
     /// The zone after the latch, and a point of it.
     zone: Zone,
     point: Vec<i64>,
-    /// It can follow each state of the node, after some `dt`.
+    /// True if it is possible from every state of the node, after some `dt`.
     is_sure: bool,
 }
 
@@ -413,7 +414,7 @@ impl<'n, 'l> Search<'n, 'l> {
         self.node(clocks, zone, None)?;
         let alphabet = match Alphabet::of(net, false, limits.rows_per_state) {
             Ok(alphabet) => alphabet,
-            // No stimulus is legal: reset is all there is.
+            // No stimulus is legal: only the reset exists.
             Err(NoAlphabet::Contradiction) => return Ok(Ended::Complete),
             Err(NoAlphabet::TooMany(why)) => return Err(why),
         };
@@ -446,7 +447,7 @@ impl<'n, 'l> Search<'n, 'l> {
         Ok(Ended::Complete)
     }
 
-    /// All that can happen to the times before a reaction from the node; none if that is more than there is room for.
+    /// All possible times before a reaction from the node; `None` if there are more than `room`.
     fn cases(&self, node: usize, relevance: &Relevance<'_>, room: u64) -> Option<Vec<Case>> {
         let Times::Each(ticks) = self.times else { return self.parts(node, room) };
         let before = self.found.state(node);
@@ -469,7 +470,7 @@ impl<'n, 'l> Search<'n, 'l> {
         Some(dts.map(case).collect())
     }
 
-    /// The parts of the node's zone, after any time, in which no comparison changes its truth.
+    /// The parts of the node's zone, after any time, in which no comparison changes its truth value.
     fn parts(&self, node: usize, room: u64) -> Option<Vec<Case>> {
         let Node { clocks, zone, .. } = &self.found.nodes[node];
         let mut parts = vec![(Came::default(), zone.later())];
@@ -497,7 +498,7 @@ impl<'n, 'l> Search<'n, 'l> {
             .collect();
         for (at, (second, later)) in sends.iter().enumerate() {
             for (first, delay) in &sends[..at] {
-                // Of two that are due, the one with less time left joins first; of equals the first.
+                // Of two due sends, the one with less time left joins first; if equal, the first.
                 let is_due = |came: &Came, place: usize, delay: i64| came.times[place].0 >= delay;
                 let by = later - delay;
                 let mut finer = Vec::new();
@@ -526,7 +527,7 @@ impl<'n, 'l> Search<'n, 'l> {
     /// A point of the part, and the point of the node from which it is reached.
     fn case(&self, node: usize, came: Came, part: Zone) -> Case {
         let Node { clocks, zone, .. } = &self.found.nodes[node];
-        // Not 0 where that can be, so that a clock which is put to 0 is told from one that goes on.
+        // Not 0 if possible, so that a clock that is reset differs from one that continues.
         let mut moved = part.clone();
         for clock in 0..part.len() {
             if let Some(later) = moved.clone().within(clock, 1, None) {
@@ -541,7 +542,7 @@ impl<'n, 'l> Search<'n, 'l> {
             let clock = &self.found.clocks[*clock];
             self.simulator.set_ticks(&mut before, clock, point[place] - dt);
         }
-        // Where nothing is counted a row is a tick.
+        // If nothing is counted, a row is a tick.
         let dt = if clocks.is_empty() { 1 } else { u32::try_from(dt).unwrap_or(MAX_DT) };
         let is_sure = part.earlier().includes(zone);
         Case { before, dt, came, zone: part, point, is_sure }
@@ -578,8 +579,8 @@ impl<'n, 'l> Search<'n, 'l> {
         Ok(visit(&self.found, &seen))
     }
 
-    /// Leaves the state without the times of clocks that run in `after`; gives these clocks, and where their times come from. After the latch the clocks of
-    /// the node before stood at the point beside it; there is none of both at reset.
+    /// Removes from the state the times of clocks that run in `after`; returns these clocks and the sources of their times. After the latch, the clocks of
+    /// the previous node were at the given point; at reset there are neither.
     fn leave(
         &mut self,
         ran: Option<(usize, &[i64])>,
@@ -603,7 +604,7 @@ impl<'n, 'l> Search<'n, 'l> {
                     Some(place) => Source::Kept(place),
                     None if time == 0 || ran.is_none() => Source::Started(time),
                     None => {
-                        let why = "a counter goes on from a time that it had before";
+                        let why = "a counter continues from an earlier time";
                         return Err(OpenReason::Method(why.to_owned()));
                     }
                 };
@@ -615,7 +616,7 @@ impl<'n, 'l> Search<'n, 'l> {
         Ok((clocks, sources))
     }
 
-    /// The node of the state `after` with a zone, made if it is new; beside it what it was found from.
+    /// The node of the state `after` with a zone, created if it is new, with its origin.
     fn node(
         &mut self,
         clocks: Vec<usize>,
@@ -631,7 +632,7 @@ impl<'n, 'l> Search<'n, 'l> {
         };
         let nodes = &mut self.found.by_state[at];
         let has_zones = !matches!(self.times, Times::Each(_));
-        // An equal zone is asked for first: it is found at once, and no zone before it includes it, or it would not be there.
+        // An equal zone is tested first: this is fast, and no earlier zone includes it, or it would not be stored.
         let known = if has_zones { nodes.by_zone.get(&zone) } else { nodes.all.first() };
         if let Some(node) = known {
             return Ok(*node as usize);

@@ -1,4 +1,4 @@
-//! One search through all reachable states, for everything that is asked of them.
+//! One search of all reachable states that answers all questions about them.
 
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
@@ -15,18 +15,18 @@ use crate::relevance::Relevance;
 use crate::verdict::OpenReason;
 use crate::waiting::{Waiting, rivals, waiting, waiting_in};
 
-/// What a search through all reachable states of a net shows: its facts, what is probably not meant, its asserts, and how long transitions wait. Each
-/// answer is the one that [`facts`](crate::facts), [`findings`](crate::findings), [`properties`] and [`waiting`] give within the same limits; the states
-/// that they all look at are visited once.
+/// The results of one search of all reachable states of a net: its facts, its lints, its asserts, and how long transitions wait. Each result is the one
+/// that [`facts`](crate::facts), [`findings`](crate::findings), [`properties`] and [`waiting`] return with the same limits; the states are visited only
+/// once.
 pub struct Explored<'n> {
     net: &'n Valid<Net>,
     limits: Limits,
     search: Searched<Collected<'n>, ()>,
-    /// A search that was given up before.
+    /// An earlier search that was abandoned.
     given_up: Option<Searched<Collected<'n>, ()>>,
 }
 
-/// What is collected from the reactions.
+/// The data collected from the reactions.
 pub(crate) struct Collected<'n> {
     watch: Watch<'n>,
     pub(crate) shown: Shown<'n>,
@@ -46,7 +46,7 @@ impl<'n> Explored<'n> {
         let (mut search, given_up) = explore_any(net, limits, begin, |collected, states, seen| {
             collected.watch.note_reaction(seen);
             collected.shown.note(states, seen);
-            // When all are broken the others still want to see the rest.
+            // When all assertions are refuted, the other questions still need the rest.
             let _ = note_violations(net, &asserts, &mut collected.outcomes, states, seen, true);
             None
         });
@@ -54,20 +54,20 @@ impl<'n> Explored<'n> {
         Explored { net, limits: limits.clone(), search, given_up }
     }
 
-    /// As [`facts`](crate::facts).
+    /// Like [`facts`](crate::facts).
     #[must_use]
     pub fn facts(&self) -> Facts {
         let Searched { seen, states, ended, .. } = &self.search;
         facts_of(self.net, &self.limits, &seen.watch, states, ended)
     }
 
-    /// As [`findings`](crate::findings). `facts` are those of the same net.
+    /// Like [`findings`](crate::findings). `facts` must belong to the same net.
     #[must_use]
     pub fn findings(&self, facts: &Facts) -> Findings {
         findings_in(self.net, facts, &self.limits, self)
     }
 
-    /// As [`properties`]; a search that did not end is done again if more is allowed now.
+    /// Like [`properties`]; a search that did not end is repeated if the limits are now larger.
     #[must_use]
     pub fn properties(&self, limits: &Limits) -> Vec<PropertyVerdict> {
         let asserts = asserts(self.net);
@@ -83,12 +83,12 @@ impl<'n> Explored<'n> {
         decide(self.net, limits, &asserts, outcomes, states, ended)
     }
 
-    /// As [`waiting`].
+    /// Like [`waiting`].
     ///
     /// # Errors
-    /// As there.
+    /// Like [`waiting`].
     pub fn waiting(&self, limits: &Limits) -> Result<Vec<Waiting>, OpenReason> {
-        // Where times are counted, it asks for other states than these.
+        // If times are counted, it needs other states than these.
         if Relevance::of(self.net).has_time() || limits.pairs > self.limits.pairs {
             return waiting(self.net, limits);
         }
@@ -104,12 +104,12 @@ impl<'n> Explored<'n> {
         }
     }
 
-    /// What answers, or was looked at last.
+    /// The search that gives the answer, or the last one.
     pub(crate) fn last(&self) -> &Searched<Collected<'n>, ()> {
         &self.search
     }
 
-    /// The search that looked at most of what there is, if none ended.
+    /// The search that visited the most, if none ended.
     pub(crate) fn widest(&self) -> &Searched<Collected<'n>, ()> {
         match &self.given_up {
             Some(given_up) if self.search.ended.open().is_some() => given_up,

@@ -1,4 +1,4 @@
-//! Everything that is found out about a net, for reports and back ends.
+//! All facts about a net, for reports and back ends.
 
 use std::collections::BTreeSet;
 
@@ -18,12 +18,12 @@ use crate::explore::{Ended, Searched, Seen, States, explore_any};
 use crate::limits::Limits;
 use crate::symbolic::{self, Reached};
 
-/// Steps outside components up to which a decision diagram is asked about every two of them.
+/// The maximum number of steps outside components for which a decision diagram is queried about every pair.
 const PAIRED: usize = 128;
 
-/// What is proved of a net. What could not be found out within the limits stands in [`Facts::open`]; nothing in the other fields is a guess.
+/// The proved facts of a net. [`Facts::open`] lists what was not decided within the limits; nothing in the other fields is a guess.
 ///
-/// Facts about situations hold for every stimulus that meets the chart's assumptions, with any `dt`.
+/// Facts about situations apply to every stimulus that satisfies the chart's assumptions, with any `dt`.
 #[must_use]
 pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
     let note = |watch: &mut Watch<'_>, _: &States, seen: &Seen<'_, '_>| {
@@ -35,7 +35,7 @@ pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
     facts_of(net, limits, &seen, &states, &ended)
 }
 
-/// The facts of a net of which a search within these limits has shown this.
+/// The facts of a net, given the results of a search within these limits.
 pub(crate) fn facts_of(
     net: &Valid<Net>,
     limits: &Limits,
@@ -49,7 +49,7 @@ pub(crate) fn facts_of(
         Some(why) => {
             if let Err(again) = symbolic_facts(net, limits, &mut facts) {
                 facts.open.push(format!(
-                    "not all states were enumerated: {why}; nor were they found as a decision diagram: {again}"
+                    "not all states were enumerated: {why}; the decision diagram failed too: {again}"
                 ));
             }
         }
@@ -64,7 +64,7 @@ pub fn structural_facts(net: &Valid<Net>) -> Facts {
     let mut facts = Facts::default();
     if cover.n_uncovered > 0 {
         facts.open.push(format!(
-            "{} of {} steps are in no sequential component that the structure shows",
+            "{} of {} steps are in no sequential component that follows from the structure",
             cover.n_uncovered,
             net.steps.len()
         ));
@@ -86,7 +86,7 @@ pub fn structural_facts(net: &Valid<Net>) -> Facts {
     facts
 }
 
-/// Steps that some sequence of transitions might activate, if every receptivity that is not `false` could be true at any time.
+/// Steps that some sequence of transitions could activate, if every receptivity except `false` could be true at any time.
 fn reached(net: &Net) -> IdMap<Step, bool> {
     let mut spread = Spread {
         net,
@@ -162,7 +162,7 @@ impl Spread<'_> {
                 match enter {
                     Enter::Step(step) => self.reach(*step),
                     Enter::InitialContent(_) => {}
-                    // What a history recorded was reached before; its default need not have been.
+                    // Recorded states of a history were reached before; its default may not have been.
                     Enter::History(history) => {
                         if seen.insert(history.index()) {
                             lists.push(&self.net.histories[*history].default);
@@ -179,7 +179,7 @@ impl Spread<'_> {
     }
 }
 
-/// What the reactions that were visited show.
+/// The results collected from the visited reactions.
 pub(crate) struct Watch<'n> {
     net: &'n Net,
     fired: IdMap<Transition, bool>,
@@ -198,7 +198,7 @@ impl<'n> Watch<'n> {
             most: Most::default(),
             unstable: at_reset.row().fault,
         };
-        // Reset is a reaction too: a statechart runs to completion in it.
+        // The reset is a reaction too: a statechart runs to completion in it.
         watch.note(&at_reset);
         watch
     }
@@ -211,14 +211,14 @@ impl<'n> Watch<'n> {
     fn note(&mut self, simulator: &Simulator<'_>) {
         for transition in simulator.fired() {
             self.fired[*transition] = true;
-            // A transient step is active between two micro-steps only.
+            // A transient step is active only between two micro-steps.
             entered(&self.net.transitions[*transition]).for_each(|step| self.touched[step] = true);
         }
         self.most.note(simulator);
     }
 }
 
-/// Situations, what is never reached, and how deep a reaction goes, by the enumeration of all states.
+/// Situations, unreachable objects and the depth of reactions, by enumeration of all states.
 fn explicit_facts(
     net: &Valid<Net>,
     limits: &Limits,
@@ -246,7 +246,8 @@ fn explicit_facts(
     }
     facts.dead_transitions =
         net.transitions.ids().filter(|transition| !fired[*transition]).collect();
-    // Between two micro-steps there are situations that no row shows, so without them nothing is known of what is active together.
+    // Between two micro-steps there are situations that no row shows, so they must be known before anything can be said about steps that are active
+    // together.
     if net.settings.evolution == Evolution::Single {
         explicit_components(net, &situations, facts);
     }
@@ -254,7 +255,7 @@ fn explicit_facts(
         let by = Proof::Explicit;
         facts.always_stable = Some(by);
         facts.rounds = Some(Proved { value: most.rounds.max(1), by });
-        // In a statechart the limit counts anew with each external event, so it says nothing of the reaction.
+        // In a statechart the limit restarts with each external event, so it does not bound the reaction.
         facts.stable_depth = (!net.settings.policy.is_statechart())
             .then(|| Proved { value: most.micro_steps.max(1), by });
     }
@@ -268,12 +269,12 @@ fn explicit_facts(
     }
 }
 
-/// What reactions took, at most.
+/// The maxima over all reactions.
 #[derive(Debug, Default)]
 struct Most {
     rounds: u32,
     micro_steps: u32,
-    /// Events in the internal queue at once.
+    /// Events in the internal queue at the same time.
     internal: usize,
 }
 
@@ -285,26 +286,27 @@ impl Most {
     }
 }
 
-/// True if a step that is ever active stands in a situation or is entered by a transition that fires. Enclosed steps may come and go within a
-/// reaction without either, so where there are such steps only what the structure excludes is known to be unreachable.
+/// True if every step that is ever active is in some situation or is entered by a transition that fires. Enclosed steps may become active and inactive
+/// within a reaction without either, so with such steps only those that the structure excludes are known to be unreachable.
 fn shows_all_steps(net: &Net) -> bool {
     net.steps.values().all(|step| step.parent.is_none()) && net.forcings.is_empty()
         || net.settings.evolution == Evolution::Single
 }
 
-/// The same facts from a decision diagram of all reachable states, for charts with more states than can be visited. The error says why there is none.
+/// The same facts from a decision diagram of all reachable states, for charts with too many states to enumerate. The error tells why there is none.
 fn symbolic_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) -> Result<(), String> {
     let mut reached = symbolic::reach(net, facts, limits, &[], &[])?;
     let situations = reached.count();
     if situations == u128::MAX {
-        facts
-            .open
-            .push("more than 10^38 situations are reachable; how many was not counted".to_owned());
+        facts.open.push(
+            "more than 10^38 situations are reachable; the exact number was not counted".to_owned(),
+        );
     }
     if !reached.exact {
-        facts
-            .open
-            .push("situations are counted that an assumption on outputs may exclude".to_owned());
+        facts.open.push(
+            "the count of situations may include some that an assumption on outputs excludes"
+                .to_owned(),
+        );
     }
     facts.reach = Some(Reach {
         situations,
@@ -312,7 +314,7 @@ fn symbolic_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) -> Resul
         by: Proof::Symbolic,
         sets: None,
     });
-    // The diagram begins after reset, which is a reaction too.
+    // The diagram starts after reset, which is a reaction too.
     let at_reset = Simulator::new(net);
     at_reset.fired().iter().for_each(|transition| reached.fires[transition.index()] = true);
     let mut seen = IdMap::filled(&net.steps, false);
@@ -366,7 +368,7 @@ fn symbolic_components(net: &Net, reached: &mut Reached, facts: &mut Facts) -> R
     Ok(())
 }
 
-/// Components that only the enumeration shows: steps that the structure left alone and that are never active together.
+/// Components that only the enumeration shows: steps outside the structural components that are never active together.
 fn explicit_components(net: &Net, situations: &IndexSet<Vec<u64>>, facts: &mut Facts) {
     let contains =
         |words: &Vec<u64>, step: StepId| words[step.index() / 64] >> (step.index() % 64) & 1 == 1;
@@ -397,7 +399,7 @@ fn explicit_components(net: &Net, situations: &IndexSet<Vec<u64>>, facts: &mut F
     add_components(net, found, Proof::Explicit, facts);
 }
 
-/// The steps that are in no component yet.
+/// The steps that are not in a component yet.
 fn outside_components(net: &Net, facts: &Facts) -> Vec<StepId> {
     let is_outside =
         |step: &StepId| facts.component_of.as_ref().is_none_or(|map| map[*step].is_none());
@@ -480,7 +482,7 @@ mod tests {
 
     #[test]
     fn what_the_structure_cannot_know_the_enumeration_does() {
-        // The token goes round through b or c, never both, though both receptivities may be true: x with y is excluded by a, whose guard is the same.
+        // The token moves through b or c, never both, although both receptivities may be true: a guards against x together with y.
         let (facts, net) = of("a* b c d | a>b:x a>c:nx b>d:x c>d:nx");
         assert_eq!(facts.reach.map(|reach| reach.situations), Some(4));
         assert_eq!(names(&net, &facts.unreachable_steps), "");

@@ -1,10 +1,10 @@
-//! Receptivities whose truth is known from a row of inputs and a situation alone: no variable, time or edge is asked for.
+//! Receptivities whose value depends only on a row of inputs and a situation: they read no variable, time or edge.
 
 use grafsynth_ir::net::{Leaf, Net, Transition};
 use grafsynth_ir::program_run::evaluate;
 use grafsynth_sim::{InputRow, Situation};
 
-/// The receptivity asks for no event, and for nothing but inputs that are levels and whether steps are active.
+/// True if the receptivity reads no event and only input levels and step activity.
 pub(crate) fn reads_inputs_only(net: &Net, transition: &Transition) -> bool {
     let mut only = transition.events.is_empty();
     transition.guard.for_each_leaf(&mut |leaf| {
@@ -17,7 +17,7 @@ pub(crate) fn reads_inputs_only(net: &Net, transition: &Transition) -> bool {
     only
 }
 
-/// Whether a receptivity holds that [`reads_inputs_only`].
+/// The value of a receptivity for which [`reads_inputs_only`] is true.
 pub(crate) fn holds(transition: &Transition, situation: &Situation, row: &InputRow) -> bool {
     let value = &mut |leaf: &Leaf, _: i64| match leaf {
         Leaf::Input(input) => row.value(*input),
@@ -35,7 +35,7 @@ pub(crate) fn holds(transition: &Transition, situation: &Situation, row: &InputR
     evaluate(&transition.guard, value) != 0
 }
 
-/// All preceding steps of the transition are active.
+/// True if all preceding steps of the transition are active.
 pub(crate) fn is_enabled(transition: &Transition, situation: &Situation) -> bool {
     transition.requires.iter().all(|step| situation.contains(*step))
 }

@@ -1,19 +1,19 @@
-//! What is proved of a net, and the equivalence of logic with a net.
+//! Proofs about nets, and the equivalence of logic with a net.
 //!
 //! ```text
-//! let facts = verify::facts(&net, &Limits::default());           // components, situations, depth, what never happens
+//! let facts = verify::facts(&net, &Limits::default());           // components, situations, depth, dead parts
 //! let verdict = verify::equiv(&net, &facts, &read_back, &limits); // Proved | Refuted(stimulus, difference) | Open(why)
-//! let answers = verify::properties(&net, &limits);                // one for each `assert`
-//! let waits = verify::waiting(&net, &limits);                    // how long each competing transition waits for its turn
-//! let findings = verify::lints(&net, &facts);                     // what is probably not meant
-//! let all = verify::Explored::of(&net, &Limits::default());       // all four of one search
+//! let answers = verify::properties(&net, &limits);                // one per `assert`
+//! let waits = verify::waiting(&net, &limits);                    // waiting time of each competing transition
+//! let findings = verify::lints(&net, &facts);                     // probable mistakes
+//! let all = verify::Explored::of(&net, &Limits::default());       // all four in one search
 //! ```
 //!
-//! Four engines stand behind these: the structure of the net ([`cover`], with the decision diagrams of [`exclusive`]), an exhaustive search with the
-//! reference simulator, the same search over net and circuit together, and the reaction written down as functions a second time with a solver. Each
-//! gives an exact answer or none; [`Limits`] are counts of work, so the same question has the same answer on every machine.
+//! Four engines answer these questions: the structure of the net ([`cover`], with the decision diagrams of [`exclusive`]), an exhaustive search with the
+//! reference simulator, the same search over net and circuit together, and a second encoding of the reaction as functions with a solver. Each gives an
+//! exact answer or none; [`Limits`] count work, so the same question has the same answer on every machine.
 //!
-//! `docs/verify.md` says in the user's words what is covered.
+//! `docs/verify.md` describes the coverage for users.
 
 mod alphabet;
 pub mod circuits;

@@ -1,27 +1,27 @@
-//! How much work a question may cost before the answer is "open".
+//! Limits of work; a question that exceeds them is answered "open".
 
 /// Bounds on work and memory. They make every function of this crate end; none of them can make an answer wrong.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Limits {
-    /// Pairs of a state and an input that an exploration looks at.
+    /// Pairs of a state and an input that an exploration visits.
     pub pairs: u64,
-    /// States that an exploration keeps.
+    /// States that an exploration stores.
     pub states: usize,
-    /// Input rows that are tried in one state; with more than that no exploration is begun.
+    /// Input rows that are tried in one state; if there are more, no exploration is started.
     pub rows_per_state: u64,
-    /// Rows of the random comparison that is run where nothing can be proved.
+    /// Rows of the random comparison that runs if nothing can be proved.
     pub random_rows: usize,
     /// Nodes of a decision diagram.
     pub bdd_nodes: usize,
-    /// Bits of state and inputs with which reachable situations are sought as a decision diagram.
+    /// Bits of state and inputs up to which reachable situations are computed as a decision diagram.
     pub image_bits: usize,
-    /// Steps of work on that diagram: looks at a node, or at two or three together.
+    /// Steps of work on that diagram; each visits one node, or a pair or triple of nodes.
     pub image_work: u64,
-    /// Conflicts that the solver may meet for one function.
+    /// Conflicts of the solver for one function.
     pub conflicts: u64,
     /// Nodes of the verifier's own circuit of a net.
     pub circuit_nodes: usize,
-    /// Situations that [`Facts::reach`](grafsynth_ir::facts::Reach) lists one by one.
+    /// Situations that [`Facts::reach`](grafsynth_ir::facts::Reach) lists individually.
     pub listed_situations: usize,
 }
 

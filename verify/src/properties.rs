@@ -1,4 +1,4 @@
-//! What the chart must guarantee, and whether its assumptions leave anything.
+//! Decides the assertions of a chart, and whether its assumptions can be satisfied.
 
 use std::convert::Infallible;
 
@@ -20,43 +20,43 @@ use crate::verdict::{Open, OpenReason, Scope, Tested};
 /// The answer for one `assert`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PropertyVerdict {
-    /// Its place in [`Net::properties`].
+    /// Its index in [`Net::properties`].
     pub property: usize,
     /// The answer.
     pub outcome: Outcome,
 }
 
-/// What is known of one property.
+/// The result for one property.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outcome {
-    /// No stimulus that meets the assumptions breaks it, whatever `dt` it has. What is known for some `dt` only is [`Open`](Outcome::Open).
+    /// No stimulus that satisfies the assumptions violates it, for any `dt`. A result for some `dt` only is [`Open`](Outcome::Open).
     Proved {
         /// How it was proved.
         by: Proof,
-        /// States that were enumerated (those that differ in their times alone may count as one), or that the decision diagram holds; 0 where the proof
-        /// needed none.
+        /// The number of states that were enumerated (those that differ only in their times may count as one) or that the decision diagram contains; 0 if
+        /// the proof needed none.
         states: u64,
     },
-    /// The last row of this stimulus breaks it; no shorter one does, where `is_shortest`.
+    /// The last row of this stimulus violates it; if `is_shortest`, no shorter one does.
     Refuted {
-        /// What to feed the chart.
+        /// The stimulus of the chart.
         stimulus: Stimulus,
         /// The row of the trace: 0 is the reset.
         row: usize,
-        /// No stimulus with fewer rows breaks the property.
+        /// No stimulus with fewer rows violates the property.
         is_shortest: bool,
     },
-    /// It could not be found out, and why.
+    /// Open, with the reason.
     Open(Open),
 }
 
-/// The net with one more `assert`, the last: never does the emergency hold while an output is not safe. The net itself where it has no emergency, or none of
-/// whose outputs there is anything to say.
+/// The net with one more `assert` at the end: during the emergency, every output is safe. The net itself if it has no emergency, or if none of its outputs
+/// can be checked.
 ///
-/// Mealy outputs are forced by the condition as it stood before the micro-step, so the property speaks of them only where the condition asks for inputs alone.
+/// The condition forces mealy outputs with its value before the micro-step, so the property covers them only if the condition reads nothing but inputs.
 ///
 /// # Errors
-/// What keeps the condition from being read in a property. A property may read all that an emergency may, so there is nothing.
+/// Reasons why the condition cannot be read in a property. A property may read everything that an emergency may, so there are none.
 pub fn with_emergency(net: &Valid<Net>) -> Result<Valid<Net>, Vec<Diagnostic>> {
     let Some(emergency) = &net.emergency else { return Ok(net.clone()) };
     let mut over_inputs = true;
@@ -82,7 +82,7 @@ pub fn with_emergency(net: &Valid<Net>) -> Result<Valid<Net>, Vec<Diagnostic>> {
     });
     let is_unsafe: Vec<PropertyExpr> = is_unsafe.collect();
     if is_unsafe.is_empty() {
-        // It would be "never false", proved of nothing.
+        // It would be "never false", a proof about nothing.
         return Ok(net.clone());
     }
     let leaf = |leaf: &Leaf| PropertyLeaf::Net(*leaf);
@@ -116,20 +116,20 @@ pub fn properties(net: &Valid<Net>, limits: &Limits) -> Vec<PropertyVerdict> {
     decide(net, limits, &asserts, outcomes, &states, &ended)
 }
 
-/// Every `assert` with its place.
+/// Every `assert` with its index.
 pub(crate) fn asserts(net: &Net) -> Vec<(usize, &Property)> {
     let all = net.properties.iter().enumerate();
     all.filter(|(_, property)| property.role == PropertyRole::Assert).collect()
 }
 
-/// What the row of the reset breaks.
+/// The assertions that the row of the reset violates.
 pub(crate) fn at_reset(net: &Valid<Net>, asserts: &[(usize, &Property)]) -> Vec<Option<Outcome>> {
     let reset = Simulator::new(net);
     let broken = || Outcome::Refuted { stimulus: Stimulus::new(net), row: 0, is_shortest: true };
     asserts.iter().map(|(_, property)| reset.is_violated(property).then(broken)).collect()
 }
 
-/// What a search has shown, and for the rest what one that was given up before has.
+/// The results of a search, completed by those of an earlier abandoned one.
 pub(crate) fn either(
     outcomes: Vec<Option<Outcome>>,
     given_up: Option<Vec<Option<Outcome>>>,
@@ -142,7 +142,7 @@ pub(crate) fn either(
     }
 }
 
-/// Decides what a search through all states with any `dt` has left open.
+/// Decides what a search of all states with any `dt` left open.
 pub(crate) fn decide(
     net: &Valid<Net>,
     limits: &Limits,
@@ -204,7 +204,7 @@ pub(crate) fn decide(
         .collect()
 }
 
-/// Asks the enumeration of what a chip can do, for a counterexample or for something to say: true if no reaction of at most one tick breaks what is left.
+/// Enumerates the reactions of at most one tick, for a counterexample or a partial result: true if none of them violates the remaining properties.
 fn for_chips(
     net: &Valid<Net>,
     limits: &Limits,
@@ -217,7 +217,7 @@ fn for_chips(
     matches!(ended, Ended::Complete)
 }
 
-/// Notes which properties the reaction is the first to break; enough is known if all have an answer.
+/// Notes which properties the reaction is the first to violate; stops when all have an answer.
 pub(crate) fn note_violations(
     net: &Net,
     asserts: &[(usize, &Property)],
@@ -236,7 +236,7 @@ pub(crate) fn note_violations(
     outcomes.iter().all(Option::is_some).then_some(())
 }
 
-/// Asks the decision diagram of all reachable states, where they could not be enumerated. It proves, and knows what is broken, but not by which stimulus.
+/// Uses the decision diagram of all reachable states if they could not be enumerated. It proves properties and detects violations, but gives no stimulus.
 fn by_diagram(
     net: &Valid<Net>,
     limits: &Limits,
@@ -261,7 +261,7 @@ fn by_diagram(
     }
 }
 
-/// Tries random stimuli where not all states could be enumerated.
+/// Tries random stimuli if not all states could be enumerated.
 fn at_random(
     net: &Valid<Net>,
     limits: &Limits,
@@ -296,7 +296,7 @@ fn at_random(
     }
 }
 
-/// Says so if no row of inputs meets all assumptions: then whatever is proved says nothing.
+/// Reports that no row of inputs satisfies all assumptions, because then proofs have no meaning.
 #[must_use]
 pub fn check_assumption(net: &Valid<Net>) -> Option<Diagnostic> {
     let Err(NoAlphabet::Contradiction) = Alphabet::of(net, false, Limits::default().rows_per_state)
@@ -305,7 +305,7 @@ pub fn check_assumption(net: &Valid<Net>) -> Option<Diagnostic> {
     };
     let mut error = Diagnostic::error(
         codes::ASSUMPTION_EMPTY,
-        "no row of inputs meets all assumptions, so nothing that is proved says anything",
+        "no row of inputs satisfies all assumptions, so every proof is meaningless",
     );
     for property in net.properties.iter().filter(|property| property.role == PropertyRole::Assume) {
         error = error.at(property.meta.span, "excludes rows");
@@ -355,7 +355,7 @@ mod tests {
 
     #[test]
     fn an_assumption_is_not_enough_where_tokens_part_later() {
-        // Under `never (x and y)` the two transitions never fire together, and one token cannot be in two steps.
+        // Under `never (x and y)` the two transitions never fire together, so one token cannot be in two steps.
         let verdicts = properties(&fig5(Some(PropertyRole::Assume)), &Limits::default());
         assert!(matches!(verdicts[0].outcome, Outcome::Proved { states: 3, .. }), "{verdicts:?}");
     }

@@ -1,7 +1,7 @@
-//! Which inputs can matter in a situation.
+//! Which inputs can be relevant in a situation.
 //!
-//! An exploration need not try an input that nothing reads. The sets here are found in the text of the net, so they are too large rather than too
-//! small: every expression that a reaction from the situation can evaluate is counted in.
+//! An exploration need not vary an input that is not read. The sets are computed from the text of the net and may be too large, but never too small: they
+//! include every expression that a reaction from the situation can evaluate.
 
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::expr::Expr as GenericExpr;
@@ -37,22 +37,22 @@ impl Inputs {
     }
 }
 
-/// What reads which inputs, and which timers run where.
+/// Which inputs are read where, and which timers run where.
 #[derive(Debug, Clone)]
 pub(crate) struct Relevance<'n> {
     net: &'n Net,
     /// Read in every reaction.
     always: Inputs,
-    /// Read when the step is active at the end of a micro-step or of the reaction: lists, outputs, actions, tasks.
+    /// Read if the step is active at the end of a micro-step or of the reaction: lists, outputs, actions, tasks.
     by_step: IdMap<Step, Inputs>,
     by_transition: IdMap<Transition, Inputs>,
     leaving: IdMap<Step, Vec<TransitionId>>,
     sources: Vec<TransitionId>,
-    /// What an enclosing step activates.
+    /// The steps that an enclosing step activates.
     links: IdMap<Step, Vec<StepId>>,
     /// The largest constant that `s.t` of this step is compared with.
     elapsed: IdMap<Step, i64>,
-    /// The largest constant of anything else that counts ticks.
+    /// The largest constant for all other tick counts.
     other_time: i64,
     is_stable: bool,
     is_statechart: bool,
@@ -249,10 +249,10 @@ impl<'n> Relevance<'n> {
         }
     }
 
-    /// Beyond this many ticks a row does what one with exactly so many does; none if no tick matters in the situation.
+    /// The largest relevant `dt`: more ticks have the same effect. `None` if no tick matters in the situation.
     pub(crate) fn largest_dt(&self, situation: &Situation) -> Option<u32> {
         let steps = situation.iter().map(|step| self.elapsed[step]).max().unwrap_or(-1);
-        // A timer stops one above its constant, from 0 at the least.
+        // A timer stops one above its constant, starting from 0 or more.
         let largest = steps.max(self.other_time);
         (largest >= 0).then(|| u32::try_from(largest + 1).unwrap_or(u32::MAX))
     }
@@ -274,7 +274,7 @@ impl<'n> Relevance<'n> {
         for source in &self.sources {
             self.fires(*source, &mut set, &mut active, &mut todo);
         }
-        // In `single` only what is active now can fire; in `stable` whatever may have been activated before can.
+        // In `single` only enabled transitions can fire; in `stable` also those that earlier micro-steps enable.
         let mut at = 0;
         while at < todo.len() {
             let step = todo[at];
@@ -284,7 +284,7 @@ impl<'n> Relevance<'n> {
                 continue;
             }
             for transition in &self.leaving[step] {
-                // In `stable` a step found later may enable it, so it counts whether or not all its steps are active now.
+                // In `stable` a step found later may enable it, so it counts even if not all its steps are active now.
                 let requires = &self.net.transitions[*transition].requires;
                 if self.is_stable || requires.iter().all(|step| situation.contains(*step)) {
                     self.fires(*transition, &mut set, &mut active, &mut todo);
@@ -316,7 +316,7 @@ impl<'n> Relevance<'n> {
                 active.insert(step);
                 todo.push(step);
             }
-            // An enclosing step that is active already may restart, so its links count too.
+            // An enclosing step that is already active may restart, so its links count too.
             waiting
                 .extend(self.links[step].iter().copied().filter(|child| !active.contains(*child)));
         }

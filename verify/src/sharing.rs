@@ -1,9 +1,9 @@
-//! Who may touch the variables of a halted step (semantics §6).
+//! Access to the variables of a halted step (semantics §6).
 //!
-//! The tasks of a step that halts run in chunks, one a reaction, and where the chunks end is fixed by costs and budget. What the tasks do as a whole and
-//! what others do in between can be put one behind the other unless the others depend on what was done before a halt *and* on what is done
-//! after it (conflict serialisability). So a finding names three places: a task before the halt, a task after it, and what comes in between. All that may run
-//! while the step is halted is taken together, since one row shows all of it.
+//! The tasks of a step that halts run in chunks, one per reaction; costs and budget determine where the chunks end. The tasks as a whole and the accesses
+//! of others in between are serialisable unless the others depend on something done before a halt *and* on something done after it (conflict
+//! serialisability). So a finding names three places: a task before the halt, a task after it, and the access in between. All accesses while the step is
+//! halted are combined, because one row shows all of them.
 
 use grafsynth_ir::facts::{Facts, Proof};
 use grafsynth_ir::net::{
@@ -16,8 +16,8 @@ use std::collections::BTreeSet;
 
 use crate::codes;
 
-/// Warnings about variables of which nothing is said, and errors about those that are not to be shared. `facts` are those of the same net: a warning is given
-/// only where both were seen active together, an error unless that is proved impossible.
+/// Warnings about variables without a sharing setting, and errors about those that must not be shared. `facts` must belong to the same net. A warning is
+/// given only if both were seen active together; an error is given unless this is proved impossible.
 #[must_use]
 pub fn shared(net: &Valid<Net>, facts: &Facts) -> Vec<Diagnostic> {
     let mut out = Vec::new();
@@ -29,7 +29,7 @@ pub fn shared(net: &Valid<Net>, facts: &Facts) -> Vec<Diagnostic> {
     out
 }
 
-/// As [`shared`], the errors alone: what keeps a chart from being built.
+/// The errors of [`shared`] only, which prevent a build.
 #[must_use]
 pub fn refused(net: &Valid<Net>, facts: &Facts) -> Vec<Diagnostic> {
     let mut found = shared(net, facts);
@@ -37,7 +37,7 @@ pub fn refused(net: &Valid<Net>, facts: &Facts) -> Vec<Diagnostic> {
     found
 }
 
-/// What is known of two steps.
+/// Whether two steps can be active together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Together {
     Never,
@@ -49,7 +49,7 @@ enum Together {
 struct Other {
     accesses: Accesses,
     together: Together,
-    /// It waits while a protected variable is held.
+    /// It waits while a protected variable is locked.
     waits: bool,
     span: Span,
     what: String,
@@ -83,7 +83,7 @@ impl Look<'_> {
                     }
                 }
             }
-            // One variable on both sides says most; two only where none is on both.
+            // One variable on both sides is the clearest finding; two are used only if no single one is on both.
             found.sort_by_key(|(x, y, one, other)| (x != y, *x, *y, one.span, other.span));
             let any_alone = found.first().is_some_and(|(x, y, ..)| x == y);
             found.retain(|(x, y, ..)| !any_alone || x == y);
@@ -103,7 +103,7 @@ impl Look<'_> {
         Accesses::of_tasks(self.net, self.step, range)
     }
 
-    /// The designer has not settled it already.
+    /// False if a sharing setting of the designer covers this access.
     fn matters(&self, var: VarId, other: &Other) -> bool {
         let is_seen = other.together == Together::Seen;
         self.net.vars[var].origin != VarOrigin::Hidden
@@ -156,11 +156,11 @@ impl Look<'_> {
             format!("{}, {}", net.vars[x].name, net.vars[y].name)
         };
         finding.help(if says(x, Sharing::Protect) || says(y, Sharing::Protect) {
-            format!("this cannot wait: write `shared buffer {list}`, so that the tasks work on a copy")
+            format!("write `shared buffer {list}`, so that the tasks work on a copy; this access cannot wait")
         } else {
             format!(
                 "wait for `{}.done`, or write `shared buffer {list}` (the tasks work on a copy), `shared protect {list}` (others wait), or \
-                 `shared allow {list}` (it is meant so)",
+                 `shared allow {list}` (accept it)",
                 step.name
             )
         })
@@ -171,12 +171,12 @@ impl Look<'_> {
         let when = if other.together == Together::Seen {
             "while the step is halted"
         } else {
-            "and is not proved never to do so while the step is halted"
+            "(not proved impossible while the step is halted)"
         };
         format!("{} {verb} `{}` {when}", other.what, self.net.vars[var].name)
     }
 
-    /// The task among these that touches the variable: one that writes it if there is one.
+    /// The task among these that accesses the variable; a writing task is preferred.
     fn task(&self, range: std::ops::Range<usize>, var: VarId) -> Option<(Span, String)> {
         let net = self.net;
         let step = &net.steps[self.step];
@@ -198,7 +198,7 @@ impl Look<'_> {
     fn others(&self) -> Vec<Other> {
         let net = self.net;
         let mut all = Vec::new();
-        // What it does itself when it is entered or left is not another's.
+        // The step's own entry and exit lists do not count as another's access.
         let exit = |step: StepId, accesses: &mut Accesses| {
             if step != self.step {
                 accesses.block(net, &net.steps[step].exit);
@@ -281,7 +281,7 @@ impl Look<'_> {
                 Qualifier::N | Qualifier::L | Qualifier::D | Qualifier::P | Qualifier::P1 => {
                     self.together(one.step)
                 }
-                // It may go on when its step is no longer active.
+                // It may continue when its step is no longer active.
                 Qualifier::S | Qualifier::SD | Qualifier::DS | Qualifier::SL | Qualifier::P0 => {
                     Together::Seen
                 }
@@ -307,14 +307,14 @@ impl Look<'_> {
                 exit(id, &mut accesses);
                 entry(id, &mut accesses);
             }
-            let what = "what this order forces".to_owned();
+            let what = "a step that this order forces".to_owned();
             rests(accesses, self.together(forcing.step), forcing.span, what);
         }
         all.retain(|one| one.together != Together::Never);
         all
     }
 
-    /// The condition holds only when the tasks are done.
+    /// True if the condition is true only when the tasks are done.
     fn is_after(&self, condition: &Expr) -> bool {
         use grafsynth_ir::expr::ExprKind;
         match &condition.kind {
@@ -344,7 +344,7 @@ impl Look<'_> {
         if facts.unreachable_steps.contains(&other) {
             return Together::Never;
         }
-        // In a stable evolution there are situations between the reactions' ends; what was counted at the ends says nothing of them.
+        // In a stable evolution there are situations within reactions; a count at the ends of reactions does not cover them.
         let always = |by: Proof| {
             self.net.settings.evolution == Evolution::Single
                 || matches!(by, Proof::Structural | Proof::Induction)

@@ -1,33 +1,33 @@
-//! Answers as data: proved, refuted or open, for which stimuli, and why not more.
+//! Answers as data: proved, refuted or open, for which stimuli, and the reasons for an open answer.
 //!
-//! Every question of this crate ends in a [`Verdict`]. Text is made of it only where it is printed, so that people and machines get the same answer.
+//! Every question of this crate ends in a [`Verdict`]. It becomes text only where it is printed, so that people and machines get the same answer.
 
 use grafsynth_ir::net::Net;
 use grafsynth_sim::{Coverage, MICRO_STEPS};
 use std::fmt;
 
-/// The answer to a question: proved as `P` says, refuted by the witness `W`, or open.
+/// The answer to a question: proved with the proof `P`, refuted by the witness `W`, or open.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Verdict<P, W> {
-    /// It holds, and how that was proved.
+    /// The statement is true, with its proof.
     Proved(P),
-    /// It does not hold, and where.
+    /// The statement is false, with a witness.
     Refuted(W),
-    /// Neither was found out.
+    /// Neither was decided.
     Open(Open),
 }
 
-/// The stimuli for which an answer holds. A proof without its scope is a claim about stimuli that nobody looked at.
+/// The stimuli that an answer covers. A proof without its scope would be a claim about stimuli that were not examined.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum Scope {
-    /// Every stimulus that the contract allows: any `dt`, any inputs that meet the assumptions.
+    /// Every stimulus that the contract allows: any `dt`, any inputs that satisfy the assumptions.
     #[default]
     EveryStimulus,
-    /// Stimuli in which no reaction takes more than one tick. For a chip this is every stimulus there is (semantics §9), for C it is not.
+    /// Stimuli in which no reaction takes more than one tick. For a chip these are all stimuli (semantics §9), for C they are not.
     OneTick,
     /// Stimuli whose reactions take these numbers of ticks.
     Ticks(Vec<u32>),
-    /// Stimuli in which a reaction takes no tick or one, or comes to a threshold of a time, to the tick before it or to the one after.
+    /// Stimuli in which each `dt` is 0 or 1, or reaches a time threshold, the tick before it or the tick after it.
     Thresholds,
 }
 
@@ -48,7 +48,7 @@ impl fmt::Display for Scope {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Scope::EveryStimulus => write!(f, "for every stimulus"),
-            Scope::OneTick => write!(f, "for at most one tick a reaction"),
+            Scope::OneTick => write!(f, "for at most one tick per reaction"),
             Scope::Ticks(ticks) => {
                 let ticks: Vec<String> = ticks.iter().map(ToString::to_string).collect();
                 write!(f, "for dt {}", ticks.join(" "))
@@ -58,17 +58,17 @@ impl fmt::Display for Scope {
     }
 }
 
-/// Why a question stayed open.
+/// Why a question remained open.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum OpenReason {
-    /// An exploration met its limit on pairs of a state and an input row.
+    /// An exploration reached its limit of pairs of a state and an input row.
     Pairs {
         /// The limit.
         limit: u64,
-        /// States found by then.
+        /// States found before.
         states: usize,
     },
-    /// An exploration met its limit on states.
+    /// An exploration reached its limit of states.
     States {
         /// The limit.
         limit: usize,
@@ -78,40 +78,40 @@ pub enum OpenReason {
         /// The limit.
         limit: u64,
     },
-    /// An input has too many values to try each.
+    /// An input has too many values to try all of them.
     InputValues {
         /// Its name.
         input: String,
-        /// How many values.
+        /// The number of values.
         values: u64,
     },
     /// The assumptions read too many inputs to try all of them.
     Assumptions,
     /// Too many inputs to enumerate.
     Inputs {
-        /// How many.
+        /// The number of inputs.
         inputs: usize,
     },
-    /// A method does not carry this design, or its limit was met on the way; says what and where.
+    /// A method does not support this design, or reached its limit; the text tells what and where.
     Method(String),
-    /// It holds for these stimuli, and for the rest nobody knows.
+    /// Proved for these stimuli; unknown for the rest.
     OnlyFor(Scope),
-    /// An enumeration found it true for these stimuli, and for the rest nobody knows.
+    /// An enumeration found it true for these stimuli; unknown for the rest.
     RunOnlyFor {
-        /// Which.
+        /// The stimuli.
         scope: Scope,
-        /// The states there are.
+        /// The number of states.
         states: u64,
-        /// The reactions compared.
+        /// The number of reactions compared.
         reactions: u64,
     },
-    /// Some stimulus breaks it, but none was found.
+    /// Some stimulus violates it, but none was found.
     Unfound,
-    /// Programs that the question needs are not installed.
+    /// Programs that are needed for the answer are not installed.
     ToolMissing(Vec<String>),
-    /// A program that the question needs failed: what it printed.
+    /// A needed program failed; contains its output.
     ToolFailed(String),
-    /// The user asked for no proof.
+    /// The user requested no proof.
     NotAsked,
 }
 
@@ -135,7 +135,7 @@ impl OpenReason {
         }
     }
 
-    /// The option of the command line that would settle more of such questions, if there is one.
+    /// The command-line option that would settle more such questions, if there is one.
     #[must_use]
     pub fn option(&self) -> Option<&'static str> {
         matches!(self, OpenReason::Pairs { .. }).then_some("--proof-limit")
@@ -169,38 +169,38 @@ impl fmt::Display for OpenReason {
             OpenReason::RunOnlyFor { scope, states, reactions } => {
                 write!(f, "proved {scope} only ({states} states, {reactions} reactions)")
             }
-            OpenReason::Unfound => write!(f, "some stimulus breaks it, but none was found"),
+            OpenReason::Unfound => write!(f, "some stimulus violates it, but none was found"),
             OpenReason::ToolMissing(tools) => write!(f, "{} not installed", tools.join(", ")),
             OpenReason::ToolFailed(text) => f.write_str(text),
-            OpenReason::NotAsked => write!(f, "not proved, as asked"),
+            OpenReason::NotAsked => write!(f, "not proved, as requested"),
         }
     }
 }
 
-/// What a method that can only say a sentence says.
+/// For methods that only return a sentence.
 impl From<String> for OpenReason {
     fn from(why: String) -> Self {
         OpenReason::Method(why)
     }
 }
 
-/// An open question: why each method gave up, and how well the answer was tested instead.
+/// An open question: why each method failed, and how well the answer was tested instead.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Open {
     /// Why, in the order in which the methods were tried.
     pub reasons: Vec<OpenReason>,
-    /// The random reactions that found no difference; none if there were none.
+    /// The random reactions that found no difference; `None` if there were none.
     pub tested: Option<Tested>,
 }
 
 impl Open {
-    /// An open question that nothing was tested of.
+    /// An open question without any test.
     #[must_use]
     pub fn because(reason: impl Into<OpenReason>) -> Self {
         Open { reasons: vec![reason.into()], tested: None }
     }
 
-    /// The same, with what was tested instead.
+    /// Adds what was tested instead.
     #[must_use]
     pub fn tested(self, tested: Tested) -> Self {
         Open { tested: Some(tested), ..self }
@@ -215,23 +215,23 @@ impl fmt::Display for Open {
     }
 }
 
-/// How much a test looked at. It is no proof: it says what was seen.
+/// The extent of a test. It is not a proof: it reports what was seen.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Tested {
     /// Reactions compared.
     pub reactions: u64,
     /// Transitions that fired in them.
     pub fired: usize,
-    /// Transitions that there are.
+    /// The number of transitions in the net.
     pub transitions: usize,
     /// The names of those that never fired.
     pub never: Vec<String>,
-    /// Reactions took so many micro-steps that fewer were made than asked for.
+    /// Reactions took so many micro-steps that fewer were run than requested.
     pub is_cut_short: bool,
 }
 
 impl Tested {
-    /// What directed random reactions of a net saw.
+    /// The coverage of directed random reactions of a net.
     #[must_use]
     pub fn of(net: &Net, coverage: &Coverage) -> Self {
         let never = coverage.never.iter().map(|id| net.transitions[*id].name.text.clone());
@@ -245,10 +245,10 @@ impl Tested {
     }
 }
 
-/// Names that a line shows of those that never fired.
+/// The maximum number of names of transitions that never fired in a line.
 const SHOWN: usize = 8;
 
-/// A number with its digits in threes.
+/// A number with its digits in groups of three.
 fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
@@ -265,7 +265,7 @@ impl fmt::Display for Tested {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "tested: {} reactions", grouped(self.reactions))?;
         if self.is_cut_short {
-            write!(f, " (no more, for they took {} micro-steps)", grouped(MICRO_STEPS))?;
+            write!(f, " (stopped early after {} micro-steps)", grouped(MICRO_STEPS))?;
         }
         if self.transitions > 0 {
             write!(f, ", {} of {} transitions fired", self.fired, self.transitions)?;

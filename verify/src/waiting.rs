@@ -1,12 +1,12 @@
-//! How long a transition that competes waits for its turn: a bound that is attained, or a cycle on which it never comes.
+//! How long a competing transition waits for its turn: a bound that is attained, or a cycle on which it never fires.
 //!
-//! A *turn of others* is a reaction in which the transition is fireable and does not fire. All states and all rows are one graph; without the reactions in
-//! which the transition fires it falls into strongly connected parts. A turn of others within a part can be had for ever: the transition starves. Where
-//! there is none, the longest way through the parts, counting turns, is the bound, and the way itself shows that no smaller number is one. In the same
-//! way the reactions are counted in which its receptivity holds without pause while none of its following steps is active, from the first until it fires;
-//! there a way without end may also be one on which nobody gives the step free.
+//! A *turn of others* is a reaction in which the transition is fireable but does not fire. All states and rows form one graph; without the reactions in
+//! which the transition fires, it splits into strongly connected parts. A turn of others within a part can repeat for ever: the transition starves.
+//! Otherwise the longest path through the parts, counted in turns, is the bound, and the path itself shows that it is attained. In the same way the
+//! analysis counts the consecutive reactions in which its receptivity is true while none of its following steps is active, from the first until it fires;
+//! here an endless path may also be one on which nothing releases the step.
 //!
-//! Under `priority-age` (semantics §4, after seed 004) the bound exists among equal P where each following step is entered by the competitors alone.
+//! Under `priority-age` (semantics §4, after seed 004) the bound exists if the priorities P are equal and only the competitors enter each following step.
 
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::{Evolution, Net, Policy, TransitionId, TransitionKind};
@@ -22,15 +22,15 @@ use crate::limits::Limits;
 use crate::relevance::{Inputs, Relevance};
 use crate::verdict::OpenReason;
 
-/// Reactions that are kept; with more the question stays open.
+/// The maximum number of reactions that are kept; with more the question is open.
 const MOST_EDGES: usize = 1 << 20;
-/// Transitions that are looked at.
+/// The maximum number of transitions that are analysed.
 const MOST_RIVALS: usize = 32;
 
 /// The answer for one transition.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Waiting {
-    /// It shares its preceding step with others.
+    /// The transition, which shares its preceding step with others.
     pub transition: TransitionId,
     /// How long it waits.
     pub wait: Wait,
@@ -39,28 +39,28 @@ pub struct Waiting {
 /// How long a transition waits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Wait {
-    /// Not for ever.
+    /// It eventually fires.
     Bounded {
-        /// So often others fire while it is fireable, at most, until it fires itself. Its receptivity may come and go.
+        /// The maximum number of times that others fire while it is fireable, until it fires itself. Its receptivity may change in between.
         turns: u32,
         /// From reset; in it the transition is fireable `turns` times without firing, and does not fire after the first of them.
         worst: Stimulus,
-        /// So many reactions in a row its receptivity may hold with no following step active, the one included in which it fires; none where others may
-        /// keep the step for ever.
+        /// The maximum number of consecutive reactions in which its receptivity is true with no following step active, including the one in which it
+        /// fires; `None` if others may keep the step for ever.
         reactions: Option<u32>,
-        /// From reset; in its last rows, `reactions` - 1 of them, the receptivity holds and the transition does not fire.
+        /// From reset; in its last `reactions` - 1 rows the receptivity is true and the transition does not fire.
         slowest: Option<Stimulus>,
     },
-    /// For ever: after `way` from reset the rows of `cycle` lead back to the same state, with a turn of others on them.
+    /// It may wait for ever: after `way` from reset, the rows of `cycle` lead back to the same state and contain a turn of others.
     Starves {
         /// From reset to the cycle.
         way: Stimulus,
-        /// Over and over.
+        /// Repeats for ever.
         cycle: Stimulus,
     },
 }
 
-/// One reaction. The bits are those of the rivals.
+/// One reaction. Each bit belongs to one rival.
 struct Edge {
     from: usize,
     to: usize,
@@ -70,11 +70,11 @@ struct Edge {
     held: u32,
 }
 
-/// How long each transition waits that shares its only preceding step with another and reads inputs alone. Empty where nothing competes: under `all`,
-/// in statecharts, and with evolution `stable`, whose micro-steps are no turns.
+/// The waiting time of each transition that shares its only preceding step with another and reads only inputs. Empty if nothing competes: under `all`, in
+/// statecharts, and with evolution `stable`, whose micro-steps are not turns.
 ///
 /// # Errors
-/// Why that is not known: the states or rows are too many.
+/// Why this is unknown: there are too many states or rows.
 pub fn waiting(net: &Valid<Net>, limits: &Limits) -> Result<Vec<Waiting>, OpenReason> {
     let rivals = rivals(net);
     if rivals.is_empty() {
@@ -87,7 +87,7 @@ pub fn waiting(net: &Valid<Net>, limits: &Limits) -> Result<Vec<Waiting>, OpenRe
     }
 }
 
-/// The same, where all states are known, one by one.
+/// The same if all states are known, one by one.
 pub(crate) fn waiting_in(
     net: &Valid<Net>,
     limits: &Limits,
@@ -109,7 +109,7 @@ pub(crate) fn waiting_in(
     Ok(rivals.iter().enumerate().map(answer).collect())
 }
 
-/// Transitions that compete for one step, and whose receptivity is known from a row and a situation.
+/// Transitions that compete for one step, and whose receptivities depend only on a row and a situation.
 pub(crate) fn rivals(net: &Net) -> Vec<TransitionId> {
     let competes = matches!(net.settings.policy, Policy::Priority | Policy::PriorityAge);
     if !competes || net.settings.evolution != Evolution::Single {
@@ -171,7 +171,7 @@ impl<'n, 's> Search<'n, 's> {
                 simulator.set_state(state);
                 simulator.step(row);
                 let Some(to) = states.node_of(simulator.state()) else {
-                    let why = "inputs that are read later make more states";
+                    let why = "inputs that are read later create more states";
                     return Err(OpenReason::Method(why.to_owned()));
                 };
                 let mut edge = Edge { from, to, row: at, lost: 0, won: 0, held: 0 };
@@ -200,7 +200,7 @@ impl<'n, 's> Search<'n, 's> {
         let turns = match without {
             Ok(longest) => longest,
             Err(cycle) => {
-                // A cycle on which it waits without pause says more than one on which its receptivity comes and goes.
+                // A cycle on which it waits without a pause is stronger than one on which its receptivity changes.
                 let without_pause = self
                     .walk(|edge| is(edge.held) && !is(edge.won), |edge| is(edge.lost))
                     .err()
@@ -226,14 +226,14 @@ impl<'n, 's> Search<'n, 's> {
         }
     }
 
-    /// From reset to a state, and on.
+    /// The stimulus from reset to a state, and on along the path.
     fn stimulus(&self, from: usize, way: &[usize]) -> Stimulus {
         let mut rows = self.states.way_to(from);
         rows.extend(way.iter().map(|edge| self.rows[self.edges[*edge].row].clone()));
         Stimulus::of_rows(self.net, &rows)
     }
 
-    /// Of all ways over edges that are `kept`, one on which most of them `count`; or a cycle on which one counts.
+    /// Of all paths over edges that are `kept`, one with the most edges that `count`; or a cycle with such an edge.
     fn walk(
         &self,
         kept: impl Fn(&Edge) -> bool,
@@ -247,7 +247,7 @@ impl<'n, 's> Search<'n, 's> {
         });
         let mut known: BTreeSet<(usize, usize, bool)> = BTreeSet::new();
         for (at, edge) in self.edges.iter().enumerate().filter(|(_, edge)| kept(edge)) {
-            // One row for each pair of states is enough, and one that counts.
+            // One row for each pair of states is enough, preferably one that counts.
             if known.insert((edge.from, edge.to, counts(edge))) {
                 out[edge.from].push(at);
                 graph.update_edge(NodeIndex::new(edge.from), NodeIndex::new(edge.to), ());
@@ -258,7 +258,7 @@ impl<'n, 's> Search<'n, 's> {
         for (number, members) in parts.iter().enumerate() {
             members.iter().for_each(|member| part_of[member.index()] = number);
         }
-        // Parts come with those first that nothing leaves. For each: how much counts from here on, and the edge by which to leave it.
+        // Parts come in an order that starts with those that nothing leaves. For each: the count from here on, and the edge on which to leave it.
         let mut best: Vec<(u32, Option<usize>)> = Vec::with_capacity(parts.len());
         for (number, members) in parts.iter().enumerate() {
             let mut most = (0, None);
@@ -281,7 +281,7 @@ impl<'n, 's> Search<'n, 's> {
         let start = (0..n_states).max_by_key(|state| (best[part_of[*state]].0, n_states - state));
         let mut way = Vec::new();
         let mut at = start.unwrap_or(0);
-        // The way begins where it leaves the first part.
+        // The path begins where it leaves the first part.
         if let Some(first) = best[part_of[at]].1 {
             at = self.edges[first].from;
         }
@@ -293,7 +293,7 @@ impl<'n, 's> Search<'n, 's> {
         Ok(way)
     }
 
-    /// A shortest way within one part.
+    /// A shortest path within one part.
     fn way(&self, out: &[Vec<usize>], part_of: &[usize], from: usize, to: usize) -> Vec<usize> {
         let mut by: BTreeMap<usize, usize> = BTreeMap::new();
         let mut todo = VecDeque::from([from]);

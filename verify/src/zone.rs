@@ -1,13 +1,13 @@
-//! Sets of times: all ways in which a number of clocks that run side by side can stand, described by bounds on each and on the difference of each two
+//! Sets of times: all possible times of a number of clocks that run in parallel, described by bounds on each clock and on the difference of each pair
 //! (difference bound matrices; Dill 1989, Bengtsson and Yi 2004). Times are whole numbers here, and each operation is exact for them.
 
 /// No bound. Sums of two bounds do not overflow.
 const NONE: i64 = i64::MAX / 4;
 
-/// A set of points with a coordinate of at least 0 for each clock. It is never empty, and its bounds are the tightest ones.
+/// A set of points with a coordinate of at least 0 for each clock. It is never empty, and its bounds are as tight as possible.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Zone {
-    /// Clocks, and the constant 0 as the first.
+    /// The number of clocks, plus the constant 0 as the first.
     size: usize,
     /// Row i, column j: clock i minus clock j is at most this.
     bounds: Vec<i64>,
@@ -44,18 +44,18 @@ impl Zone {
         -self.get(0, clock + 1)
     }
 
-    /// The latest time of a clock; none if there is no bound.
+    /// The latest time of a clock; `None` if there is no bound.
     pub(crate) fn most(&self, clock: usize) -> Option<i64> {
         let bound = self.get(clock + 1, 0);
         (bound < NONE).then_some(bound)
     }
 
-    /// The point at which each clock has its earliest time. There is one, for the lower of two points in each coordinate keeps all differences.
+    /// The point at which each clock has its earliest time. It exists, because the coordinate-wise minimum of two points satisfies all difference bounds.
     pub(crate) fn first(&self) -> Vec<i64> {
         (0..self.len()).map(|clock| self.least(clock)).collect()
     }
 
-    /// Any time passes.
+    /// The points that can be reached when any time passes.
     pub(crate) fn later(&self) -> Zone {
         let mut zone = self.clone();
         for clock in 1..self.size {
@@ -64,7 +64,7 @@ impl Zone {
         zone
     }
 
-    /// The points from which some time leads here.
+    /// The points from which the passing of some time leads here.
     pub(crate) fn earlier(&self) -> Zone {
         let mut zone = self.clone();
         for clock in 1..self.size {
@@ -74,12 +74,12 @@ impl Zone {
         zone
     }
 
-    /// Every point of the other zone, which has the same clocks, is one of this.
+    /// True if every point of the other zone, which has the same clocks, is in this one.
     pub(crate) fn includes(&self, other: &Zone) -> bool {
         self.bounds.iter().zip(&other.bounds).all(|(mine, theirs)| theirs <= mine)
     }
 
-    /// The points at which a clock is in `least..=most`; `most` is none where there is no bound.
+    /// The points at which a clock is in `least..=most`; `most` is `None` if there is no bound.
     pub(crate) fn within(mut self, clock: usize, least: i64, most: Option<i64>) -> Option<Zone> {
         let clock = clock + 1;
         let is_not_empty =
@@ -87,12 +87,12 @@ impl Zone {
         is_not_empty.then_some(self)
     }
 
-    /// The points at which the first clock is ahead of the second by at most so much (or behind).
+    /// The points at which the first clock is ahead of the second by at most `by` (which may be negative).
     pub(crate) fn ahead_at_most(mut self, first: usize, second: usize, by: i64) -> Option<Zone> {
         self.tighten(first + 1, second + 1, by).then_some(self)
     }
 
-    /// False, with bounds of no meaning, if nothing is left.
+    /// Returns false, with meaningless bounds, if nothing is left.
     fn tighten(&mut self, a: usize, b: usize, bound: i64) -> bool {
         if bound >= self.get(a, b) {
             return true;
@@ -112,9 +112,9 @@ impl Zone {
         true
     }
 
-    /// The zone of other clocks: each has the time of one of these, or a time of its own.
+    /// The zone of other clocks: each has the time of one of these, or a fixed time.
     pub(crate) fn map(&self, clocks: &[Source]) -> Zone {
-        // A fixed time is that of the constant 0, so much later.
+        // A fixed time is the time of the constant 0, plus that value.
         let place = |at: usize| match at.checked_sub(1).map(|clock| clocks[clock]) {
             None => (0, 0),
             Some(Source::Kept(clock)) => (clock + 1, 0),
@@ -131,8 +131,8 @@ impl Zone {
         Zone { size, bounds }
     }
 
-    /// Forgets by how much each clock is beyond its last cut, after which nothing tells two times apart: so there are finitely many zones. Every point that
-    /// is added reacts as one that was here (Behrmann, Bouyer, Larsen and Pelánek 2006, Extra_M).
+    /// Forgets by how much each clock exceeds its last threshold, beyond which no comparison distinguishes times; so there are finitely many zones. Every
+    /// added point reacts like one that was in the zone (Behrmann, Bouyer, Larsen and Pelánek 2006, Extra_M).
     pub(crate) fn forget_beyond(&mut self, last: &[i64]) {
         let mut is_changed = false;
         for a in 0..self.size {
@@ -174,8 +174,8 @@ impl Zone {
 /// Where the time of a clock comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Source {
-    /// It is a clock of the zone before, by its place there.
+    /// A clock of the previous zone, by its index there.
     Kept(usize),
-    /// It begins with this time.
+    /// A clock that starts with this time.
     Started(i64),
 }

@@ -1,4 +1,4 @@
-//! The two proofs of equivalence against each other, on random nets and on circuits that were spoiled on purpose.
+//! The two equivalence proofs against each other, on random nets and on circuits with injected errors.
 
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
@@ -70,7 +70,7 @@ fn both_proofs_agree_on_random_nets() {
     assert!(n_induction > 20 && n_both > 6, "{n_induction} {n_both}");
 }
 
-/// The circuit as two-level equations would bring it back: each function a minimised sum of products.
+/// The circuit as two-level equations would return it: each function is a minimised sum of products.
 fn two_level(logic: &Logic) -> Option<Logic> {
     let mut builder = Builder::resume(logic.clone());
     let mut sum = |node| {

@@ -1,4 +1,4 @@
-//! The proofs against each other and against enumeration, and the pages of the findings.
+//! The proofs compared with each other and with enumeration, and the pages of the findings.
 
 mod agreement;
 mod oracle;

@@ -1,4 +1,4 @@
-//! The example of each page of findings gives that finding, and good charts give none.
+//! The example on each page of findings gives that finding, and correct charts give none.
 
 use grafsynth_frontend::graf;
 use grafsynth_ir::lower::lower;
@@ -35,7 +35,7 @@ fn codes(text: &str) -> Vec<&'static str> {
     found.found.iter().map(|one| one.code.id).collect()
 }
 
-/// The same, with the notes that are shown on demand.
+/// The same, including notes that are shown on request.
 fn all_codes(text: &str) -> Vec<&'static str> {
     let net = net(text);
     let found = findings(&net, &facts(&net, &Limits::default()), &Limits::default());
@@ -57,7 +57,9 @@ fn each_page_shows_its_finding() {
         let is_note = *id == grafsynth_verify::codes::DECIDED_CONFLICT.id;
         let found = if is_note { all_codes(example) } else { codes(example) };
         assert!(found.contains(id), "{id}: found {found:?}");
-        assert!(found.iter().all(|one| one == id), "{id}: found {found:?}");
+        // A transition that leads to a step which is never active never fires.
+        let follows = |one: &str| *id == "G0801" && one == "G0802";
+        assert!(found.iter().all(|one| one == id || follows(one)), "{id}: found {found:?}");
     }
 }
 

@@ -1,4 +1,4 @@
-//! Reachable situations as a decision diagram: the same answers as enumeration where both can be had, and answers where only the diagram can.
+//! Reachable situations as a decision diagram: the same answers as enumeration if both are possible, and answers that only the diagram can give.
 
 use std::collections::BTreeMap;
 
@@ -71,8 +71,8 @@ fn net(text: &str) -> Valid<Net> {
     net.unwrap_or_else(|| panic!("{findings:#?}"))
 }
 
-/// Rings of four steps, each turned by an input of its own. The first steps of all rings are declared first, then the second ones, so the order of
-/// declaration is a bad order for a diagram.
+/// Rings of four steps, each advanced by its own input. The first steps of all rings are declared first, then the second ones, so the declaration order is
+/// a bad order for a diagram.
 fn rings(n: usize, settings: &str) -> String {
     let list =
         |word: &str| (0..n).map(|ring| format!("{word}{ring}")).collect::<Vec<_>>().join(", ");
@@ -126,7 +126,7 @@ fn limits_end_the_attempt_and_say_so() {
     }
 }
 
-/// What the diagram finds, checked against the enumeration.
+/// The results of the diagram, checked against the enumeration.
 fn both(text: &str) -> Facts {
     let net = net(text);
     let symbolic = as_diagram(&net);
@@ -150,13 +150,13 @@ fn an_assumption_cuts_situations() {
              s -> x when a  s -> y when b  x -> s when not a  y -> s when not b  s -> z when k > 3 }}"
         )
     };
-    // Both at once, after which each token goes its way.
+    // Both at once; then each token moves independently.
     let free = both(&fork(""));
     let one = both(&fork("assume never (a and b)"));
     let small = both(&fork("assume never (a and b) assume never k > 3"));
     assert!(situations(&free) > situations(&one) && situations(&one) > situations(&small));
     assert_eq!((small.unreachable_steps.len(), small.dead_transitions.len()), (1, 1));
-    // No input is possible: nothing ever happens.
+    // No input is possible, so nothing ever happens.
     let none = both(&fork("assume never a assume never not a"));
     assert_eq!((situations(&none), none.dead_transitions.len()), (1, 5));
 }
@@ -179,7 +179,7 @@ fn events_exclude_each_other_where_the_chart_says_so() {
 
 #[test]
 fn any_time_may_pass_at_once() {
-    // With one tick a reaction x is always left for z; with many y is reached too.
+    // With one tick per reaction x is always left for z; with many, y is reached too.
     let text = "chart c { tick 10 ms\n initial step s step x step y step z\n input i\n \
                 s -> x when i  x -> y when x.t >= 30 ms  x -> z when x.t >= 10 ms and x.t < 30 ms }";
     let facts = both(text);
@@ -189,7 +189,7 @@ fn any_time_may_pass_at_once() {
 
 #[test]
 fn properties_are_proved_beyond_enumeration() {
-    // Twenty rings, and a pair of tokens that run in step because they read the same input: no component and no single reaction shows that.
+    // Twenty rings, and a pair of tokens that move in step because they read the same input: no component and no single reaction shows that.
     let mut text = rings(20, "conflict priority");
     text.truncate(text.len() - "}\n".len());
     text += " input go\n initial step a0 step a1 step a2 step a3 initial step b0 step b1 step b2 step b3\n \
@@ -205,7 +205,7 @@ fn properties_are_proved_beyond_enumeration() {
     };
     assert_eq!(*states, 4 << 40);
     assert!(matches!(second, Outcome::Proved { by: Proof::Structural, .. }), "{second:?}");
-    // Random inputs do not meet it in so few rows, but the diagram does.
+    // Random inputs do not reach it in so few rows, but the diagram does.
     assert!(
         matches!(third, Outcome::Open(why) if why.reasons == [OpenReason::Unfound]),
         "{third:?}"

@@ -1,5 +1,5 @@
-//! Charts beyond enumeration. The size is small enough for every run of the tests; larger ones are asked for with the
-//! variable `VERIFY_CELLS` when the test is built.
+//! Charts that are too large to enumerate. The default size is small enough for every test run; set the variable `VERIFY_CELLS` at build time for larger
+//! ones.
 
 use grafsynth_ir::expr::{Expr, Type};
 use grafsynth_ir::facts::Facts;
@@ -18,7 +18,7 @@ fn name(text: String) -> Name {
     Name::new(text, Span::default())
 }
 
-/// Cells of a fork into two branches, an inner choice and a join, one behind the other in a ring.
+/// Cells of a fork into two branches, an inner choice and a join, in sequence in a ring.
 fn cells(n: usize) -> Valid<Net> {
     let mut net = Net { name: name("cells".to_owned()), ..Net::default() };
     let part = net.parts.push(Part { name: name("cells".to_owned()), level: 1, ..Part::default() });

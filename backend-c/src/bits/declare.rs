@@ -1,4 +1,4 @@
-//! What is declared: the members of the instance, what functions share, and the locals of each.
+//! Declarations: the members of the instance, the data that functions share, and the locals of each function.
 
 use super::Emit;
 use super::homes::Home;
@@ -12,7 +12,7 @@ use grafsynth_ir::program::{Cell, Origin, TempRole};
 use std::collections::BTreeSet;
 
 impl Emit<'_> {
-    /// What the members can hold; Booleans are single bits but for arrays.
+    /// The value range of each member; Booleans are single bits, except in arrays.
     pub(crate) fn ranges(&self) -> Vec<Range> {
         let here = self.program.cells.iter().filter(|(id, _)| !self.elsewhere.contains_key(id));
         here.filter(|(_, cell)| !cell.ty.is_bool() || cell.len.is_some())
@@ -26,7 +26,7 @@ impl Emit<'_> {
             .collect()
     }
 
-    /// Steps that are single bits of the instance.
+    /// Steps that are stored as single bits of the instance.
     pub(crate) fn one_bit(&self) -> BTreeSet<StepId> {
         let here = self.step_cells.iter().filter(|(_, cell)| !self.elsewhere.contains_key(cell));
         here.map(|(step, _)| *step).collect()
@@ -64,12 +64,12 @@ impl Emit<'_> {
         members
     }
 
-    /// What functions share: temps that several use, and extern conditions once there are several functions.
+    /// Data that functions share: temps that several of them use, and extern conditions if there are several functions.
     pub(crate) fn shared_members(&self) -> Vec<Node> {
         let mut nodes = Vec::new();
         for (id, temp) in self.program.temps.iter() {
             if self.homes[id] == Home::Shared {
-                // On the stack of a small machine a bit each matters more than the cycles to reach it.
+                // On the stack of a small machine, one bit each is worth the extra cycles.
                 let bits = if temp.ty.is_bool() { " : 1" } else { "" };
                 let declaration = format!("{} {}{bits};", storage(temp.ty), self.temps[id]);
                 nodes.push(Node::line(declaration).about_all(objects_of_role(temp.role)));
@@ -90,7 +90,7 @@ impl Emit<'_> {
         nodes
     }
 
-    /// Temps that live in the present function but can't be declared where they are set.
+    /// Temps that are local to the current function but cannot be declared where they are set.
     pub(crate) fn locals(&self) -> Vec<Node> {
         self.program
             .temps
@@ -104,7 +104,7 @@ impl Emit<'_> {
             .collect()
     }
 
-    /// Extern conditions at the start of a reaction.
+    /// Extern conditions that are called at the start of a reaction.
     pub(crate) fn conditions(&self) -> Vec<Node> {
         let mut nodes = Vec::new();
         for input in self.eager.iter().chain(&self.lazy) {

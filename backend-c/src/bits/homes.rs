@@ -1,4 +1,4 @@
-//! How a program is cut into functions, and where its temps live then.
+//! Splits a program into functions and decides where each temp is stored.
 
 use grafsynth_ir::IdMap;
 use grafsynth_ir::program::{Expr, Leaf, Program, Stmt, Temp, TempId};
@@ -7,30 +7,30 @@ use std::collections::BTreeSet;
 /// One piece of a function.
 #[derive(Debug)]
 pub(crate) enum Piece<'p> {
-    /// A statement with all that is in it.
+    /// A statement with everything inside it.
     Whole(&'p Stmt),
-    /// A choice whose lists were too long for one function.
+    /// A choice whose statement lists are too long for one function.
     If(&'p Expr, Vec<Piece<'p>>, Vec<Piece<'p>>),
-    /// As `If`, a loop.
+    /// Like `If`, for a loop.
     Repeat(u32, &'p Expr, Vec<Piece<'p>>),
-    /// The statements of another function, by its number in the list of bodies.
+    /// A call of another function, by its index in the list of bodies.
     Function(usize),
 }
 
-/// Where a temp lives.
+/// Where a temp is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Home {
-    /// Nowhere: it is never mentioned.
+    /// Not stored: it is never mentioned.
     Nowhere,
-    /// Declared where it is set, once, in the block of all its readers.
+    /// Declared where it is set, once, in the block that contains all its readers.
     Here,
-    /// A local of this function; 0 is the reaction itself, then come the bodies.
+    /// A local of this function; 0 is the reaction itself, the bodies follow.
     Local(usize),
     /// In the structure that the functions share.
     Shared,
 }
 
-/// Cuts statements into pieces, none of which makes a function larger than `limit`; what becomes a function of its own is added to `bodies`.
+/// Splits statements into pieces so that no function is larger than `limit`; each new function is added to `bodies`.
 pub(crate) fn cut<'p>(
     statements: &'p [Stmt],
     limit: usize,
@@ -100,7 +100,7 @@ fn size(expr: &Expr) -> usize {
     1 + expr.operands().map(size).sum::<usize>()
 }
 
-/// Calls `visit` with every expression of a statement, those of nested lists included.
+/// Calls `visit` with every expression of a statement, including those of nested lists.
 pub(crate) fn each_expr<'p>(statement: &'p Stmt, visit: &mut impl FnMut(&'p Expr)) {
     match statement {
         Stmt::Set(_, value) | Stmt::Output(_, value) | Stmt::Fault(value) => visit(value),
@@ -125,7 +125,7 @@ pub(crate) fn each_expr<'p>(statement: &'p Stmt, visit: &mut impl FnMut(&'p Expr
     }
 }
 
-/// The home of each temp.
+/// Decides where each temp is stored.
 pub(crate) fn homes(
     program: &Program,
     main: &[Piece<'_>],
@@ -149,14 +149,14 @@ pub(crate) fn homes(
     })
 }
 
-/// What is known of a temp's uses.
+/// What is known about the uses of a temp.
 #[derive(Debug, Clone, Default)]
 struct Uses {
     functions: BTreeSet<usize>,
     sets: usize,
-    /// The block of the set: the numbers of all blocks around it.
+    /// The block of the assignment: the numbers of all enclosing blocks.
     block: Vec<usize>,
-    /// Some use stands outside the block of the set, or before it.
+    /// Some use is outside the block of the assignment, or before it.
     escapes: bool,
 }
 
@@ -239,7 +239,7 @@ impl Walk {
             if let Leaf::Temp(temp) = leaf {
                 let uses = &mut uses[*temp];
                 uses.functions.insert(function);
-                // Read before it is set (in a later round of a loop it would still hold), or from outside.
+                // Read before it is set (it would keep its value in a later round of a loop), or read from outside.
                 uses.escapes |= uses.sets == 0 || !block.starts_with(&uses.block);
             }
         });

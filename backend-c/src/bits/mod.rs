@@ -1,8 +1,8 @@
 //! The style `bits`: the reaction program, printed.
 //!
-//! [`grafsynth_ir::lower::program`] makes a bounded sequential program of any net, with one Boolean cell for each step; here its cells become members of
-//! the instance (Booleans as bit-fields), its temps become locals, and its statements C. A long program is cut into functions, so that a C compiler's time
-//! stays linear; temps that several of them use live in a structure on the stack.
+//! [`grafsynth_ir::lower::program`] turns any net into a bounded sequential program with one Boolean cell for each step. Here the cells become members of
+//! the instance (Booleans as bit-fields), the temps become locals, and the statements become C. A long program is split into functions, so that the
+//! C compiler's time stays linear; temps that several functions use are members of a structure on the stack.
 
 mod declare;
 pub(crate) mod homes;
@@ -31,10 +31,10 @@ use grafsynth_ir::{IdMap, Valid};
 use homes::{Home, Piece, cut, each_expr, homes};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The nodes of expressions that count as much as one transition when functions are filled.
+/// The number of expression nodes that count as one transition when functions are filled.
 pub(crate) const NODES_PER_TRANSITION: usize = 16;
 
-/// Says of an `if` that it runs a task.
+/// Marks an `if` as the one that runs a task.
 fn as_task(mut nodes: Vec<Node>, task: Option<(StepId, usize)>) -> Vec<Node> {
     if let Some(Kind::Block(arms)) = nodes.first_mut().map(|node| &mut node.kind)
         && let Some(arm) = arms.first_mut()
@@ -47,7 +47,7 @@ fn as_task(mut nodes: Vec<Node>, task: Option<(StepId, usize)>) -> Vec<Node> {
 /// The net in this style.
 ///
 /// # Errors
-/// What no reaction program can be made of.
+/// The net has no reaction program.
 pub(crate) fn program(
     net: &Valid<Net>,
     facts: &Facts,
@@ -75,33 +75,33 @@ pub(crate) struct Emit<'a> {
     names: &'a Names,
     program: &'a Program,
     cells: IdMap<Cell, String>,
-    /// Cells that are no members: another style keeps what they hold elsewhere, and this is how they are read.
+    /// Cells that are not members: another style stores their values elsewhere, and these expressions read them.
     pub(crate) elsewhere: BTreeMap<CellId, CExpr>,
     temps: IdMap<Temp, String>,
     homes: IdMap<Temp, Home>,
     step_cells: BTreeMap<StepId, CellId>,
     pub(crate) ticks: Option<Ticks>,
-    /// Extern conditions that are called at the start of every reaction.
+    /// Extern conditions that are called at the start of each reaction.
     eager: BTreeSet<InputId>,
-    /// Extern conditions that are called at the first need.
+    /// Extern conditions that are called when first needed.
     lazy: BTreeSet<InputId>,
     pub(crate) helpers: Helpers,
-    /// The program is cut into functions.
+    /// The program is split into functions.
     pub(crate) is_split: bool,
-    /// The function that is being printed: 0 is the reaction itself.
+    /// The function being printed: 0 is the reaction itself.
     pub(crate) function: usize,
-    /// Loops so far, to name their counters.
+    /// The number of loops so far, to name their counters.
     loops: usize,
-    /// The most rounds of the evolution where that is proved: what its loop is counted with, not what it goes by.
+    /// The maximum number of rounds of the evolution, if one is proved. The cost model uses it; the emitted loop does not.
     pub(crate) proved_rounds: Option<u64>,
-    /// Some reaction may leave a fault.
+    /// Some reaction may set the fault flag.
     pub(crate) sets_fault: bool,
     /// Temps whose only value turned out to be a constant.
     constants: BTreeMap<TempId, CExpr>,
 }
 
 impl<'a> Emit<'a> {
-    /// What prints `program`; `members` names those of the instance.
+    /// A printer for `program`; `members` contains the names of the instance's members.
     pub(crate) fn new(
         net: &'a Net,
         names: &'a Names,
@@ -121,7 +121,7 @@ impl<'a> Emit<'a> {
             }
         });
         let mut locals = namer();
-        // Locals must not hide the functions that they are given by.
+        // Locals must not shadow the functions that compute their values.
         crate::names::library(net, names).iter().for_each(|function| locals.reserve(function));
         let temps = IdMap::build(&program.temps, |_, temp| locals.name(&temp.name));
         let mut emit = Emit {
@@ -149,7 +149,7 @@ impl<'a> Emit<'a> {
         emit
     }
 
-    /// Which extern conditions are called when, and whether time is read.
+    /// Decides when each extern condition is called, and whether time is read.
     fn inputs_and_time(&mut self) {
         let net = self.net;
         let mut used = BTreeSet::new();
@@ -184,7 +184,7 @@ impl<'a> Emit<'a> {
         }
     }
 
-    /// A function for each body from number `first` on, and for every body how it is called from the reaction.
+    /// Emits a function for each body from number `first` on, and returns for every body its call in the reaction.
     pub(crate) fn parts(
         &mut self,
         bodies: &[Vec<Piece<'_>>],
@@ -221,7 +221,7 @@ impl<'a> Emit<'a> {
             let mut node: Node =
                 Kind::Braces("typedef struct".to_string(), shared, format!(" {prefix}_scan_t;"))
                     .into();
-            node.note = "what lives within one reaction".to_string();
+            node.note = "data of one reaction".to_string();
             tables.push(node);
         }
         step.extend(self.locals());
@@ -276,7 +276,7 @@ impl<'a> Emit<'a> {
         (parameters, arguments.join(", "))
     }
 
-    /// Something in the structure that functions share.
+    /// A member of the structure that functions share.
     fn shared(&self, name: &str) -> String {
         if self.function == 0 { format!("scan.{name}") } else { format!("scan->{name}") }
     }
@@ -400,7 +400,7 @@ impl<'a> Emit<'a> {
         }
     }
 
-    /// The task that runs where this holds: of a step with tasks, the one whose turn it is.
+    /// The task that runs under this condition: if a step has several tasks, the one whose turn it is.
     fn task_of(&self, condition: &Expr) -> Option<(StepId, usize)> {
         let of = |expr: &Expr| {
             let ExprKind::Compare(CompareOp::Eq, left, right) = &expr.kind else { return None };
@@ -419,14 +419,14 @@ impl<'a> Emit<'a> {
         }
     }
 
-    /// What is proved of the loop that asks this.
+    /// The proved number of rounds of the loop with this condition.
     fn most_rounds(&self, condition: &Expr) -> Option<u64> {
         let again = self.program.evolution?;
         let is_evolution = matches!(condition.kind, ExprKind::Leaf(Leaf::Temp(it)) if it == again);
         self.proved_rounds.filter(|_| is_evolution)
     }
 
-    /// A loop that goes `limit` rounds at most, and no more than `most` of them where that is proved.
+    /// A loop of at most `limit` rounds, and of at most `most` rounds if that is proved.
     pub(crate) fn repeat(
         &mut self,
         limit: u32,
@@ -461,7 +461,7 @@ impl<'a> Emit<'a> {
 
     // --- extern conditions -----------------------------------------------------------------------------------------------------------------
 
-    /// Calls the extern conditions that a temp's value mentions: those of a receptivity only where its transition is enabled.
+    /// Calls the extern conditions that a temp's value mentions; those of a receptivity are called only while its transition is enabled.
     fn ask_for_role(&mut self, value: &Expr, role: TempRole) -> Vec<Node> {
         let when = if let TempRole::Fireable(transition) = role {
             self.enabled(transition)
@@ -471,7 +471,7 @@ impl<'a> Emit<'a> {
         self.ask(&[value], &when)
     }
 
-    /// The steps that a transition takes, as conditions.
+    /// The source steps of a transition, as conditions.
     fn enabled(&self, transition: TransitionId) -> Vec<CExpr> {
         self.net.transitions[transition]
             .requires
@@ -489,7 +489,7 @@ impl<'a> Emit<'a> {
         }
     }
 
-    /// Some step that carries the output with a condition is active.
+    /// The conditions that some step which assigns the output is active.
     fn carriers(&self, output: OutputId, value: &Expr) -> Vec<CExpr> {
         let steps = carriers(self.net, output, value);
         if steps.is_empty() {
@@ -499,7 +499,7 @@ impl<'a> Emit<'a> {
         vec![CExpr::or(any)]
     }
 
-    /// Calls, where `when` holds, the extern conditions that expressions mention and that were not called yet.
+    /// If `when` is true, calls the extern conditions that expressions mention and that were not called yet.
     fn ask(&mut self, expressions: &[&Expr], when: &[CExpr]) -> Vec<Node> {
         if self.lazy.is_empty() {
             return Vec::new();
@@ -567,13 +567,13 @@ impl<'a> Emit<'a> {
     }
 }
 
-/// How far the timers of a program count.
+/// The largest value that the timers of a program count to.
 fn farthest(program: &Program) -> i64 {
     let timers = program.cells.values().filter(|cell| counts_ticks(cell));
     timers.map(|cell| cell.ty.bounds().1).max().unwrap_or(0)
 }
 
-/// How time comes into a program; none where it reads none.
+/// How a program receives time; `None` if it does not read time.
 pub(crate) fn ticks(program: &Program) -> Option<Ticks> {
     let mut timed = false;
     for stmt in &program.body {

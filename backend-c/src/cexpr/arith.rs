@@ -1,18 +1,18 @@
-//! Arithmetic: sums, products, quotients and rests in the class that holds them, and stores that saturate.
+//! Arithmetic: sums, products, quotients and remainders in the class that contains them, and stores that saturate.
 
 use super::{CExpr, Class, Prec, literal};
 use grafsynth_ir::expr::{ArithOp, Expr, ExprKind, Type};
 use grafsynth_ir::interval::type_of;
 
 impl CExpr {
-    /// Arithmetic; validation has shown that the result lies within 64 bits.
+    /// Arithmetic; validation has shown that the result fits in 64 bits.
     pub(crate) fn arith(op: ArithOp, a: CExpr, b: CExpr) -> Self {
         if let (Some(x), Some(y)) = (a.constant(), b.constant())
             && let Some(value) = op.apply(x, y)
         {
             return CExpr::int(value);
         }
-        // What changes nothing is not computed.
+        // Operations that change nothing are not computed.
         match (op, a.constant(), b.constant()) {
             (ArithOp::Add | ArithOp::Sub, _, Some(0))
             | (ArithOp::Mul | ArithOp::Div, _, Some(1)) => return a,
@@ -20,7 +20,8 @@ impl CExpr {
             (ArithOp::Add, Some(0), _) | (ArithOp::Mul, Some(1), _) => return b,
             (ArithOp::Add | ArithOp::Sub | ArithOp::Mul | ArithOp::Div | ArithOp::Mod, _, _) => {}
         }
-        // What is equal by its text: no compiler needs to find that out, and sdcc 4.2, which does, gives a function that wants 32 bits a 0 or 1 of 16.
+        // Operands with the same text are equal. No compiler needs to find that out; sdcc 4.2, which does, passes a 16-bit 0 or 1 to a function that expects
+        // 32 bits.
         if a.text == b.text {
             match op {
                 ArithOp::Sub | ArithOp::Mod => return CExpr::int(0),
@@ -29,16 +30,16 @@ impl CExpr {
             }
         }
         let (lo, hi) = arith_interval(op, &a, &b);
-        // Such as a rest of 1, which one of the compilers takes for a mistake of its own.
+        // For example the remainder of a division by 1, which one of the compilers reports as a mistake.
         if lo == hi {
             return CExpr::int(lo);
         }
-        // The sign of a rest is that of the dividend.
+        // A remainder has the sign of the dividend.
         let b = match (op, b.constant().and_then(i64::checked_abs)) {
             (ArithOp::Mod, Some(magnitude)) => CExpr::int(magnitude),
             (ArithOp::Mod | ArithOp::Add | ArithOp::Sub | ArithOp::Mul | ArithOp::Div, _) => b,
         };
-        // sdcc 4.2 divides a byte by a negative constant as if that had no sign.
+        // sdcc 4.2 divides a byte by a negative constant as if the constant were unsigned.
         if op == ArithOp::Div
             && let Some(magnitude) = b.constant().filter(|it| *it < 0).and_then(i64::checked_neg)
         {
@@ -72,9 +73,9 @@ impl CExpr {
         CExpr { unsigned, ..CExpr::exact(text, prec, class, (lo, hi)) }
     }
 
-    /// [`CExpr::arith`], by a function of ours where the operator is one that not every compiler has: products and quotients of 64 bits.
+    /// [`CExpr::arith`], with our own functions for the operators that some compilers lack: products and quotients of 64 bits.
     pub(super) fn arith_by(op: ArithOp, a: CExpr, b: CExpr, prefix: &str) -> Self {
-        // As in `arith`, so that the quotient below the sign is by a function too.
+        // As in `arith`, so that the quotient under the sign also uses the function.
         if let (ArithOp::Div, Some(magnitude @ 2..)) = (op, b.constant().and_then(i64::checked_neg))
         {
             return CExpr::arith_by(op, a, CExpr::int(magnitude), prefix).neg();
@@ -91,7 +92,7 @@ impl CExpr {
         });
         let plain = CExpr::arith(op, a, b);
         match word {
-            // A quotient that was turned into a negation is none any more.
+            // A quotient that became a negation is no longer a quotient.
             Some(word) if plain.class == Class::Huge && plain.prec == Prec::Product => CExpr {
                 text: format!("{prefix}_{word}({first}, {second})"),
                 prec: Prec::Atom,
@@ -126,12 +127,12 @@ fn arith_interval(op: ArithOp, a: &CExpr, b: &CExpr) -> (i64, i64) {
     let expr = Expr::new(ExprKind::Arith(op, leaf(0), leaf(1)), grafsynth_ir::Span::default());
     match type_of(&expr, &mut |index: &usize| leaves[*index]) {
         Ok(ty) => ty.bounds(),
-        // Validation refuses such nets; the widest interval keeps the printer total.
+        // Validation rejects such nets; the widest interval keeps the printer total.
         Err(_) => (i64::MIN, i64::MAX),
     }
 }
 
-/// What [`crate::source`] defines where it is called, behind the prefix.
+/// The functions that [`crate::source`] defines if they are called; their names follow the prefix.
 pub(crate) const WIDE_FUNCTIONS: [&str; 3] = ["mul64", "div64", "mod64"];
 
 /// The helper functions that saturating stores need, one for each class in use.
@@ -139,11 +140,11 @@ pub(crate) const WIDE_FUNCTIONS: [&str; 3] = ["mul64", "div64", "mod64"];
 pub(crate) struct Helpers {
     /// `PREFIX_clamp16`, `32`, `64`.
     pub(crate) clamp: [bool; 3],
-    /// `PREFIX_later`: adds ticks to a timer, saturating.
+    /// `PREFIX_later`: adds ticks to a timer and saturates.
     pub(crate) later: bool,
 }
 
-/// `value` brought into `ty`: unchanged where its interval fits, else through a clamping helper of the right class.
+/// `value` converted to `ty`: unchanged if its interval fits, otherwise clamped by a helper of the right class.
 pub(crate) fn saturated(value: CExpr, ty: Type, prefix: &str, helpers: &mut Helpers) -> CExpr {
     let Type::Int { lo, hi } = ty else { return value };
     if value.lo >= lo && value.hi <= hi {
@@ -155,7 +156,7 @@ pub(crate) fn saturated(value: CExpr, ty: Type, prefix: &str, helpers: &mut Help
     if value.lo >= hi {
         return CExpr::int(hi);
     }
-    // Both bounds lie within the interval of the value, so the class of the value holds them.
+    // Both bounds are within the interval of the value, so the class of the value contains them.
     let (lo, hi) = (lo.max(value.lo), hi.min(value.hi));
     let (width, slot) = match value.class {
         Class::Bool | Class::Int => (16, 0),

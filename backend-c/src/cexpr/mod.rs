@@ -5,11 +5,12 @@
 //! neither operand has that class yet, the left one is cast, and the usual arithmetic conversions widen the other. So nothing overflows, nothing is
 //! ever converted to an unsigned type by accident, and a compiler with a 16-bit `int` gives the same answer as one with 32 bits.
 //!
-//! MISRA-C:2012 wants both operands of an operator to be of one essential type category (rule 10.4), and no composite expression to be cast to another
-//! category or to a wider type (rule 10.8). So each expression knows up to three spellings: as it stands, signed in its class (`(int)n`, for arithmetic), and
-//! unsigned (`5U`, `n + 1U`, for comparisons with bytes and for storing into them); a composite goes through its own type before it is cast to another.
+//! MISRA-C:2012 requires both operands of an operator to have one essential type category (rule 10.4), and forbids casts of a composite expression to another
+//! category or to a wider type (rule 10.8). So each expression has up to three spellings: the plain one, one that is signed in its class (`(int)n`, for
+//! arithmetic), and one that is unsigned (`5U`, `n + 1U`, to compare with bytes and to store into them). A composite is cast to its own type before it is
+//! cast to another.
 //!
-//! Comparisons that the intervals decide become constants: compilers warn about them, and dead code would be printed otherwise.
+//! Comparisons that the intervals decide become constants: otherwise compilers warn about them, and dead code is printed.
 
 mod arith;
 
@@ -31,7 +32,7 @@ pub(crate) enum Class {
 }
 
 impl Class {
-    /// The smallest integer class that holds `lo..hi`.
+    /// The smallest integer class that contains `lo..hi`.
     pub(crate) fn of(lo: i64, hi: i64) -> Self {
         if lo >= i64::from(i16::MIN) && hi <= i64::from(i16::MAX) {
             Class::Int
@@ -66,33 +67,33 @@ pub(crate) enum Prec {
     Atom,
 }
 
-/// A C expression with all that is known of its value.
+/// A C expression with the known facts about its value.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct CExpr {
-    /// The text.
+    /// The C text.
     pub(crate) text: String,
     /// Its outermost operator.
     pub(crate) prec: Prec,
-    /// The type it has in C.
+    /// Its type in C.
     pub(crate) class: Class,
-    /// Smallest value; 0 or 1 for a Boolean.
+    /// The smallest value; 0 or 1 for a Boolean.
     pub(crate) lo: i64,
-    /// Largest value.
+    /// The largest value.
     pub(crate) hi: i64,
-    /// `text` is of the essential type category unsigned: a byte.
+    /// The essential type of `text` is unsigned: it is a byte.
     pub(crate) is_unsigned: bool,
-    /// The spelling whose essential type is that of `class`, where it is another than `text`: bytes are cast.
+    /// The spelling whose essential type is that of `class`, if it differs from `text`: bytes are cast.
     signed: Option<(String, Prec)>,
-    /// The spelling that is unsigned and at most a byte wide, where there is one beside `text`.
+    /// The spelling that is unsigned and at most one byte wide, if it differs from `text`.
     unsigned: Option<(String, Prec)>,
-    /// For the comparison of something with a constant: what is compared, so that two of them can be seen to be always or never true together.
+    /// For a comparison with a constant: what is compared. It shows whether two comparisons are always or never both true.
     pub(crate) asks: Option<Box<Question>>,
 }
 
 /// A comparison with a constant.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Question {
-    /// The text of what is compared.
+    /// The text of the expression that is compared.
     subject: String,
     /// Its interval.
     interval: (i64, i64),
@@ -101,7 +102,7 @@ pub(crate) struct Question {
 }
 
 impl Question {
-    /// The question whose answer is always the other one.
+    /// The question with the opposite answer.
     fn negated(self) -> Self {
         let op = match self.op {
             CompareOp::Eq => CompareOp::Ne,
@@ -114,12 +115,12 @@ impl Question {
         Question { op, ..self }
     }
 
-    /// What the conjunction (or disjunction) of two questions about one thing always is, if it is always the same.
+    /// The constant value of the conjunction (or disjunction) of two questions about the same expression, if it is constant.
     fn together(&self, other: &Question, is_and: bool) -> Option<bool> {
         if self.subject != other.subject {
             return None;
         }
-        // Between these points neither answer changes.
+        // Between these values neither answer changes.
         let (lo, hi) = self.interval;
         let near = |c: i64| [c.saturating_sub(1), c, c.saturating_add(1)];
         let mut points =
@@ -135,7 +136,7 @@ impl Question {
 }
 
 impl CExpr {
-    /// The expression without other spellings that the constructors fill in.
+    /// An expression whose other spellings are filled in by the constructors.
     fn plain() -> Self {
         CExpr {
             text: String::new(),
@@ -164,7 +165,7 @@ impl CExpr {
         }
     }
 
-    /// An integer constant, in a spelling that has the right type where `int` has 16 bits too.
+    /// An integer constant in a spelling that has the right type even if `int` has 16 bits.
     pub(crate) fn int(value: i64) -> Self {
         let class = Class::of(value, value);
         let (text, prec) = literal(value, class);
@@ -173,7 +174,7 @@ impl CExpr {
         CExpr { unsigned, text, prec, class, lo: value, hi: value, asks: None, ..CExpr::plain() }
     }
 
-    /// A number of this interval that has this type in C.
+    /// A number with this interval and this type in C.
     pub(crate) fn exact(text: String, prec: Prec, class: Class, (lo, hi): (i64, i64)) -> Self {
         CExpr { text, prec, class, lo, hi, asks: None, ..CExpr::plain() }
     }
@@ -191,7 +192,7 @@ impl CExpr {
         }
     }
 
-    /// A name or member that holds a value of this type, stored as [`storage`] says.
+    /// A name or member that contains a value of this type, stored as [`storage`] defines.
     pub(crate) fn place(text: impl Into<String>, ty: Type) -> Self {
         match ty {
             Type::Bool => CExpr::condition(text, Prec::Atom),
@@ -199,14 +200,14 @@ impl CExpr {
                 let text = text.into();
                 let class = Class::of(lo, hi);
                 match storage(ty) {
-                    // An unsigned type as wide as the class would drag the other operand along, so it is widened at once.
+                    // An unsigned type as wide as the class would convert the other operand too, so it is widened at once.
                     "uint16_t" if class == Class::Wide => {
                         CExpr::exact(format!("(int32_t){text}"), Prec::Unary, class, (lo, hi))
                     }
                     "uint32_t" => {
                         CExpr::exact(format!("(int64_t){text}"), Prec::Unary, class, (lo, hi))
                     }
-                    // Narrower than the class, so arithmetic widens it at once.
+                    // It is narrower than the class, so arithmetic widens it anyway.
                     narrow @ ("uint8_t" | "int8_t" | "int16_t") => CExpr {
                         signed: Some((format!("(int){text}"), Prec::Unary)),
                         is_unsigned: narrow == "uint8_t",
@@ -218,7 +219,7 @@ impl CExpr {
         }
     }
 
-    /// The constant that this is, if it is one.
+    /// The value, if this is a constant.
     pub(crate) fn constant(&self) -> Option<i64> {
         (self.lo == self.hi).then_some(self.lo)
     }
@@ -233,7 +234,7 @@ impl CExpr {
         self.class == Class::Bool && self.hi == 0
     }
 
-    /// The text, in brackets where it binds less than `at_least`.
+    /// The text, in brackets if it binds less tightly than `at_least`.
     pub(crate) fn within(&self, at_least: Prec) -> String {
         if self.prec < at_least { format!("({})", self.text) } else { self.text.clone() }
     }
@@ -246,7 +247,7 @@ impl CExpr {
         }
     }
 
-    /// The unsigned spelling, if there is one.
+    /// The unsigned spelling, if it exists.
     fn as_unsigned(&self) -> Option<CExpr> {
         if self.is_unsigned {
             return Some(self.clone());
@@ -256,7 +257,7 @@ impl CExpr {
         Some(CExpr { is_unsigned: true, signed: Some((self.text.clone(), self.prec)), ..expr })
     }
 
-    /// Two operands in one essential type category: unsigned where one is a byte and the other one too, or a literal.
+    /// Two operands in one essential type category: unsigned if one is a byte and the other is a byte or a literal.
     fn paired(a: CExpr, b: CExpr) -> (CExpr, CExpr) {
         if a.is_unsigned == b.is_unsigned {
             return (a, b);
@@ -280,7 +281,7 @@ impl CExpr {
         }
     }
 
-    /// The text as an operand of an operator: in brackets but where nobody has to know how tightly operators bind (MISRA-C:2012, rule 12.1).
+    /// The text as an operand, in brackets unless its meaning is clear without knowing precedences (MISRA-C:2012, rule 12.1).
     fn operand(&self, outer: Prec) -> String {
         self.within(if self.prec == outer { outer } else { Prec::Unary })
     }
@@ -302,12 +303,12 @@ impl CExpr {
         }
     }
 
-    /// The conjunction, constants removed.
+    /// The conjunction, without constants.
     pub(crate) fn and(all: impl IntoIterator<Item = CExpr>) -> Self {
         Self::junction(all, true)
     }
 
-    /// The disjunction, constants removed.
+    /// The disjunction, without constants.
     pub(crate) fn or(all: impl IntoIterator<Item = CExpr>) -> Self {
         Self::junction(all, false)
     }
@@ -321,9 +322,9 @@ impl CExpr {
             if if is_and { operand.is_false() } else { operand.is_true() } {
                 return CExpr::bool(!is_and);
             }
-            // Looking at pairs is quadratic, so only short lists are looked through.
+            // Comparing pairs is quadratic, so only short lists are compared.
             if rest.len() <= 32 {
-                // The same question twice is asked once.
+                // A repeated condition is dropped.
                 if rest.iter().any(|earlier| earlier.text == operand.text) {
                     continue;
                 }
@@ -352,7 +353,7 @@ impl CExpr {
             if index > 0 {
                 text.push_str(sign);
             }
-            // `a || b && c` is legal and a warning, so the inner one gets brackets; a chain of the same sign needs none.
+            // `a || b && c` is legal but causes a warning, so the inner operator gets brackets; a chain of one operator needs none.
             if operand.prec < Prec::Unary && operand.prec != prec {
                 text.push('(');
                 text.push_str(&operand.text);
@@ -364,7 +365,7 @@ impl CExpr {
         CExpr::condition(text, prec)
     }
 
-    /// A comparison of two numbers or two Booleans, decided here where the intervals decide it.
+    /// A comparison of two numbers or two Booleans; constant if the intervals decide it.
     pub(crate) fn compare(op: CompareOp, a: CExpr, b: CExpr) -> Self {
         if a.class == Class::Bool {
             let wanted = matches!(op, CompareOp::Eq);
@@ -386,7 +387,7 @@ impl CExpr {
                 }
                 (None, None) if a.text == b.text => CExpr::bool(wanted),
                 (None, None) => {
-                    // cppcheck takes a comparison below one for a number, and the negation of one for the truth value that it is.
+                    // cppcheck treats an operand of a comparison that is itself a comparison as a number, and its negation as a truth value.
                     let [is_a, is_b] = [&a, &b].map(|it| it.prec == Prec::Compare);
                     let (a, b) = (if is_a { a.not() } else { a }, if is_b { b.not() } else { b });
                     let sign = if wanted == (is_a == is_b) { "==" } else { "!=" };
@@ -416,7 +417,7 @@ impl CExpr {
         CExpr { asks: asks.map(Box::new), ..CExpr::condition(text, Prec::Compare) }
     }
 
-    /// One or the other.
+    /// The conditional operator `?:`.
     pub(crate) fn select(condition: CExpr, a: CExpr, b: CExpr) -> Self {
         if condition.is_true() {
             return a;
@@ -425,7 +426,7 @@ impl CExpr {
             return b;
         }
         if a.class == Class::Bool {
-            // Compilers warn of a constant arm where a truth value is asked for.
+            // Compilers warn about a constant arm if a truth value is expected.
             match (a.constant().map(|value| value == 1), b.constant().map(|value| value == 1)) {
                 (Some(x), Some(y)) if x == y => return CExpr::bool(x),
                 (Some(true), Some(_)) => return condition,
@@ -437,7 +438,7 @@ impl CExpr {
                 (None, None) => {}
             }
             if a.prec == Prec::Compare || b.prec == Prec::Compare {
-                // As for comparisons of truth values.
+                // As in comparisons of truth values.
                 return CExpr::select(condition, a.not(), b.not()).not();
             }
         }
@@ -467,7 +468,7 @@ impl CExpr {
         CExpr::exact(self.converted(class.name()), Prec::Unary, class, bounds)
     }
 
-    /// Cast to a C type; a composite goes through its own type where that is another one.
+    /// Casts to a C type; a composite is cast to its own type first if the types differ.
     fn converted(&self, name: &str) -> String {
         let own = self.class.name();
         if self.is_composite() && own != name {
@@ -478,11 +479,11 @@ impl CExpr {
         }
     }
 
-    /// The value converted to the type that stores `ty`; the value must lie within it (see [`saturated`]).
+    /// The value converted to the type that stores `ty`; the value must be within `ty` (see [`saturated`]).
     pub(crate) fn stored_as(&self, ty: Type) -> String {
         let name = storage(ty);
         let is_literal = self.constant().is_some() && self.prec >= Prec::Unary;
-        // What is computed in the very type that stores it needs no cast; neither does a literal that fits.
+        // A value computed in the type that stores it needs no cast; nor does a literal that fits.
         if self.class == Class::Bool || is_literal || name == self.class.name() {
             return self.text.clone();
         }
@@ -498,7 +499,7 @@ impl CExpr {
     }
 }
 
-/// The C type in which a value of this type is stored: the smallest that holds it.
+/// The C type in which a value of this type is stored: the smallest that contains it.
 pub(crate) fn storage(ty: Type) -> &'static str {
     let Type::Int { lo, hi } = ty else { return "bool" };
     let fits = |a: i64, b: i64| lo >= a && hi <= b;
@@ -507,7 +508,7 @@ pub(crate) fn storage(ty: Type) -> &'static str {
     } else if fits(-0x80, 0x7f) {
         "int8_t"
     } else if fits(-0x8000, 0x7fff) {
-        // Not `uint16_t`, which a 16-bit `int` does not hold: it would make all arithmetic with it unsigned there.
+        // Not `uint16_t`: a 16-bit `int` cannot represent it, so all arithmetic with it would become unsigned.
         "int16_t"
     } else if fits(0, 0xffff) {
         "uint16_t"
@@ -520,13 +521,13 @@ pub(crate) fn storage(ty: Type) -> &'static str {
     }
 }
 
-/// Whether an interval decides a comparison of numbers.
+/// The result of a comparison of numbers, if the intervals decide it.
 fn decided(op: CompareOp, a: &CExpr, b: &CExpr) -> Option<bool> {
     let below = a.hi < b.lo;
     let above = a.lo > b.hi;
     let not_above = a.hi <= b.lo;
     let not_below = a.lo >= b.hi;
-    // Reading has no effects, so equal texts are equal values; compilers warn about such comparisons.
+    // Reading has no side effects, so equal texts have equal values; compilers warn about such comparisons.
     let same = a.text == b.text;
     match op {
         CompareOp::Eq | CompareOp::Le | CompareOp::Ge if same => Some(true),
@@ -561,7 +562,7 @@ fn c_sign(op: CompareOp) -> &'static str {
     }
 }
 
-/// A constant in a spelling whose type is that of its class on every target.
+/// A constant in a spelling that has the type of its class on every target.
 fn literal(value: i64, class: Class) -> (String, Prec) {
     let magnitude = value.unsigned_abs();
     let wrap = |digits: u64| match class {
@@ -577,7 +578,7 @@ fn literal(value: i64, class: Class) -> (String, Prec) {
     if value >= 0 {
         (wrap(magnitude), Prec::Atom)
     } else if value == lowest {
-        // The magnitude of the smallest value has no literal of its type.
+        // C has no literal of this type for the magnitude of the smallest value.
         (format!("(-{} - 1)", wrap(magnitude - 1)), Prec::Atom)
     } else {
         (format!("-{}", wrap(magnitude)), Prec::Unary)
@@ -586,7 +587,7 @@ fn literal(value: i64, class: Class) -> (String, Prec) {
 
 /// How the leaves of an expression are read in C.
 pub(crate) trait Scope<L> {
-    /// What the names of functions begin with.
+    /// The prefix of function names.
     fn prefix(&self) -> &str;
     /// A plain leaf.
     fn leaf(&mut self, leaf: &L) -> CExpr;
@@ -594,7 +595,7 @@ pub(crate) trait Scope<L> {
     fn element(&mut self, array: &L, index: &CExpr) -> CExpr;
 }
 
-/// `expr` in C. The recursion is as deep as the expression, which validation bounds.
+/// `expr` in C. The recursion is as deep as the expression; validation bounds that depth.
 pub(crate) fn c_expr<L>(expr: &Expr<L>, scope: &mut impl Scope<L>) -> CExpr {
     match &expr.kind {
         ExprKind::Bool(value) => CExpr::bool(*value),
@@ -625,7 +626,7 @@ pub(crate) fn c_expr<L>(expr: &Expr<L>, scope: &mut impl Scope<L>) -> CExpr {
     }
 }
 
-/// Conditions under one sign (`&&` or `||`), each one that is more than a name, a call or something in brackets put in brackets.
+/// Joins conditions with one operator (`&&` or `||`) and puts each one that is not a name, a call or bracketed in brackets.
 pub(crate) fn joined(conditions: &[String], sign: &str) -> String {
     if let [only] = conditions {
         return only.clone();

@@ -1,4 +1,4 @@
-//! Which style is the best on a machine: each that carries the chart is emitted and bounded.
+//! Chooses the best style for a machine: each style that supports the chart is emitted and bounded.
 
 use super::{Bound, Machine, bound};
 use crate::{Options, Package, Style, emit};
@@ -7,28 +7,28 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
 
-/// What is to be small.
+/// What to optimise for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Goal {
-    /// The dearest reaction. Among styles that are within a tenth of the fastest the one of the least text is taken.
+    /// Optimise for worst-case time. Among the styles within a tenth of the fastest, the one with the smallest code is chosen.
     #[default]
     Speed,
-    /// The text.
+    /// Optimise for code size.
     Size,
 }
 
 /// A style that was tried.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Candidate {
-    /// The word for it: `--style` takes it.
+    /// The style, as named by `--style`.
     pub style: Style,
-    /// What it came to, or why there is none.
+    /// Its bound, or the reason why there is none.
     pub bound: Result<Bound, String>,
-    /// It is the one that was taken.
+    /// This style was chosen.
     pub is_taken: bool,
 }
 
-/// More steps than this are not tried with a bit for each: a reaction looks at all of them, so it can't be the best.
+/// Above this number of steps, the style with one bit per step is not tried: each reaction reads every bit, so it cannot be the best.
 const STEPS_OF_BITS: usize = 500;
 
 /// Emits the style that suits the machine best; [`Package::tried`] says why.
@@ -72,7 +72,7 @@ pub(crate) fn emit_best(
             package.tried = tried;
             Ok(package)
         }
-        // Nothing could be bounded: what is taken without a machine, with its diagnostics.
+        // No style could be bounded: use the style chosen without a machine, with its diagnostics.
         None => emit(net, facts, &with(Style::Auto)),
     }
 }

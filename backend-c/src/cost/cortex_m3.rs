@@ -1,11 +1,11 @@
 //! Cortex-M3 with arm-none-eabi-gcc 12.2 `-Os -mcpu=cortex-m3 -mthumb`. Time in instructions, which is what qemu counts with `-icount shift=0`.
 //!
-//! A usual instruction takes one clock, a load or a branch taken two or three (Arm DDI 0337, table 18-1), so three clocks an instruction are on the safe side without wait
-//! states of the flash. Quotients of 64 bits are a loop of the library over the bits.
+//! A typical instruction takes one clock, a load or a taken branch two or three (Arm DDI 0337, table 18-1). Three clocks per instruction are therefore safe
+//! if the flash has no wait states. A 64-bit division is a library loop over the bits.
 
 use super::machine::{Machine, op};
 
-/// See the module.
+/// The constants described above.
 pub(super) const CORTEX_M3: Machine = Machine {
     name: "cortex-m3",
     about: "Cortex-M3, arm-none-eabi-gcc -Os",

@@ -1,12 +1,13 @@
-//! 8051 with sdcc 4.2 `--model-large --nogcse --noinvariant`. Time in machine cycles of twelve clocks; estimates, no bounds.
+//! 8051 with sdcc 4.2 `--model-large --nogcse --noinvariant`. Time in machine cycles of twelve clocks; these are estimates, not bounds.
 //!
-//! From the cycles of the instruction set (`mov`, `add` 1, `movx`, `movc`, jumps and calls 2, `mul`, `div` 4) and from what sdcc makes of the text: instance, inputs and outputs are
-//! reached by generic pointers, each byte through a function of its library (about 20 cycles), locals lie in external RAM, and the library's products and quotients go bit by bit.
-//! Good enough to tell styles apart; nothing is promised of the time, and its stack holds little but return addresses.
+//! Derived from the cycles of the instruction set (`mov`, `add` 1, `movx`, `movc`, jumps and calls 2, `mul`, `div` 4) and from the code that sdcc generates:
+//! it accesses instance, inputs and outputs by generic pointers, each byte by a library function (about 20 cycles); locals are in external RAM, and library
+//! products and quotients are computed bit by bit. The estimates are good enough to compare styles; they do not bound the time. The stack contains little
+//! but return addresses.
 
 use super::machine::{Machine, op};
 
-/// See the module.
+/// The constants described above.
 pub(super) const I8051: Machine = Machine {
     name: "8051",
     about: "8051, sdcc --model-large",

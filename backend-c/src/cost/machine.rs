@@ -1,9 +1,9 @@
-//! What operations cost on a machine: constants as data.
+//! Cost of operations on a machine: constants as data.
 //!
-//! One file for each machine in this folder. A constant belongs to a machine *and* a compiler with its options: it says what that compiler needs at worst for a
-//! piece of the C that we emit, beginning with operands in registers where they would be, ending with the result in registers.
+//! There is one file for each machine in this folder. A constant belongs to a machine *and* a compiler with its options: it is the worst-case cost that this
+//! compiler needs for a piece of the emitted C, from operands in registers (where they would be) to the result in registers.
 
-/// Time and text of one operation.
+/// Time and code size of one operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Op {
     /// In the machine's unit of time.
@@ -15,7 +15,7 @@ pub struct Op {
 /// An operation on 8, 16, 32 and 64 bits.
 pub type Widths = [Op; 4];
 
-/// Short for tables.
+/// Short constructor for tables.
 pub(super) const fn op(time: u32, text: u32) -> Op {
     Op { time, text }
 }
@@ -23,21 +23,21 @@ pub(super) const fn op(time: u32, text: u32) -> Op {
 /// A machine with its compiler.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Machine {
-    /// The word on the command line.
+    /// The name on the command line.
     pub name: &'static str,
-    /// What it is, and what the constants were measured with.
+    /// A description of the machine and of how the constants were measured.
     pub about: &'static str,
-    /// What time is counted in: `cycles` or `instructions`.
+    /// The unit of time: `cycles` or `instructions`.
     pub unit: &'static str,
-    /// Clocks in a second where nobody says another number.
+    /// The default number of clocks per second.
     pub clock_hz: u64,
-    /// Clocks in a unit of time; for machines that count instructions the most that a usual one takes.
+    /// Clocks per unit of time; for machines that count instructions, the maximum of a typical instruction.
     pub clocks_per_unit: u32,
-    /// True if a bound on time may be stated: nothing but the instructions decides how long they take, or time *is* counted in instructions.
+    /// True if a time bound may be stated: the instructions alone determine the time, or time *is* counted in instructions.
     pub is_bounded: bool,
-    /// What the compiler defines.
+    /// The macros that the compiler predefines.
     pub defines: &'static [&'static str],
-    /// Bits of `int`.
+    /// The number of bits of `int`.
     pub int_bits: u8,
     /// Bytes of a pointer.
     pub pointer: u32,
@@ -45,21 +45,21 @@ pub struct Machine {
     pub alignment: u32,
     /// Bytes of a register.
     pub register: u32,
-    /// A constant into a register.
+    /// Loading a constant into a register.
     pub constant: Widths,
-    /// A local: it is in registers, or on the stack where they do not suffice.
+    /// Access to a local: in registers, or on the stack if there are too few.
     pub local: Widths,
-    /// A member through a pointer.
+    /// Loading a member through a pointer.
     pub load: Widths,
-    /// Into a member through a pointer.
+    /// Storing into a member through a pointer.
     pub store: Widths,
-    /// Into a member where a function has more pointers than the machine has registers that address with an offset.
+    /// Storing into a member if a function has more pointers than the machine has registers with offset addressing.
     pub far_store: Widths,
-    /// Pointers that address with an offset.
+    /// The number of pointers that can be used with an offset.
     pub near_pointers: u32,
-    /// From a table in ROM.
+    /// Reading from a table in ROM.
     pub rom: Widths,
-    /// Reading and writing a bit-field of one bit.
+    /// Reading and writing a one-bit bit-field.
     pub field: (Op, Op),
     /// `+`, `-`, `&`, `|`, `^`, negation.
     pub sum: Widths,
@@ -67,50 +67,50 @@ pub struct Machine {
     pub compare: Widths,
     /// A conditional jump, taken or not.
     pub branch: Op,
-    /// A truth value in a register, from a comparison.
+    /// A truth value in a register, as the result of a comparison.
     pub truth: Op,
-    /// A shift by a constant number of bits: what it begins with, and each bit.
+    /// A shift by a constant number of bits: the fixed cost, and the cost of each bit.
     pub shift: (Widths, Widths),
-    /// The most that a shift without a sign takes whose bits move by so many or more, where the compiler moves bytes instead of shifting bit by bit: of 16 bits.
+    /// The maximum cost of an unsigned 16-bit shift by at least this many bits, if the compiler moves bytes instead of shifting bit by bit.
     pub byte_shift: Option<(u64, Op)>,
     /// A product.
     pub multiply: Widths,
-    /// A quotient or rest.
+    /// A quotient or remainder.
     pub divide: Widths,
-    /// To this width from a narrower one.
+    /// Widening to this width from a narrower one.
     pub widen: Widths,
-    /// The address of an element of a table: with elements of one byte or a power of two of bytes, and of other sizes.
+    /// The address of a table element: for an element size of a power of two bytes, and for other sizes.
     pub index: (Op, Op),
-    /// A jump at the end of an arm or a round.
+    /// A jump at the end of a branch or of a loop round.
     pub jump: Op,
-    /// From so many labels on a dense `switch` is a jump by a table.
+    /// From this number of labels on, a dense `switch` uses a jump table.
     pub table_from: u32,
-    /// A `switch` by a table of addresses.
+    /// A `switch` with a jump table.
     pub switch_table: Op,
-    /// Each comparison of a `switch` without.
+    /// Each comparison of a `switch` without a jump table.
     pub switch_compare: Op,
     /// A call and its return.
     pub call: Op,
-    /// The compiler puts a `static` function with one place of call into its caller.
+    /// The compiler inlines a `static` function that is called at one place only.
     pub merges_single_calls: bool,
     /// An argument.
     pub argument: Widths,
-    /// What a function begins and ends with, and each byte (rounded to registers) that it must save.
+    /// Entry and exit of a function, and each byte (rounded to registers) that it must save.
     pub frame: (Op, Op),
-    /// What a frame on the stack costs where locals do not fit in registers.
+    /// The cost of a stack frame if locals do not fit in registers.
     pub stack_frame: Op,
     /// Each byte of a structure that is copied.
     pub copy: Op,
-    /// Bytes of locals that cost no saving: registers that a call may destroy.
+    /// Bytes of locals that need no saving: registers that a call may overwrite.
     pub scratch: u32,
-    /// Bytes of locals that are in registers; what is more is on the stack.
+    /// Bytes of locals that fit in registers; the rest is on the stack.
     pub registers: u32,
-    /// The most bytes of registers that a function saves.
+    /// The maximum number of register bytes that a function saves.
     pub saved: u32,
-    /// Bytes of stack of the library's functions for products and quotients, the return address among them.
+    /// Stack bytes of the library functions for products and quotients, including the return address.
     pub helper_stack: [u32; 4],
-    /// Bytes of stack of a call.
+    /// Stack bytes of a call.
     pub return_address: u32,
-    /// A function of the user, without its body.
+    /// A call of a user function, without its body.
     pub user: Op,
 }

@@ -1,4 +1,4 @@
-//! Sizes: bytes of types as the compilers of a machine lay them out.
+//! Sizes of types in bytes, as the compilers of a machine lay them out.
 
 use super::machine::Machine;
 use super::tree::{Type, Unit};
@@ -19,7 +19,7 @@ pub(super) fn layout(unit: &Unit, machine: &Machine, ty: &Type) -> (u64, u64) {
         }
         Type::Struct(index) => {
             let members = unit.structs.get(*index).map(Vec::as_slice).unwrap_or_default();
-            // Bit-fields of one byte types: a new byte where the next does not fit in the open one.
+            // Bit-fields of one-byte types: a new byte begins if the next field does not fit in the current one.
             let (mut bytes, mut align, mut open) = (0_u64, 1_u64, 0_u64);
             for member in members {
                 if let Some(width) = member.bits {

@@ -1,12 +1,13 @@
-//! What a reaction costs at most: a static bound on time, stack and memory of the emitted C, and the path that costs it.
+//! Worst-case cost of a reaction: a static bound on time, stack and memory of the emitted C, and the worst-case path.
 //!
-//! [`bound`] reads the text that was emitted (not the chart: what is not in the text costs nothing) with the types that it declares, and adds up what each operation
-//! costs on a [`Machine`] whose constants are data. Where paths part the dearer one counts: the arm of an `if`, the case of a `switch`, every operand of `&&`. Loops have
-//! bounds: a constant in their condition, or one that the emitter marks (`ctext::Arm::at_most`) with its reason; a loop over micro-steps goes as often as is proved ([`Rounds`]). There is no recursion, so a call costs what
-//! its function costs, and functions come after their callees. What is not understood is an error of ours ([`NotUnderstood`]), never 0.
+//! [`bound`] reads the emitted text (not the chart: what is not in the text costs nothing) with the types that it declares, and adds up the cost of each
+//! operation on a [`Machine`] whose constants are data. If paths diverge, the more expensive one counts: the branch of an `if`, the case of a `switch`,
+//! every operand of `&&`. Loops have bounds: a constant in their condition, or a bound that the emitter states (`ctext::Arm::at_most`) with its reason. A
+//! loop over micro-steps counts as many rounds as are proved ([`Rounds`]). There is no recursion, so a call costs what
+//! its function costs, and callees come before their callers. Text that is not understood is an internal error ([`NotUnderstood`]), never a cost of 0.
 //!
-//! The compiler is free to do better; what it can do worse (registers that run short, merged tails) is within the constants, which tests on simulated machines check: a measured
-//! reaction is never dearer than its bound.
+//! The compiler may do better. Where it may do worse (too few registers, merged tails), the constants include that; tests on simulated machines check that a
+//! measured reaction never exceeds its bound.
 
 mod avr;
 mod choice;
@@ -45,12 +46,12 @@ pub fn machine(name: &str) -> Option<&'static Machine> {
     MACHINES.iter().find(|machine| machine.name == name)
 }
 
-/// Text of ours that the analysis does not know.
+/// Emitted text that the analysis does not know.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NotUnderstood {
     /// The line of `NAME.c`, from 1; 0 for the headers.
     pub line: u32,
-    /// What stands there.
+    /// The text found there.
     pub what: String,
 }
 
@@ -69,66 +70,67 @@ impl fmt::Display for NotUnderstood {
 /// A static bound of one chart on one machine.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Bound {
-    /// The most time of `NAME_step`, from the call to the return, in the machine's unit; without functions of the user.
+    /// The maximum time of `NAME_step`, from call to return, in the machine's unit; without user functions.
     pub step: u64,
-    /// How that was found.
+    /// How the bound was found.
     pub way: Way,
-    /// Where it was found by the text alone, why.
+    /// If the bound was found from the text alone: the reason.
     pub open: Option<String>,
-    /// Why `step` bounds nothing that a chart would be built for: it is what the limit of micro-steps or the text alone would allow.
+    /// Why `step` is not a useful bound: it is what the limit of micro-steps or the text alone allows.
     pub unbounded: Option<String>,
-    /// The same of `NAME_init`.
+    /// The same for `NAME_init`.
     pub init: u64,
-    /// The most calls of functions of the user in one reaction, and whether code of the user stands in it.
+    /// The maximum number of calls of user functions in one reaction.
     pub user_calls: u64,
-    /// Text of the user stands in the reaction: it is not counted.
+    /// The reaction contains user code, which is not counted.
     pub user_code: bool,
-    /// Bytes of stack of `NAME_step` and all that it calls, the return address of the call among them; without functions of the user.
+    /// Stack bytes of `NAME_step` and everything that it calls, including the return address; without user functions.
     pub stack: u64,
     /// Bytes of the instance.
     pub instance: u64,
     /// Bytes of `NAME_in_t` and `NAME_out_t`.
     pub io: u64,
-    /// Bytes of an event ring; 0 where there is none.
+    /// Bytes of an event ring; 0 if there is none.
     pub ring: u64,
-    /// An estimate of the bytes of text, tables among them.
+    /// An estimate of the code size in bytes, including tables.
     pub text: u64,
-    /// The path that costs `step`: its places in the order of execution.
+    /// The worst-case path, which costs `step`: its locations in execution order.
     pub path: Vec<Place>,
-    /// The most of `NAME_scan`, with as many reactions as the ring of `NAME_port.h` has places; none where there is no such function.
+    /// The maximum of `NAME_scan`, with as many reactions as the ring of `NAME_port.h` has entries; `None` if there is no such function.
     pub scan: Option<ScanBound>,
-    /// The same of `NAME_scan_isr`.
+    /// The same for `NAME_scan_isr`.
     pub scan_isr: Option<ScanBound>,
-    /// What each task takes at most, in the order of the text.
+    /// The maximum cost of each task, in the order of the text.
     pub tasks: Vec<TaskBound>,
 }
 
-/// The most that a whole scan takes, from the call to the return; without what the macros of `NAME_port.h` are defined as (critical sections, watchdog, idle: nothing by default).
+/// The maximum cost of a whole scan, from call to return; without the macros of `NAME_port.h` (critical sections, watchdog, idle: empty by default).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ScanBound {
-    /// In the machine's unit; without functions and text of the user.
+    /// In the machine's unit; without user functions and user code.
     pub time: u64,
-    /// The most calls of functions of the user.
+    /// The maximum number of calls of user functions.
     pub user_calls: u64,
     /// Bytes of stack, as in [`Bound::stack`].
     pub stack: u64,
 }
 
-/// What a task takes at most, the question whether it is its turn among it.
+/// The maximum cost of a task, including the check whether it is its turn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TaskBound {
     /// The step that it belongs to.
     pub step: StepId,
-    /// Which of the tasks of the step, from 0.
+    /// The index of the task within the step, from 0.
     pub task: usize,
-    /// In the machine's unit; without functions and text of the user.
+    /// In the machine's unit; without user functions and user code.
     pub time: u64,
 }
 
 /// The bound of a package.
 ///
 /// # Errors
-/// Text that the analysis does not know. Where an engine interprets the chart, the text says nothing of it; of a program [`Package::instructions`] says how many of its instructions run.
+/// Text that the analysis does not know. If an engine interprets the chart, the text has no information about it; for a program, [`Package::instructions`]
+/// reports how many of its instructions run.
 pub fn bound(package: &Package, machine: &Machine) -> Result<Bound, NotUnderstood> {
     if !package.image.is_empty() || package.style == "btrans" {
         return Err(NotUnderstood::new(

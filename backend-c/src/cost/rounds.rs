@@ -1,20 +1,20 @@
-//! How often a loop over micro-steps is counted.
+//! How many rounds count for a loop over micro-steps.
 
 use grafsynth_ir::facts::{Facts, Proof};
 use grafsynth_ir::net::{Evolution, Net};
 
-/// The most checks of one reaction that a bound counts, for charts that evolve until they are stable.
+/// The maximum number of checks of one reaction that a bound counts, for charts that evolve until they are stable.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Rounds {
-    /// Checks, where a number of them is proved, and how: the loop is counted so often. Else it is counted as often as the text lets it go.
+    /// The proved number of checks, with its proof: the loop counts that many rounds. Without a proof, it counts as many as the text allows.
     pub proved: Option<(u32, Proof)>,
-    /// The most micro-steps that the chart allows itself (in a statechart, for each event).
+    /// The chart's own limit of micro-steps (for a statechart, for each event).
     pub limit: u32,
-    /// Why nothing is proved, as far as that is known.
+    /// Why nothing is proved, if the reason is known.
     pub open: Option<String>,
 }
 
-/// How often a bound counts the loop over micro-steps in the C of a net that is emitted with these facts; none where a reaction is a single check.
+/// How many rounds a bound counts for the loop over micro-steps in the C of a net that is emitted with these facts; `None` if a reaction is a single check.
 #[must_use]
 pub fn rounds(net: &Net, facts: &Facts) -> Option<Rounds> {
     let Evolution::Stable { limit } = net.settings.evolution else { return None };

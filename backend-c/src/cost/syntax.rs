@@ -1,6 +1,6 @@
-//! The reader of the C that we emit: words to the tree of [`super::tree`].
+//! The reader of the emitted C: tokens to the tree of [`super::tree`].
 //!
-//! Only what our own text uses; anything else is [`NotUnderstood`], which a test over random charts would show.
+//! It supports only what the emitted text uses; anything else is [`NotUnderstood`], and a test over random charts would find it.
 
 use super::NotUnderstood;
 use super::machine::Machine;
@@ -9,10 +9,10 @@ use super::tokens::{Token, Word};
 use super::tree::{Expr, Function, Global, Kind, Member, Stmt, Type, Unit};
 use std::rc::Rc;
 
-/// Statements and brackets within each other: the deepest that is read.
+/// The maximum nesting depth of statements and brackets.
 const DEPTH: usize = 256;
 
-/// Reads the words of all files.
+/// Parses the tokens of all files.
 pub(super) fn parse(words: &[Token], machine: &Machine) -> Result<Unit, NotUnderstood> {
     let int_bits = machine.int_bits;
     let mut parser = Parser { words, at: 0, unit: Unit::default(), machine, int_bits, depth: 0 };
@@ -43,7 +43,7 @@ struct Parser<'a> {
     depth: usize,
 }
 
-/// How tightly binary operators bind.
+/// The precedence of binary operators, from the loosest.
 const BINARY: [&[&str]; 10] = [
     &["||"],
     &["&&"],
@@ -68,10 +68,10 @@ impl Parser<'_> {
             Some(Word::Number(value, _)) => format!("`{value}`"),
             Some(Word::Sign(sign)) => format!("`{sign}`"),
             Some(Word::Text) => "a text".to_owned(),
-            Some(Word::UserCode) => "code of the user".to_owned(),
+            Some(Word::UserCode) => "user code".to_owned(),
             None => "the end".to_owned(),
         };
-        Err(NotUnderstood::new(self.line(), format!("{found} where {what} was expected")))
+        Err(NotUnderstood::new(self.line(), format!("expected {what}, found {found}")))
     }
 
     fn is(&self, sign: &str) -> bool {
@@ -129,7 +129,7 @@ impl Parser<'_> {
         if self.word() == Some("extern")
             && self.words.get(self.at + 1).is_some_and(|it| it.word == Word::Text)
         {
-            // `extern "C" {` stands below `__cplusplus`, which nobody defines.
+            // `extern "C" {` follows `__cplusplus`, which is never defined.
             return self.wrong("C");
         }
         if self.eat_word("typedef") {
@@ -169,7 +169,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// Qualifiers and a type; whether `__flash` or `__code` is among them.
+    /// Qualifiers and a type, and whether `__flash` or `__code` is among them.
     fn specifiers(&mut self) -> Result<(Type, bool), NotUnderstood> {
         let mut rom = false;
         let mut found: Option<Type> = None;
@@ -211,7 +211,7 @@ impl Parser<'_> {
             "struct" => return self.structure(),
             "enum" => return self.enumeration(),
             _ => {
-                // Any order of `unsigned`, `long`, `int` and the like.
+                // `unsigned`, `long`, `int` and the like, in any order.
                 let mut signed = &*word != "unsigned";
                 let mut longs = u8::from(&*word == "long");
                 let mut short = &*word == "short";
@@ -301,7 +301,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Stars, a name, lengths. `rom` is what the type before the stars lies in; given back is where the named thing itself lies.
+    /// Stars, a name, array lengths. `rom`: the type before the stars is in ROM. The result includes whether the declared object itself is in ROM.
     fn declarator(&mut self, ty: Type, rom: bool) -> Result<(Type, bool, Rc<str>), NotUnderstood> {
         let (ty, rom) = self.stars(ty, rom);
         let name = self.name()?;
@@ -332,7 +332,7 @@ impl Parser<'_> {
             .fold(ty, |ty, n| Type::Array(Rc::new(ty), u64::try_from(n).unwrap_or(0))))
     }
 
-    /// A value in braces is skipped: only its length is of interest.
+    /// A value in braces is skipped: only its length matters.
     fn initialiser(&mut self) -> Result<Expr, NotUnderstood> {
         if !self.is("{") {
             return self.assignment();
@@ -358,7 +358,7 @@ impl Parser<'_> {
         }
     }
 
-    /// The numbers of a list in braces that was just read, as many as the table has places; none where one of them is more than a number.
+    /// The numbers of a brace list that was just read, one for each element of the table; `None` if one of them is not a constant.
     fn numbers(&self, from: usize, places: u64) -> Option<Rc<[i64]>> {
         let mut all = Vec::new();
         let mut is_open = false;
@@ -378,7 +378,7 @@ impl Parser<'_> {
                 Word::Sign(_) | Word::Text | Word::UserCode => return None,
             }
         }
-        // What is not listed is 0.
+        // Elements that are not listed are 0.
         all.resize(all.len().max(usize::try_from(places).ok()?), 0);
         Some(all.into())
     }
@@ -502,7 +502,7 @@ impl Parser<'_> {
                 Kind::Continue
             }
             Some("__asm__") => {
-                // A barrier for the compiler, or an instruction of the port: no cost of its own here.
+                // A compiler barrier, or an instruction of the port: no cost here.
                 while !self.is(";") {
                     if self.at >= self.words.len() {
                         return self.wrong("`;`");

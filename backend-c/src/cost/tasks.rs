@@ -1,4 +1,4 @@
-//! What tasks cost: the model's answer where a chart declares none (semantics §6).
+//! The cost of tasks: the model's estimate if a chart declares none (semantics §6).
 
 use super::{Machine, TaskBound, bound};
 use crate::codes::TASK_NOT_COUNTED;
@@ -9,11 +9,11 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Block, Net, StmtKind, Task};
 use std::collections::BTreeMap;
 
-/// What each task of a net takes at most on a machine: the dearer of what it takes with inputs and outputs as members and as words, so that it does not depend on
-/// how the chart is built. `asked` says which tasks are looked at.
+/// The maximum cost of each task of a net on a machine: the larger of the costs with inputs and outputs as members and as words, so that it does not depend on
+/// how the chart is built. `asked` selects the tasks.
 ///
 /// # Errors
-/// A task that is asked for and calls functions of the user or holds code of the user, which no model knows; what can't be emitted.
+/// A requested task calls user functions or contains user code, whose cost no model knows; or the net cannot be emitted.
 pub fn tasks(
     net: &Valid<Net>,
     machine: &Machine,
@@ -23,11 +23,12 @@ pub fn tasks(
     for step in net.steps.values() {
         for task in step.tasks.iter().filter(|task| asked(task)) {
             if let Some(what) = unknown(net, &task.body) {
-                let message = format!("the cost of task {} can't be counted: it {what}", task.name);
+                let message =
+                    format!("the cost of task {} cannot be determined: it {what}", task.name);
                 found.push(
                     Diagnostic::error(TASK_NOT_COUNTED, message)
-                        .at(task.name.span, "says no cost")
-                        .help("write `cost N` behind its name: what you measured, in the unit of the machine"),
+                        .at(task.name.span, "declares no cost")
+                        .help("write `cost N` after its name, with the cost that you measured, in the unit of the machine"),
                 );
             }
         }
@@ -46,9 +47,12 @@ pub fn tasks(
         }
         let bound = bound(&package, machine).map_err(|why| {
             vec![
-                Diagnostic::error(TASK_NOT_COUNTED, format!("tasks can't be counted: {why}"))
-                    .at(net.name.span, "its tasks")
-                    .help("write `cost N` behind the name of each task"),
+                Diagnostic::error(
+                    TASK_NOT_COUNTED,
+                    format!("the cost of tasks cannot be determined: {why}"),
+                )
+                .at(net.name.span, "its tasks")
+                .help("write `cost N` after the name of each task"),
             ]
         })?;
         for task in bound.tasks {
@@ -63,19 +67,19 @@ fn is_asked(net: &Net, it: &TaskBound, asked: &dyn Fn(&Task) -> bool) -> bool {
     net.steps[it.step].tasks.get(it.task).is_some_and(asked)
 }
 
-/// Everything in a list is counted: there is no function and no text of the user in it.
+/// Everything in a list can be counted: it has no user function and no user code.
 #[must_use]
 pub fn is_counted(net: &Net, block: &Block) -> bool {
     unknown(net, block).is_none()
 }
 
-/// What in a list no model knows the cost of.
+/// The part of a list whose cost no model knows.
 fn unknown(net: &Net, block: &Block) -> Option<String> {
     block.iter().find_map(|stmt| match &stmt.kind {
         StmtKind::Call { output, .. } => {
-            Some(format!("calls `{}`, a function of yours", net.outputs[*output].name))
+            Some(format!("calls `{}`, a user function", net.outputs[*output].name))
         }
-        StmtKind::Code(_) => Some("holds code of yours".to_owned()),
+        StmtKind::Code(_) => Some("contains user code".to_owned()),
         StmtKind::If { then, otherwise, .. } => {
             unknown(net, then).or_else(|| unknown(net, otherwise))
         }

@@ -1,30 +1,30 @@
-//! The words of emitted C: a lexer with as much of the preprocessor as our own text uses.
+//! The tokens of emitted C: a lexer with as much of the preprocessor as the emitted text uses.
 //!
-//! Macros without `#` and `##`, conditions over `defined`, names and numbers. Files are read one after the other, in the order in which they include each
-//! other; includes themselves are left out. Lines that the user wrote (`code c "..."`) are not looked at: one [`Word::UserCode`] stands for them.
+//! It supports macros without `#` and `##`, conditions over `defined`, names and numbers. Files are read one after the other, in the order in which they
+//! include each other; the includes themselves are skipped. Lines that the user wrote (`code c "..."`) are not read: one [`Word::UserCode`] represents them.
 
 use super::NotUnderstood;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-/// A word with the line of `NAME.c` that it stands in; 0 for the other files.
+/// A token with its line in `NAME.c`; 0 for the other files.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Token {
     pub(super) word: Word,
     pub(super) line: u32,
 }
 
-/// What a word is.
+/// The kind of a token.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Word {
     Name(Rc<str>),
-    /// A number, and the bits that its suffix asks for at least (16, 32 or 64).
+    /// A number, and the minimum number of bits that its suffix requires (16, 32 or 64).
     Number(i128, u8),
-    /// A sign.
+    /// A punctuator.
     Sign(&'static str),
-    /// The text of a string; nobody computes with one.
+    /// A string literal; its text does not matter.
     Text,
-    /// Text of the user.
+    /// User code.
     UserCode,
 }
 
@@ -41,17 +41,17 @@ struct Macro {
     body: Vec<Token>,
 }
 
-/// Reads files into words.
+/// Converts files to tokens.
 #[derive(Debug, Default)]
 pub(super) struct Preprocessor {
     macros: BTreeMap<Rc<str>, Macro>,
     words: Vec<Token>,
-    /// For each open `#if`: a branch was taken, the present one is read.
+    /// For each open `#if`: whether a branch was taken, and whether the current one is read.
     conditions: Vec<(bool, bool)>,
 }
 
 impl Preprocessor {
-    /// A preprocessor that knows what a compiler defines by itself.
+    /// A preprocessor with the macros that a compiler predefines.
     pub(super) fn new(defines: &[&str]) -> Self {
         let mut all = Preprocessor::default();
         for name in defines {
@@ -64,7 +64,7 @@ impl Preprocessor {
         self.words
     }
 
-    /// Reads one more file. `numbered`: its lines are those that tokens carry; `user` are ranges of lines that the user wrote.
+    /// Reads one more file. `numbered`: tokens carry line numbers of this file; `user` are the ranges of user-written lines.
     pub(super) fn read(
         &mut self,
         text: &str,
@@ -253,7 +253,7 @@ impl Condition<'_> {
     }
 }
 
-/// The deepest that macros of ours stand in each other.
+/// The maximum nesting depth of macro expansions.
 const DEPTH: usize = 16;
 
 fn expand(
@@ -333,7 +333,7 @@ fn expand(
     Ok(())
 }
 
-/// The words of a line; true if a comment goes on in the next.
+/// The tokens of a line; true if a comment continues on the next line.
 fn lex(
     text: &str,
     line: u32,

@@ -1,4 +1,4 @@
-//! The C that we emit, as a tree: types, functions, statements, expressions. [`super::syntax`] reads it.
+//! The emitted C as a tree: types, functions, statements, expressions. [`super::syntax`] reads it.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -7,16 +7,16 @@ use std::rc::Rc;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Type {
     Void,
-    /// A number or truth value: bits, and whether it has negative values.
+    /// A number or truth value: its bits, and whether it is signed.
     Number {
         bits: u8,
         signed: bool,
         is_bool: bool,
     },
-    /// A pointer, and whether what it points to lies in ROM.
+    /// A pointer, and whether its target is in ROM.
     Pointer(Rc<Type>, bool),
     Array(Rc<Type>, u64),
-    /// A structure, by its place in [`Unit::structs`].
+    /// A structure, by its index in [`Unit::structs`].
     Struct(usize),
 }
 
@@ -47,21 +47,21 @@ pub(super) enum Expr {
     Call(Rc<str>, Vec<Expr>),
     /// `!`, `~`, `-`, `+`, `*`, `&`.
     Unary(&'static str, Box<Expr>),
-    /// `++`, before or behind.
+    /// `++`, prefix or postfix.
     Count(Box<Expr>),
     Binary(&'static str, Box<Expr>, Box<Expr>),
-    /// `=` and what computes on the way (`|=`: Some("|")).
+    /// `=`, or a compound assignment (`|=`: Some("|")).
     Assign(Option<&'static str>, Box<Expr>, Box<Expr>),
     Choice(Box<Expr>, Box<Expr>, Box<Expr>),
     Cast(Type, Box<Expr>),
     Size(Box<Expr>),
-    /// A value in braces: of a table or an aggregate.
+    /// A value in braces, of a table or an aggregate; contains its length.
     List(u64),
-    /// A label, a barrier: costs nothing.
+    /// A label or a barrier: costs nothing.
     Nothing,
 }
 
-/// A statement, with a number of its own and its line.
+/// A statement with its own number and its line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Stmt {
     pub(super) id: usize,
@@ -78,11 +78,11 @@ pub(super) enum Kind {
         rom: bool,
         init: Option<Expr>,
     },
-    /// The arms of a chain, each with its condition, and what stands below `else`.
+    /// The branches of a chain, each with its condition, and the statements of `else`.
     If(Vec<(Expr, Vec<Stmt>)>, Vec<Stmt>),
-    /// The labels of each section with what stands below them; no value for `default`.
+    /// The labels of each section with its statements; `default` has no value.
     Switch(Expr, Vec<(Vec<Option<Expr>>, Vec<Stmt>)>),
-    /// `for`, and `while` without the outer two.
+    /// `for`, and `while`, which has no initialisation and no step.
     Loop {
         init: Option<Box<Stmt>>,
         condition: Option<Expr>,
@@ -102,31 +102,31 @@ pub(super) struct Function {
     pub(super) name: Rc<str>,
     pub(super) parameters: Vec<(Rc<str>, Type)>,
     pub(super) body: Vec<Stmt>,
-    /// Nobody outside calls it.
+    /// It is not called from outside.
     pub(super) is_static: bool,
     /// `static inline`, in a header.
     pub(super) is_inline: bool,
 }
 
-/// A variable outside of functions.
+/// A global variable.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Global {
     pub(super) ty: Type,
     pub(super) rom: bool,
-    /// The values of a table of numbers, where all are constants.
+    /// The values of a table of numbers, if all are constants.
     pub(super) numbers: Option<Rc<[i64]>>,
 }
 
-/// All that the files of a chart say.
+/// The contents of all files of a chart.
 #[derive(Debug, Default)]
 pub(super) struct Unit {
     pub(super) structs: Vec<Vec<Member>>,
     pub(super) types: BTreeMap<Rc<str>, Type>,
     pub(super) constants: BTreeMap<Rc<str>, i128>,
     pub(super) globals: BTreeMap<Rc<str>, Global>,
-    /// In the order of the text, so that callees come first.
+    /// In the order of the text: callees come first.
     pub(super) functions: Vec<Function>,
-    /// Functions that are only declared: what they give.
+    /// The result types of functions that are only declared.
     pub(super) declared: BTreeMap<Rc<str>, Type>,
     pub(super) n_stmts: usize,
 }
@@ -174,12 +174,12 @@ impl Unit {
         })
     }
 
-    /// The member of that name of a structure.
+    /// The member of a structure with that name.
     pub(super) fn member(&self, ty: &Type, name: &str) -> Option<&Member> {
         self.members(ty)?.iter().find(|it| &*it.name == name)
     }
 
-    /// The members of a structure, or of what a pointer points to.
+    /// The members of a structure, or of the target of a pointer.
     pub(super) fn members(&self, ty: &Type) -> Option<&[Member]> {
         let index = match ty {
             Type::Struct(index) => *index,
@@ -244,7 +244,7 @@ pub(super) fn each_call(expr: &Expr, look: &mut dyn FnMut(&Rc<str>)) {
     each_inner(expr, &mut |it| each_call(it, look));
 }
 
-/// What an expression is made of directly.
+/// The direct operands of an expression.
 pub(super) fn each_inner(expr: &Expr, look: &mut dyn FnMut(&Expr)) {
     match expr {
         Expr::Member(inner, _)

@@ -1,4 +1,4 @@
-//! Expressions and lists of statements as the engine's code: postfix, on a stack of [`STACK`] numbers of 32 bits.
+//! Expressions and statement lists as the engine's code: postfix, on a stack of [`STACK`] 32-bit numbers.
 
 use super::Plan;
 use crate::switch::Refusal;
@@ -10,7 +10,7 @@ use grafsynth_ir::net::{Block, Expr, Leaf, Stmt, StmtKind};
 /// The depth of the engine's stack.
 const STACK: usize = 16;
 
-/// The instructions, by their codes.
+/// The instructions, in the order of their codes.
 #[derive(Debug, Clone, Copy)]
 enum Op {
     Byte = 0,
@@ -40,21 +40,21 @@ enum Op {
     Skip = 24,
 }
 
-/// A block in the making.
+/// A block under construction.
 pub(super) struct Coder<'a> {
     plan: &'a Plan<'a>,
     code: Vec<u8>,
     depth: usize,
 }
 
-/// What an expression is as a block that leaves its value.
+/// An expression as a block that leaves its value on the stack.
 pub(super) fn value(plan: &Plan<'_>, expr: &Expr) -> Result<Vec<u8>, Refusal> {
     let mut coder = Coder { plan, code: Vec::new(), depth: 0 };
     coder.expr(expr)?;
     Ok(coder.code)
 }
 
-/// What a list of statements is as a block that leaves nothing.
+/// A statement list as a block that leaves nothing on the stack.
 pub(super) fn list(plan: &Plan<'_>, block: &Block) -> Result<Vec<u8>, Refusal> {
     let mut coder = Coder { plan, code: Vec::new(), depth: 0 };
     coder.block(block)?;
@@ -152,7 +152,7 @@ impl Coder<'_> {
         }
     }
 
-    /// The engine computes in 32 bits, so every value on the way must fit.
+    /// The engine computes with 32 bits, so every intermediate value must fit.
     fn fits(&self, expr: &Expr) -> Result<(), Refusal> {
         let bounds = interval::net_type(self.plan.net, expr).map(|ty| ty.bounds());
         match bounds {
@@ -190,7 +190,7 @@ impl Coder<'_> {
             Leaf::Active(step) => self.with(Op::Active, super::image::narrow(step.index())),
             Leaf::Elapsed(step) => match self.plan.timers.get(&step) {
                 Some((number, _)) => self.with(Op::Timer, *number),
-                None => return refuse("a time that is compared with no constant", span),
+                None => return refuse("a time that is not compared with a constant", span),
             },
             Leaf::Rise(edge) => self.with(Op::Rise, super::image::narrow(edge.index())),
             Leaf::Fall(edge) => self.with(Op::Fall, super::image::narrow(edge.index())),
@@ -217,7 +217,7 @@ impl Coder<'_> {
                 Ok(())
             }
             StmtKind::Assign { index: Some(_), .. } => refuse("an array", span),
-            // What nothing listens to is lost.
+            // An event without a listener is dropped.
             StmtKind::Raise(event) if !self.plan.listened.contains(event) => Ok(()),
             StmtKind::Raise(_) => refuse("`raise`", span),
             StmtKind::Send(_) | StmtKind::Cancel(_) => refuse("`send`", span),
@@ -241,7 +241,7 @@ impl Coder<'_> {
         }
     }
 
-    /// A jump onward whose length is not yet known: where its operand stands.
+    /// A forward jump whose length is not known yet: the position of its operand.
     fn jump(&mut self, op: Op) -> usize {
         self.with(op, 0);
         self.code.len() - 2

@@ -1,4 +1,4 @@
-/* The statechart engine of grafsynth: one text for all charts. Do not edit. */
+/* The statechart engine of grafsynth: the same text for all charts. Do not edit. */
 #include "grafsynth_btrans.h"
 
 static void gb_put(uint8_t *bits, uint16_t at, bool value)
@@ -12,7 +12,7 @@ static void gb_put(uint8_t *bits, uint16_t at, bool value)
     }
 }
 
-/* --- where bits lie ----------------------------------------------------------------------------------------------------------------------- */
+/* --- bit positions ------------------------------------------------------------------------------------------------------------------------ */
 
 static uint16_t gb_remembered(const gb_run_t *run, uint16_t bit)
 {
@@ -59,14 +59,14 @@ bool gb_fall(const gb_run_t *run, uint16_t edge)
     return run->fresh && !gb_bit(run->marks, gb_now(run, edge)) && gb_bit(run->active, gb_edge(run, edge));
 }
 
-/* --- which states a transition is about --------------------------------------------------------------------------------------------------- */
+/* --- states of a transition --------------------------------------------------------------------------------------------------------------- */
 
 static bool gb_is_in(const gb_run_t *run, uint16_t state, uint16_t outer)
 {
     return (outer == GB_NONE) || ((state > outer) && (state <= run->chart->bstate[outer].last));
 }
 
-/* The nearest common ancestor of origin and destination, one that has one active child: what is left and entered lies in it. GB_NONE: the chart. */
+/* The nearest common ancestor of origin and destination that has one active child: it contains all states exited and entered. GB_NONE: the chart. */
 static uint16_t gb_domain(const gb_run_t *run, const gb_trans_t *transition)
 {
     uint16_t up = transition->from;
@@ -91,7 +91,7 @@ static void gb_row(const gb_run_t *run, uint16_t at, gb_trans_t *transition)
     transition->action = 0U;
 }
 
-/* The first and the last state in the domain of a transition; the first is above the last if it only acts. */
+/* The first and the last state in the domain of a transition; the first is greater than the last if it only runs its action. */
 static void gb_leaves(const gb_run_t *run, uint16_t at, uint16_t *first, uint16_t *last)
 {
     gb_trans_t transition;
@@ -102,7 +102,7 @@ static void gb_leaves(const gb_run_t *run, uint16_t at, uint16_t *first, uint16_
     } else {
         const uint16_t domain = gb_domain(run, &transition);
         if (domain == GB_NONE) {
-            /* The outermost state around its origin, and what lies beside it. */
+            /* The outermost state around its origin, and its siblings. */
             *first = 0U;
             *last = (uint16_t)(run->chart->states - 1U);
         } else {
@@ -123,7 +123,7 @@ static void gb_set_active(gb_run_t *run, uint16_t state, bool active)
     }
 }
 
-/* Marks a state and those around it that are entered with it: up to the first that stays active. */
+/* Marks a state and its ancestors that are entered with it, up to the first that stays active. */
 static void gb_path(gb_run_t *run, uint16_t state, uint16_t domain)
 {
     for (uint16_t up = state; up != domain; up = run->chart->bstate[up].ancestor) {
@@ -131,14 +131,14 @@ static void gb_path(gb_run_t *run, uint16_t state, uint16_t domain)
     }
 }
 
-/* The bit of a descendant among those of a history. */
+/* The bit of a descendant in a history. */
 static uint16_t gb_offset(uint16_t bit, uint16_t owner, uint16_t state)
 {
     const uint16_t below = (uint16_t)(state - owner);
     return (uint16_t)((uint16_t)(bit + below) - 1U);
 }
 
-/* What a history remembers, or the state it has for the first time. */
+/* The recorded states of a history, or its default. */
 static void gb_recall(gb_run_t *run, uint16_t number, uint16_t domain)
 {
     const uint16_t owner = run->chart->history[number].owner;
@@ -157,7 +157,7 @@ static void gb_recall(gb_run_t *run, uint16_t number, uint16_t domain)
     }
 }
 
-/* Below what is entered: all regions of a concurrent state, the default of a hierarchical one, unless the way goes elsewhere. */
+/* Below an entered state: all regions of a concurrent state, the default of a hierarchical one, unless another child is entered. */
 static void gb_descend(gb_run_t *run)
 {
     for (uint16_t s = 0U; s < run->chart->states; ++s) {
@@ -208,7 +208,7 @@ static void gb_clear(gb_run_t *run)
     run->n_chosen = 0U;
 }
 
-/* From the outside in. */
+/* Outermost first. */
 static void gb_activate(gb_run_t *run)
 {
     for (uint16_t s = 0U; s < run->chart->states; ++s) {
@@ -224,7 +224,7 @@ static void gb_activate(gb_run_t *run)
     }
 }
 
-/* The transitions chosen fire: exits from the inside out, actions, entries. */
+/* Fires the chosen transitions: exits innermost first, actions, entries. */
 static void gb_fire(gb_run_t *run)
 {
     for (uint16_t i = 0U; i < run->n_chosen; ++i) {
@@ -261,7 +261,7 @@ static void gb_fire(gb_run_t *run)
     gb_activate(run);
 }
 
-/* Takes a transition, or not: it replaces those that leave the same states if it comes before all of them. */
+/* Chooses a transition if it precedes all chosen ones that exit the same states, and replaces them. */
 static void gb_take(gb_run_t *run, uint16_t at)
 {
     const uint16_t from = run->chart->btrans[at].from;
@@ -286,7 +286,7 @@ static void gb_take(gb_run_t *run, uint16_t at)
                 run->chosen[kept] = other;
                 ++kept;
             } else {
-                /* it goes */
+                /* removed */
             }
         }
         if (wins && (pass == 1U)) {
@@ -299,7 +299,7 @@ static void gb_take(gb_run_t *run, uint16_t at)
     }
 }
 
-/* The first transition of the event's rows that leaves from this state and may. */
+/* The first fireable transition from this state in the event's rows. */
 static uint16_t gb_first(gb_run_t *run, uint16_t event, uint16_t state)
 {
     const uint16_t first = run->chart->index[event].first;
@@ -317,7 +317,7 @@ static uint16_t gb_first(gb_run_t *run, uint16_t event, uint16_t state)
     return found;
 }
 
-/* Which transitions fire on an event (row 0: on none). */
+/* Chooses the transitions that fire on an event (row 0: without an event). */
 static void gb_choose(gb_run_t *run, uint16_t event)
 {
     gb_clear(run);

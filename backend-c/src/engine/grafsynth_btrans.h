@@ -1,4 +1,4 @@
-/* The statechart engine of grafsynth: one text for all charts. A chart is two tables, of states and of transitions, with an index of the second by event;
+/* The statechart engine of grafsynth: the same text for all charts. A chart is two tables, of states and of transitions, with an index of the second by event;
    docs/c.md of grafsynth says what is in them. */
 #ifndef GRAFSYNTH_BTRANS_H
 #define GRAFSYNTH_BTRANS_H
@@ -10,7 +10,7 @@
 extern "C" {
 #endif
 
-/* Where tables lie. */
+/* The memory of tables. */
 #ifndef GB_ROM
 #if defined(__AVR__) && defined(__FLASH)
 #define GB_ROM const __flash
@@ -21,7 +21,7 @@ extern "C" {
 #endif
 #endif
 
-/* sdcc compiles calls better than what it inlines. */
+/* sdcc compiles calls better than inlined code. */
 #if defined(__SDCC_mcs51)
 #define GB_INLINE static
 #else
@@ -32,17 +32,17 @@ extern "C" {
 
 /* Status of a state. */
 #define GB_ATOMIC 0U
-#define GB_HIERARCHICAL 1U /* one of its children is active with it */
-#define GB_CONCURRENT 2U   /* all of them are */
-#define GB_HIST 4U         /* what is active in it is remembered */
+#define GB_HIERARCHICAL 1U /* one of its children is active */
+#define GB_CONCURRENT 2U   /* all its children are active */
+#define GB_HIST 4U         /* its active descendants are recorded */
 
 typedef struct {
     uint16_t descendant; /* entered by default; GB_NONE: an atomic state */
     uint16_t sibling;    /* the next one, in a ring */
     uint16_t ancestor;   /* GB_NONE: outermost */
-    uint16_t last;       /* the last of its descendants, which follow it without a gap */
+    uint16_t last;       /* the last descendant; descendants follow without gaps */
     uint16_t status;
-    uint16_t timer; /* of the time that it is active; GB_NONE: nobody asks */
+    uint16_t timer; /* its active time; GB_NONE: not used */
     uint16_t entry; /* rules; 0: none */
     uint16_t exit;
 } gb_state_t;
@@ -50,30 +50,30 @@ typedef struct {
 /* How a transition moves. */
 #define GB_EXTERNAL 0U /* leaves its origin */
 #define GB_INTERNAL 1U /* stays in it */
-#define GB_STAYS 2U    /* acts only */
+#define GB_STAYS 2U    /* only runs its action */
 
 typedef struct {
     uint16_t from;
     uint16_t to;
     uint16_t kind;
-    uint16_t history; /* enters what this one remembers; GB_NONE: by default */
+    uint16_t history; /* enters what this history recorded; GB_NONE: default */
     uint16_t guard;   /* rules; 0: none */
     uint16_t action;
 } gb_trans_t;
 
-/* The rows of the second table that are on an event; row 0 of the index: on none. */
+/* The rows of the second table for an event; row 0 of the index: no event. */
 typedef struct {
     uint16_t input;
     uint16_t first;
     uint16_t many;
 } gb_event_t;
 
-/* What a state remembers. */
+/* The history of a state. */
 typedef struct {
     uint16_t owner;
     uint16_t deep; /* 1: its atomic descendants; 0: its children */
     uint16_t bit;  /* of its first descendant */
-    uint16_t to;   /* entered while it remembers nothing */
+    uint16_t to;   /* entered if nothing is recorded */
     uint16_t rule; /* then, after the entry of its owner; 0: none */
 } gb_history_t;
 
@@ -81,12 +81,12 @@ struct gb_run;
 
 /* The tables of a chart and their lengths. */
 typedef struct {
-    int32_t (*rule)(struct gb_run *run); /* does a rule, gives its value: 1 and on are the operands of edges, then come the outputs */
+    int32_t (*rule)(struct gb_run *run); /* runs a rule and returns its value: from 1 the edge operands, then the outputs */
     GB_ROM gb_state_t *bstate;
     GB_ROM gb_trans_t *btrans;
     GB_ROM gb_event_t *index;
     GB_ROM gb_history_t *history;
-    GB_ROM int32_t *caps;     /* where each timer stops */
+    GB_ROM int32_t *caps;     /* the maximum of each timer */
     GB_ROM int32_t *values;   /* the variables at reset */
     GB_ROM uint16_t *initial; /* entered at reset */
     uint16_t states;
@@ -104,15 +104,15 @@ typedef struct {
 
 typedef struct gb_run {
     const gb_chart_t *chart;
-    uint8_t *active; /* states; then what histories remember, then edges */
+    uint8_t *active; /* states, then recorded histories, then edges */
     int32_t *time;
     int32_t *values;
     const int32_t *in;
-    uint8_t *marks; /* bits for each state: left, entered; for each history: taken by default; for each edge: its operand */
+    uint8_t *marks; /* for each state: exited, entered; each history: default taken; each edge: its operand */
     uint16_t *chosen;
     uint16_t n_chosen;
     uint16_t number; /* of the rule */
-    bool fresh;      /* edges still hold */
+    bool fresh;      /* edges are still present */
 } gb_run_t;
 
 /* Reset. True if the chart did not come to rest. */

@@ -1,4 +1,4 @@
-/* The table engine of grafsynth: one text for all charts. Do not edit. */
+/* The table engine of grafsynth: the same text for all charts. Do not edit. */
 #include "grafsynth_engine.h"
 
 /* The header of an image. */
@@ -9,7 +9,7 @@
 #define GS_AT_SECTIONS 24U
 #define GS_BODY 84U
 
-/* All that can fire: 0. */
+/* Kind 0: all fireable transitions fire. */
 #define GS_PRIORITY 1U
 #define GS_INNER 2U
 #define GS_OUTER 3U
@@ -43,7 +43,7 @@
 #define GS_NONE 0xFFFFU
 #define GS_STACK 16U
 
-/* What an item of a list is: its two highest bits. */
+/* The kind of a list item: its two highest bits. */
 #define GS_ITEM_KIND 0xC000U
 #define GS_ITEM_CONTENT 0x4000U
 #define GS_ITEM_HISTORY 0x8000U
@@ -127,7 +127,7 @@ static bool gs_below_or_none(uint16_t number, uint16_t count)
     return (number < count) || (number == GS_NONE);
 }
 
-/* Whether rows from first on, that many, lie within count. */
+/* Whether n rows from first are within count. */
 static bool gs_within(uint16_t first, uint16_t many, uint16_t count)
 {
     return (first <= count) && (many <= (uint16_t)(count - first));
@@ -138,7 +138,7 @@ static uint32_t gs_bytes(uint32_t bits)
     return (bits + 7U) >> 3;
 }
 
-/* The bytes of bits that live within a reaction, before the transitions chosen. */
+/* The bytes of bits of one reaction, before the chosen transitions. */
 static uint32_t gs_marks(GS_ROM uint8_t *image) GS_ON_STACK
 {
     const uint32_t states = gs_count(image, GS_STATES);
@@ -165,12 +165,12 @@ static uint8_t gs_operand(uint8_t op)
     } else if ((op <= GS_OP_FALL) || (op >= GS_OP_STORE)) {
         size = 2U;
     } else {
-        /* works on the stack alone */
+        /* uses only the stack */
     }
     return size;
 }
 
-/* Whether an operand names something that is there. */
+/* Whether an operand refers to something that exists. */
 static bool gs_operand_is_good(GS_ROM uint8_t *image, uint8_t op, uint16_t at)
 {
     uint16_t count = GS_NONE;
@@ -208,7 +208,7 @@ static bool gs_jump_is_good(GS_ROM uint8_t *image, uint16_t from, uint16_t to, u
     return (to <= end) && (at == to);
 }
 
-/* What an instruction takes from the stack, and what it leaves. */
+/* The number of values that an instruction pops and pushes. */
 static uint8_t gs_takes(uint8_t op)
 {
     uint8_t takes = 2U;
@@ -224,7 +224,7 @@ static uint8_t gs_takes(uint8_t op)
     return takes;
 }
 
-/* Whether a block stays in its bytes and its stack, jumps only onward and between statements, and leaves as many values as wanted. */
+/* Whether a block stays within its bytes and its stack, jumps only forward and between statements, and leaves the expected number of values. */
 static bool gs_block_is_good(GS_ROM uint8_t *image, uint16_t block, uint8_t wanted)
 {
     const uint16_t count = gs_count(image, GS_CODE);
@@ -246,7 +246,7 @@ static bool gs_block_is_good(GS_ROM uint8_t *image, uint16_t block, uint8_t want
                 ++depth;
                 good = (depth <= GS_STACK) && gs_operand_is_good(image, op, operand);
             } else {
-                /* Statements stand on an empty stack, and are for lists only. */
+                /* Statements need an empty stack, and are allowed in lists only. */
                 good = (depth == 0U) && (wanted == 0U) && gs_operand_is_good(image, op, operand);
                 if (op != GS_OP_STORE) {
                     const uint16_t far = gs_u16(image, operand);
@@ -258,7 +258,7 @@ static bool gs_block_is_good(GS_ROM uint8_t *image, uint16_t block, uint8_t want
     return good && (depth == wanted);
 }
 
-/* Jumps may land in the middle of an expression; there the stack would be short. So each must land where a statement begins. */
+/* A jump into an expression would find too few values on the stack, so each must go to the beginning of a statement. */
 static bool gs_jumps_are_good(GS_ROM uint8_t *image, uint16_t block)
 {
     uint16_t at = gs_row(image, GS_CODE, gs_cell(image, GS_BLOCKS, block, GS_BLOCK_ROW, 0U), 1U);
@@ -306,7 +306,7 @@ static bool gs_states_are_good(GS_ROM uint8_t *image)
     for (uint16_t s = 0U; good && (s < states); ++s) {
         const uint16_t above = GS_STATE(image, s, GS_ANCESTOR);
         const uint16_t last = GS_STATE(image, s, GS_LAST);
-        /* Ancestors come first, so every way up ends. */
+        /* Ancestors come first, so every path up ends. */
         good = ((above < s) || (above == GS_NONE)) && (last >= s) && gs_below(last, states)
                && gs_list_is_good(image, GS_STATE(image, s, GS_ENTRY)) && gs_list_is_good(image, GS_STATE(image, s, GS_EXIT))
                && gs_list_is_good(image, GS_STATE(image, s, GS_CONTENT))
@@ -445,14 +445,14 @@ uint8_t gs_check(GS_ROM uint8_t *image, uint16_t size, const gs_room_t *room)
                || !gs_events_are_good(image) || !gs_lists_are_good(image) || !gs_histories_are_good(image) || !gs_rest_is_good(image)) {
         found = GS_RANGE;
     } else {
-        /* good */
+        /* valid */
     }
     return found;
 }
 
 /* --- bits --------------------------------------------------------------------------------------------------------------------------------- */
 
-/* Where the recorded cases and the edges lie, behind the situation. */
+/* The positions of recorded cases and edges, after the situation. */
 static uint16_t gs_case_bit(const gs_run_t *run, uint16_t number)
 {
     return (uint16_t)(gs_count(run->image, GS_STATES) + number);
@@ -468,7 +468,7 @@ static uint16_t gs_now_bit(const gs_run_t *run, uint16_t number)
     return (uint16_t)(gs_edge_bit(run, gs_count(run->image, GS_EDGES)) + number);
 }
 
-/* Marks of a micro-step: a transition was offered, a state goes, comes, runs its initial content; a history waits, was seen, gives its default. */
+/* Marks of a micro-step: transition offered; state exited, entered, runs its initial content; history pending, visited, takes its default. */
 static uint16_t gs_exit_mark(const gs_run_t *run)
 {
     return gs_count(run->image, GS_TRANSITIONS);
@@ -524,7 +524,7 @@ static void gs_store(const gs_run_t *run, uint16_t var, int32_t value) GS_ON_STA
     run->values[var] = (value < lo) ? lo : ((value > hi) ? hi : value);
 }
 
-/* What is true is 1. */
+/* True is 1. */
 static int32_t gs_truth(bool holds)
 {
     int32_t value = 0;
@@ -607,7 +607,7 @@ static int32_t gs_two(uint8_t op, int32_t a, int32_t b)
     return value;
 }
 
-/* The value that a block leaves, 0 for a list of statements. */
+/* The result of a block; 0 for a statement list. */
 static int32_t gs_run(const gs_run_t *run, uint16_t block)
 {
     GS_ROM uint8_t *image = run->image;
@@ -615,7 +615,7 @@ static int32_t gs_run(const gs_run_t *run, uint16_t block)
     uint8_t depth = 0U;
     uint16_t at = gs_row(image, GS_CODE, gs_cell(image, GS_BLOCKS, block, GS_BLOCK_ROW, 0U), 1U);
     const uint16_t end = (uint16_t)(at + gs_cell(image, GS_BLOCKS, block, GS_BLOCK_ROW, 2U));
-    /* One place more than is used: what lies on top is always there. */
+    /* One element more than is used, so that the top always exists. */
     stack[0] = 0;
     while (at < end) {
         const uint8_t op = image[at];
@@ -682,7 +682,7 @@ static void gs_set_active(gs_run_t *run, uint16_t state, bool active)
     }
 }
 
-/* Marks what a list enters. */
+/* Marks the entries of a list. */
 static void gs_add(gs_run_t *run, uint16_t list)
 {
     const uint16_t first = gs_cell(run->image, GS_LISTS, list, GS_LIST_ROW, 0U);
@@ -704,7 +704,7 @@ static void gs_add(gs_run_t *run, uint16_t list)
     }
 }
 
-/* A history that is entered stands for what it recorded, or for its default. */
+/* Entering a history enters what it recorded, or its default. */
 static void gs_enter_history(gs_run_t *run, uint16_t history) GS_ON_STACK
 {
     const uint16_t row = gs_row(run->image, GS_HISTORIES, history, GS_HISTORY_ROW);
@@ -723,7 +723,7 @@ static void gs_enter_history(gs_run_t *run, uint16_t history) GS_ON_STACK
     }
 }
 
-/* Each history is entered at most once, so this ends. */
+/* Each history is entered at most once, so this terminates. */
 static void gs_enter_histories(gs_run_t *run)
 {
     const uint16_t histories = gs_count(run->image, GS_HISTORIES);
@@ -757,7 +757,7 @@ static void gs_record_histories(gs_run_t *run) GS_ON_STACK
     }
 }
 
-/* What is marked becomes active, from the outside in. */
+/* Activates the marked states, outermost first. */
 static void gs_enter_states(gs_run_t *run)
 {
     const uint16_t histories = gs_count(run->image, GS_HISTORIES);
@@ -778,7 +778,7 @@ static void gs_enter_states(gs_run_t *run)
     }
 }
 
-/* The transitions chosen of a statechart fire: exits from the inside out, actions, entries. */
+/* Fires the chosen transitions of a statechart: exits innermost first, actions, entries. */
 static void gs_fire_chart(gs_run_t *run)
 {
     for (uint16_t i = 0U; i < run->chosen; ++i) {
@@ -814,13 +814,13 @@ static bool gs_guard_holds(gs_run_t *run, uint16_t transition)
     return (guard == 0U) || (gs_run(run, guard) != 0);
 }
 
-/* Whether a state lies in another. */
+/* Whether a state is inside another. */
 static bool gs_lies_in(const gs_run_t *run, uint16_t state, uint16_t outer)
 {
     return (state > outer) && (state <= GS_STATE(run->image, outer, GS_LAST));
 }
 
-/* Takes a transition, or not: it replaces those that leave the same states if it comes before all of them. */
+/* Chooses a transition if it precedes all chosen ones that exit the same states, and replaces them. */
 static void gs_take(gs_run_t *run, uint16_t transition) GS_ON_STACK
 {
     GS_ROM uint8_t *image = run->image;
@@ -844,7 +844,7 @@ static void gs_take(gs_run_t *run, uint16_t transition) GS_ON_STACK
                 gs_set_chosen(run, kept, other);
                 ++kept;
             } else {
-                /* it goes */
+                /* removed */
             }
         }
         if (wins && (pass == 1U)) {
@@ -872,7 +872,7 @@ static uint16_t gs_first(gs_run_t *run, uint16_t event, uint16_t state)
     return found;
 }
 
-/* Which transitions of a statechart fire on an event (0: none). */
+/* Chooses the transitions of a statechart that fire on an event (0: no event). */
 static void gs_check_chart(gs_run_t *run, uint16_t event)
 {
     const bool inner = run->image[GS_AT_KIND] == GS_INNER;
@@ -932,7 +932,7 @@ static bool gs_evolve_chart(gs_run_t *run, bool reset)
     return fault;
 }
 
-/* Which transitions of a net fire: all that can, or the first of those that share a step. */
+/* Chooses the transitions of a net: all fireable ones, or the first of those that share a step. */
 static bool gs_check_net(gs_run_t *run) GS_ON_STACK
 {
     const bool competes = run->image[GS_AT_KIND] == GS_PRIORITY;
@@ -959,7 +959,7 @@ static bool gs_check_net(gs_run_t *run) GS_ON_STACK
     return any;
 }
 
-/* They fire; a step that is both left and entered stays active. */
+/* Fires them; a step that is both left and entered stays active. */
 static void gs_fire_net(gs_run_t *run)
 {
     const uint16_t states = gs_count(run->image, GS_STATES);
@@ -1011,7 +1011,7 @@ static bool gs_evolve_net(gs_run_t *run)
 
 /* --- reactions ---------------------------------------------------------------------------------------------------------------------------- */
 
-/* What is asked for an edge is over inputs alone, so it stands for the whole reaction. */
+/* Edge operands read inputs only, so they are constant during a reaction. */
 static void gs_compare_edges(gs_run_t *run) GS_ON_STACK
 {
     for (uint16_t e = 0U; e < gs_count(run->image, GS_EDGES); ++e) {

@@ -1,4 +1,4 @@
-/* The table engine of grafsynth: one text for all charts. A chart is an image, an array of bytes; docs/c.md of grafsynth says what is in it. */
+/* The table engine of grafsynth: the same text for all charts. A chart is an image, an array of bytes; docs/c.md of grafsynth describes it. */
 #ifndef GRAFSYNTH_ENGINE_H
 #define GRAFSYNTH_ENGINE_H
 
@@ -8,9 +8,9 @@
 extern "C" {
 #endif
 
-/* What an instance has room for. */
+/* The sizes of an instance. */
 typedef struct {
-    uint32_t interface; /* the number of inputs and outputs: names, types, order */
+    uint32_t interface; /* identifies inputs and outputs: names, types, order */
     uint16_t inputs;
     uint16_t outputs;
     uint16_t bits;   /* bytes of bits */
@@ -27,13 +27,13 @@ typedef struct {
     int32_t *out;
     uint8_t *work;
     uint16_t chosen; /* transitions that fire */
-    bool fresh;      /* edges of inputs still hold */
+    bool fresh;      /* edges of inputs are still present */
 } gs_run_t;
 
-/* Whether an image can be run: GS_OK, or what is wrong. It is asked once; what runs an image trusts it. */
+/* Whether an image can be run: GS_OK, or an error. It is called once; the other functions trust the image. */
 uint8_t gs_check(GS_ROM uint8_t *image, uint16_t size, const gs_room_t *room);
 
-/* Reset: true if the chart did not come to rest. The inputs are those of reset, all 0 or nearest to it. */
+/* Reset: true if the chart did not come to rest. Pass the inputs of reset, all 0 or the value nearest to it. */
 bool gs_init(gs_run_t *run);
 
 /* One reaction, dt ticks after the last: true if the chart did not come to rest. */

@@ -1,11 +1,11 @@
-/* What the engines of grafsynth have in common: how an image is read. docs/c.md of grafsynth says what is in one. */
+/* The common part of the engines of grafsynth: reading images. docs/c.md of grafsynth describes images. */
 #ifndef GRAFSYNTH_IMAGE_H
 #define GRAFSYNTH_IMAGE_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Where images lie. With images in RAM (copied from an EEPROM) define it as const, for all files alike. */
+/* The memory of images. For images in RAM (copied from an EEPROM), define it as const in all files. */
 #ifndef GS_ROM
 #if defined(__AVR__) && defined(__FLASH)
 #define GS_ROM const __flash
@@ -16,31 +16,31 @@
 #endif
 #endif
 
-/* sdcc compiles calls better than what it inlines. */
+/* sdcc compiles calls better than inlined code. */
 #if defined(__SDCC_mcs51)
 #define GS_INLINE static
 #else
 #define GS_INLINE static inline
 #endif
 
-/* sdcc gives what a function computes with addresses of its own among the 128 bytes inside an 8051; functions that compute much put it on the stack instead. */
+/* sdcc places temporaries of a function in the 128 bytes of internal RAM of an 8051; functions with many of them use the stack instead. */
 #if defined(__SDCC_mcs51)
 #define GS_ON_STACK __reentrant
 #else
 #define GS_ON_STACK
 #endif
 
-/* What a check says. */
+/* The results of a check. */
 #define GS_OK 0U
-#define GS_SHORT 1U     /* fewer bytes than an image has, or than its length says */
-#define GS_MAGIC 2U     /* no image */
+#define GS_SHORT 1U     /* fewer bytes than the header or the length requires */
+#define GS_MAGIC 2U     /* not an image */
 #define GS_VERSION 3U   /* an image for another engine */
-#define GS_CRC 4U       /* damaged */
+#define GS_CRC 4U       /* corrupt */
 #define GS_INTERFACE 5U /* made for other inputs or outputs */
-#define GS_ROOM 6U      /* needs more than the instance has */
-#define GS_RANGE 7U     /* points outside of itself */
+#define GS_ROOM 6U      /* larger than the instance */
+#define GS_RANGE 7U     /* refers outside itself */
 
-/* What all images begin with. */
+/* The header of all images. */
 #define GS_AT_KIND 5U
 #define GS_AT_LENGTH 6U
 #define GS_AT_CRC 8U
@@ -60,7 +60,7 @@ GS_INLINE uint32_t gs_u32(GS_ROM uint8_t *image, uint16_t at)
     return low | (high << 16);
 }
 
-/* Two's complement, wherever the bits come from. */
+/* Two's complement on every machine. */
 GS_INLINE int32_t gs_signed(uint32_t value)
 {
     int32_t result;
@@ -78,7 +78,7 @@ GS_INLINE int32_t gs_i32(GS_ROM uint8_t *image, uint16_t at)
     return gs_signed(gs_u32(image, at));
 }
 
-/* Over all bytes but its own. */
+/* Over all bytes except its own. */
 GS_INLINE uint32_t gs_crc(GS_ROM uint8_t *image, uint16_t length)
 {
     uint32_t crc = 0xFFFFFFFFU;

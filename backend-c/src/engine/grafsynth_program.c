@@ -1,4 +1,4 @@
-/* The program engine of grafsynth: one text for all charts. Do not edit. */
+/* The program engine of grafsynth: the same text for all charts. Do not edit. */
 #include "grafsynth_program.h"
 
 #define GP_VERSION 1U
@@ -15,7 +15,7 @@
 #define GP_BODY 32U
 #define GP_CELL_ROW 12U
 
-/* Instructions. Those below GP_OP_NOT put something on the stack; behind them stands their operand. */
+/* Instructions. Those below GP_OP_NOT push a value; their operand follows. */
 #define GP_OP_BYTE 0U
 #define GP_OP_LONG 1U
 #define GP_OP_WIDE 2U
@@ -53,17 +53,17 @@
 #define GP_OP_TEXT 34U
 #define GP_OP_FIRED 35U
 #define GP_OP_MICRO 36U
-/* Those with a length: they hold what follows, that many bytes. */
+/* Instructions with a length: they contain that many of the following bytes. */
 #define GP_OP_UNLESS 37U /* skips it if false */
-#define GP_OP_ELSE 38U   /* the end of what UNLESS holds: skips what follows */
+#define GP_OP_ELSE 38U   /* the end of UNLESS: skips what follows */
 #define GP_OP_ANDTHEN 39U
 #define GP_OP_ORELSE 40U
 #define GP_OP_LOOP 41U
 #define GP_OP_WHILE 42U /* leaves the loop if false */
-#define GP_OP_AGAIN 43U /* the end of what LOOP holds */
+#define GP_OP_AGAIN 43U /* the end of LOOP */
 #define GP_N_OPS 44U
 
-/* What an instruction takes from the stack, what it leaves, and the bytes of its operand: a nibble each for the first two. */
+/* The number of values that an instruction pops and pushes (a nibble each), and the bytes of its operand. */
 static GS_ROM uint8_t gp_stack_use[GP_N_OPS] = {
     0x01U, 0x01U, 0x01U, 0x01U, 0x01U, 0x01U, 0x01U, 0x01U, 0x01U, 0x11U, 0x11U, 0x11U, 0x21U, 0x21U, 0x21U,
     0x21U, 0x21U, 0x21U, 0x21U, 0x21U, 0x21U, 0x21U, 0x21U, 0x21U, 0x21U, 0x10U, 0x10U, 0x10U, 0x10U, 0x20U,
@@ -76,14 +76,14 @@ static GS_ROM uint8_t gp_operand[GP_N_OPS] = {
 
 /* --- checking ----------------------------------------------------------------------------------------------------------------------------- */
 
-/* How deep what holds can stand in each other. */
+/* The maximum nesting depth. */
 #define GP_NEST 32U
 
 typedef struct {
-    uint32_t rounds; /* that this may run, with all loops around it */
+    uint32_t rounds; /* maximum, including all enclosing loops */
     uint16_t end;
     uint8_t kind;  /* the instruction that opened it */
-    uint8_t depth; /* of the stack at its end; for UNLESS at its beginning */
+    uint8_t depth; /* stack depth at its end; for UNLESS at its start */
 } gp_region_t;
 
 static uint32_t gp_bytes(uint32_t bits)
@@ -103,7 +103,7 @@ static bool gp_cells_are_good(GS_ROM uint8_t *image)
     return good;
 }
 
-/* How many there are of what an instruction names; 65535 where it names nothing. */
+/* The number of objects that an instruction can refer to; 65535 if it refers to none. */
 static uint16_t gp_many(GS_ROM uint8_t *image, const gp_room_t *room, uint8_t op)
 {
     uint16_t many = 0xFFFFU;
@@ -148,7 +148,7 @@ static uint16_t gp_many(GS_ROM uint8_t *image, const gp_room_t *room, uint8_t op
     return many;
 }
 
-/* Whether a part of the code stays in its bytes, its stack and its rounds. Every part that is skipped or run again is held by an instruction, is
+/* Whether a part of the code stays within its bytes, its stack and its rounds. Every part that is skipped or repeated is contained in an instruction, is
    closed within the one around it, and leaves the stack as deep as the way around it does; so one pass from first to last sees all. */
 static uint8_t gp_check_code(GS_ROM uint8_t *image, const gp_room_t *room, uint16_t first, uint16_t end)
 {
@@ -184,7 +184,7 @@ static uint8_t gp_check_code(GS_ROM uint8_t *image, const gp_room_t *room, uint1
             good = depth == 0U;
         }
         if (good && (op == GP_OP_CALL)) {
-            /* It takes all. */
+            /* It pops all. */
             good = image[(uint16_t)(operand + 2U)] == depth;
             depth = 0U;
         }
@@ -216,7 +216,7 @@ static uint8_t gp_check_code(GS_ROM uint8_t *image, const gp_room_t *room, uint1
                     next.rounds = (limit > 0U) ? (inner.rounds * limit) : inner.rounds;
                     ++loops;
                 } else if (op != GP_OP_UNLESS) {
-                    /* What decides stays if the rest is skipped. */
+                    /* The deciding value stays if the rest is skipped. */
                     ++next.depth;
                 } else {
                     /* UNLESS */
@@ -229,10 +229,10 @@ static uint8_t gp_check_code(GS_ROM uint8_t *image, const gp_room_t *room, uint1
                 }
             }
         }
-        /* What ends here; the outermost ends with the code. */
+        /* Parts that end here; the outermost ends with the code. */
         while (good && (n > 1U) && (open[n - 1U].end == at)) {
             if (open[n - 1U].kind == GP_OP_LOOP) {
-                /* By an end of its own. */
+                /* With its own end. */
                 good = again && (depth == 0U);
                 again = false;
                 --loops;
@@ -288,7 +288,7 @@ uint8_t gp_check(GS_ROM uint8_t *image, uint16_t size, const gp_room_t *room)
 
 /* --- arithmetic --------------------------------------------------------------------------------------------------------------------------- */
 
-/* Two's complement, wherever the bits come from. */
+/* Two's complement on every machine. */
 static int64_t gp_signed(uint64_t value) GS_ON_STACK
 {
     int64_t result;
@@ -306,7 +306,7 @@ static uint64_t gp_magnitude(int64_t value) GS_ON_STACK
     return (value < 0) ? ((uint64_t)0U - (uint64_t)value) : (uint64_t)value;
 }
 
-/* sdcc for the 8051 adds, shifts and compares such numbers, but its library has no more. */
+/* sdcc for the 8051 adds, shifts and compares such numbers, but its library lacks other operations. */
 #if defined(__SDCC_mcs51)
 static uint64_t gp_mul(uint64_t a, uint64_t b) GS_ON_STACK
 {
@@ -357,7 +357,7 @@ static uint64_t gp_div(uint64_t a, uint64_t b, bool wants_rest) GS_ON_STACK
 }
 #endif
 
-/* Toward zero; the rest has the sign of the dividend. What has no answer gives 0. */
+/* Rounds toward zero; the remainder has the sign of the dividend. Undefined results are 0. */
 static int64_t gp_divide(int64_t a, int64_t b, bool wants_rest) GS_ON_STACK
 {
     int64_t value = 0;
@@ -431,7 +431,7 @@ static uint16_t gp_row(uint16_t cell)
     return (uint16_t)(GP_BODY + (GP_CELL_ROW * cell));
 }
 
-/* An element of a cell; 0 for what it does not have. */
+/* An element of a cell; 0 if it does not exist. */
 static int64_t gp_get(const gp_run_t *run, uint16_t cell, int64_t index) GS_ON_STACK
 {
     const uint16_t row = gp_row(cell);
@@ -516,7 +516,7 @@ static int64_t gp_leaf(const gp_run_t *run, uint8_t op, uint16_t at) GS_ON_STACK
     return value;
 }
 
-/* What puts something away: the value and, below it, the index of an element. */
+/* Stores a value; below it on the stack is the index of an element. */
 static void gp_put_away(gp_run_t *run, uint8_t op, uint16_t number, int64_t value, int64_t index)
 {
     switch (op) {
@@ -546,7 +546,7 @@ static void gp_put_away(gp_run_t *run, uint8_t op, uint16_t number, int64_t valu
     }
 }
 
-/* The condition of a part that is held, and what a loop does at its ends. */
+/* The condition of a contained part, and the ends of a loop. */
 static void gp_turn(gp_run_t *run, uint8_t op, uint16_t operand) GS_ON_STACK
 {
     GS_ROM uint8_t *image = run->image;

@@ -1,4 +1,4 @@
-/* The program engine of grafsynth: one text for all charts. A chart is an image, an array of bytes; docs/c.md of grafsynth says what is in it. */
+/* The program engine of grafsynth: the same text for all charts. A chart is an image, an array of bytes; docs/c.md of grafsynth describes it. */
 #ifndef GRAFSYNTH_PROGRAM_H
 #define GRAFSYNTH_PROGRAM_H
 
@@ -8,22 +8,22 @@
 extern "C" {
 #endif
 
-/* Values at once, and loops within each other. */
+/* The maximum stack depth and loop nesting. */
 #define GP_STACK 16U
 #define GP_LOOPS 3U
 
-/* What gp_go wants done before it goes on. */
+/* Requests of gp_go to the caller. */
 #define GP_DONE 0U
 #define GP_ASK 1U   /* inputs[number] is the answer of an extern condition */
 #define GP_CALL 2U  /* extern action number, its arguments in stack[0], stack[1] and so on */
-#define GP_TEXT 3U  /* text number of the user */
+#define GP_TEXT 3U  /* user text with this number */
 #define GP_FIRED 4U /* transition number fires */
 #define GP_MICRO 5U /* a micro-step begins */
 
-/* What an instance has room for, and what it is handed. */
+/* The sizes of an instance, and its parameters. */
 typedef struct {
-    uint32_t interface; /* the number of inputs, outputs and functions: names, types, order */
-    uint32_t rounds;    /* of all loops in each other */
+    uint32_t interface; /* identifies inputs, outputs and functions: names, types, order */
+    uint32_t rounds;    /* of all nested loops */
     uint16_t inputs;    /* and conditions */
     uint16_t outputs;
     uint16_t calls;
@@ -46,23 +46,23 @@ typedef struct {
     int64_t *numbers;
     uint32_t dt;
     int64_t stack[GP_STACK];
-    uint32_t rounds[GP_LOOPS]; /* that a loop may still make */
+    uint32_t rounds[GP_LOOPS]; /* left for each loop */
     uint16_t begins[GP_LOOPS];
     uint16_t at;
     uint16_t end;
-    uint16_t number; /* what gp_go is about */
+    uint16_t number; /* for the request of gp_go */
     uint8_t depth;
     uint8_t loops;
     bool fault; /* the chart did not come to rest, or a queue was full */
 } gp_run_t;
 
-/* Whether an image can be run: GS_OK, or what is wrong. It is asked once; what runs an image trusts it. */
+/* Whether an image can be run: GS_OK, or an error. It is called once; the other functions trust the image. */
 uint8_t gp_check(GS_ROM uint8_t *image, uint16_t size, const gp_room_t *room);
 
-/* Begins a reset or a reaction; image, bits, values, in, out, flags, numbers and dt are given. */
+/* Begins a reset or a reaction; image, bits, values, in, out, flags, numbers and dt must be set. */
 void gp_begin(gp_run_t *run, bool reset);
 
-/* Goes on until it is done or wants something. */
+/* Continues until it is done or has a request. */
 uint8_t gp_go(gp_run_t *run);
 
 #ifdef __cplusplus

@@ -1,4 +1,4 @@
-//! What every engine is handed and hands back, in the text of a chart: inputs as numbers of 32 bits in an array, outputs and variables as the types that they have.
+//! The data that every engine receives and returns, in the text of a chart: inputs as 32-bit numbers in an array, outputs and variables in their own types.
 
 use crate::Object;
 use crate::cexpr::storage;
@@ -7,12 +7,12 @@ use crate::names::Names;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{InputId, InputKind, Net, OutputId};
 
-/// A number of 32 bits as a value of its type.
+/// A 32-bit number converted to its type.
 pub(super) fn as_type(ty: Type, number: &str) -> String {
     if ty.is_bool() { format!("{number} != 0") } else { format!("({}){number}", storage(ty)) }
 }
 
-/// The inputs, each at its place in an array; at reset, and where the engine asks for it later, what is nearest to 0.
+/// The inputs, each at its position in an array; at reset, and if the engine evaluates it later, the value nearest to 0.
 pub(super) fn hand_in(
     net: &Net,
     names: &Names,
@@ -40,14 +40,14 @@ pub(super) fn hand_in(
     inputs.iter().map(line).collect()
 }
 
-/// Words of outputs begin with no bit set.
+/// Output words start with all bits clear.
 pub(super) fn clear_words(names: &Names) -> Vec<Node> {
     (0..names.io.output_words())
         .map(|word| Node::line(format!("out->bits[{word}] = 0U;")))
         .collect()
 }
 
-/// The outputs, each from the number that an engine has for it.
+/// The outputs, each from the engine's number for it.
 pub(super) fn hand_out(
     net: &Net,
     names: &Names,

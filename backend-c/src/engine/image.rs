@@ -3,13 +3,13 @@
 use crate::Object;
 use std::collections::BTreeMap;
 
-/// The version of the format, which the engine asks for.
+/// The version of the format, which the engine checks.
 const VERSION: u8 = 1;
 /// Bytes before the first section.
 const HEADER: usize = 84;
-/// Where the checksum stands; it is over all bytes, its own taken as 0.
+/// The position of the checksum; it covers all bytes, with its own taken as 0.
 const CHECKSUM: std::ops::Range<usize> = 8..12;
-/// "None" where a row names another.
+/// Marks "none" if a row refers to another row.
 pub(super) const NONE: u16 = 0xffff;
 
 /// The kinds of charts.
@@ -25,7 +25,7 @@ pub(super) enum ImageKind {
     OuterFirst = 3,
 }
 
-/// The sections in the order of the header.
+/// The sections, in the order of the header.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Section {
     States,
@@ -44,7 +44,7 @@ pub(super) enum Section {
     Code,
 }
 
-/// What the comments of `NAME_tables.c` call the sections.
+/// The names of the sections in the comments of `NAME_tables.c`.
 const TITLES: [&str; 14] = [
     "states: ancestor, last descendant, entry, exit, initial content, timer",
     "transitions: from, clears first to last, to, guard, action",
@@ -70,7 +70,7 @@ struct Row {
     object: Option<Object>,
 }
 
-/// An image in the making.
+/// An image under construction.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Image {
     sections: [Vec<Row>; 14],
@@ -80,7 +80,7 @@ pub(super) struct Image {
     n_items: usize,
 }
 
-/// What the header says beside the sections.
+/// The contents of the header besides the sections.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Head {
     pub(super) kind: ImageKind,
@@ -91,7 +91,7 @@ pub(super) struct Head {
     pub(super) inputs: u16,
 }
 
-/// Bytes with what they say.
+/// Bytes with a description.
 pub(super) struct Line {
     pub(super) bytes: Vec<u8>,
     pub(super) title: Option<&'static str>,
@@ -99,7 +99,7 @@ pub(super) struct Line {
     pub(super) object: Option<Object>,
 }
 
-/// A number that fits into a column. What does not makes an image of more than 65535 bytes, which is refused as a whole.
+/// A number that fits into a column. A larger one occurs only in an image of more than 65535 bytes, which is rejected as a whole.
 pub(super) fn narrow(value: usize) -> u16 {
     u16::try_from(value).unwrap_or(NONE)
 }
@@ -125,7 +125,7 @@ impl Image {
         self.sections[section as usize].push(Row { bytes, note: note.into(), object });
     }
 
-    /// Appends a row as it is.
+    /// Appends a row unchanged.
     pub(super) fn raw(
         &mut self,
         section: Section,
@@ -156,7 +156,7 @@ impl Image {
         }
     }
 
-    /// The number of a block of code; equal ones are one.
+    /// The number of a block of code; equal blocks share a number.
     pub(super) fn block(&mut self, code: &[u8]) -> u16 {
         if let Some(known) = self.blocks.get(code) {
             return *known;
@@ -171,7 +171,7 @@ impl Image {
         number
     }
 
-    /// The number of a list; equal ones are one.
+    /// The number of a list; equal lists share a number.
     pub(super) fn list(&mut self, items: &[u16]) -> u16 {
         if let Some(known) = self.lists.get(items) {
             return *known;
@@ -186,7 +186,7 @@ impl Image {
         number
     }
 
-    /// The whole as lines of bytes, header first, and its length; the length may be more than an image can have.
+    /// The complete image as lines of bytes, header first, and its length; the length may exceed what an image can have.
     pub(super) fn finish(self, head: Head) -> (Vec<Line>, usize) {
         let mut places = Vec::new();
         let mut at = HEADER;
@@ -225,7 +225,7 @@ impl Image {
     }
 }
 
-/// Puts the checksum in, which is 0 so far.
+/// Inserts the checksum, which is still 0.
 pub(super) fn seal(lines: &mut [Line]) {
     let all: Vec<u8> = lines.iter().flat_map(|line| line.bytes.iter().copied()).collect();
     let crc = crc32(&all);
@@ -234,7 +234,7 @@ pub(super) fn seal(lines: &mut [Line]) {
     }
 }
 
-/// The CRC-32 of IEEE 802.3 (reflected, polynomial 0xEDB88320), as zip files have it.
+/// The CRC-32 of IEEE 802.3 (reflected, polynomial 0xEDB88320), as used in zip files.
 pub(crate) fn crc32(bytes: &[u8]) -> u32 {
     let mut crc = u32::MAX;
     for byte in bytes {

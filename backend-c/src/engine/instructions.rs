@@ -1,25 +1,25 @@
-//! How many instructions of a program one reaction runs at most.
+//! The maximum number of instructions of a program that one reaction runs.
 //!
-//! The code is its own proof: parts are held by the instruction in front of them, lie within each other, and loops say their rounds, so the dearest way through it is found in one pass. How long an
-//! instruction takes is no matter of the code: the engine interprets it.
+//! The code is its own proof: parts are contained in the instruction before them and nested, and loops state their rounds, so one pass finds the worst-case
+//! path. The time of an instruction does not depend on the code: the engine interprets it.
 
 use super::bytes::{OPERANDS, Op};
 
-/// The loop of the evolution, and the most rounds of it that are proved.
+/// The loop of the evolution, and its proved maximum number of rounds.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Evolution {
-    /// Where its instruction stands.
+    /// The position of its instruction.
     pub(super) at: usize,
-    /// The most rounds.
+    /// The maximum number of rounds.
     pub(super) rounds: u64,
 }
 
-/// The most instructions that one run of the code executes; none where it is no code.
+/// The maximum number of instructions that one run of the code executes; `None` if it is not valid code.
 pub(super) fn most_instructions(code: &[u8], evolution: Option<Evolution>) -> Option<u64> {
     part(code, 0..code.len(), evolution).map(|(n, _)| n)
 }
 
-/// A part, and the length of what its last instruction skips if that is an `ELSE`. Parts lie within each other 31 deep at most, as the engine's check has it.
+/// A part, and the length that its last instruction skips if that is an `ELSE`. The nesting depth is at most 31, as the engine checks.
 fn part(
     code: &[u8],
     range: std::ops::Range<usize>,
@@ -62,7 +62,7 @@ fn part(
             let end = next + length(operand + 4)?;
             let proved = evolution.filter(|it| it.at == at).map_or(limit, |it| it.rounds);
             let round = part(code, next..end, evolution)?.0;
-            // A loop that ends by its condition asks it once more.
+            // A loop that ends by its condition evaluates it once more.
             let rounds = limit.min(proved.saturating_add(1));
             sum = sum.saturating_add(round.saturating_mul(rounds));
             at = end;
@@ -77,7 +77,7 @@ fn part(
 mod tests {
     use super::*;
 
-    /// The operands that the engine reads are those that are counted with.
+    /// The operands that the engine reads are the ones counted here.
     #[test]
     fn operands_are_those_of_the_engine() {
         let engine = include_str!("grafsynth_program.c");

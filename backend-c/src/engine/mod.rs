@@ -1,12 +1,13 @@
 //! The style `engine`: the chart as tables that a small engine interprets, after the statechart engine of seed 002.
 //!
-//! The engine (`grafsynth_engine.c`) is one text for all charts: after a changed chart only `NAME_tables.c` differs. It walks rows of states and rows of
-//! transitions as the paper's `BSTATE` and `BTRANS` do: those on an event whose origin is active, exits up to the common ancestor, action, entries down to
-//! atomic states. What the paper finds at run time by `descendant` and `sibling` stands in the rows as lists, from the net; its search of all transitions
-//! is an index by event. The same rows carry Grafcet charts: a list of steps taken and a list of steps given.
+//! The engine (`grafsynth_engine.c`) is the same text for all charts: after a change of the chart only `NAME_tables.c` differs. It reads rows of states and
+//! of transitions like the paper's `BSTATE` and `BTRANS`: the transitions on an event whose origin is active, exits up to the common ancestor, action,
+//! entries down to atomic states. The lists that the paper computes at run time from `descendant` and `sibling` are in the rows, taken from the net; instead
+//! of a search over all transitions there is an index by event. The same rows represent Grafcet charts: a list of source steps and a list of target steps.
 //!
-//! The tables are an image: bytes without pointers, with a checksum, the same on every machine. So they can also be loaded from a flash or an EEPROM, and
-//! `gs_check` finds out once whether every number in them is in its range.
+//! The tables are an image: bytes without pointers, with a checksum, the same on every machine. So they can also be loaded from a flash memory or an EEPROM,
+//! and
+//! `gs_check` checks once whether every number in them is in its range.
 
 pub(crate) mod btrans;
 mod bytes;
@@ -31,32 +32,32 @@ use handing::{as_type, clear_words, hand_in, hand_out};
 use image::{Head, Image, ImageKind, Line, NONE, Section, narrow};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What all engines read images with.
+/// The common header with which all engines read images.
 const IMAGE_HEADER: (&str, &str) = ("grafsynth_image.h", include_str!("grafsynth_image.h"));
-/// The files that every chart of tables has alike.
+/// The files that are the same for every chart of tables.
 const FILES: [(&str, &str); 3] = [
     IMAGE_HEADER,
     ("grafsynth_engine.h", include_str!("grafsynth_engine.h")),
     ("grafsynth_engine.c", include_str!("grafsynth_engine.c")),
 ];
 
-/// The items of a list that are no states.
+/// The list items that are not states.
 const CONTENT: u16 = 0x4000;
 /// See [`CONTENT`].
 const HISTORY: u16 = 0x8000;
-/// The numbers that an item can hold.
+/// The maximum number of states that an item can encode.
 const MOST_STATES: usize = 0x3fff;
 
-/// What the rows need to know of each other.
+/// Shared information for the rows.
 struct Plan<'a> {
     net: &'a Net,
-    /// The position of each input in what a reaction is handed.
+    /// The position of each input in the inputs of a reaction.
     inputs: IdMap<Input, Option<u16>>,
-    /// Events that some transition is on.
+    /// Events that trigger some transition.
     listened: BTreeSet<InputId>,
-    /// Number and cap of the timer of each step whose time is read.
+    /// The number and the maximum value of the timer of each step whose time is read.
     timers: BTreeMap<StepId, (u16, i32)>,
-    /// The last descendant of each step: descendants follow their ancestor without a gap.
+    /// The last descendant of each step: descendants follow their ancestor without gaps.
     last: Vec<usize>,
 }
 
@@ -67,7 +68,7 @@ fn refuse<T>(what: impl Into<String>, span: Span) -> Result<T, Refusal> {
 /// The net in this style.
 ///
 /// # Errors
-/// What the net uses that the engine does not carry.
+/// The net uses something that the engine does not support.
 pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Result<CProgram, Refusal> {
     if options.trace.is_some() {
         return refuse("a trace ring", net.name.span);
@@ -112,14 +113,14 @@ pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Result<CPr
     let (lines, length) = image.finish(head);
     if length > usize::from(u16::MAX) {
         return refuse(
-            format!("a chart of {length} bytes of tables, where an image has at most 65535"),
+            format!("a chart of {length} bytes of tables (at most 65535)"),
             net.name.span,
         );
     }
     Ok(emit(net, names, &room, ticks, &lines))
 }
 
-/// What a chart needs of memory, and what it is handed.
+/// The memory that a chart needs, and its parameters.
 struct Room {
     bits: usize,
     values: usize,
@@ -129,7 +130,7 @@ struct Room {
     interface: u32,
 }
 
-/// A number for what a program and an image must agree upon: names, types and order of inputs and outputs, and how time comes in.
+/// A number on which a program and an image must agree: names, types and order of inputs and outputs, and how time is passed in.
 fn interface(net: &Net, ticks: Option<Ticks>) -> u32 {
     image::crc32(interface_text(net, ticks).as_bytes())
 }
@@ -145,7 +146,7 @@ fn interface_text(net: &Net, ticks: Option<Ticks>) -> String {
     text
 }
 
-/// What is entered, as items.
+/// The entered states and contents, as items.
 fn items(enters: &[Enter]) -> Vec<u16> {
     enters
         .iter()
@@ -183,7 +184,7 @@ impl<'a> Plan<'a> {
         Ok(plan)
     }
 
-    /// No queue is needed: events of a row are taken one by one, in declaration order, and nothing else raises any.
+    /// No queue is needed: the events of a row are handled one by one, in declaration order, and nothing else raises events.
     fn queues(&self) -> Result<(), Refusal> {
         let net = self.net;
         for step in net.steps.values() {
@@ -220,7 +221,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// The transitions in the order of their rows: that of competing and of actions.
+    /// The transitions in the order of their rows: the order in which they compete and run their actions.
     fn order(&self, kind: ImageKind) -> Result<Vec<TransitionId>, Refusal> {
         let net = self.net;
         let is_chart = net.settings.policy.is_statechart();
@@ -240,7 +241,10 @@ impl<'a> Plan<'a> {
                 return refuse("events outside of statecharts", span);
             }
             if is_chart && transition.requires.len() != 1 {
-                return refuse("a transition of a statechart without one source", span);
+                return refuse(
+                    "a transition of a statechart that does not have exactly one source",
+                    span,
+                );
             }
         }
         Ok(order)
@@ -303,7 +307,7 @@ impl<'a> Plan<'a> {
         Ok(())
     }
 
-    /// The states that a transition leaves if they are active: a domain's descendants.
+    /// The states that a transition exits if they are active: the descendants of a domain.
     fn clears(&self, transition: &Transition) -> Result<(u16, u16), Refusal> {
         let mut numbers: Vec<usize> = transition.clears.iter().map(|step| step.index()).collect();
         numbers.sort_unstable();
@@ -422,7 +426,7 @@ impl<'a> Plan<'a> {
         Ok(())
     }
 
-    /// The most atomic states that are active at once: so many transitions may be chosen.
+    /// The maximum number of atomic states that are active together: as many transitions may be chosen.
     fn most_atomic(&self) -> u16 {
         let net = self.net;
         if !net.settings.policy.is_statechart() {
@@ -451,7 +455,7 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// What an output is without an emergency, as tables have it.
+/// The value of an output outside an emergency, as the tables express it.
 fn shown(output: &Output) -> Result<Expr, Refusal> {
     let span = output.meta.span;
     match &output.driver {
@@ -474,7 +478,7 @@ fn lit(emissions: &[Emission]) -> Expr {
     }))
 }
 
-/// What the engine does not know of at all.
+/// Rejects everything that the engine does not support at all.
 fn plain(net: &Net) -> Result<(), Refusal> {
     let span = net.name.span;
     if net.steps.len() > MOST_STATES || net.histories.len() > MOST_STATES {
@@ -528,7 +532,7 @@ fn plain(net: &Net) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// The last descendant of each step, itself where it has none.
+/// The last descendant of each step; the step itself if it has none.
 fn last_descendants(net: &Net) -> Result<Vec<usize>, Refusal> {
     let mut last: Vec<usize> = (0..net.steps.len()).collect();
     let mut size = vec![1_usize; net.steps.len()];
@@ -602,7 +606,7 @@ fn emit(net: &Net, names: &Names, room: &Room, ticks: Option<Ticks>, lines: &[Li
     let clear = clear_words(names);
     let mut start = clear.clone();
     start.push(Node::line("self->image = image;"));
-    // What an image does not use of the room is the same every time.
+    // The unused part of the memory must be the same every time.
     start.push(clear_array(&format!("{upper}_BITS"), "self->bits[i] = 0U;"));
     start.push(clear_array(&format!("{upper}_VALUES"), "self->values[i] = 0;"));
     start.extend(run(true));
@@ -628,7 +632,7 @@ fn emit(net: &Net, names: &Names, room: &Room, ticks: Option<Ticks>, lines: &[Li
         "uint8_t {prefix}_load({prefix}_t *self, GS_ROM uint8_t *image, uint16_t size{out})"
     );
     let functions = vec![
-        Node::comment("Reset on these tables."),
+        Node::comment("Resets with these tables."),
         Node::function(
             format!("static void {prefix}_start({prefix}_t *self, GS_ROM uint8_t *image{out})"),
             start,
@@ -672,11 +676,11 @@ fn emit(net: &Net, names: &Names, room: &Room, ticks: Option<Ticks>, lines: &[Li
     }
 }
 
-/// What the header says before the instance.
+/// The part of the header before the instance.
 fn macros(names: &Names, sizes: &[(&str, String)], interface: u32) -> Vec<Node> {
     let (prefix, upper) = (&names.prefix, &names.upper);
     let mut nodes = vec![Node::comment(
-        "Room of an instance: define more beforehand for larger charts that are loaded.",
+        "Sizes of an instance: define larger ones before, to load larger charts.",
     )];
     for (name, value) in sizes {
         nodes.push(Node::directive(format!("#ifndef {upper}_{name}")));
@@ -685,7 +689,7 @@ fn macros(names: &Names, sizes: &[(&str, String)], interface: u32) -> Vec<Node> 
     }
     nodes.extend([
         Node::blank(),
-        Node::comment("Inputs and outputs as a number: an image carries the same."),
+        Node::comment("Identifies inputs and outputs: an image must contain the same number."),
         Node::directive(format!("#define {upper}_INTERFACE 0x{interface:08X}UL")),
         Node::blank(),
         Node::comment("The chart."),
@@ -698,7 +702,7 @@ fn macros(names: &Names, sizes: &[(&str, String)], interface: u32) -> Vec<Node> 
 fn declarations(load: &str) -> Vec<Node> {
     vec![
         Node::comment(
-            "Reset on an image: GS_OK, or why it is refused; then the instance is as it was. The image must stay where it is.",
+            "Resets with an image: GS_OK, or why it is rejected; the instance is then unchanged. The image must stay in place.",
         ),
         Node::line(format!("{load};")),
         Node::blank(),

@@ -1,8 +1,8 @@
-//! The second kind of image: the reaction program of `grafsynth_ir::lower::program` as byte code, for all that the tables of states and transitions
+//! The second kind of image: the reaction program of `grafsynth_ir::lower::program` as byte code, for everything that the tables of states and transitions
 //! have no columns for.
 //!
-//! `grafsynth_program.c` runs it. Where the program asks an extern condition, calls an extern action or comes to text of the user, the engine returns with a
-//! number, `NAME.c` does it, and the engine goes on: it knows no function, and no pointer to one is needed.
+//! `grafsynth_program.c` runs it. If the program calls an extern condition or action or reaches user text, the engine returns with a
+//! number, `NAME.c` performs the call, and the engine continues: it needs no function pointers.
 
 use super::bytes::{Coder, MARK, Place, Places};
 use super::handing::{as_type, clear_words, hand_in, hand_out};
@@ -29,7 +29,7 @@ use grafsynth_ir::program::{Leaf, Origin, Program};
 use grafsynth_ir::{IdMap, Valid};
 use std::collections::BTreeSet;
 
-/// The files that every chart of this kind has alike.
+/// The files that are the same for every chart of this kind.
 pub(crate) const FILES: [(&str, &str); 3] = [
     super::IMAGE_HEADER,
     ("grafsynth_program.h", include_str!("grafsynth_program.h")),
@@ -40,18 +40,18 @@ pub(crate) const FILES: [(&str, &str); 3] = [
 const HEADER: usize = 32;
 /// The version of this kind.
 const VERSION: u8 = 1;
-/// What tells it from the kinds of tables.
+/// The number that distinguishes it from the kinds of tables.
 const KIND: u8 = 4;
 
 /// Why there is no image.
 pub(crate) enum Failure {
-    /// No reaction program can be made.
+    /// The net has no reaction program.
     Errors(Vec<Diagnostic>),
-    /// The engine has no room for something.
+    /// The engine cannot hold something.
     Refused(Refusal),
 }
 
-/// What a chart needs of memory, and what it is handed.
+/// The memory that a chart needs, and its parameters.
 struct Room {
     sizes: [(&'static str, usize); 4],
     rounds: u64,
@@ -106,16 +106,14 @@ pub(crate) fn program(
     let most = counts.into_iter().max().unwrap_or(0).max(length);
     if most > usize::from(u16::MAX) {
         return Err(Failure::Refused(Refusal {
-            what: format!(
-                "a chart whose program needs {most} bytes or places, where an image has at most 65535"
-            ),
+            what: format!("a chart whose program needs {most} bytes or cells (at most 65535)"),
             span: net.name.span,
         }));
     }
     Ok(emit(net, names, &program, &places, &room, ticks, &lines))
 }
 
-/// Marks that say only what they are.
+/// Marks that contain only their names.
 fn marks(net: &Net) -> Marks {
     let mark = |text: String| Verbatim { language: MARK.to_owned(), text };
     Marks {
@@ -124,7 +122,7 @@ fn marks(net: &Net) -> Marks {
     }
 }
 
-/// Extern conditions that the program mentions: those that are asked before each reaction, and those that are asked at the first need.
+/// Extern conditions that the program mentions: those that are called before each reaction, and those that are called when first needed.
 fn conditions(net: &Net, program: &Program) -> (BTreeSet<InputId>, BTreeSet<InputId>) {
     let mut used = BTreeSet::new();
     for stmt in &program.body {
@@ -149,7 +147,7 @@ fn conditions(net: &Net, program: &Program) -> (BTreeSet<InputId>, BTreeSet<Inpu
         .partition(|input| in_edges.contains(input))
 }
 
-/// As for the tables, with functions and texts.
+/// Like the interface of the tables, with functions and texts.
 fn interface(net: &Net, places: &Places, ticks: Option<Ticks>) -> u32 {
     let mut text = super::interface_text(net, ticks);
     text.push_str("program\n");
@@ -185,7 +183,7 @@ fn image(
         let mut bytes = narrow(*first).to_le_bytes().to_vec();
         bytes.extend(narrow(*many).to_le_bytes());
         for bound in [lo, hi] {
-            // Ranges lie within 32 bits: what is no variable counts ticks or places.
+            // Ranges fit in 32 bits: cells that are not variables count ticks or tokens.
             bytes.extend(i32::try_from(bound).unwrap_or(i32::MAX).to_le_bytes());
         }
         rows.push(Line { bytes, title: None, note: cell.name.clone(), object: None });
@@ -221,7 +219,7 @@ fn image(
 
 // --- text --------------------------------------------------------------------------------------------------------------------------------------
 
-/// Locals of the emitted functions; the user's library may have functions of these names.
+/// Locals of the emitted functions; the user's library may have functions with these names.
 struct Locals {
     run: String,
     inputs: String,
@@ -281,7 +279,7 @@ fn emit(
     let reset = reaction(net, names, places, room, ticks, &locals, &going, true);
     let step = reaction(net, names, places, room, ticks, &locals, &going, false);
     let mut start = vec![Node::line("self->image = image;")];
-    // What an image does not use of the room is the same every time.
+    // The unused part of the memory must be the same every time.
     start.push(clear_array(&format!("{upper}_BITS"), "self->bits[i] = 0U;"));
     start.push(clear_array(&format!("{upper}_VALUES"), "self->values[i] = 0;"));
     start.extend(reset);
@@ -289,7 +287,7 @@ fn emit(
         "uint8_t {prefix}_load({prefix}_t *self, GS_ROM uint8_t *image, uint16_t size{out})"
     );
     functions.extend([
-        Node::comment("Reset on this program."),
+        Node::comment("Resets with this program."),
         Node::function(
             format!("static void {prefix}_start({prefix}_t *self, GS_ROM uint8_t *image{out})"),
             start,
@@ -335,7 +333,7 @@ fn emit(
     }
 }
 
-/// How each variable is read.
+/// The expression that reads each variable.
 fn values(
     program: &Program,
     places: &Places,
@@ -359,7 +357,7 @@ fn values(
     all
 }
 
-/// What the engine wants done: functions, and how a reaction is driven.
+/// The services for the engine: functions, and the loop that drives a reaction.
 fn services(
     net: &Net,
     names: &Names,
@@ -395,7 +393,7 @@ fn services(
             case(usize::from(at), vec![line.about(Object::Input(*id))])
         });
         functions.extend(switch(
-            "Asks an extern condition.",
+            "Calls an extern condition.",
             format!("static void {prefix}_ask(uint16_t number, int32_t {}[])", locals.inputs),
             "number",
             cases.collect(),
@@ -469,21 +467,21 @@ fn services(
         arguments.push_str(&format!(", {}", locals.inputs));
     }
     functions.extend([
-        Node::comment("Runs to the end, and does on the way what the engine can't."),
+        Node::comment("Runs to completion and performs the calls that the engine requests."),
         Node::function(format!("static void {prefix}_go({parameters})"), body),
         Node::blank(),
     ]);
     (functions, vec![Node::line(format!("{prefix}_go({arguments});"))])
 }
 
-/// A function that is a choice of a number.
+/// A function that selects by a number.
 fn switch(comment: &str, head: String, number: &str, mut cases: Vec<Node>) -> [Node; 3] {
     cases.push(Kind::Case(vec!["default:".to_owned()], vec![Node::line("break;")]).into());
     let body = vec![Node::block(format!("switch ({number})"), cases)];
     [Node::comment(comment), Node::function(head, body), Node::blank()]
 }
 
-/// What some text mentions of the parameters of a reaction, each followed by a comma.
+/// The parameters of a reaction that some text mentions, each followed by a comma.
 fn parameters(names: &Names, net: &Net, nodes: &[Node]) -> (String, String) {
     let prefix = &names.prefix;
     let has_in = net.inputs.values().any(|it| it.kind.is_handed());
@@ -524,7 +522,7 @@ fn reaction(
     ];
     let needs_in = reset && mentions(going, "in");
     if needs_in {
-        // Lists of initial steps run before there are inputs.
+        // Lists of initial steps run before any inputs exist.
         body.push(Node::line(format!("const {prefix}_in_t none = {{ 0 }};")));
         body.push(Node::line(format!("const {prefix}_in_t *in = &none;")));
     }

@@ -19,11 +19,11 @@ pub(super) fn files(chart: &Chart<'_>) -> Vec<File> {
     files
 }
 
-/// The fields that the library manager asks for, a line each: values are whole lines, so they hold no line break.
+/// The fields that the library manager requires, one line each; a value contains no line break.
 fn properties(chart: &Chart<'_>) -> String {
     let (name, about) = (chart.name(), chart.about());
     let home = env!("CARGO_PKG_REPOSITORY");
-    // Names that begin with `Arduino` are those of official libraries.
+    // Names that begin with `Arduino` are reserved for official libraries.
     let title = if name.to_ascii_lowercase().starts_with("arduino") {
         format!("chart {name}")
     } else {
@@ -36,7 +36,7 @@ fn properties(chart: &Chart<'_>) -> String {
     )
 }
 
-/// Words that the editor colours: the type and the functions.
+/// Words that the editor highlights: the type and the functions.
 fn keywords(chart: &Chart<'_>) -> String {
     let name = chart.name();
     let mut text = String::new();
@@ -52,12 +52,12 @@ fn keywords(chart: &Chart<'_>) -> String {
 fn head(chart: &Chart<'_>) -> String {
     let name = chart.name();
     format!(
-        "A library for Arduino. Put this folder into `libraries` of your sketchbook (or install it as a .zip), then open the example `{name}`: a table of pins stands at its top.\n\n\
+        "A library for Arduino. Put this folder into `libraries` of your sketchbook (or install it as a .zip), then open the example `{name}`: the table of pins is at its top.\n\n\
          With arduino-cli, from this folder:\n\n```text\narduino-cli compile --fqbn arduino:avr:uno --library . examples/{name}\narduino-cli upload --fqbn arduino:avr:uno --port /dev/ttyUSB0 examples/{name}\n```\n"
     )
 }
 
-/// The sketch: pins, `setup`, `loop`. Also the program of the PlatformIO example.
+/// The sketch: pins, `setup`, `loop`. It is also the program of the PlatformIO example.
 pub(super) fn sketch(chart: &Chart<'_>) -> String {
     let interface = &chart.package.interface;
     let (name, upper) = (chart.name(), chart.upper());
@@ -88,7 +88,7 @@ pub(super) fn sketch(chart: &Chart<'_>) -> String {
     for signal in inputs.iter().filter(|it| it.is_event) {
         text += &format!("static bool was_{} = false;\n", signal.member);
     }
-    // `micros` counts fine enough for any tick, and runs over after 71 minutes; milliseconds are cheaper.
+    // The resolution of `micros` suits any tick, but it overflows after 71 minutes; milliseconds are cheaper.
     let is_coarse = chart.net.settings.tick_ns.is_multiple_of(1_000_000);
     let (clock, unit) = if is_coarse { ("millis", 1_000_000) } else { ("micros", 1_000) };
     if interface.ticks.is_some() {
@@ -151,9 +151,9 @@ pub(super) fn sketch(chart: &Chart<'_>) -> String {
 
 fn pin_table(inputs: &[Signal], outputs: &[Signal]) -> String {
     let mut text = String::from(
-        "\n/* ---- PINS: which pin each signal has. Change the numbers. ----\n   Numbers come from analog inputs (0 to 1023) and go to pins with PWM (0 to 255), spread over their ranges. */\n",
+        "\n/* ---- PINS: the pin of each signal. Change the numbers. ----\n   Numbers come from analog inputs (0 to 1023) and go to pins with PWM (0 to 255), spread over their ranges. */\n",
     );
-    // 0 and 1 are the serial line of most boards.
+    // Pins 0 and 1 are the serial line of most boards.
     let mut pin = 2;
     for (prefix, signal) in pins(inputs, outputs) {
         text += &format!("#define {prefix}_{} {pin} /* {} */\n", signal.member, signal.note);
@@ -175,14 +175,14 @@ fn pin_table(inputs: &[Signal], outputs: &[Signal]) -> String {
     text
 }
 
-/// 0 to 1023 spread over the range of an input.
+/// 0 to 1023 scaled to the range of an input.
 fn measured(signal: &Signal) -> String {
     let (lo, hi) = signal.ty.bounds();
     let (ty, width) = (storage(signal.ty), hi.saturating_sub(lo));
     format!("({ty})(({width}LL * analogRead(IN_{})) / 1023 + ({lo}LL))", signal.member)
 }
 
-/// An output's value at its pin, numbers spread over 0 to 255.
+/// An output's value at its pin; numbers are scaled to 0 to 255.
 fn write(signal: &Signal) -> String {
     let value = (signal.access)("");
     if signal.ty.is_bool() {

@@ -1,4 +1,4 @@
-//! `board.c`: the chart on a microcontroller without an operating system. Pins at the top, the machine below, the loop at the end.
+//! `board.c`: the chart on a microcontroller without an operating system. The pins are at the top, then the machine, and the loop at the end.
 
 use super::Chart;
 use super::ticks::Ratio;
@@ -8,10 +8,10 @@ use crate::harness::arguments;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::InputKind;
 
-/// A clock, and pins, of an AVR, a Cortex-M and an 8051.
+/// The clock and pins of an AVR, a Cortex-M and an 8051.
 const MACHINE: &str = include_str!("text/board.c");
 
-/// An input or output as the examples see it.
+/// An input or output in the examples.
 pub(super) struct Signal {
     /// Its member of the structure.
     pub(super) member: String,
@@ -19,11 +19,11 @@ pub(super) struct Signal {
     pub(super) note: String,
     pub(super) ty: Type,
     pub(super) is_event: bool,
-    /// `in.x = VALUE;`, or the macro that does it, for outputs how it is read.
+    /// `in.x = VALUE;`, or a macro that does the same; for outputs, the expression that reads it.
     pub(super) access: Box<dyn Fn(&str) -> String>,
 }
 
-/// The inputs that a structure hands over: pins, then events.
+/// The inputs in a structure: pins, then events.
 pub(super) fn inputs(chart: &Chart<'_>, place: &'static str) -> Vec<Signal> {
     let names = &chart.package.interface.names;
     let inputs = chart.net.inputs.iter();
@@ -43,7 +43,7 @@ pub(super) fn inputs(chart: &Chart<'_>, place: &'static str) -> Vec<Signal> {
         .collect()
 }
 
-/// The outputs that are no functions.
+/// The outputs that are not functions.
 pub(super) fn outputs(chart: &Chart<'_>, place: &'static str) -> Vec<Signal> {
     let names = &chart.package.interface.names;
     let outputs = chart.net.outputs.iter().filter(|(_, it)| !it.is_extern());
@@ -66,7 +66,7 @@ fn described(name: &str, label: &str) -> String {
     if label.is_empty() { name.to_owned() } else { format!("{name}: {label}") }
 }
 
-/// The text; `folder` is where the headers lie, seen from it.
+/// The text; `folder` is the path from it to the headers.
 pub(super) fn text(chart: &Chart<'_>, folder: &str) -> String {
     let interface = &chart.package.interface;
     let (name, upper) = (chart.name(), chart.upper());
@@ -81,11 +81,11 @@ pub(super) fn text(chart: &Chart<'_>, folder: &str) -> String {
         text += &format!("#include \"{folder}{}_port.h\"\n", chart.stem());
     }
     text += "#include <stddef.h>\n\n";
-    text += "/* ---- PINS: which pin each signal has. Change the numbers. ------------------------------------------------ */\n";
+    text += "/* ---- PINS: the pin of each signal. Change the numbers. ------------------------------------------------ */\n";
     let mut pin = 2;
     for (prefix, signal) in pins(&inputs, &outputs) {
         text += &format!("#define {prefix}_{} {pin}U /* {} */\n", signal.member, signal.note);
-        // 255 is no pin of any machine.
+        // No machine has a pin 255.
         pin = 255.min(pin + 1);
     }
     text += "/* ---------------------------------------------------------------------------------------------------------- */\n\n";
@@ -180,7 +180,7 @@ pub(super) fn text(chart: &Chart<'_>, folder: &str) -> String {
     text
 }
 
-/// The Boolean signals, with what their pin's name begins with: inputs, events, outputs.
+/// The Boolean signals, with the prefix of their pin names: inputs, events, outputs.
 pub(super) fn pins<'a>(
     inputs: &'a [Signal],
     outputs: &'a [Signal],

@@ -1,11 +1,11 @@
-//! A CMake project: a library target with an alias, an export and an install, and an example.
+//! A CMake project: a library target with an alias, an export and an install rule, and an example.
 
 use super::{Chart, fill, host, written, yours};
 use crate::File;
 
 const PROJECT: &str = include_str!("text/CMakeLists.txt");
 
-/// The version of every package: a chart has none of its own.
+/// The version of every package: a chart has no version.
 pub(super) const VERSION: &str = "1.0.0";
 
 pub(super) fn files(chart: &Chart<'_>) -> Vec<File> {
@@ -35,7 +35,7 @@ fn head(chart: &Chart<'_>) -> String {
     format!(
         "A CMake project. In yours:\n\n\
          ```cmake\nadd_subdirectory({}-cmake)          # this folder, or, once it is installed:\nfind_package({name} REQUIRED)\ntarget_link_libraries(my_program PRIVATE {name}::{name})\n```\n\n\
-         By itself: `cmake -S . -B build`, `cmake --build build`, `cmake --install build --prefix DIR`; `build/{name}_host` is the example, which takes a reaction from each \
+         By itself: `cmake -S . -B build`, `cmake --build build`, `cmake --install build --prefix DIR`; `build/{name}_host` is the example, which reads a reaction from each \
          line of standard input. For a microcontroller hand in a toolchain file as usual.\n",
         chart.stem()
     )

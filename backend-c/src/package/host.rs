@@ -5,7 +5,7 @@ use crate::cexpr::storage;
 use crate::ctext::{Kind, Node, Writer, comment_text};
 use crate::harness::{arguments, columns_of_steps, string_text};
 
-/// The text; `include` is how it finds `NAME.h`.
+/// The text; `include` is the path by which it includes `NAME.h`.
 pub(super) fn text(chart: &Chart<'_>, include: &str) -> String {
     let (net, interface) = (chart.net, &chart.package.interface);
     let (prefix, names) = (chart.name(), &interface.names);
@@ -16,7 +16,7 @@ pub(super) fn text(chart: &Chart<'_>, include: &str) -> String {
     let row = if columns.is_empty() { "nothing".to_owned() } else { columns.join(" ") };
     let mut nodes = vec![
         Node::comment(format!(
-            "{}: runs the chart here. Each line of standard input is a reaction, numbers with blanks between:\n{row}\nEach line of standard output is what the chart gives then, the first one after reset.",
+            "{}: runs the chart here. Each line of standard input is a reaction, numbers separated by blanks:\n{row}\nEach line of standard output has the outputs of the chart, the first one after reset.",
             comment_text(&net.name.text)
         )),
         Node::directive(format!("#include {include}")),
@@ -73,7 +73,7 @@ pub(super) fn text(chart: &Chart<'_>, include: &str) -> String {
             format!("({})number({lo}, {hi})", storage(input.ty))
         };
         if names.io.input_bit(*id).is_some() {
-            // The macro looks at the value twice.
+            // The macro evaluates the value twice.
             let local = format!("bit_{}", names.inputs[*id]);
             round.push(Node::line(format!("const bool {local} = {value};")));
             round.push(Node::line(names.io.put("in.", &names.inputs[*id], *id, &local)));
@@ -156,7 +156,7 @@ static int more_lines(void)
     return next != EOF;
 }";
 
-const NUMBER: &str = r"/* The next number of the line, brought into its range; 0 where the line has no more. */
+const NUMBER: &str = r"/* The next number of the line, limited to its range; 0 if the line has no more numbers. */
 static long long number(long long least, long long most)
 {
     int next = getchar();

@@ -1,4 +1,4 @@
-//! The emitted C as a folder that an ecosystem takes as it is: a Makefile, an Arduino library, a PlatformIO library, a CMake package.
+//! The emitted C as a folder that an ecosystem accepts unchanged: a Makefile, an Arduino library, a PlatformIO library, a CMake package.
 //!
 //! ```text
 //! Package (STEM.h, STEM.c, ..)  ──► plain       Makefile, example/host.c, example/board.c
@@ -23,7 +23,7 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::names::is_unseen;
 use grafsynth_ir::net::{InputKind, Net};
 
-/// What a folder of C is made for.
+/// The ecosystem that a folder of C is made for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Ecosystem {
     /// A folder with a Makefile for gcc, clang, avr-gcc, arm-none-eabi-gcc and sdcc.
@@ -37,11 +37,11 @@ pub enum Ecosystem {
 }
 
 impl Ecosystem {
-    /// All of them.
+    /// All ecosystems.
     pub const ALL: [Ecosystem; 4] =
         [Ecosystem::Plain, Ecosystem::Arduino, Ecosystem::Platformio, Ecosystem::Cmake];
 
-    /// The word on the command line.
+    /// The name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -52,7 +52,7 @@ impl Ecosystem {
         }
     }
 
-    /// The ecosystem of that name.
+    /// The ecosystem with that name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Ecosystem::ALL.into_iter().find(|it| it.name() == name)
@@ -62,7 +62,7 @@ impl Ecosystem {
 /// The files of a chart in C laid out for an ecosystem, all in one folder `STEM-ECOSYSTEM`; their names have that folder in front, with `/`.
 ///
 /// # Errors
-/// A chart whose header, or whose library's functions, would hide something of C or of Arduino (G0610).
+/// The chart's header or library functions would hide names of C or of Arduino (G0610).
 pub fn files(
     net: &Net,
     package: &Package,
@@ -86,7 +86,7 @@ pub fn files(
     Ok(files)
 }
 
-/// What the texts of a package are written from.
+/// The data from which the texts of a package are written.
 struct Chart<'a> {
     net: &'a Net,
     package: &'a Package,
@@ -108,7 +108,7 @@ impl Chart<'_> {
         &self.package.interface.names.upper
     }
 
-    /// What the chart is, in a line: its label, or its name.
+    /// A description of the chart in one line: its label, or its name.
     fn about(&self) -> String {
         let label = self.net.parts.values().map(|part| part.meta.label.as_str());
         let label = label.into_iter().find(|label| !label.is_empty()).unwrap_or_default();
@@ -117,7 +117,7 @@ impl Chart<'_> {
         plain.trim().to_owned()
     }
 
-    /// The C files, each in the folder that `place` says for its name.
+    /// The C files, each in the folder that `place` returns for its name.
     fn c_files(&self, place: impl Fn(&str) -> &'static str) -> Vec<File> {
         let moved = |file: &File| File {
             name: format!("{}{}", place(&file.name), file.name),
@@ -132,12 +132,12 @@ impl Chart<'_> {
         names.filter(|name| name.ends_with(".c") == sources).collect()
     }
 
-    /// True for a chart whose functions somebody has to fill in.
+    /// True for a chart with functions that the user must fill in.
     fn has_library(&self) -> bool {
         self.package.files.iter().any(|file| file.keep_existing)
     }
 
-    /// What stands in the README of each package behind its own words.
+    /// The part of the README that every package has after its own text.
     fn readme(&self, head: &str) -> String {
         let mut text = format!("# {}\n\n", self.name());
         let about = self.about();
@@ -148,17 +148,17 @@ impl Chart<'_> {
         text += "\n## Files\n\n| file | what |\n|---|---|\n";
         let (name, stem) = (self.name(), self.stem());
         text += &format!(
-            "| `{stem}.h`, `{stem}.c` | the chart: inputs, outputs, `{name}_init`, `{name}_step`; written anew from it |\n"
+            "| `{stem}.h`, `{stem}.c` | the chart: inputs, outputs, `{name}_init`, `{name}_step`; regenerated from it |\n"
         );
         text += &format!(
             "| `{stem}_port.h` | what differs between machines; every macro can be defined beforehand |\n"
         );
         if self.has_library() {
             text += &format!(
-                "| `{stem}_user.h`, `{stem}_user.c` | the functions of your library; `{stem}_user.c` is yours and never written again |\n"
+                "| `{stem}_user.h`, `{stem}_user.c` | the functions of your library; `{stem}_user.c` is yours and is never overwritten |\n"
             );
         }
-        text += "\nThe examples are yours too: they are written where they do not exist, and left alone afterwards.\n";
+        text += "\nThe examples are yours too: they are written only if they do not exist.\n";
         text
     }
 }
@@ -172,17 +172,17 @@ fn fill(template: &str, values: &[(&str, &str)]) -> String {
     text
 }
 
-/// A file that is written anew each time.
+/// A file that is rewritten each time.
 fn written(name: impl Into<String>, text: impl Into<String>) -> File {
     File { name: name.into(), text: text.into(), keep_existing: false, map: Vec::new() }
 }
 
-/// A file that is the user's.
+/// A file that belongs to the user.
 fn yours(name: impl Into<String>, text: impl Into<String>) -> File {
     File { keep_existing: true, ..written(name, text) }
 }
 
-/// Headers of C99 and C11 without `.h`: on an include path, one of the chart's would be read in their place. Sorted.
+/// Headers of C99 and C11 without `.h`: a header of the chart with such a name on the include path would be read instead. Sorted.
 const C_HEADERS: [&str; 29] = [
     "assert",
     "complex",
@@ -215,7 +215,7 @@ const C_HEADERS: [&str; 29] = [
     "wchar",
 ];
 
-/// Headers of Arduino cores, in small letters. Sorted.
+/// Headers of Arduino cores, in lower case. Sorted.
 const ARDUINO_HEADERS: [&str; 15] = [
     "arduino",
     "binary",
@@ -234,7 +234,7 @@ const ARDUINO_HEADERS: [&str; 15] = [
     "wstring",
 ];
 
-/// Functions of Arduino cores with C linkage, which a library of the user's can't define again. Sorted.
+/// Functions of Arduino cores with C linkage, which a user library cannot define again. Sorted.
 const ARDUINO_FUNCTIONS: [&str; 23] = [
     "analogRead",
     "analogReference",
@@ -297,7 +297,7 @@ fn refusals(net: &Net, package: &Package, ecosystem: Ecosystem) -> Vec<Diagnosti
     for (function, span) in functions {
         if ARDUINO_FUNCTIONS.binary_search(&function.as_str()).is_ok() {
             let message = format!(
-                "`{function}` is a function of Arduino, so a library for it can't define another"
+                "`{function}` is a function of Arduino, so an Arduino library cannot define it again"
             );
             found.push(
                 Diagnostic::error(codes::PACKAGE_REFUSED, message)

@@ -4,7 +4,7 @@ use super::{Chart, board, fill, host, written, yours};
 use crate::File;
 
 const MAKEFILE: &str = include_str!("text/Makefile");
-/// Where the firmware of a Cortex-M lies.
+/// The linker script: the memory of a Cortex-M.
 const MEMORY: &str = include_str!("text/cortex-m.ld");
 
 pub(super) fn files(chart: &Chart<'_>) -> Vec<File> {
@@ -13,7 +13,7 @@ pub(super) fn files(chart: &Chart<'_>) -> Vec<File> {
         MAKEFILE,
         &[
             ("NAME", chart.name()),
-            // A dollar or a number sign means something to make, even in a comment's last character.
+            // A dollar or a number sign has a meaning for make, even at the end of a comment.
             ("ABOUT", &chart.about().replace(['$', '\\', '#'], " ")),
             ("SOURCES", &chart.names_of(true).join(" ")),
         ],
@@ -39,6 +39,6 @@ fn head(chart: &Chart<'_>) -> String {
          | `make TOOLCHAIN=arm CPU=cortex-m3` | firmware for a Cortex-M; `FLASH_START`, `FLASH_SIZE`, `RAM_START`, `RAM_SIZE` are its memories, `flash` calls st-flash |\n\
          | `make TOOLCHAIN=sdcc` | firmware for an 8051 with external RAM (`MODEL=small` without); `flash` calls stcgal |\n\
          | `make TOOLCHAIN=.. size` | what it takes |\n\n\
-         The pins of a board stand at the top of `example/board.c`. Settings can stand in `local.mk`. In a project of your own take `{stem}*.c` and `{stem}*.h`; nothing else is needed.\n"
+         The pins of a board are at the top of `example/board.c`. Put settings in `local.mk`. In your own project, use `{stem}*.c` and `{stem}*.h`; nothing else is needed.\n"
     )
 }

@@ -23,7 +23,7 @@ pub(super) fn files(chart: &Chart<'_>) -> Vec<File> {
 }
 
 const PROJECT: &str = "; @NAME@: `pio run` builds all, `pio run -e uno -t upload` writes to a board.
-; The native program takes a reaction from each line of standard input: .pio/build/native/program < rows
+; The native program reads a reaction from each line of standard input: .pio/build/native/program < rows
 
 [platformio]
 default_envs = native, uno
@@ -71,7 +71,7 @@ fn head(chart: &Chart<'_>) -> String {
     let name = chart.name();
     format!(
         "A library for PlatformIO. In `platformio.ini` of your project: `lib_deps = symlink://path/to/{name}-platformio`. The project in `examples/{name}` builds for this machine, an \
-         Arduino Uno and a Blue Pill; a table of pins stands at the top of `src/arduino.cpp`.\n\n```text\ncd examples/{name}\npio run                       builds\npio run -e uno -t upload      writes to the board\n```\n"
+         Arduino Uno and a Blue Pill; the table of pins is at the top of `src/arduino.cpp`.\n\n```text\ncd examples/{name}\npio run                       builds\npio run -e uno -t upload      writes to the board\n```\n"
     )
 }
 

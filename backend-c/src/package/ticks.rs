@@ -1,8 +1,8 @@
-//! How an example turns the time of a clock into the ticks of a chart.
+//! How an example converts the time of a clock to the ticks of a chart.
 
 use super::Chart;
 
-/// `elapsed * multiply / divide` ticks, with a rest carried from call to call.
+/// `elapsed * multiply / divide` ticks, with a remainder carried from call to call.
 pub(super) struct Ratio {
     multiply: u64,
     divide: u64,
@@ -11,21 +11,21 @@ pub(super) struct Ratio {
 }
 
 impl Ratio {
-    /// Ticks in units of a clock, each `unit_ns` long, whose differences are an `elapsed`.
+    /// Ticks from a clock with units of `unit_ns`; the difference of two clock values has the type `elapsed`.
     pub(super) fn of(chart: &Chart<'_>, unit_ns: u64, elapsed: &'static str) -> Self {
         let tick = chart.net.settings.tick_ns.max(1);
         let common = gcd(tick, unit_ns);
         Ratio { multiply: unit_ns / common, divide: tick / common, elapsed }
     }
 
-    /// The C type that holds a product and the rest. (The sum of a rest and 32 bits of milliseconds without a factor holds 24 days and more.)
+    /// The C type that can represent a product plus the remainder. (A remainder plus 32 bits of milliseconds without a factor is enough for more than 24 days.)
     fn type_name(&self) -> &'static str {
         let most = if self.elapsed == "uint16_t" { 0xffff } else { u64::from(u32::MAX / 2) };
         let most = self.multiply.saturating_mul(most).saturating_add(self.divide);
         if most <= u64::from(u32::MAX) { "uint32_t" } else { "uint64_t" }
     }
 
-    /// The function `name`, which takes the time since the last call and gives ticks; none for a chart without time.
+    /// The function `name`, which converts the time since the last call to ticks; empty for a chart without time.
     pub(super) fn function(&self, chart: &Chart<'_>, name: &str) -> String {
         let Some(ticks) = chart.package.interface.ticks else { return String::new() };
         let (ty, most, elapsed) = (self.type_name(), ticks.max(), self.elapsed);
@@ -42,7 +42,7 @@ impl Ratio {
         };
         let count = count.replace("TYPE", ty);
         format!(
-            "/* The ticks of the chart in that much time; what is left over counts the next time. */\n\
+            "/* The ticks of the chart in this time; the remainder counts in the next call. */\n\
              static {0} {name}({elapsed} elapsed)\n{{\n    static {ty} rest = 0U;\n\n    rest = ({ty})(rest + {times});\n{count}    \
              return ({0})((ticks > {most}{suffix}) ? {most}{suffix} : ticks);\n}}\n\n",
             ticks.name()

@@ -1,9 +1,12 @@
-//! CHECK and the choice of §4, event by event.
+//! CHECK and the selection of §4, event by event.
 //!
-//! Each region that has transitions on the event says which of them is the first fireable one from the active state outwards (inner-first) or from outside
-//! inwards (outer-first). With one region that is the whole choice. With several, a transition around a parallel state is offered only by regions that have
-//! nothing fireable themselves (they *rest*), and of two whose exit sets meet the inner, then the earlier one wins: flags say whether something *moved* in a
-//! parallel state, and whether something *left* it. Such flags exist only where a transition on this event leaves a parallel state or stands around one.
+//! Each region that has transitions on the event determines the first fireable one from the active state outwards (inner-first) or from the outside
+//! inwards (outer-first). With one region that is the whole selection. With several, a transition whose source contains a parallel state is offered only by
+//! regions that have no fireable transition themselves (they *rest*), and if the exit sets of two transitions meet, the inner, then the earlier one wins:
+//! flags record whether something
+//! *moved* in a
+//! parallel state, and whether something *left* it. Such flags exist only if a transition on this event leaves a parallel state or has a source that
+//! contains one.
 
 use super::Emit;
 use super::tables::Row;
@@ -15,26 +18,26 @@ use crate::names::namer;
 use grafsynth_ir::net::{Policy, StepId, TransitionId};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// So many states that offer one transition each on an event share a table.
+/// If at least this many states offer one transition each on an event, they share a table.
 const TABLE: usize = 8;
 
-/// The transitions of a region on one event that can be fireable at all, by source.
+/// The transitions of a region on one event that may be fireable, by source.
 pub(super) type Candidates = BTreeMap<StepId, Vec<TransitionId>>;
 
 /// One check for one event.
 struct Check {
     candidates: BTreeMap<usize, Candidates>,
-    /// The regions that have candidates in them or in regions inside.
+    /// The regions that have candidates in them or in nested regions.
     concerned: BTreeSet<usize>,
     /// Locals: the transition of each region, and whether it rests.
     taken: BTreeMap<usize, String>,
     rests: BTreeMap<usize, String>,
-    /// Flags of parallel states, where they are needed.
+    /// Flags of parallel states, if they are needed.
     moved: BTreeMap<StepId, String>,
     left: BTreeMap<StepId, String>,
 }
 
-/// What the regions of a micro-step do, in its three phases.
+/// The actions of the regions in a micro-step, in its three phases.
 #[derive(Default)]
 struct Phases {
     leave: BTreeMap<usize, Option<Function>>,
@@ -43,7 +46,7 @@ struct Phases {
 }
 
 impl Emit<'_> {
-    /// All functions of the evolution. The last one makes a micro-step for an event, and says whether one is due; none where nothing can ever fire.
+    /// All functions of the evolution. The last one runs a micro-step for an event and returns whether one was due; `None` if no transition can ever fire.
     pub(super) fn moves(&mut self) -> Option<Function> {
         self.shared = self.shared_entries();
         self.define_exits();
@@ -89,10 +92,10 @@ impl Emit<'_> {
         found
     }
 
-    /// The first fireable transition of a region, as a number; 0 if there is none.
+    /// The first fireable transition of a region as a number; 0 if there is none.
     fn select(&mut self, region: usize, event: usize, candidates: &Candidates) -> Function {
         let plan = self.plan;
-        // Sources by depth; atomic and parallel ones are the innermost wherever they stand.
+        // Sources by depth; atomic and parallel states are always the innermost.
         let mut passes: BTreeMap<u32, Vec<StepId>> = BTreeMap::new();
         for source in candidates.keys() {
             let is_terminal = plan.regions[region].terminals.contains(source);
@@ -115,7 +118,7 @@ impl Emit<'_> {
             if let (Some(table), Some(variable), true) =
                 (&table, self.variables[region].clone(), pass + 1 == n_passes)
             {
-                // What is left for the last pass falls through to the table; there the others find 0.
+                // The cases left for the last pass fall through to the table; there the others find 0.
                 let number = format!("{table}[self->{variable}]");
                 for source in sources {
                     let ids = &candidates[&source];
@@ -169,7 +172,7 @@ impl Emit<'_> {
         self.define(&wanted, self.number_type(region), true, &[], body)
     }
 
-    /// A table of the one transition that each of some states offers on an event, by the active state; none where few do.
+    /// A table of the single transition that each of some states offers on an event, indexed by the active state; `None` if there are few such states.
     fn table_of_firsts(
         &mut self,
         region: usize,
@@ -197,7 +200,7 @@ impl Emit<'_> {
         Some(self.table(&wanted, self.number_type(region), note, &rows))
     }
 
-    /// Gives up where the guard of a transition is false.
+    /// Returns early if the guard of a transition is false.
     fn unless(&mut self, id: TransitionId) -> Vec<Node> {
         let guard: CExpr = self.statements.expr(&self.pieces.transitions[id].guard);
         if guard.is_true() {
@@ -206,7 +209,7 @@ impl Emit<'_> {
         vec![Node::when(&guard.not().text, vec![Node::line("return 0;")])]
     }
 
-    /// The first fireable of some transitions, and whether one of them always is.
+    /// The first fireable one of some transitions, and whether one of them is always fireable.
     fn first_of(&mut self, ids: &[TransitionId]) -> (Vec<Node>, bool) {
         let names: Vec<(TransitionId, String)> =
             ids.iter().map(|id| (*id, self.fires[*id].clone())).collect();
@@ -215,7 +218,7 @@ impl Emit<'_> {
         })
     }
 
-    /// As [`Emit::first_of`], with another way to write the numbers.
+    /// Like [`Emit::first_of`], with another way to write the numbers.
     fn first_by(
         &mut self,
         ids: &[TransitionId],
@@ -283,7 +286,7 @@ impl Emit<'_> {
         Some(self.define(&self.event_word(event), "bool", false, &own, body))
     }
 
-    /// Who is concerned, and which locals and flags there are.
+    /// The regions concerned, and the locals and flags needed.
     fn prepare(&self, event: usize) -> Check {
         let plan = self.plan;
         let mut check = Check {
@@ -337,7 +340,7 @@ impl Emit<'_> {
             }
             check.candidates.insert(region, candidates);
         }
-        // Inner-first, a region is asked whether it rests by those around it; outer-first by those in it.
+        // Inner-first, the surrounding regions ask a region whether it rests; outer-first, the nested ones do.
         for region in check.concerned.clone() {
             let around = plan.around(region);
             let is_asked = if inner_first {
@@ -356,7 +359,7 @@ impl Emit<'_> {
         check
     }
 
-    /// `variable == P`, negated or not; none where it is always so.
+    /// `variable == P`, perhaps negated; `None` if it is always true.
     fn stands_on(&self, parallel: StepId, sign: &str) -> Option<String> {
         let region = self.plan.region_of[parallel];
         let variable = self.variables[region].as_ref()?;
@@ -364,7 +367,7 @@ impl Emit<'_> {
         Some(format!("self->{variable} {sign} {name}"))
     }
 
-    /// That some region of a parallel state rests; none where one always does.
+    /// The condition that some region of a parallel state rests; `None` if one always does.
     fn some_rests(&self, parallel: StepId, check: &Check) -> Option<String> {
         let mut all = Vec::new();
         for region in self.plan.regions_in(parallel) {
@@ -373,7 +376,7 @@ impl Emit<'_> {
         Some(joined(&all, "||"))
     }
 
-    /// The conditions under which what a region has found does not fire.
+    /// The conditions under which the transition that a region has found does not fire.
     fn drops(
         &self,
         region: usize,
@@ -428,7 +431,7 @@ impl Emit<'_> {
         all
     }
 
-    /// That the transition taken leaves something.
+    /// The condition that the chosen transition leaves a state.
     fn moves_condition(&self, region: usize, taken: &str) -> String {
         match self.plan.regions[region].n_still {
             0 => format!("{taken} != 0U"),
@@ -436,7 +439,7 @@ impl Emit<'_> {
         }
     }
 
-    /// The lines that choose in one region.
+    /// The lines that choose a transition in one region.
     fn choose(
         &self,
         region: usize,
@@ -448,7 +451,7 @@ impl Emit<'_> {
     ) {
         let plan = self.plan;
         let data = &plan.regions[region];
-        // Outer-first, a region is asked only if nothing around it is fireable.
+        // Outer-first, a region is asked only if no surrounding region has a fireable transition.
         let around: Vec<usize> =
             plan.around(region).iter().map(|parallel| plan.region_of[*parallel]).collect();
         let outer_rests: Vec<&str> = around
@@ -531,7 +534,7 @@ impl Emit<'_> {
         }
     }
 
-    /// Notes what fires, in the order of selection.
+    /// Records the transitions that fire, in the order of selection.
     fn trace(&mut self, taken: &[usize], check: &Check, body: &mut Vec<Node>) {
         body.push(crate::trace::micro_step());
         for region in self.plan.post_order.clone() {

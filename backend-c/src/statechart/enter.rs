@@ -10,30 +10,30 @@ use crate::times::count_type;
 use grafsynth_ir::net::{Enter, HistoryId, StepId, StepKind, TransitionId};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// An entry list of so many lines becomes a function.
+/// An entry list with this many lines becomes a function.
 const LONG_LIST: usize = 4;
 
-/// So many states that are entered together, in more than one place, become a function.
+/// This many states that are entered together in more than one place become a function.
 const MANY_STATES: usize = 3;
 
-/// Stands for the state that a transition leads to until its table has a name; no name of C.
+/// A placeholder for the target state of a transition until its table has a name; it is not a C name.
 const TO: &str = "@to";
 
-/// So many transitions that only give the variable a new value share a table.
+/// If at least this many transitions only assign the variable, they share a table.
 const TABLE: usize = 4;
 
-/// What the transitions of a region enter.
+/// The entries of the transitions of a region.
 #[derive(Debug, Clone)]
 pub(super) struct Entries {
     /// One for each transition, in their order.
     cases: Vec<Case>,
-    /// What gives the variable its value after those whose case is empty.
+    /// The statements that assign the variable after the transitions whose case is empty.
     plain: Vec<Node>,
     ids: Vec<TransitionId>,
 }
 
 impl Entries {
-    /// What each of these does, if all that do anything do the same, in a few lines.
+    /// The common entry of these transitions, if all that do anything do the same, in a few lines.
     fn alike(&self, ids: &[TransitionId]) -> Option<&[Node]> {
         let of = |id: &TransitionId| self.ids.iter().position(|it| it == id);
         let cases: Vec<Case> = ids
@@ -50,7 +50,7 @@ impl Entries {
 }
 
 impl Emit<'_> {
-    /// What is entered together with a state in more than one place.
+    /// The states that are entered together in more than one place.
     pub(super) fn shared_entries(&self) -> BTreeSet<(StepId, Vec<Enter>)> {
         let mut seen: BTreeMap<(StepId, Vec<Enter>), u32> = BTreeMap::new();
         let mut look = |list: &[Enter]| {
@@ -76,7 +76,7 @@ impl Emit<'_> {
         seen.into_iter().filter(|(_, count)| *count > 1).map(|(key, _)| key).collect()
     }
 
-    /// How many of the next things lie in a state.
+    /// How many of the next items are inside a state.
     fn inside(&self, step: StepId, next: &[Enter]) -> usize {
         let lies_in = |other: StepId| {
             let mut up = Some(other);
@@ -97,7 +97,7 @@ impl Emit<'_> {
             .count()
     }
 
-    /// Enters things in order.
+    /// Enters items in order.
     pub(super) fn enter_all(&mut self, list: &[Enter]) -> Vec<Node> {
         let mut nodes = Vec::new();
         let mut entered = BTreeSet::new();
@@ -119,7 +119,7 @@ impl Emit<'_> {
                     } else {
                         nodes.extend(self.enter_state(step));
                     }
-                    // Contents run for what was entered, by a function of several states too.
+                    // Contents run for the states that were entered, also by a function of several states.
                     entered.extend(list[first..at].iter().filter_map(|enter| match enter {
                         Enter::Step(step) => Some(*step),
                         Enter::InitialContent(_) | Enter::History(_) => None,
@@ -143,17 +143,17 @@ impl Emit<'_> {
         nodes
     }
 
-    /// The function that enters a state with what lies in it.
+    /// The function that enters a state with the states inside it.
     fn enter_together(&mut self, key: (StepId, Vec<Enter>)) -> Function {
         if let Some(function) = self.enters.get(&key) {
             return function.clone();
         }
-        // What a function of its own enters does not depend on the transition that calls it.
+        // What a separate function enters does not depend on the calling transition.
         let target = self.target.take();
         let mut body = self.enter_state(key.0);
         let mut list = vec![Enter::Step(key.0)];
         list.extend(&key.1);
-        // The state itself is no longer asked for, or this would not end.
+        // The state itself is removed, otherwise this would not terminate.
         self.shared.remove(&key);
         let mut whole = self.enter_all(&list);
         self.shared.insert(key.clone());
@@ -166,8 +166,8 @@ impl Emit<'_> {
         function
     }
 
-    /// The way down through composite states with lists to an atomic one, by the function of the region that has each entry list once. Gives how many
-    /// things it takes; none where the next things are no such way.
+    /// The path down through composite states with lists to an atomic state, by the region's function that has each entry list once. Returns the number of
+    /// items that it covers; `None` if the next items are not such a path.
     fn enter_path(&mut self, list: &[Enter]) -> Option<(usize, Node)> {
         let Some(Enter::Step(first)) = list.first().copied() else { return None };
         let region = self.plan.region_of[first];
@@ -202,7 +202,7 @@ impl Emit<'_> {
         Some((length, Node::line(format!("{call};")).about(Object::Step(last))))
     }
 
-    /// The function that enters an atomic state of a region and what lies around it, as far as it is deeper than some depth.
+    /// The function that enters an atomic state of a region and its ancestors, as far as they are deeper than a given depth.
     fn define_path(&mut self, region: usize) -> Function {
         let data = &self.plan.regions[region];
         let mut by_depth: BTreeMap<u32, Vec<StepId>> = BTreeMap::new();
@@ -239,7 +239,7 @@ impl Emit<'_> {
         self.define(&format!("{word}_enter_to"), "void", false, &own, body)
     }
 
-    /// What stands for the atomic state of a region that is entered.
+    /// The expression for the atomic state of a region that is entered.
     fn entered(&self, region: usize, number: usize) -> String {
         match &self.target {
             Some((here, text)) if *here == region => text.clone(),
@@ -247,7 +247,7 @@ impl Emit<'_> {
         }
     }
 
-    /// A `switch` over the number of a state; without one what all states do.
+    /// A `switch` over the number of a state; without a number, the common statements of all states.
     fn on_value(&mut self, word: &str, subject: &str, n: usize, cases: Vec<Case>) -> Vec<Node> {
         let cases = merged(cases);
         match cases.as_slice() {
@@ -259,7 +259,7 @@ impl Emit<'_> {
         }
     }
 
-    /// One state: its place in the variable, its entry list, and what a final state does.
+    /// One state: its value of the variable, its entry list, and the effect of a final state.
     fn enter_state(&mut self, step: StepId) -> Vec<Node> {
         let region = self.plan.region_of[step];
         let mut nodes = Vec::new();
@@ -290,7 +290,7 @@ impl Emit<'_> {
         nodes
     }
 
-    /// What each transition of a region enters: one case for each, and the table of those that only give the variable another value, where there is one.
+    /// The entry of each transition of a region: one case for each, and a table for those that only assign the variable, if there is one.
     fn entries(&mut self, region: usize) -> Entries {
         if let Some(entries) = self.entries.get(&region) {
             return entries.clone();
@@ -319,7 +319,7 @@ impl Emit<'_> {
         if n_plain >= TABLE
             && let Some(variable) = self.variables[region].clone()
         {
-            let note = "where each transition leads that does no more than that";
+            let note = "the targets of transitions that only change the state";
             let table = self.table_of_targets(region, "targets", note, &targets);
             for (case, target) in entries.cases.iter_mut().zip(&targets[1..]) {
                 if target.value != 0 {
@@ -339,7 +339,7 @@ impl Emit<'_> {
         entries
     }
 
-    /// The function that enters what the transition of a region leads to.
+    /// The function that enters the target of the chosen transition of a region.
     pub(super) fn enter(&mut self, region: usize) -> Option<Function> {
         let entries = self.entries(region);
         let wanted = format!("{}_enter", self.region_word(region));
@@ -349,7 +349,7 @@ impl Emit<'_> {
         (!body.is_empty()).then(|| self.define(&wanted, "void", false, &own, body))
     }
 
-    /// What all of some transitions enter alike, for the one that was taken; none where they differ, or where it is as short to call [`Emit::enter`].
+    /// The common entry of some transitions, for the chosen one; `None` if they differ, or if a call of [`Emit::enter`] is as short.
     pub(super) fn enter_at_once(
         &mut self,
         region: usize,
@@ -360,7 +360,7 @@ impl Emit<'_> {
         if !entries.plain.is_empty() || merged(entries.cases.clone()).len() < 2 {
             return None;
         }
-        // Those that enter something are told from the others by their numbers.
+        // Transitions with an entry are distinguished from the others by their numbers.
         let is_empty = |id: &TransitionId| {
             entries
                 .ids
@@ -372,7 +372,7 @@ impl Emit<'_> {
             return None;
         }
         let mut body = entries.alike(ids)?.to_vec();
-        // Elsewhere they must not differ either, or not be there: a function that nobody calls is none.
+        // Elsewhere they must be equal too, or absent: a function without callers is not emitted.
         let mut is_whole = true;
         let mut reached = BTreeSet::new();
         for event in 0..=self.pieces.events.len() {
@@ -390,8 +390,8 @@ impl Emit<'_> {
         Some(body)
     }
 
-    /// The same cases, one for each transition of the region, with the state that is entered taken from a table, where that makes at most half as many
-    /// different ones of them.
+    /// The same cases, one for each transition of the region, with the entered state read from a table if that at least halves the number of
+    /// different cases.
     fn with_table(&mut self, region: usize, cases: Vec<Case>) -> Vec<Case> {
         let ids = &self.plan.regions[region].transitions;
         let mut rows = vec![Row::none()];
@@ -403,7 +403,7 @@ impl Emit<'_> {
         if n_rows < TABLE || self.variables[region].is_none() {
             return cases;
         }
-        // What is printed first decides whether there is a table: its name stands for itself till then.
+        // The code printed first decides whether there is a table: until then, a placeholder replaces its name.
         let mut others = Vec::new();
         for (id, case) in ids.iter().copied().zip(&cases) {
             if self.target_of(region, id).is_none() {
@@ -426,7 +426,7 @@ impl Emit<'_> {
         others
     }
 
-    /// The table of the states that transitions of a region lead to, by the transitions' numbers.
+    /// The table of the target states of the transitions of a region, indexed by the transitions' numbers.
     fn table_of_targets(&mut self, region: usize, word: &str, note: &str, rows: &[Row]) -> String {
         let n = self.plan.regions[region].terminals.len();
         let ty = count_type(i64::try_from(n).unwrap_or(i64::MAX));
@@ -434,7 +434,7 @@ impl Emit<'_> {
         self.table(&wanted, ty, note, rows)
     }
 
-    /// The number of the one atomic or parallel state of its region that a transition enters; none for several, or where a history says which.
+    /// The number of the single atomic or parallel state of its region that a transition enters; `None` for several, or if a history decides.
     fn target_of(&self, region: usize, id: TransitionId) -> Option<usize> {
         let mut found = None;
         for enter in &self.net.transitions[id].enters {
@@ -460,7 +460,7 @@ impl Emit<'_> {
 
     // --- histories -------------------------------------------------------------------------------------------------------------------------
 
-    /// The function that enters what a history stands for.
+    /// The function that enters what a history has recorded.
     fn restore(&mut self, id: HistoryId) -> Function {
         if let Some(function) = self.restores.get(&id) {
             return function.clone();
@@ -530,7 +530,7 @@ impl Emit<'_> {
         function
     }
 
-    /// The function that enters what a deep history recorded in one region.
+    /// The function that enters what a deep history has recorded in one region.
     fn restore_region(&mut self, id: HistoryId, region: usize) -> Function {
         let owner = self.net.histories[id].owner;
         let (first, last) = if self.plan.region_of[owner] == region {
@@ -570,7 +570,7 @@ impl Emit<'_> {
     }
 }
 
-/// A `switch` whose `default` does something.
+/// A `switch` with a `default`.
 fn with_default(subject: &str, cases: Vec<Case>, default: Vec<Node>) -> Vec<Node> {
     let mut all: Vec<Node> = cases
         .into_iter()

@@ -1,4 +1,4 @@
-//! What a micro-step leaves and does: exit lists with histories (S1, S2 of §3.9), and the actions of transitions (S3).
+//! What a micro-step exits and runs: exit lists with histories (S1, S2 of §3.9), and the actions of transitions (S3).
 
 use super::Emit;
 use super::plan::{Memory, Route};
@@ -8,17 +8,17 @@ use crate::ctext::Node;
 use grafsynth_ir::net::{StepId, StepKind, TransitionId};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// So many transitions that leave to several depths have those in a table.
+/// If at least this many transitions exit to several depths, the depths are in a table.
 const TABLE: usize = 8;
 
-/// The function that leaves what is deeper in a region than some depth.
+/// The function that exits the states of a region that are deeper than a given depth.
 #[derive(Debug, Clone)]
 pub(super) struct Exit {
     function: Function,
 }
 
 impl Emit<'_> {
-    /// Leaving what is deeper than `depth` in a region does something besides giving its variable a new value.
+    /// Exiting what is deeper than `depth` in a region does more than assign its variable.
     pub(super) fn has_exits(&self, region: usize, depth: u32) -> bool {
         let data = &self.plan.regions[region];
         let is_left_whole = depth == 0 && data.parent.is_some();
@@ -32,12 +32,12 @@ impl Emit<'_> {
             })
     }
 
-    /// The histories that a state records when it is left.
+    /// The histories that a state records on exit.
     fn histories_of(&self, owner: StepId) -> impl Iterator<Item = grafsynth_ir::net::HistoryId> {
         self.net.histories.iter().filter(move |(_, it)| it.owner == owner).map(|(id, _)| id)
     }
 
-    /// Defines the functions that leave regions: those that transitions leave by, and those of all regions in them.
+    /// Defines the functions that exit regions: those that transitions use, and those of all regions in them.
     pub(super) fn define_exits(&mut self) {
         let mut depths: BTreeMap<usize, BTreeSet<u32>> = BTreeMap::new();
         for route in self.plan.routes.values().flatten() {
@@ -47,7 +47,7 @@ impl Emit<'_> {
                 depths.entry(region).or_default().insert(depth);
             }
         }
-        // The regions of a parallel state stand behind the one that it is in.
+        // The regions of a parallel state come after the region that contains it.
         for region in 0..self.plan.regions.len() {
             let Some(lowest) = depths.get(&region).and_then(|all| all.first().copied()) else {
                 continue;
@@ -69,7 +69,7 @@ impl Emit<'_> {
         let plan = self.plan;
         let data = &plan.regions[region];
         let lowest = depths.first().copied().unwrap_or(0);
-        // States deeper than every depth that is asked for are left in any case.
+        // States deeper than every requested depth are exited in any case.
         let highest = depths.last().copied().unwrap_or(0);
         let mut body = Vec::new();
         let guarded = |at: u32, nodes: Vec<Node>, body: &mut Vec<Node>| {
@@ -143,7 +143,7 @@ impl Emit<'_> {
         (first..=last).map(|number| self.terminal(region, number)).collect()
     }
 
-    /// A `switch` over the variable of an active region; without a variable what its only situation does.
+    /// A `switch` over the variable of an active region; without a variable, the statements of its only situation.
     pub(super) fn on_terminals(
         &mut self,
         region: usize,
@@ -154,7 +154,7 @@ impl Emit<'_> {
             None => cases.into_iter().flat_map(|case| case.body).collect(),
             Some(variable) => {
                 let cases = super::text::merged(cases);
-                // What all states do needs no question: the region is active.
+                // A common statement of all states needs no test: the region is active.
                 if let [only] = cases.as_slice()
                     && only.labels.len() == self.plan.regions[region].terminals.len()
                 {
@@ -167,7 +167,7 @@ impl Emit<'_> {
         }
     }
 
-    /// What a state remembers when it is left.
+    /// The values that a state records on exit.
     fn record(&self, owner: StepId) -> Vec<Node> {
         let mut nodes = Vec::new();
         for id in self.histories_of(owner) {
@@ -185,7 +185,7 @@ impl Emit<'_> {
         nodes
     }
 
-    /// The function that leaves what the transition of a region leaves; none where nothing is to be done.
+    /// The function that exits the states which the chosen transition of the region exits; `None` if nothing is to be done.
     pub(super) fn leave(&mut self, region: usize) -> Option<Function> {
         let data = &self.plan.regions[region];
         let mut groups: BTreeMap<(usize, u32), Vec<String>> = BTreeMap::new();
@@ -227,7 +227,7 @@ impl Emit<'_> {
         Some(self.define(&wanted, "void", false, &[(ty, "taken")], body))
     }
 
-    /// Leaves what all of some transitions leave alike, where others of the region leave something else.
+    /// The common exit of some transitions, if others of the region exit other states.
     pub(super) fn leave_at_once(&mut self, region: usize, ids: &[TransitionId]) -> Option<Node> {
         let domain = |id: &TransitionId| self.plan.routes[*id].and_then(|route| route.domain);
         let exits = |it: &(usize, u32)| self.has_exits(it.0, it.1);
@@ -242,7 +242,7 @@ impl Emit<'_> {
         Some(Node::line(format!("{call};")))
     }
 
-    /// The depths that transitions of one region leave to from a table, where many do so to several depths.
+    /// The exit depths of the transitions of one region from a table, if many have several depths.
     fn leave_by_table(
         &mut self,
         region: usize,
@@ -266,15 +266,14 @@ impl Emit<'_> {
         }
         let ty = crate::times::count_type(i64::from(highest));
         let wanted = format!("{}_depths", self.region_word(region));
-        let note =
-            "one more than the depth that each transition leaves to, 0 where it leaves nothing";
+        let note = "the exit depth of each transition plus one; 0 if it exits nothing";
         let table = self.table(&wanted, ty, note, &rows);
         let depth = format!("{table}[taken] - 1U");
         let call = Node::line(format!("{};", exit.function.call(&[("depth", &depth)])));
         Some(vec![Node::when(&format!("{table}[taken] != 0U"), vec![call])])
     }
 
-    /// The function that runs the actions of a transition; none where there are none.
+    /// The function that runs the actions of the chosen transition; `None` if there are none.
     pub(super) fn act(&mut self, region: usize) -> Option<Function> {
         let mut cases = Vec::new();
         for id in &self.plan.regions[region].transitions {

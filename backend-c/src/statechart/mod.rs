@@ -1,4 +1,4 @@
-//! The style `statechart`: one small state variable for each region, and a jump on it for each event.
+//! The style `statechart`: one small state variable for each region, and a `switch` on it for each event.
 //!
 //! ```text
 //! NAME_step            timers, events of the row; while an event waits: NAME_move; outputs
@@ -10,8 +10,8 @@
 //! NAME_REGION_enter    entry lists, and the new value of the state variable
 //! ```
 //!
-//! Outer transitions are found at compile time: each stands once, in a `switch` whose labels are all atomic states below its source. Everything that is no
-//! evolution (timers, queues, ends of reactions) is the reaction program's, in pieces ([`grafsynth_ir::lower::program::pieces`]).
+//! Outer transitions are found at compile time: each is listed once, in a `switch` whose labels are all atomic states below its source. Everything outside the
+//! evolution (timers, queues, the end of a reaction) comes from the reaction program, in pieces ([`grafsynth_ir::lower::program::pieces`]).
 
 mod choose;
 mod enter;
@@ -45,16 +45,16 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Why there is no program of this style.
 pub(crate) enum Failure {
-    /// The style does not carry the net.
+    /// The style does not support the net.
     Refused(Refusal),
-    /// No style does.
+    /// No style supports it.
     Errors(Vec<Diagnostic>),
 }
 
 /// The net in this style.
 ///
 /// # Errors
-/// What the net uses that the style does not carry, and what no reaction program can be made of.
+/// The style does not support something in the net, or the net has no reaction program.
 pub(crate) fn program(
     net: &Valid<Net>,
     facts: &Facts,
@@ -68,7 +68,7 @@ pub(crate) fn program(
             plan.regions[plan.region_of[step]].drops = true;
         }
     }
-    // What is read and set anywhere, in one list, for those that ask.
+    // Everything that is read or set, in one list, for analyses.
     let mut analysed = pieces.program.clone();
     analysed.body = everything(&pieces);
     let limit = options.max_transitions.saturating_mul(NODES_PER_TRANSITION).max(1);
@@ -122,7 +122,7 @@ pub(crate) fn program(
     Ok(emit.program(&main, &after, &bodies))
 }
 
-/// Everything that a reaction may run, and what it asks.
+/// Everything that a reaction may run, including its conditions.
 fn everything(pieces: &Pieces) -> Vec<Stmt> {
     let mut all = Vec::new();
     for list in [
@@ -149,7 +149,7 @@ fn everything(pieces: &Pieces) -> Vec<Stmt> {
     all
 }
 
-/// What the functions of the evolution hold between them; to a temp they count as one function.
+/// The parts of the functions of the evolution; for a temp they count as one function.
 fn of_evolution(pieces: &Pieces) -> Vec<Piece<'_>> {
     let mut lists: Vec<&Vec<Stmt>> = Vec::new();
     for state in pieces.states.values() {
@@ -166,7 +166,7 @@ fn of_evolution(pieces: &Pieces) -> Vec<Piece<'_>> {
     asked.chain(lists).collect()
 }
 
-/// The member that holds each region's state; none for a region that has only one.
+/// The member that stores each region's state; `None` for a region that has only one.
 fn variables(net: &Net, plan: &Plan, names: &Names, members: &mut Namer) -> Vec<Option<String>> {
     let n_variables = plan.regions.iter().filter(|region| region.has_variable()).count();
     let mut all = Vec::new();
@@ -209,7 +209,7 @@ fn memories(
     all
 }
 
-/// Enumerators of the transitions; what else carries the prefix is taken.
+/// Enumerators of the transitions; other names with the prefix are taken.
 fn fires(net: &Net, names: &Names) -> IdMap<Transition, String> {
     let mut namer = names.suffix_namer();
     let mut all = IdMap::filled(&net.transitions, String::new());
@@ -237,7 +237,7 @@ fn function_namer(net: &Net, names: &Names) -> Namer {
     namer
 }
 
-/// Everything that is needed to print.
+/// All data needed to print.
 pub(super) struct Emit<'a> {
     net: &'a Net,
     names: &'a Names,
@@ -251,28 +251,28 @@ pub(super) struct Emit<'a> {
     /// Functions so far, callees first.
     functions: Vec<Node>,
     taken: Namer,
-    /// How to call what leaves a region.
+    /// The call that exits each region.
     exits: BTreeMap<usize, fire::Exit>,
-    /// States that are entered with the same others in more than one place.
+    /// States that are entered together with the same other states in more than one place.
     shared: BTreeSet<(StepId, Vec<Enter>)>,
     /// Functions that enter these.
     enters: BTreeMap<(StepId, Vec<Enter>), text::Function>,
-    /// The function of each region that enters an atomic state with what lies around it.
+    /// The function of each region that enters an atomic state with its ancestors.
     paths: BTreeMap<usize, text::Function>,
     /// Functions for long entry lists.
     entry_lists: BTreeMap<StepId, text::Function>,
-    /// Functions that enter what a history stands for.
+    /// Functions that enter what a history has recorded.
     restores: BTreeMap<HistoryId, text::Function>,
-    /// Constant tables by type and numbers.
+    /// Constant tables by type and contents.
     tables: BTreeMap<(&'static str, Vec<usize>), tables::Table>,
-    /// While what a transition enters is printed: what stands for the atomic state in its region instead of that state's constant.
+    /// While the entry of a transition is printed: the expression that replaces the constant of the atomic state in its region.
     target: Option<(usize, String)>,
-    /// What the transitions of each region enter.
+    /// The entries of the transitions of each region.
     entries: BTreeMap<usize, enter::Entries>,
 }
 
 impl Emit<'_> {
-    /// Step bits and recorded states are read from the state variables.
+    /// Makes step bits and recorded states read from the state variables.
     fn keep_elsewhere(&mut self) {
         for (step, _) in self.net.steps.iter() {
             if !self.pieces.states[step].is_watched {
@@ -285,14 +285,14 @@ impl Emit<'_> {
         }
     }
 
-    /// The condition that a state is active, from the state variables.
+    /// The condition that a state is active, read from the state variables.
     fn is_active(&self, step: StepId) -> CExpr {
         let index = self.plan.region_of[step];
         let region = &self.plan.regions[index];
         let Some(variable) = &self.variables[index] else { return CExpr::bool(true) };
         let (first, last) = self.plan.range[step];
         let n = region.terminals.len();
-        // Compared as numbers, so that contradictions are seen; printed with names.
+        // Compared as numbers, to detect contradictions; printed with names.
         let number = |it: usize| i64::try_from(it).unwrap_or(i64::MAX);
         let lowest = i64::from(region.is_always);
         let ask = |op: CompareOp, at: usize| {
@@ -318,7 +318,7 @@ impl Emit<'_> {
         CExpr::and([from_below, from_above])
     }
 
-    /// The enumerator of a terminal; the number itself in a region that needs no variable.
+    /// The enumerator of a terminal; the number itself if the region needs no variable.
     fn terminal(&self, region: usize, number: usize) -> String {
         if self.variables[region].is_none() {
             return number.to_string();
@@ -348,7 +348,7 @@ impl Emit<'_> {
             let mut node: Node =
                 Kind::Braces("typedef struct".to_string(), shared, format!(" {prefix}_scan_t;"))
                     .into();
-            node.note = "what lives within one reaction".to_string();
+            node.note = "data of one reaction".to_string();
             tables.push(node);
         }
         step.extend(self.statements.locals());
@@ -451,7 +451,7 @@ impl Emit<'_> {
             for (region, name) in kept {
                 let count = self.plan.regions.get(*region).map_or(1, |it| it.terminals.len());
                 let note = format!(
-                    "history {} of {}: what was active when that was left last",
+                    "history {} of {}: what was active at its last exit",
                     history.name, self.net.steps[history.owner].name
                 );
                 add(count, name, note, vec![Object::Step(history.owner)]);
@@ -461,7 +461,7 @@ impl Emit<'_> {
         wide
     }
 
-    /// What the members can hold.
+    /// The ranges of the members.
     fn ranges(&self) -> Vec<Range> {
         let range = |lo: i64, count: usize, name: &String| {
             let hi = i64::try_from(count).unwrap_or(i64::MAX);
@@ -551,7 +551,7 @@ impl Emit<'_> {
         }
     }
 
-    /// A transition as it stands in the chart.
+    /// A transition as written in the chart.
     fn transition_note(&self, id: grafsynth_ir::net::TransitionId) -> String {
         let it = &self.net.transitions[id];
         let events: Vec<&str> =
@@ -595,7 +595,7 @@ impl Emit<'_> {
                 .map(|(case, _)| case.step)
                 .collect();
             for (region, name) in kept {
-                // Of a state that was recorded, the number in the region: its own, or that of the parallel state around it.
+                // For a recorded state, its number in the region: its own, or that of the enclosing parallel state.
                 let number = recorded.iter().find_map(|step| {
                     let mut next = Some(*step);
                     while let Some(state) = next {
@@ -622,7 +622,7 @@ impl Emit<'_> {
         number.checked_sub(1).and_then(|at| self.pieces.events.get(at)).copied()
     }
 
-    /// A number of a transition, as a constant.
+    /// The number of a transition, as a constant.
     fn number(&self, region: usize, number: usize) -> String {
         match self.plan.regions[region].transitions.get(number.wrapping_sub(1)) {
             Some(id) => self.fires[*id].clone(),

@@ -1,9 +1,9 @@
-//! The plan of the style `statechart`: its regions, their state variables, and where each transition belongs.
+//! The plan of the style `statechart`: its regions, their state variables, and the region of each transition.
 //!
 //! # Regions
-//! A region is what has exactly one active atomic or parallel state while it is active: a chart, or a child of a parallel state, with all that lies in it
-//! down to atomic states and to parallel states, whose children are regions of their own. The atomic and parallel states of a region in document order are
-//! its *terminals*; its one state variable holds the number of the active one, from 1, and 0 while the region is not active. A composite state is active
+//! A region has exactly one active atomic or parallel state while it is active: it is a chart, or a child of a parallel state, with everything in it
+//! down to atomic states and to parallel states, whose children are separate regions. The atomic and parallel states of a region in document order are
+//! its *terminals*; its one state variable contains the number of the active one, from 1, and 0 while the region is not active. A composite state is active
 //! while the variable is in the range of its terminals.
 //!
 //! ```text
@@ -12,8 +12,8 @@
 //! ```
 //!
 //! # Numbers of transitions
-//! The transitions out of the states of a region are numbered from 1, so that ranges answer what the choice (§4) asks: first those that leave nothing, then
-//! those that stay in the region, then those that leave it, by how far.
+//! The transitions out of the states of a region are numbered from 1, so that ranges answer the questions of the selection (§4): first those that exit
+//! nothing, then those that stay in the region, then those that leave it, sorted by how far.
 
 use crate::switch::Refusal;
 use grafsynth_ir::IdMap;
@@ -25,13 +25,13 @@ use std::collections::{BTreeMap, BTreeSet};
 /// A region.
 #[derive(Debug, Clone)]
 pub(super) struct Region {
-    /// The parallel state it is a child of; none for a chart.
+    /// The parallel state whose child it is; `None` for a chart.
     pub(super) parent: Option<StepId>,
-    /// The chart it belongs to.
+    /// The chart that contains it.
     pub(super) part: PartId,
-    /// Its outermost state; of a chart with several, the first.
+    /// Its outermost state; for a chart with several, the first.
     pub(super) root: StepId,
-    /// Atomic and parallel states, in document order: the position is the number, less one.
+    /// Atomic and parallel states, in document order: the number is the index plus one.
     pub(super) terminals: Vec<StepId>,
     /// The others, in document order.
     pub(super) composites: Vec<StepId>,
@@ -41,11 +41,11 @@ pub(super) struct Region {
     pub(super) is_always: bool,
     /// The transitions out of its states, in the order of their numbers.
     pub(super) transitions: Vec<TransitionId>,
-    /// How many of them leave nothing.
+    /// How many of them exit nothing.
     pub(super) n_still: usize,
-    /// For each parallel state around the region, from the inside out: the number of the first transition that leaves it.
+    /// For each enclosing parallel state, from the innermost: the number of the first transition that leaves it.
     pub(super) leavers: Vec<(StepId, usize)>,
-    /// Its variable must show at once that a state has been left.
+    /// Its variable must show at once that a state has been exited.
     pub(super) drops: bool,
 }
 
@@ -56,25 +56,25 @@ impl Region {
     }
 }
 
-/// Where a transition leads from and to.
+/// The source and the domain of a transition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Route {
     /// The region of its source.
     pub(super) region: usize,
     /// Its number there.
     pub(super) number: usize,
-    /// The region of its domain and how deep that stands in it (0 is all of the region): everything deeper is left. None leaves nothing.
+    /// The region of its domain and the depth in it (0 is the whole region): everything deeper is exited. `None` exits nothing.
     pub(super) domain: Option<(usize, u32)>,
 }
 
-/// What a history keeps.
+/// What a history records.
 #[derive(Debug, Clone)]
 pub(super) enum Memory {
-    /// The variable of its owner's region; with each of its values, what is entered.
+    /// The variable of its owner's region; for each of its values, what is entered.
     One(usize, Vec<(StepId, Vec<Enter>)>),
-    /// The variables of these regions, all that lie in the owner, by document order: a deep history over several regions.
+    /// The variables of these regions, all inside the owner, in document order: a deep history over several regions.
     Deep(Vec<usize>),
-    /// That it was recorded: shallow, of a parallel state, whose children are all entered.
+    /// Only that it was recorded: a shallow history of a parallel state, whose children are all entered.
     All(Vec<Enter>),
 }
 
@@ -82,14 +82,14 @@ pub(super) enum Memory {
 #[derive(Debug, Clone)]
 pub(super) struct Plan {
     pub(super) regions: Vec<Region>,
-    /// The region of each state: for a parallel state the one it is a terminal of.
+    /// The region of each state; for a parallel state, the region in which it is a terminal.
     pub(super) region_of: IdMap<Step, usize>,
-    /// How deep it stands in its region; the outermost stands at 1.
+    /// The depth in its region; the outermost state has depth 1.
     pub(super) depth: IdMap<Step, u32>,
     /// Its first and last number.
     pub(super) range: IdMap<Step, (usize, usize)>,
     pub(super) routes: IdMap<Transition, Option<Route>>,
-    /// Regions, those of a parallel state before the region that it stands in.
+    /// Regions, those of a parallel state before the region that contains it.
     pub(super) post_order: Vec<usize>,
     pub(super) memories: BTreeMap<HistoryId, Memory>,
 }
@@ -113,7 +113,7 @@ impl Plan {
         all
     }
 
-    /// The parallel states around a region, from the inside out.
+    /// The enclosing parallel states of a region, from the innermost.
     pub(super) fn around(&self, region: usize) -> Vec<StepId> {
         let mut all = Vec::new();
         let mut next = self.regions[region].parent;
@@ -129,7 +129,7 @@ fn refuse<T>(what: impl Into<String>, span: grafsynth_ir::Span) -> Result<T, Ref
     Err(Refusal { what: what.into(), span })
 }
 
-/// The plan, or why there is none.
+/// The plan, or the reason why there is none.
 pub(super) fn plan(net: &Net) -> Result<Plan, Refusal> {
     if net.settings.assign_simultaneous {
         return refuse("`assign simultaneous` in a statechart", net.name.span);
@@ -151,10 +151,10 @@ pub(super) fn plan(net: &Net) -> Result<Plan, Refusal> {
     Ok(plan)
 }
 
-/// The deepest nesting of states: what walks down the tree calls itself.
+/// The maximum nesting depth of states: the functions that walk the tree are recursive.
 const DEEPEST: usize = 256;
 
-/// Each state stands directly before what lies in it.
+/// Checks that each state directly precedes the states inside it.
 fn in_document_order(net: &Net) -> Result<(), Refusal> {
     let mut around: Vec<StepId> = Vec::new();
     for (id, step) in net.steps.iter() {
@@ -162,10 +162,10 @@ fn in_document_order(net: &Net) -> Result<(), Refusal> {
             around.pop();
         }
         if step.parent.is_some() && around.is_empty() {
-            return refuse("states that do not stand in the order of the tree", step.meta.span);
+            return refuse("states that are not in tree order", step.meta.span);
         }
         if around.len() >= DEEPEST {
-            return refuse(format!("states in more than {DEEPEST} others"), step.meta.span);
+            return refuse(format!("states nested more than {DEEPEST} deep"), step.meta.span);
         }
         around.push(id);
     }
@@ -264,7 +264,7 @@ fn regions(net: &Net) -> Result<Plan, Refusal> {
 fn route(net: &Net, plan: &Plan, transition: &Transition) -> Option<Route> {
     let source = *transition.requires.first()?;
     let region = plan.region_of[source];
-    // What is left is all that lies in the domain, so its first state is a child of the domain.
+    // The exit set is everything in the domain, so its first state is a child of the domain.
     let domain = transition.clears.iter().min().map(|first| match net.steps[*first].parent {
         Some(domain) => (plan.region_of[domain], plan.depth[domain]),
         None => (plan.region_of[*first], 0),
@@ -277,7 +277,7 @@ fn number(net: &Net, plan: &mut Plan) {
     for id in net.transitions.ids() {
         if let Some(Route { region, domain, .. }) = plan.routes[id] {
             let around = plan.around(region);
-            // 0 stays where it is, 1 stays in the region, 2 leaves the innermost parallel state around it, and so on.
+            // 0 exits nothing, 1 stays in the region, 2 leaves the innermost enclosing parallel state, and so on.
             let far = domain.map_or(0, |(to, _)| {
                 let of = |parallel: &StepId| plan.region_of[*parallel] == to;
                 if to == region {
@@ -322,8 +322,8 @@ fn post_order(plan: &Plan) -> Vec<usize> {
     order
 }
 
-/// The order of actions must not depend on the situation. It does where a transition of a state with several regions can be selected together with one
-/// inside, before or after it as the states happen to be: one of the two leaves nothing, and both have actions.
+/// The order of actions must not depend on the situation. It does if a transition of a state with several regions can be selected together with one
+/// inside, before or after it depending on the active states: one of the two exits nothing, and both have actions.
 fn fixed_order(net: &Net, plan: &Plan) -> Result<(), Refusal> {
     if net.settings.policy != Policy::InnerFirst {
         return Ok(());
@@ -348,7 +348,7 @@ fn fixed_order(net: &Net, plan: &Plan) -> Result<(), Refusal> {
             });
             if floats {
                 let what = format!(
-                    "the actions of `{}`, whose place depends on the situation",
+                    "the actions of `{}`, whose order depends on the situation",
                     transition.name
                 );
                 return refuse(what, transition.meta.span);
@@ -358,7 +358,7 @@ fn fixed_order(net: &Net, plan: &Plan) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Both may be fireable in one check.
+/// Both may be fireable in the same check.
 fn meet(a: &Transition, b: &Transition) -> bool {
     if a.events.is_empty() || b.events.is_empty() {
         return a.events.is_empty() && b.events.is_empty();
@@ -366,7 +366,7 @@ fn meet(a: &Transition, b: &Transition) -> bool {
     a.events.iter().any(|event| b.events.contains(event))
 }
 
-/// What a history keeps; none where its cases are none of the usual ones.
+/// What a history records; `None` if its cases are not of a known form.
 fn memory(net: &Net, plan: &Plan, id: HistoryId) -> Option<Memory> {
     let history = &net.histories[id];
     let owner = history.owner;
@@ -392,7 +392,7 @@ fn memory(net: &Net, plan: &Plan, id: HistoryId) -> Option<Memory> {
         let cases = history.cases.iter().map(|case| (case.step, case.enters.clone())).collect();
         return Some(Memory::One(region, cases));
     }
-    // Deep, over several regions: every atomic state below, each with the way down to it.
+    // Deep, over several regions: every atomic state below, each with the path down to it.
     let mut regions: Vec<usize> =
         nested.iter().flat_map(|parallel| plan.all_regions_in(*parallel)).collect();
     if net.steps[owner].kind != StepKind::Parallel {

@@ -1,6 +1,6 @@
-//! Constant tables: what is the same for all transitions or states of a region but for a number stands in one.
+//! Constant tables: data that differ only by a number between the transitions or states of a region.
 //!
-//! Regions of one shape have the same numbers in their tables; they share them, whatever the numbers are called there.
+//! Regions of the same structure have the same numbers in their tables; they share them, even if the names differ.
 
 use super::Emit;
 use crate::Object;
@@ -10,32 +10,32 @@ use grafsynth_ir::net::TransitionId;
 /// An entry of a table.
 #[derive(Debug, Clone)]
 pub(super) struct Row {
-    /// What it is as a number.
+    /// Its value as a number.
     pub(super) value: usize,
-    /// How it is written.
+    /// Its text.
     pub(super) text: String,
     /// The transition that it belongs to.
     pub(super) about: Option<TransitionId>,
 }
 
 impl Row {
-    /// An entry that says "none".
+    /// An entry that means "none".
     pub(super) fn none() -> Row {
         Row { value: 0, text: "0".to_owned(), about: None }
     }
 }
 
-/// A table that is there.
+/// A table that was defined.
 #[derive(Debug, Clone)]
 pub(super) struct Table {
     name: String,
-    /// Where it stands among the functions.
+    /// Its position among the functions.
     at: usize,
     is_shared: bool,
 }
 
 impl Emit<'_> {
-    /// The name of a table of these numbers, each of the type `ty`. It is defined before what is defined next, unless there is one already.
+    /// The name of a table of these numbers, each of the type `ty`. The table is defined before the next definition, unless it already exists.
     pub(super) fn table(
         &mut self,
         wanted: &str,

@@ -1,4 +1,4 @@
-//! Functions and `switch`es.
+//! Functions and `switch` statements.
 
 use super::Emit;
 use crate::cprogram::{mentions, without_unused};
@@ -6,7 +6,7 @@ use crate::ctext::{Arm, Kind, Node, Writer};
 use grafsynth_ir::program::Stmt;
 use std::collections::BTreeMap;
 
-/// How a function is called from another one.
+/// How another function calls it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Function {
     name: String,
@@ -17,12 +17,12 @@ pub(super) struct Function {
 }
 
 impl Function {
-    /// A call from a function of the evolution; `values` are those of its own parameters, some of which it may not have.
+    /// A call from a function of the evolution; `values` are possible arguments for its own parameters, some of which it may not have.
     pub(super) fn call(&self, values: &[(&str, &str)]) -> String {
         self.call_with("scan", values)
     }
 
-    /// A call with another word for what lives in the reaction.
+    /// A call with another name for the data of the reaction.
     pub(super) fn call_with(&self, scan: &str, values: &[(&str, &str)]) -> String {
         let common = self.common.iter().map(|word| if *word == "scan" { scan } else { word });
         let own = self.own.iter().map(|own| {
@@ -38,7 +38,7 @@ impl Function {
 pub(super) struct Case {
     /// Constants.
     pub(super) labels: Vec<String>,
-    /// What is done, without `break`.
+    /// The statements, without `break`.
     pub(super) body: Vec<Node>,
     /// It always returns.
     pub(super) returns: bool,
@@ -48,7 +48,7 @@ pub(super) struct Case {
 const LINES: usize = 4;
 
 impl Emit<'_> {
-    /// Defines a function after all that it calls. Of `own`, type and name, it gets those that the body mentions.
+    /// Defines a function after its callees. Of the parameters `own` (type and name), it gets those that the body mentions.
     pub(super) fn define(
         &mut self,
         wanted: &str,
@@ -88,7 +88,7 @@ impl Emit<'_> {
         Function { name, common, own: kept }
     }
 
-    /// A list of the chart. Locals of its own stay in a block of their own, for lists stand behind each other and behind labels.
+    /// A list of the chart. Its locals are in a separate block, because lists follow each other and follow labels.
     pub(super) fn list(&mut self, list: &[Stmt]) -> Vec<Node> {
         let nodes = self.statements.statements(list);
         if nodes.iter().all(|node| node.defines.is_none()) {
@@ -97,7 +97,7 @@ impl Emit<'_> {
         vec![Node::line("{"), Kind::Nested(nodes).into(), Node::line("}")]
     }
 
-    /// A `switch` over constants; equal bodies share a case. One that is too long for a function becomes several functions, which are called in turn.
+    /// A `switch` over constants; equal bodies share a case. A `switch` that is too long for a function becomes several functions, which are called in turn.
     pub(super) fn switch(
         &mut self,
         wanted: &str,
@@ -132,7 +132,7 @@ impl Emit<'_> {
     }
 }
 
-/// Cases with equal bodies in one.
+/// Merges cases with equal bodies.
 pub(super) fn merged(cases: Vec<Case>) -> Vec<Case> {
     let mut at: BTreeMap<String, usize> = BTreeMap::new();
     let mut all: Vec<Case> = Vec::new();
@@ -152,7 +152,7 @@ pub(super) fn merged(cases: Vec<Case>) -> Vec<Case> {
     all
 }
 
-/// The `switch` as it is; an `if` where it has one label.
+/// The `switch` itself; an `if` if there is one label.
 pub(super) fn switch(subject: &str, cases: Vec<Case>) -> Vec<Node> {
     match cases.as_slice() {
         [] => return Vec::new(),
@@ -195,7 +195,7 @@ pub(super) fn lines(nodes: &[Node]) -> usize {
         .sum()
 }
 
-/// Puts another text in the place of one, in all lines.
+/// Replaces a text in all lines.
 pub(super) fn replace(nodes: &mut [Node], old: &str, new: &str) {
     for node in nodes {
         match &mut node.kind {

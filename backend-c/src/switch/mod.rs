@@ -1,4 +1,4 @@
-//! The style `switch`: one small state variable for each sequential component, and only the transitions of the active steps are looked at.
+//! The style `switch`: one small state variable for each sequential component; only the transitions of the active steps are tested.
 
 mod emit;
 mod plan;
@@ -15,7 +15,7 @@ use grafsynth_ir::net::Net;
 /// The net in this style.
 ///
 /// # Errors
-/// What the net uses that the style does not carry.
+/// The style does not support something in the net.
 pub(crate) fn program(
     net: &Net,
     facts: &Facts,
@@ -25,7 +25,7 @@ pub(crate) fn program(
     let plan = plan::plan(net, facts)?;
     if options.style == Style::Auto && !pays(&plan) {
         return Err(Refusal {
-            what: "a chart most of whose steps lie in no sequential component".to_string(),
+            what: "a chart whose steps are mostly in no sequential component".to_string(),
             span: net.name.span,
         });
     }
@@ -33,7 +33,7 @@ pub(crate) fn program(
     Ok(emit::emit(net, facts, names, &plan, &tables, options))
 }
 
-/// Whether the components carry enough of the net for their variables to be better than one bit for each step.
+/// Whether the components cover enough of the net for their variables to be better than one bit per step.
 fn pays(plan: &plan::Plan) -> bool {
     let steps: usize = plan.machines.iter().map(|machine| machine.steps.len()).sum();
     let alone = plan.machines.iter().filter(|machine| machine.steps.len() == 1).count();

@@ -1,11 +1,11 @@
-//! The plan of the `switch` style: which state variables there are, which one decides each transition, and whether this style carries the net at all.
+//! The plan of the `switch` style: the state variables, the variable that decides each transition, and whether this style supports the net at all.
 //!
 //! # State variables
-//! Every proved sequential component becomes one state variable; a step that lies in none becomes a variable of its own with the values *none* and
-//! *active*. A micro-step handles the variables in order. A transition is decided where its *owner* is handled: the first variable that it takes a step
-//! of. What it does to later variables waits in a flag, and what it adds to a variable that it takes nothing from waits until all are handled. So every
-//! receptivity is read before anything it depends on changes, without a second copy of the state. Where that can't be kept, the net is refused with
-//! the reason, and the caller takes the style `bits`.
+//! Every proved sequential component becomes one state variable; a step in no component becomes a variable of its own with the values *none* and
+//! *active*. A micro-step handles the variables in order. A transition is decided at its *owner*: the first variable from which it takes a step.
+//! Its effect on later variables is stored in a flag, and a step that it adds to a variable from which it takes nothing is added after all are handled. So
+//! every receptivity is read before anything it depends on changes, without a second copy of the state. If that is impossible, the net is rejected with
+//! the reason, and the caller uses the style `bits`.
 
 mod competition;
 
@@ -19,29 +19,29 @@ use grafsynth_ir::{IdMap, Span};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Why the style can't carry the net: the construct in the user's words, and where it is.
+/// Why the style does not support the net: the construct in the user's words, and its location.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Refusal {
-    /// What the chart uses.
+    /// The construct.
     pub(crate) what: String,
-    /// Where.
+    /// Its location.
     pub(crate) span: Span,
 }
 
 /// One state variable.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Machine {
-    /// Its steps; the position is the step's code, plus one where there is a value *none*.
+    /// Its steps; the index is the step's code, plus one if there is a value *none*.
     pub(crate) steps: Vec<StepId>,
-    /// There are situations in which none of its steps is active; the code 0 says so.
+    /// In some situations none of its steps is active; the code 0 represents them.
     pub(crate) has_none: bool,
-    /// One above the largest constant that the time of a step of this variable is compared with; none where no time is read.
+    /// One above the largest constant that the time of a step of this variable is compared with; `None` if no time is read.
     pub(crate) timer_cap: Option<i64>,
     /// A transition that takes nothing from this variable adds a step to it.
     pub(crate) is_entered: bool,
     /// A receptivity reads a step bit of this variable after the variable was handled.
     pub(crate) needs_old: bool,
-    /// An entry or exit list, or actions of a transition that it owns.
+    /// It has an entry or exit list, or owns a transition with actions.
     pub(crate) has_lists: bool,
 }
 
@@ -52,14 +52,14 @@ impl Machine {
     }
 }
 
-/// Which functions of the library are called when.
+/// When an extern condition is called.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Latch {
     /// At the start of every reaction.
     Always,
-    /// At the start of the only case that is run and mentions it.
+    /// At the start of the only case that runs and mentions it.
     InCase,
-    /// At the first mention, kept for the reaction.
+    /// At the first mention; the value is kept for the reaction.
     OnDemand,
 }
 
@@ -70,9 +70,9 @@ pub(crate) struct Plan {
     pub(crate) machines: Vec<Machine>,
     /// Variable and code of each step.
     pub(crate) place: IdMap<Step, (usize, u32)>,
-    /// For each step, the transitions that take it, in the order in which they are asked.
+    /// For each step, the transitions that take it, in the order in which they are tested.
     pub(crate) leaving: IdMap<Step, Vec<TransitionId>>,
-    /// The variable that decides each transition; none for one that can never be enabled.
+    /// The variable that decides each transition; `None` for one that can never be enabled.
     pub(crate) owner: IdMap<Transition, Option<usize>>,
     /// The transition changes a variable besides its owner.
     pub(crate) is_wide: IdMap<Transition, bool>,
@@ -108,7 +108,7 @@ impl Plan {
     }
 }
 
-/// The steps that a transition adds (histories are no part of this style).
+/// The steps that a transition adds (this style has no histories).
 pub(crate) fn entered(transition: &Transition) -> impl Iterator<Item = StepId> {
     transition.enters.iter().filter_map(|enter| match enter {
         Enter::Step(step) => Some(*step),
@@ -116,7 +116,7 @@ pub(crate) fn entered(transition: &Transition) -> impl Iterator<Item = StepId> {
     })
 }
 
-/// The plan, or why there is none.
+/// The plan, or the reason why there is none.
 pub(crate) fn plan(net: &Net, facts: &Facts) -> Result<Plan, Refusal> {
     refuse_features(net)?;
     let (mut machines, place) = state_variables(net, facts);
@@ -157,7 +157,7 @@ pub(crate) fn plan(net: &Net, facts: &Facts) -> Result<Plan, Refusal> {
     }
     let mut place = place;
     for machine in &mut machines {
-        // What waits for a variable needs a value that says that nothing does.
+        // A deferred step needs a value that means "none".
         if machine.is_entered && !machine.has_none {
             machine.has_none = true;
             for step in &machine.steps {
@@ -190,7 +190,7 @@ fn refuse<T>(what: impl Into<String>, span: Span) -> Result<T, Refusal> {
     Err(Refusal { what: what.into(), span })
 }
 
-/// What needs the whole reaction as a program.
+/// Rejects features that need the whole reaction as a program.
 fn refuse_features(net: &Net) -> Result<(), Refusal> {
     let name = net.name.span;
     if net.settings.policy.is_statechart() {
@@ -230,7 +230,7 @@ fn refuse_features(net: &Net) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// One variable for each proved component, in the order of its first step, and one for each step that is left.
+/// One variable for each proved component, in the order of its first step, and one for each remaining step.
 fn state_variables(net: &Net, facts: &Facts) -> (Vec<Machine>, IdMap<Step, (usize, u32)>) {
     let mut of: IdMap<Step, Option<usize>> = IdMap::filled(&net.steps, None);
     let mut groups: Vec<(Vec<StepId>, bool)> = Vec::new();
@@ -244,7 +244,7 @@ fn state_variables(net: &Net, facts: &Facts) -> (Vec<Machine>, IdMap<Step, (usiz
         if steps.is_empty() {
             continue;
         }
-        // A component that lost a step to an earlier one can be empty-handed.
+        // A component that lost a step to an earlier one may have no active step.
         let always = component.always && steps.len() == component.steps.len();
         for step in &steps {
             of[*step] = Some(groups.len());
@@ -290,12 +290,12 @@ pub(crate) fn receptivity(net: &Net, id: TransitionId) -> Cow<'_, Expr> {
     Cow::Owned(Expr::and([event, transition.guard.clone()]))
 }
 
-/// Everything of a net that is evaluated, with where it stands.
+/// Every guard of a net, with its transition.
 pub(crate) fn each_guard(net: &Net) -> impl Iterator<Item = (TransitionId, &Expr)> {
     net.transitions.iter().map(|(id, transition)| (id, &transition.guard))
 }
 
-/// Conditions and arguments of outputs, by the step that carries them.
+/// Conditions and arguments of outputs, by the step that assigns them.
 fn output_conditions(net: &Net) -> Vec<(OutputId, StepId, &Expr)> {
     let mut all = Vec::new();
     for (id, output) in net.outputs.iter() {
@@ -320,7 +320,7 @@ fn output_conditions(net: &Net) -> Vec<(OutputId, StepId, &Expr)> {
     all
 }
 
-/// The expressions of a block, those of nested blocks included.
+/// The expressions of a block, including those of nested blocks.
 pub(crate) fn block_expressions<'a>(block: &'a Block, out: &mut Vec<&'a Expr>) {
     for stmt in block {
         match &stmt.kind {
@@ -336,7 +336,7 @@ pub(crate) fn block_expressions<'a>(block: &'a Block, out: &mut Vec<&'a Expr>) {
     }
 }
 
-/// Which steps' times are read, and how far each variable's timer must count.
+/// The steps whose times are read, and the maximum of each variable's timer.
 fn timers(net: &Net, plan: &mut Plan) {
     let mut caps: BTreeMap<StepId, i64> = BTreeMap::new();
     let mut look = |expr: &Expr| crate::times::step_caps(expr, &mut caps);
@@ -360,7 +360,7 @@ fn timers(net: &Net, plan: &mut Plan) {
     }
 }
 
-/// Who runs lists, and that no two variables' lists get in each other's way.
+/// Decides which variable runs each list, and checks that the lists of two variables do not interfere.
 fn lists(net: &Net, facts: &Facts, plan: &mut Plan) -> Result<(), Refusal> {
     let mut writer: IdMap<Var, Option<usize>> = IdMap::filled(&net.vars, None);
     let mut all: Vec<(usize, &Block, Span)> = Vec::new();
@@ -395,7 +395,7 @@ fn lists(net: &Net, facts: &Facts, plan: &mut Plan) -> Result<(), Refusal> {
     if let (true, Evolution::Stable { limit }) = (caller.is_some(), net.settings.evolution)
         && facts.stable_depth.as_ref().is_none_or(|depth| depth.value > limit)
     {
-        // Whether the limit was too small is asked by trying once more, on a copy; a call can't be tried.
+        // To find out whether the limit was too small, a copy runs once more; a call cannot be tried.
         return refuse("calls in a stable evolution that may reach its limit", net.name.span);
     }
     if net.settings.assign_simultaneous
@@ -404,14 +404,14 @@ fn lists(net: &Net, facts: &Facts, plan: &mut Plan) -> Result<(), Refusal> {
         return refuse("simultaneous assignments", *span);
     }
     for machine in &plan.machines {
-        // A step that is drained and added at once stays active: its lists must not run, which only the whole micro-step knows.
+        // A step that is drained and added at once stays active: its lists must not run, which only the whole micro-step can decide.
         if machine.has_lists && machine.is_entered {
             let span =
                 machine.steps.first().map_or_else(Span::default, |step| net.steps[*step].meta.span);
             return refuse("lists in a branch that is entered from outside", span);
         }
     }
-    // What a list or receptivity reads is written by its own variable's lists only.
+    // A list or receptivity may read only what its own variable's lists write.
     let foreign = |expr: &Expr, machine: usize| {
         let mut found = false;
         expr.for_each_leaf(&mut |leaf| {
@@ -448,7 +448,7 @@ fn lists(net: &Net, facts: &Facts, plan: &mut Plan) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// What a block does besides assigning.
+/// The effects of a block besides assignments.
 #[derive(Default)]
 struct Effects {
     raises: bool,
@@ -474,11 +474,11 @@ impl Effects {
     }
 }
 
-/// Everything that receptivities, lists and outputs read is at hand where they stand.
+/// Checks that everything that receptivities, lists and outputs read is available in their context.
 fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
     for edge in net.edges.values() {
         if !is_input_operand(net, &edge.expr) {
-            return refuse("an edge of something that is no input", edge.expr.span);
+            return refuse("an edge of something that is not an input", edge.expr.span);
         }
     }
     let mut old: BTreeSet<usize> = BTreeSet::new();
@@ -499,7 +499,7 @@ fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
                 let here =
                     net.transitions[rival].requires.iter().all(|it| plan.place[*it].0 == owner);
                 if !here {
-                    refused = Some("`otherwise` beside a join");
+                    refused = Some("`otherwise` together with a join");
                 }
             }
             Leaf::Input(_)
@@ -515,7 +515,7 @@ fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
         if let Some(what) = refused {
             return refuse(what, guard.span);
         }
-        // Under `priority` numbers an earlier transition may be asked later; its receptivity is then repeated, which must not grow without end.
+        // Under `priority` numbers an earlier transition may be tested later; its receptivity is then repeated, which must not grow without bound.
         if rivals > 0 {
             let mut nested = false;
             guard.for_each_leaf(&mut |leaf| {
@@ -531,7 +531,7 @@ fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
                 }
             });
             if nested {
-                return refuse("`otherwise` that looks at another `otherwise`", guard.span);
+                return refuse("`otherwise` that depends on another `otherwise`", guard.span);
             }
         }
     }
@@ -596,7 +596,7 @@ fn latches(net: &Net, plan: &mut Plan) {
     for (id, guard) in each_guard(net) {
         guard.for_each_leaf(&mut |leaf| {
             if let Leaf::Input(input) = leaf {
-                // A receptivity that is asked beside another machine's is mentioned there too.
+                // A receptivity that is tested as a rival is mentioned at the other variable too.
                 places.entry(*input).or_default().insert(if plan.is_wide[id] {
                     None
                 } else {
@@ -638,7 +638,7 @@ fn latches(net: &Net, plan: &mut Plan) {
     }
 }
 
-/// The edge operands that are asked for somewhere, in order.
+/// The edge operands that are used somewhere, in order.
 pub(crate) fn used_edges(net: &Net) -> BTreeSet<EdgeId> {
     let mut used = BTreeSet::new();
     let mut look = |expr: &Expr| {

@@ -1,9 +1,9 @@
-//! Small nets written by hand, and C compilers to try them on.
+//! Small hand-written nets, and C compilers to test them with.
 #![allow(dead_code, reason = "each test file uses its part")]
 #![allow(
     clippy::disallowed_methods,
     clippy::print_stdout,
-    reason = "tests try the text on real compilers and say what they skip"
+    reason = "tests try the text on real compilers and report what they skip"
 )]
 
 pub(crate) mod random_net;
@@ -66,7 +66,7 @@ impl Build {
         })
     }
 
-    /// A continuous output of these steps.
+    /// A continuous output assigned in these steps.
     pub(crate) fn lamp(&mut self, text: &str, steps: &[StepId]) -> OutputId {
         let emissions = steps
             .iter()
@@ -194,7 +194,7 @@ impl Drop for Folder {
     }
 }
 
-/// True when the tool answers; says so when it doesn't.
+/// True if the tool is available; reports it if not.
 pub(crate) fn have(tool: &str) -> bool {
     let found = Command::new(tool)
         .arg("--version")
@@ -208,7 +208,7 @@ pub(crate) fn have(tool: &str) -> bool {
     found
 }
 
-/// Runs a tool in a folder; its messages on failure.
+/// Runs a tool in a folder; returns its messages on failure.
 pub(crate) fn run(folder: &Path, tool: &str, arguments: &[&str]) -> String {
     let output =
         Command::new(tool).args(arguments).current_dir(folder).output().expect("the tool starts");
@@ -234,7 +234,7 @@ pub(crate) const STRICT: &[&str] = &[
     "-Wshadow",
 ];
 
-/// Compiles every C file of the package with every compiler that is here.
+/// Compiles every C file of the package with every available compiler.
 pub(crate) fn compiles_everywhere(folder: &Folder, package: &Package) {
     for compiler in ["gcc", "clang", "avr-gcc", "arm-none-eabi-gcc"] {
         if !have(compiler) {
@@ -276,7 +276,7 @@ pub(crate) fn compiles_everywhere(folder: &Folder, package: &Package) {
     }
 }
 
-/// The bytes of the `.text` section (and all others that begin so).
+/// The total size of the `.text` sections in bytes.
 pub(crate) fn text_size(folder: &Folder, file: &str, compiler: &str, flags: &[&str]) -> usize {
     let mut arguments = vec!["-Os", "-c", file, "-o", "size.o"];
     arguments.extend(flags);
@@ -293,7 +293,7 @@ pub(crate) fn text_size(folder: &Folder, file: &str, compiler: &str, flags: &[&s
         .sum()
 }
 
-/// A small generator of pseudo-random numbers (xorshift64*).
+/// A small pseudo-random number generator (xorshift64*).
 pub(crate) struct Random(u64);
 
 impl Random {
@@ -321,7 +321,7 @@ impl Random {
     }
 }
 
-/// Lines for a harness: the ticks, then a value for each input that has a column.
+/// Input lines for a harness: the ticks, then a value for each input that has a column.
 pub(crate) fn stimulus(net: &Net, rows: usize, seed: u64) -> Vec<(u32, Vec<i64>)> {
     let mut random = Random::new(seed);
     let mut values: Vec<i64> = net.inputs.values().map(|input| input.ty.saturate(0)).collect();
@@ -362,7 +362,7 @@ pub(crate) fn stimulus_text(net: &Net, rows: &[(u32, Vec<i64>)]) -> String {
     text
 }
 
-/// The trace of the reaction program, run by the interpreter that comes with it.
+/// The trace of the reaction program, run by its interpreter.
 pub(crate) fn program_trace(net: &Valid<Net>, rows: &[(u32, Vec<i64>)]) -> String {
     use grafsynth_ir::program::{Origin, ResetEffect};
     let program = grafsynth_ir::lower::program::program(net, &Default::default())

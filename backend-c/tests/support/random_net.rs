@@ -180,7 +180,7 @@ pub(crate) fn random_net(title: &str, seed: u64, flavour: Flavour) -> (Valid<Net
         rings.push(steps);
     }
     let mut components: Vec<Component> = rings.iter().map(|steps| component(steps, true)).collect();
-    // Ring 0 forks into a branch that it waits for.
+    // Ring 0 forks into a branch and waits for it.
     let mut branch = Vec::new();
     if flavour.forks && rings[0].len() >= 3 {
         let n = 1 + grow.random.below(3);
@@ -212,7 +212,7 @@ pub(crate) fn random_net(title: &str, seed: u64, flavour: Flavour) -> (Valid<Net
                 }
                 let mut guard = grow.condition(2, Some(*step));
                 if flavour.policy == Policy::All {
-                    // Both firing at once would break the component.
+                    // If both fired at once, the component would be violated.
                     let side = if exit == 0 { exclusive.clone() } else { exclusive.clone().not() };
                     guard = Expr::and([side, guard]);
                 }

@@ -1,8 +1,8 @@
-//! ATF750C: the pins of a 22V10, twice its flip-flops. Equations only: its fuse map was not read anywhere.
+//! ATF750C: the pins of a 22V10 with twice its flip-flops. Equations only: no source for its fuse map was read.
 
 use super::{Clock, DIP_24, Device, Figure, FlipFlop, Macrocell, Polarity, PowerUp, Source, cell};
 
-/// A macrocell of which only the flip-flop behind the pin is used, with all its terms.
+/// A macrocell of which only the flip-flop at the pin is used, with all product terms.
 const fn both(pin: u32, terms: u32) -> Macrocell {
     Macrocell { flip_flops: &[FlipFlop::D, FlipFlop::T], ..cell(pin, terms, terms) }
 }
@@ -43,21 +43,21 @@ pub(super) const ATF750C: Device = Device {
     programmers: &[],
     figures: &[
         Figure {
-            what: "pins of a 22V10, twice its flip-flops, each D or T by itself",
+            what: "pins of a 22V10, twice its flip-flops, each individually D or T",
             source: Source::Read("forum.6502.org, thread 8411 on the ATF750C"),
         },
         Figure {
             what: "171 rows of 84 columns: 120 terms of sums, and an enable, two clocks and two resets for each of ten macrocells, and a preset",
             source: Source::Read(
-                "sizes in the programmer afterburner; how they are shared out is our sum",
+                "sizes in the programmer afterburner; their distribution is our calculation",
             ),
         },
         Figure {
-            what: "product terms of a macrocell, both of its sums taken together; a clock term for each",
+            what: "product terms of a macrocell, both of its sums together; a clock term for each",
             source: Source::Memory("Atmel data sheet ATF750C"),
         },
         Figure {
-            what: "flip-flops 0 after power-up, polarity gate behind them",
+            what: "flip-flops 0 after power-up, polarity gate after them",
             source: Source::Memory("Atmel data sheet ATF750C, power-up reset"),
         },
     ],

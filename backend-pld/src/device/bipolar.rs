@@ -1,11 +1,11 @@
-//! Where the fuses of the bipolar PALs with 20 pins lie. They have no fuses but those of the array: polarity, registers and enables are the device's.
+//! The fuse positions of the bipolar PALs with 20 pins. Only the array has fuses: polarity, registers and enables are fixed by the device.
 
 use super::layout::{CellFuses, Layout, Mode, Setting, Shape};
 use super::v8;
 
-/// Sums by themselves.
+/// Sums without enable terms.
 const OUTPUT: bool = false;
-/// A flip-flop and no enable term.
+/// A flip-flop without an enable term.
 const REGISTER: bool = false;
 /// A sum with an enable term in its first row.
 const SWITCHED: bool = true;

@@ -1,9 +1,10 @@
-//! ATF1502, ATF1504 and ATF1508: 32, 64 and 128 macrocells in logic blocks of sixteen. Equations only: where a function may sit is checked, which
-//! way its signals take through the switch matrix is the business of the maker's fitter, and so are the fuses.
+//! ATF1502, ATF1504 and ATF1508: 32, 64 and 128 macrocells in logic blocks of sixteen. Equations only: the placement of functions is checked; the
+//! routing of signals through the switch matrix, and the fuses, are left to the manufacturer's fitter.
 
 use super::{Blocks, Clock, Device, Figure, FlipFlop, Macrocell, Polarity, PowerUp, Source};
 
-const BSDL: &str = "boundary scan descriptions of the maker (BSDL), in whitequark's prjbureau";
+const BSDL: &str =
+    "boundary scan descriptions of the manufacturer (BSDL), in whitequark's prjbureau";
 
 const FIGURES: &[Figure] = &[
     Figure {
@@ -11,7 +12,7 @@ const FIGURES: &[Figure] = &[
         source: Source::Read(BSDL),
     },
     Figure {
-        what: "five product terms a macrocell, at most 40 with those of others; D, T or latch",
+        what: "five product terms per macrocell, at most 40 with those of others; D, T or latch",
         source: Source::Read("Atmel data sheets 0995, 0950 and 0784, features"),
     },
     Figure {
@@ -19,23 +20,23 @@ const FIGURES: &[Figure] = &[
         source: Source::Read("Microchip, ATF15xx fitter user guide, sections 1 to 1.3 and 1.7"),
     },
     Figure {
-        what: "40 multiplexers bring signals into a block, each of them one of a few",
+        what: "40 multiplexers bring signals into a block, each selecting one of a few",
         source: Source::Read("prjbureau, interconnect multiplexers of the ATF1502AS"),
     },
     Figure {
-        what: "exclusive or of the sum with a term or with the flip-flop, before the flip-flop",
+        what: "exclusive-or of the sum with a term or with the flip-flop, before the flip-flop",
         source: Source::Read("prjbureau, schema of macrocell options: xor_a_mux, xor_b_mux"),
     },
     Figure {
-        what: "after power-up 0, or 1 where the function is inverted: one switch does both",
+        what: "0 after power-up, or 1 if the function is inverted: one switch controls both",
         source: Source::Read("prjbureau, schema (reset, xor_invert) and fuzzer o_inv"),
     },
     Figure {
-        what: "a wide sum takes whole macrocells beside its own",
+        what: "a wide sum uses whole macrocells in addition to its own",
         source: Source::Memory("Atmel data sheet ATF1504AS, cascade logic"),
     },
     Figure {
-        what: "the maker's fitter inverts a function where the text does, so that the value after power-up is that of the text",
+        what: "the manufacturer's fitter inverts the functions that the text inverts, so that the power-up values match the text",
         source: Source::Memory("Atmel fitter, option Optimize"),
     },
 ];
@@ -52,7 +53,7 @@ const fn with_pin(pin: u32, block: u32) -> Macrocell {
     }
 }
 
-/// The macrocells with a pin, `N` of them; each block's pins after the other, those of a block closed by 0.
+/// The `N` macrocells with a pin; the pins of each block follow those of the previous one, and a 0 ends a block.
 const fn cells<const N: usize>(pins: &[u32]) -> [Macrocell; N] {
     let mut cells = [with_pin(0, 0); N];
     let (mut at, mut made, mut block) = (0, 0, 0);
@@ -113,11 +114,11 @@ static TWO: Blocks = blocks(2);
 static FOUR: Blocks = blocks(4);
 static EIGHT: Blocks = blocks(8);
 
-/// A package: its dedicated pins. Of those that are clocks the first global one is taken.
+/// A package: its dedicated pins. If several are clocks, the first global clock is used.
 struct Package {
     name: &'static str,
     n_pins: u32,
-    /// GCLR, OE1, and OE2 which is the second clock too.
+    /// GCLR, OE1, and OE2, which is also the second clock.
     inputs: &'static [u32],
     clock: u32,
     grounds: &'static [u32],

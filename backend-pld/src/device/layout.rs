@@ -1,29 +1,29 @@
-//! Where the fuses of a device lie and what they do, as data.
+//! The positions and functions of the fuses of a device, as data.
 //!
-//! A fuse is 0 where the connection is made and 1 where it is not, as in a JEDEC file. A row of the array is a product term: it is true while every
-//! signal connected to it is high, so a row of ones is always true and a row of zeros never. Rows are numbered from 0, and row `r` begins at fuse
+//! A fuse is 0 if the connection is made and 1 if it is not, as in a JEDEC file. A row of the array is a product term: it is true while every
+//! signal connected to it is high, so a row of ones is always true and a row of zeros is never true. Rows are numbered from 0, and row `r` begins at fuse
 //! `r * n_columns`.
 //!
-//! The mapper, the decoder and the simulator read the same tables and share nothing else.
+//! The mapper, the decoder and the simulator read the same tables and share no other code.
 
 /// The fuse map of a device.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// All fuses, those of the signature too.
+    /// The number of all fuses, including those of the signature.
     pub n_fuses: u32,
-    /// Fuses of a row.
+    /// The number of fuses of a row.
     pub n_columns: u32,
-    /// What the whole device can be configured as, the plainest first.
+    /// The configurations of the whole device, the simplest first.
     pub modes: &'static [Mode],
     /// The macrocells, by pin.
     pub cells: &'static [CellFuses],
-    /// The row that clears all registers at once.
+    /// The row that clears all registers asynchronously.
     pub async_reset: Option<u32>,
-    /// The row that sets all registers at the clock.
+    /// The row that sets all registers at the clock edge.
     pub sync_preset: Option<u32>,
-    /// The first of the 64 fuses of the user's signature, the first byte's most significant bit.
+    /// The first of the 64 fuses of the user signature, the most significant bit of the first byte.
     pub signature: Option<u32>,
-    /// The first of the fuses that take a row of the array out of service where they are 0, one a row.
+    /// The first of the fuses that disable a row of the array if they are 0, one per row.
     pub row_switches: Option<u32>,
     /// Where the figures were read.
     pub source: &'static str,
@@ -32,15 +32,15 @@ pub struct Layout {
 /// A configuration of the whole device.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Mode {
-    /// What the data sheet calls it; empty for a device that has only one.
+    /// Its name in the data sheet; empty for a device with only one.
     pub name: &'static str,
-    /// The fuses that choose it: number and value.
+    /// The fuses that select it: number and value.
     pub fuses: &'static [(u32, bool)],
-    /// Which signal lies on which columns: pin, and the column of the level itself; the next one is its complement.
+    /// The columns of each signal: the pin, and the column of its level; the next column is the complement.
     pub columns: &'static [(u32, u32)],
-    /// What a macrocell can be in this mode. A setting of its own fuse that no shape has is not documented.
+    /// The possible configurations of a macrocell in this mode. A fuse setting without a shape is not documented.
     pub shapes: &'static [Shape],
-    /// Macrocells that cannot be read in this mode; their columns belong to other pins.
+    /// Macrocells that cannot be read in this mode; other pins use their columns.
     pub deaf: &'static [u32],
 }
 
@@ -51,25 +51,25 @@ pub struct CellFuses {
     pub pin: u32,
     /// Its first row.
     pub row: u32,
-    /// How many rows it has, those of its enable and of its clock too.
+    /// The number of its rows, including those of its enable and of its clock.
     pub n_rows: u32,
-    /// What chooses the polarity: 1 is active high.
+    /// The polarity setting: 1 is active high.
     pub polarity: Setting,
-    /// What chooses among the shapes, where there are several.
+    /// The setting that selects the shape, if there are several.
     pub kind: Option<Setting>,
 }
 
-/// A choice of a macrocell: a fuse, or made by the maker of the device.
+/// A setting of a macrocell: a fuse, or fixed by the manufacturer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Setting {
-    /// This fuse.
+    /// Set by this fuse.
     Fuse(u32),
-    /// Always this, as if a fuse had this value.
+    /// Fixed, as if a fuse had this value.
     Fixed(bool),
 }
 
 impl Setting {
-    /// The fuse, where there is one.
+    /// The fuse, if there is one.
     #[must_use]
     pub fn fuse(self) -> Option<u32> {
         match self {
@@ -79,32 +79,32 @@ impl Setting {
     }
 }
 
-/// What a macrocell is under one setting of its fuse.
+/// The configuration of a macrocell under one setting of its fuse.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Shape {
-    /// The value of [`CellFuses::kind`], where the device has that.
+    /// The value of [`CellFuses::kind`], if the device has this fuse.
     pub kind: Option<bool>,
     /// Whether the output comes from the flip-flop.
     pub register: Register,
     /// When the pin is driven.
     pub enable: Enable,
-    /// The first row of the sum, counted from the macrocell's first; the sum goes on to its last.
+    /// The first row of the sum, counted from the macrocell's first row; the sum ends at the macrocell's last row.
     pub sum: u32,
-    /// What the array reads.
+    /// The signal that the array reads.
     pub feedback: Feedback,
-    /// Where the polarity gate sits.
+    /// The position of the polarity gate.
     pub polarity: PolarityGate,
 }
 
-/// Whether the output comes from the flip-flop, and what that is clocked by.
+/// Whether the output comes from a flip-flop, and its clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Register {
-    /// There is none.
+    /// Not from a flip-flop.
     None,
     /// Clocked by the rising edge of this pin.
     Pin(u32),
-    /// Clocked by the rising edge of a row, cleared and set by two others; with both of these true the flip-flop is out of the way. Rows counted from
-    /// the macrocell's first.
+    /// Clocked by the rising edge of a row, cleared and set by two others; if both of these are true, the flip-flop is transparent. Rows are counted from
+    /// the macrocell's first row.
     Rows {
         /// The clock's row.
         clock: u32,
@@ -130,16 +130,16 @@ pub enum Enable {
     PinLowAndRow(u32, u32),
 }
 
-/// What the columns of a macrocell carry.
+/// The signal on the columns of a macrocell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Feedback {
-    /// The level of the pin, whoever drives it.
+    /// The level of the pin, whatever drives it.
     Pin,
     /// The complement of the flip-flop.
     NotQ,
 }
 
-/// Where the polarity gate sits.
+/// The position of the polarity gate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PolarityGate {
     /// Before the flip-flop, with an inverting buffer between flip-flop and pin.
@@ -149,7 +149,7 @@ pub enum PolarityGate {
 }
 
 impl Layout {
-    /// Rows of the array.
+    /// The number of rows of the array.
     #[must_use]
     pub fn n_rows(&self) -> u32 {
         let last = |cell: &CellFuses| cell.row + cell.n_rows;
@@ -166,7 +166,7 @@ impl Layout {
 }
 
 impl Mode {
-    /// The column of a pin's level; that of its complement is the next.
+    /// The column of a pin's level; the next column is its complement.
     #[must_use]
     pub fn column(&self, pin: u32) -> Option<u32> {
         self.columns.iter().find(|(known, _)| *known == pin).map(|(_, column)| *column)
@@ -179,8 +179,8 @@ impl Mode {
     }
 }
 
-/// The fuses of consecutive macrocells from the one with the highest pin down, as all of these devices have them: equal numbers of rows, one polarity
-/// fuse each, and perhaps one fuse each for the kind.
+/// The fuses of consecutive macrocells in descending order of their pins, as in all of these devices: equal numbers of rows, one polarity
+/// fuse each, and optionally one fuse each for the kind.
 pub(super) const fn cells<const N: usize>(
     highest: u32,
     n_rows: u32,

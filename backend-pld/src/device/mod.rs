@@ -1,7 +1,7 @@
 //! Devices as data.
 //!
-//! One file a family. Each device lists its figures with their sources ([`Figure`]): what was read, and where; what is remembered. A fuse map is
-//! written only for devices whose map was read ([`Device::layout`]), and a fit that rests on a remembered figure says so.
+//! There is one file per family. Each device lists its figures with their sources ([`Figure`]): what was read, and where, and what is from memory. A fuse
+//! map is written only for devices whose map was read ([`Device::layout`]), and a fit that uses a figure from memory reports that.
 
 mod atf;
 mod bipolar;
@@ -14,16 +14,16 @@ mod v8;
 
 pub use layout::Layout;
 
-/// What the pins of the flip-flops show after power-up. All internal Q are 0 then; what the pin shows is a matter of where the polarity gate sits.
+/// The values of registered pins after power-up. All internal Q are 0; the value of the pin depends on the position of the polarity gate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum PowerUp {
-    /// The polarity gate comes before the flip-flop and an inverting buffer after it: every registered pin is high, whatever its equation's polarity.
+    /// The polarity gate is before the flip-flop and an inverting buffer is after it: every registered pin is high, whatever its equation's polarity.
     PinsHigh,
-    /// The polarity gate comes after the flip-flop: low for an equation of the pin itself, high for one of its complement.
+    /// The polarity gate is after the flip-flop: low for an equation of the pin itself, high for one of its complement.
     ByPolarity,
 }
 
-/// Where the flip-flops' clock comes from.
+/// The source of the flip-flops' clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Clock {
     /// Always this pin.
@@ -39,50 +39,50 @@ pub enum Clock {
 pub struct Macrocell {
     /// Its pin.
     pub pin: u32,
-    /// Product terms of a registered function; 0: it has no flip-flop.
+    /// Product terms of a registered function; 0 if it has no flip-flop.
     pub registered_terms: u32,
-    /// Product terms of a combinational function; 0: it is always registered.
+    /// Product terms of a combinational function; 0 if it is always registered.
     pub combinational_terms: u32,
-    /// What its flip-flop can be, where it has one.
+    /// The possible kinds of its flip-flop, if it has one.
     pub flip_flops: &'static [FlipFlop],
-    /// It can have one product more, which inverts the sum while it is true. It is one of the macrocell's own terms.
+    /// One of its product terms can be an inverter: it inverts the sum while it is true.
     pub has_xor: bool,
-    /// Its logic block, from 0, on devices that have those.
+    /// Its logic block, from 0, on devices with logic blocks.
     pub block: u32,
 }
 
-/// What a flip-flop does with its input at the clock.
+/// How a flip-flop uses its input at the clock edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum FlipFlop {
-    /// It takes it.
+    /// It stores the input.
     D,
-    /// It changes where that is 1.
+    /// It toggles if the input is 1.
     T,
 }
 
-/// Macrocells in blocks, between which only a switch matrix leads.
+/// Macrocells in blocks that are connected by a switch matrix.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Blocks {
-    /// How many there are.
+    /// The number of blocks.
     pub n_blocks: u32,
-    /// The macrocells of each, those without a pin too.
+    /// The number of macrocells per block, including those without a pin.
     pub n_cells: u32,
-    /// How many signals the switch matrix brings into one: pins, and functions of any block.
+    /// The number of signals that the switch matrix can bring into a block: pins, and functions of any block.
     pub fan_in: u32,
-    /// The product terms of a macrocell's own. A wider sum takes those of macrocells beside it, which then have no function themselves.
+    /// The number of a macrocell's own product terms. A wider sum uses those of adjacent macrocells, which then have no function themselves.
     pub own_terms: u32,
 }
 
 /// One device.
 #[derive(PartialEq, Eq)]
 pub struct Device {
-    /// Its name here and in `GALasm` (there in capitals).
+    /// Its name here and in `GALasm` (there in upper case).
     pub name: &'static str,
     /// Its name in PALASM.
     pub palasm: &'static str,
     /// Its mnemonic in CUPL.
     pub cupl: &'static str,
-    /// The package, as its maker writes it.
+    /// The package, as named by the manufacturer.
     pub package: &'static str,
     /// The number of pins of the package.
     pub n_pins: u32,
@@ -90,34 +90,34 @@ pub struct Device {
     pub grounds: &'static [u32],
     /// The pins of the supply voltages, the main one first.
     pub supplies: &'static [u32],
-    /// Pins that are only inputs, the clock pin not among them.
+    /// Pins that are only inputs, without the clock pin.
     pub inputs: &'static [u32],
     /// The macrocells, by pin.
     pub macrocells: &'static [Macrocell],
-    /// Where the clock comes from.
+    /// The source of the clock.
     pub clock: Clock,
-    /// The pin that enables all registered outputs (low) or loads them, and serves nothing else once there are registers.
+    /// The pin that enables (low) or loads all registered outputs; if the design has registers, it has no other function.
     pub control_pins: &'static [u32],
-    /// Pins that serve the programming of the soldered device, which a design does not get; the macrocells behind them may hold functions that no pin
-    /// shows.
+    /// Pins for programming the soldered device, which a design cannot use; the macrocells behind them may contain functions without
+    /// a pin.
     pub jtag_pins: &'static [u32],
-    /// The logic blocks of a device that has macrocells without a pin; none: every macrocell has a pin and every term reads every signal.
+    /// The logic blocks of a device with buried macrocells; `None`: every macrocell has a pin and every term can read every signal.
     pub blocks: Option<&'static Blocks>,
-    /// What registered pins show after power-up.
+    /// The values of registered pins after power-up.
     pub power_up: PowerUp,
-    /// A synchronous preset and an asynchronous reset for all flip-flops.
+    /// Whether there is a synchronous preset and an asynchronous reset for all flip-flops.
     pub has_global_reset: bool,
-    /// Macrocells whose pin cannot be read back in a chip without registers as soon as another pin is.
+    /// Macrocells whose pins cannot be read in a design without registers if another such pin is read.
     pub deaf_pins: &'static [u32],
-    /// A chip without registers may use the clock and control pins as inputs.
+    /// A design without registers may use the clock and control pins as inputs.
     pub free_when_combinational: bool,
-    /// Which polarities a sum can have.
+    /// The possible polarities of a sum.
     pub polarity: Polarity,
-    /// Where its fuses lie; none where that was not read, and then no fuse map is written.
+    /// The fuse map; `None` if no source was read, and then no fuse map is written.
     pub layout: Option<&'static Layout>,
-    /// The device whose fuse map is written: one of the tables takes the place of an old PAL.
+    /// The device whose fuse map is written: some tables describe a GAL that replaces an old PAL.
     pub burned_as: &'static str,
-    /// Its name in `GALasm`, or that of the GAL that takes its place there.
+    /// Its name in `GALasm`, or the name of the GAL that replaces it.
     pub galasm: &'static str,
     /// The parts with that fuse map, as the programmer `minipro` calls them: the usual one first. Those that public projects burn with it.
     pub programmers: &'static [&'static str],
@@ -125,7 +125,7 @@ pub struct Device {
     pub figures: &'static [Figure],
 }
 
-/// Which polarities the sums of a device can have.
+/// The possible polarities of the sums of a device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Polarity {
     /// Each macrocell has a polarity fuse.
@@ -136,21 +136,21 @@ pub enum Polarity {
     ActiveHigh,
 }
 
-/// A figure of a device and where it comes from.
+/// A figure of a device with its source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Figure {
-    /// What it says.
+    /// The figure, in words.
     pub what: &'static str,
-    /// Where it comes from.
+    /// The source.
     pub source: Source,
 }
 
-/// How sure a figure is.
+/// How reliable a figure is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
-    /// Read there.
+    /// Read in this source.
     Read(&'static str),
-    /// Remembered from there, and not read again.
+    /// From memory of this source, not verified.
     Memory(&'static str),
 }
 
@@ -159,7 +159,7 @@ const fn cell(pin: u32, registered_terms: u32, combinational_terms: u32) -> Macr
     Macrocell { pin, registered_terms, combinational_terms, flip_flops, has_xor: false, block: 0 }
 }
 
-/// The supplies of a dual in-line package: ground is the last pin of the first side, the supply voltage the last of all.
+/// The supply pins of a dual in-line package: ground is the last pin of the first side, the supply voltage is the last pin of all.
 const DIP_20: (&[u32], &[u32]) = (&[10], &[20]);
 const DIP_24: (&[u32], &[u32]) = (&[12], &[24]);
 
@@ -202,7 +202,7 @@ pub static DEVICES: &[Device] = &[
     pal20::PAL16L2_AS_GAL,
 ];
 
-/// Other names of the same structure: of other makers, of the PALs that the GALs replace, and of the languages.
+/// Other names of the same structure: by other manufacturers, of the PALs that the GALs replace, and of the languages.
 const ALIASES: &[(&str, &str)] = &[
     ("pal22v10", "gal22v10"),
     ("palce22v10", "gal22v10"),
@@ -277,7 +277,7 @@ const ALIASES: &[(&str, &str)] = &[
     ("pal20r8", "gal20v8"),
 ];
 
-/// Tables are long, and the name says which they are.
+/// The tables are long, and the name identifies them.
 impl std::fmt::Debug for Device {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "Device({})", self.name)
@@ -285,13 +285,13 @@ impl std::fmt::Debug for Device {
 }
 
 impl Device {
-    /// The device taken when none is named.
+    /// The default device.
     #[must_use]
     pub fn default_device() -> &'static Device {
         &DEVICES[0]
     }
 
-    /// The device of this name, or of another maker's name for the same structure; letter case does not matter.
+    /// The device with this name, or with another manufacturer's name for the same structure; not case-sensitive.
     #[must_use]
     pub fn find(name: &str) -> Option<&'static Device> {
         let name = name.to_ascii_lowercase();
@@ -317,7 +317,7 @@ impl Device {
         DEVICES.iter()
     }
 
-    /// The other names of this device, such as those of other makers.
+    /// The other names of this device, for example by other manufacturers.
     pub fn aliases(&self) -> impl Iterator<Item = &'static str> {
         ALIASES.iter().filter(|(_, own)| *own == self.name).map(|(alias, _)| *alias)
     }
@@ -333,19 +333,19 @@ impl Device {
         self.macrocells.iter().find(|cell| cell.pin == pin)
     }
 
-    /// True for ground pins and those of supply voltages.
+    /// True for ground and supply pins.
     #[must_use]
     pub fn is_supply(&self, pin: u32) -> bool {
         self.grounds.contains(&pin) || self.supplies.contains(&pin)
     }
 
-    /// False where the fuse map is known and no row of any mode has a column for this pin.
+    /// False if the fuse map is known and no row of any mode has a column for this pin.
     #[must_use]
     pub fn can_read(&self, pin: u32) -> bool {
         self.layout.is_none_or(|layout| layout.modes.iter().any(|mode| mode.column(pin).is_some()))
     }
 
-    /// All macrocells, those without a pin too.
+    /// The number of all macrocells, including those without a pin.
     #[must_use]
     pub fn n_cells(&self) -> usize {
         self.blocks
@@ -358,23 +358,23 @@ impl Device {
         self.macrocells.iter().any(|cell| cell.flip_flops.contains(&kind))
     }
 
-    /// True if sums can be inverted by a product.
+    /// True if a product can invert a sum.
     #[must_use]
     pub fn has_xor(&self) -> bool {
         self.macrocells.iter().any(|cell| cell.has_xor)
     }
 
-    /// The figures that are remembered and were not read.
+    /// The figures that are from memory and were not verified.
     pub fn remembered(&self) -> impl Iterator<Item = &'static Figure> {
         self.figures.iter().filter(|figure| matches!(figure.source, Source::Memory(_)))
     }
 
-    /// What a signal shows after power-up. `pin_inverted`: the pin carries its complement; `complemented`: the equation gives its complement.
+    /// The value of a signal after power-up. `pin_inverted`: the pin carries its complement; `complemented`: the equation gives its complement.
     #[must_use]
     pub fn power_up_value(&self, pin_inverted: bool, complemented: bool) -> bool {
         match self.power_up {
             PowerUp::PinsHigh => !pin_inverted,
-            // The gate inverts relative to the pin exactly if one of both holds; the pin is then high, and the signal is the pin or its complement.
+            // The gate inverts relative to the pin if exactly one of both is true; the pin is then high, and the signal is the pin or its complement.
             PowerUp::ByPolarity => complemented,
         }
     }
@@ -438,7 +438,7 @@ mod tests {
                 assert!(!figure.what.is_empty() && !text.is_empty(), "{name}");
             }
         }
-        // Each has its name in CUPL; what takes its place on another device is written for it all the same.
+        // Each has its own name in CUPL; the text is also written for the GALs that replace them.
         let own = DEVICES.iter().filter(|device| !device.name.contains("-as-"));
         let mut names: Vec<_> = own.map(|device| device.cupl).collect();
         let n_devices = names.len();
@@ -459,7 +459,7 @@ mod tests {
         assert_eq!(Device::find("pal16r8-as-gal16v8").unwrap().burned_as, "GAL16V8");
     }
 
-    /// The tables of fuses are typed in by hand: each fuse of a map has one use, and each column of each mode one signal.
+    /// The fuse tables were typed by hand: each fuse of a map has one use, and each column of each mode has one signal.
     #[test]
     fn every_fuse_and_column_has_one_use() {
         for device in DEVICES {

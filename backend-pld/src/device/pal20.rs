@@ -1,11 +1,11 @@
-//! The bipolar PALs with 20 pins, and the same pins and limits on the GAL16V8 that takes their place (`pal16r8-as-gal16v8`).
+//! The bipolar PALs with 20 pins, and the same pins and limits on the GAL16V8 that replaces them (`pal16r8-as-gal16v8`).
 
 use super::layout::Layout;
 use super::{
     Clock, DIP_20, Device, Figure, Macrocell, Polarity, PowerUp, Source, bipolar, cell, v8,
 };
 
-const READ: &str = "device tables of MAME jedutil; files of National's EQN2JED for PAL12L6 and PAL16R8 come out as their equations";
+const READ: &str = "device tables of MAME jedutil; files of National's EQN2JED for PAL12L6 and PAL16R8 decode to their equations";
 
 const FIGURES: &[Figure] = &[
     Figure { what: "pins, product terms, polarity", source: Source::Read(READ) },
@@ -18,7 +18,7 @@ const WITH_REGISTERS: &[Figure] = &[
     Figure {
         what: "registered pins high after power-up",
         source: Source::Memory(
-            "data sheets of later makers; the first bipolar parts do not promise it",
+            "data sheets of later manufacturers; the first bipolar parts do not guarantee it",
         ),
     },
 ];
@@ -26,7 +26,7 @@ const WITH_REGISTERS: &[Figure] = &[
 const AS_GAL: &[Figure] = &[
     FIGURES[0],
     Figure {
-        what: "fuse map of the GAL16V8 that takes its place",
+        what: "fuse map of the GAL16V8 that replaces it",
         source: Source::Read("device tables of galette; golden files of galette"),
     },
     Figure {
@@ -77,7 +77,7 @@ const fn plain(
     }
 }
 
-/// One without registers: all pins but the outputs are inputs.
+/// A device without registers: all pins except the outputs are inputs.
 const fn combinational(
     names: [&'static str; 3],
     polarity: Polarity,
@@ -98,7 +98,7 @@ const fn combinational(
     }
 }
 
-/// The GAL16V8 in its place.
+/// The GAL16V8 that replaces it.
 const fn as_gal(name: &'static str, pal: Device) -> Device {
     Device {
         name,

@@ -93,7 +93,7 @@ pub(super) const GAL20RA10: Device = Device {
         Figure { what: "fuse numbers, rows and columns", source: Source::Read(READ) },
         Figure { what: "product terms of a macrocell", source: Source::Read(READ) },
         Figure {
-            what: "enable by pin 13 and a term, register out of the way while reset and preset are true",
+            what: "enable by pin 13 and a term, register transparent while reset and preset are true",
             source: Source::Read("GALer documentation, section on the GAL20RA10"),
         },
         Figure {

@@ -13,7 +13,7 @@ const fn fuses(pin: u32, row: u32, n_rows: u32) -> CellFuses {
     CellFuses { pin, row, n_rows, polarity: Setting::Fuse(polarity), kind }
 }
 
-/// S0 and S1 of a macrocell lie side by side from 5808 on, pin 23 first.
+/// S0 and S1 of each macrocell are adjacent, from fuse 5808 on, pin 23 first.
 static LAYOUT: Layout = Layout {
     n_fuses: 5892,
     n_columns: 44,
@@ -123,7 +123,7 @@ pub(super) const GAL22V10: Device = Device {
         Figure {
             what: "registered feedback is the complement of Q, polarity gate after the flip-flop",
             source: Source::Read(
-                "galette after its repair of 2024, and MAME's WinCUPL pair gal22v10_registered_mode",
+                "galette after its fix of 2024, and MAME's WinCUPL pair gal22v10_registered_mode",
             ),
         },
         Figure {

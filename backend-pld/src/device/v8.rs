@@ -36,7 +36,7 @@ pub(super) const fn registered(enable_pin: u32) -> Shape {
 static CELLS_16: [CellFuses; 8] = cells(19, 8, 2048, Some(2120));
 static CELLS_20: [CellFuses; 8] = cells(22, 8, 2560, Some(2632));
 
-/// Which pins the rows of a GAL16V8 read in its complex mode, as those of the PALs that it takes the place of.
+/// The pins that the rows of a GAL16V8 read in its complex mode; those of the PALs that it replaces.
 pub(super) const COMPLEX_16: &[(u32, u32)] = &[
     (1, 2),
     (2, 0),
@@ -55,7 +55,7 @@ pub(super) const COMPLEX_16: &[(u32, u32)] = &[
     (17, 10),
     (18, 6),
 ];
-/// Which pins the rows of a GAL16V8 read in its registered mode, as those of the PALs that it takes the place of.
+/// The pins that the rows of a GAL16V8 read in its registered mode; those of the PALs that it replaces.
 pub(super) const REGISTERED_16: &[(u32, u32)] = &[
     (2, 0),
     (3, 4),
@@ -225,7 +225,7 @@ pub(super) static LAYOUT_20: Layout = Layout {
     source: READ,
 };
 
-/// What is known of both, and whence.
+/// The known figures of both devices, with their sources.
 pub(super) const FIGURES: &[Figure] = &[
     Figure { what: "fuse numbers, rows and columns", source: Source::Read(READ) },
     Figure { what: "product terms of a macrocell", source: Source::Read(READ) },

@@ -1,18 +1,18 @@
-//! What came of placing everything in one mode of a device.
+//! The result of placing everything in one mode of a device.
 
 use super::matching::Wish;
 use super::need::{Need, Refusal, View};
 use crate::equations::SignalIndex;
 
-/// What came of placing everything in one mode.
+/// The result of placing everything in one mode.
 #[derive(Debug)]
 pub(crate) struct Attempt {
     pub(crate) view: View,
     /// Signals by pin.
     pub(crate) pins: Vec<(u32, SignalIndex)>,
-    /// What found no pin.
+    /// Signals that got no pin.
     pub(crate) left: Vec<Wish>,
-    /// Pins of the board that cannot carry what they are given: the wish's place in [`Order::board`], and why.
+    /// Requested pins that cannot carry their signal: the index of the request in [`Order::board`], and the reason.
     pub(crate) refused: Vec<(usize, Need, Refusal)>,
     /// Inputs and outputs that are not where the order of declarations has them.
     pub(crate) moved: Vec<Moved>,

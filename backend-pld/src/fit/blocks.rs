@@ -1,8 +1,8 @@
-//! Places on a device of logic blocks: macrocells are more than pins, and each block reads only so many signals.
+//! Placement on a device with logic blocks: not every macrocell has a pin, and each block can read only a limited number of signals.
 //!
-//! What is checked is what can be said of equations: macrocells, those that wide sums take from their neighbours, pins with a macrocell, and the
-//! number of signals that a block reads. Functions that no pin shows get a block here and no macrocell: which one, and the way of every signal, is
-//! the fitter's choice.
+//! The checks use what equations determine: macrocells, macrocells that wide sums take from their neighbours, pins with a macrocell, and the
+//! number of signals that a block reads. Functions without a pin are assigned to a block but to no macrocell: the fitter chooses the macrocell and
+//! the routing of every signal.
 
 use super::attempt::Attempt;
 use super::misfit::{Homeless, Misfit, Obstacles};
@@ -13,14 +13,14 @@ use crate::equations::{Equations, SignalIndex, Source};
 use grafsynth_ir::diag::Diagnostic;
 use std::collections::BTreeSet;
 
-/// One block as it fills.
+/// A block during placement.
 struct Block {
     cells: u32,
     pins: Vec<u32>,
     reads: BTreeSet<SignalIndex>,
 }
 
-/// A function that looks for a block.
+/// A function that needs a block.
 struct Function {
     signal: SignalIndex,
     cells: u32,
@@ -30,7 +30,7 @@ struct Function {
 }
 
 impl Equations {
-    /// Numbers the pins of a device of blocks; gives the reason where the design does not fit. Impossible wishes of the board are findings.
+    /// Assigns the pins of a device with blocks; returns the reason if the design does not fit. Impossible requests are findings.
     pub(crate) fn assign_to_blocks(
         &mut self,
         blocks: &'static Blocks,
@@ -62,7 +62,7 @@ impl Equations {
         Some(Misfit::new(self, vec![obstacles]))
     }
 
-    /// Gives functions blocks, and pins to what has to be seen; `free` are the pins that nobody asked for, `needs` what each signal needs.
+    /// Assigns functions to blocks and visible signals to pins; `free` are the pins without a request, `needs` is what each signal needs.
     fn assign_blocks(
         &mut self,
         blocks: &'static Blocks,
@@ -85,7 +85,7 @@ impl Equations {
             .collect();
         let has_registers = self.equations.iter().any(|equation| equation.is_registered);
         let view = View { device, mode: None, has_registers };
-        // Pins that are no macrocell's serve inputs first; the others must not take all the pins that outputs need.
+        // Pins without a macrocell serve inputs first; the remaining inputs must not take all the pins that outputs need.
         for &(signal, need) in needs {
             let wants = matches!(need, Need::Clock | Need::Input);
             if wants && self.signals[signal].pin.is_none() {
@@ -130,7 +130,7 @@ impl Equations {
         misfit
     }
 
-    /// What looks for macrocells. The clock comes by its own net and is read by no term; what a T flip-flop holds reaches its own gate without the
+    /// The functions that need macrocells. The clock uses its own net, and no term reads it; the value of a T flip-flop reaches its own gate without the
     /// switch matrix.
     fn functions(&self, blocks: &Blocks) -> Vec<Function> {
         self.equations
@@ -153,7 +153,7 @@ impl Equations {
     }
 }
 
-/// The block that has room and reads the fewest signals more; of a function with a pin the block of that.
+/// The block with room that must read the fewest additional signals; for a function with a pin, the block of that pin.
 fn choose(all: &[Block], blocks: &Blocks, device: &Device, own: &Function) -> Option<usize> {
     let fixed = own.pin.and_then(|pin| device.macrocell(pin)).map(|cell| cell.block as usize);
     let more = |block: &Block| own.reads.difference(&block.reads).count();

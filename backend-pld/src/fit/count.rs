@@ -1,4 +1,4 @@
-//! What a device lacks for a circuit, whatever its sums are: seen by counting, before anything is minimised.
+//! What a device lacks for a circuit, whatever its sums are: found by counting, before anything is minimised.
 
 use crate::EmitOptions;
 use crate::device::{Clock, Device};
@@ -6,13 +6,13 @@ use crate::equations::Equation;
 use grafsynth_ir::logic::Logic;
 use std::collections::BTreeSet;
 
-/// Sums of so many times the product terms that a device has find no room in it, however they are divided.
+/// Sums with this many times the product terms of a device cannot fit, however they are divided.
 const FAR_TOO_MANY: usize = 2;
 
-/// What the device lacks; none where counting shows nothing. A flip-flop may be an output, and that is the least that they need together.
+/// What the device lacks; `None` if counting finds nothing. A flip-flop may be an output, which gives a lower bound.
 pub(crate) fn lacks(logic: &Logic, device: &Device, options: &EmitOptions) -> Option<String> {
     let (n_inputs, n_flops) = (logic.inputs.len(), logic.flops.len());
-    // Outputs that the board puts on one pin are one.
+    // Outputs that are assigned to one pin count as one.
     let mut pins = BTreeSet::new();
     let is_own = |name: &str| {
         let wish = options.pins.iter().find(|(known, _)| known == name);
@@ -24,13 +24,13 @@ pub(crate) fn lacks(logic: &Logic, device: &Device, options: &EmitOptions) -> Op
     let n_device = device.n_cells();
     if n_cells > n_device {
         return Some(format!(
-            "{n_flops} registers and {n_outputs} outputs take at least {n_cells} macrocells, and it has {n_device}"
+            "{n_flops} registers and {n_outputs} outputs need at least {n_cells} macrocells, and it has {n_device}"
         ));
     }
     let is_registered =
         n_flops > 0 || logic.outputs.values().any(|output| output.registered.is_some());
     let n_clocks = usize::from(is_registered && device.clock != Clock::None);
-    // Where macrocells are more than pins, a register needs none.
+    // If not every macrocell has a pin, a register needs no pin.
     let n_shown = if device.blocks.is_some() { n_outputs } else { n_cells };
     let n_fixed = device.grounds.len() + device.supplies.len() + device.jtag_pins.len();
     let n_pins = (device.n_pins as usize).saturating_sub(n_fixed);
@@ -41,11 +41,11 @@ pub(crate) fn lacks(logic: &Logic, device: &Device, options: &EmitOptions) -> Op
     let clock = if n_clocks > 0 { ", the clock" } else { "" };
     let shown = if device.blocks.is_some() { "outputs" } else { "registers and outputs" };
     Some(format!(
-        "{n_inputs} inputs{clock} and {n_shown} {shown} take at least {n_signals} pins, and it has {n_pins}"
+        "{n_inputs} inputs{clock} and {n_shown} {shown} need at least {n_signals} pins, and it has {n_pins}"
     ))
 }
 
-/// True where sums are so many that it is of no use to look for the least of them, nor to divide them.
+/// True if the sums are so wide that minimising or dividing them is useless.
 pub(crate) fn is_far_too_wide(equations: &[Equation], device: &Device) -> bool {
     let n_terms: usize = equations.iter().map(Equation::n_terms).sum();
     let of_blocks = device.blocks.map(|own| own.n_blocks * own.n_cells * own.own_terms);

@@ -1,4 +1,4 @@
-//! All decisions of a circuit on a device: names, forms of the sums, parts of wide ones, shared macrocells, pins. The order is that of [`Equations::new`].
+//! All decisions for a circuit on a device: names, forms of the sums, parts of wide ones, shared macrocells, pins. The order is that of [`Equations::new`].
 
 use crate::codes;
 use crate::device::{Device, FlipFlop, PowerUp};
@@ -22,10 +22,10 @@ use grafsynth_logic::support::Var;
 use std::collections::BTreeMap;
 
 impl Equations {
-    /// Takes all decisions.
+    /// Makes all decisions.
     ///
     /// # Errors
-    /// Sums over budget, power-up values that the device cannot give, pins that do not exist, and, where the language needs pin numbers, a design that
+    /// Sums over budget, power-up values that the device cannot provide, pins that do not exist, and, if the language needs pin numbers, a design that
     /// does not fit.
     pub fn new(
         logic: &Logic,
@@ -35,7 +35,7 @@ impl Equations {
         let mut findings = Vec::new();
         let device = find_device(options, &mut findings);
         if dialect == Dialect::Galasm && device.layout.is_none() {
-            // Its assemblers make fuse maps, and no other device than ours.
+            // The assemblers of this language make fuse maps for the supported devices only.
             findings.push(crate::fuse::no_map(device));
         }
         let target = match dialect {
@@ -50,7 +50,7 @@ impl Equations {
         if !findings.is_empty() {
             return Err(findings);
         }
-        // What cannot fit is refused before it is minimised; a text that leaves pins open has sums all the same, and no proofs of them.
+        // A design that cannot fit is rejected before it is minimised; a text that leaves pins open still gets sums, but without proofs of their minimality.
         let lack = count::lacks(logic, device, options);
         let is_refused = lack.is_some() && dialect == Dialect::Galasm;
         if let Some(lack) = lack.as_ref().filter(|_| is_refused && device.blocks.is_some()) {
@@ -84,7 +84,7 @@ impl Equations {
             (equations, wide)
         };
         let (mut equations, mut wide) = if is_refused {
-            // Which signals find no place is seen without their sums.
+            // The number of signals without a pin is known without their sums.
             let of = |function: &Function<'_>| {
                 let form = forms.unsaid(function.node, function.init);
                 first.equation(&mut signals, function, form, logic)
@@ -148,7 +148,7 @@ impl Equations {
             let wholes = wide.iter().zip(&split.wide).map(|(function, (node, sum))| {
                 (Function { node: *node, ..(*function).clone() }, sum)
             });
-            // Minimising thousands of parts again saves little and takes long.
+            // Minimising thousands of parts again is slow and saves little.
             let is_small = split.nodes.len() <= 128;
             for (function, sum) in parts.chain(wholes) {
                 let minimised = is_small.then(|| {
@@ -201,7 +201,7 @@ impl Equations {
         }
         result.lacks = misfit.map(|misfit| misfit.parts(device)).unwrap_or_default();
         if is_hopeless {
-            let quick = "its sums were minimised quickly, without a proof of the minimum";
+            let quick = "its sums were minimised quickly, without a proof that they are minimum";
             result.lacks.push(quick.to_owned());
         }
         result.head = head(&result, logic, dialect, options);
@@ -209,7 +209,7 @@ impl Equations {
     }
 }
 
-/// All signals with their names. Pins are named before flip-flops (a board's drawing shows them), the clock last (nobody chose its name).
+/// All signals with their names. Pins are named before flip-flops (they appear in the board's schematic), the clock last (its name is generated).
 fn name_signals(logic: &Logic, namer: &mut Namer) -> Vec<Signal> {
     let inputs = logic
         .inputs
@@ -264,7 +264,7 @@ fn find_device(options: &EmitOptions, findings: &mut Vec<Diagnostic>) -> &'stati
     })
 }
 
-/// The device for the marking of a chip, such as `GAL16V8D-15LP`: the one with the longest name that the marking starts with.
+/// The device for the marking of a chip, such as `GAL16V8D-15LP`: the one with the longest name that is a prefix of the marking.
 fn marked(marking: &str) -> Option<&'static str> {
     let marking = marking.to_ascii_lowercase();
     Device::names().filter(|name| marking.starts_with(*name)).max_by_key(|name| name.len())
@@ -275,9 +275,9 @@ fn marked(marking: &str) -> Option<&'static str> {
 struct Function<'a> {
     source: Source,
     node: NodeId,
-    /// Where it may be anything.
+    /// The don't-cares of the function.
     open: Vec<NodeId>,
-    /// The value after power-up, for a clocked one.
+    /// The power-up value, if it is clocked.
     init: Option<bool>,
     name: &'a str,
     meta: &'a Meta,
@@ -294,7 +294,7 @@ impl Function<'_> {
     }
 }
 
-/// All functions of a circuit, flip-flops first; a registered output that the device cannot wake up right is a finding.
+/// All functions of a circuit, flip-flops first; a registered output whose power-up value the device cannot provide is a finding.
 fn functions<'a>(
     logic: &'a Logic,
     device: &'static Device,
@@ -328,14 +328,14 @@ fn functions<'a>(
     functions
 }
 
-/// Where the signals of each kind begin: they lie in the order of their kinds.
+/// The first index of each kind of signal: signals are sorted by kind.
 #[derive(Debug)]
 struct FirstOfKind {
     input: SignalIndex,
     output: SignalIndex,
     flop: SignalIndex,
     buried: SignalIndex,
-    /// The signals of buried nodes, by the input that stands for them.
+    /// The signals of buried nodes, by the input that represents them.
     places: BTreeMap<PinInputId, SignalIndex>,
 }
 
@@ -389,15 +389,15 @@ impl FirstOfKind {
 
 fn wakes_high(device: &Device, output: &PinOutput) -> Diagnostic {
     let message = format!(
-        "output `{}` must be 0 after power-up, and every registered pin of a {} is high then, whatever its polarity",
+        "output `{}` must be 0 after power-up, but every registered pin of a {} is then high, whatever its polarity",
         output.name, device.name
     );
     Diagnostic::error(codes::POWER_UP, message)
         .at(output.meta.span, "registered output")
-        .help("make the output combinational, or take a gal22v10, whose pins wake by polarity")
+        .help("make the output combinational, or use a gal22v10, whose power-up values depend on the polarity")
 }
 
-/// The comment at the head.
+/// The comment in the header.
 fn head(
     equations: &Equations,
     logic: &Logic,
@@ -413,20 +413,23 @@ fn head(
         ),
         match &options.device {
             Some(_) => format!("device {}", device.name),
-            None => format!("device {} (none was named)", device.name),
+            None => format!("device {} (default)", device.name),
         },
     ];
     head.push(match device.power_up {
-        PowerUp::ByPolarity => "power-up: a register written as /x := .. wakes with x true, one written as x := .. with x false".to_owned(),
-        PowerUp::PinsHigh => "power-up: every registered pin wakes high, so what is false at the start lies on its pin inverted".to_owned(),
+        PowerUp::ByPolarity => "power-up: a register written as /x := .. starts with x true, one written as x := .. with x false".to_owned(),
+        PowerUp::PinsHigh => "power-up: every registered pin starts high, so a signal that starts false is inverted on its pin".to_owned(),
     });
     let remembered: Vec<&str> = device.remembered().map(|figure| figure.what).collect();
     if options.device.is_some() && device.layout.is_none() && !remembered.is_empty() {
-        head.push(format!("rests on what is remembered of data sheets: {}", remembered.join("; ")));
+        head.push(format!(
+            "uses data-sheet values that were not verified: {}",
+            remembered.join("; ")
+        ));
     }
     if !equations.lacks.is_empty() {
         head.push(format!(
-            "does not fit one {}, so pins are left open: {}",
+            "does not fit one {}, so pins are not assigned: {}",
             device.name,
             equations.lacks.join("; ")
         ));
@@ -434,7 +437,7 @@ fn head(
     if equations.depth > 0 {
         let is_buried = |signal: &&Signal| matches!(signal.source, Source::Buried(_));
         head.push(format!(
-            "parts of functions too wide for one sum that are signals of their own: {}; passes through the array that they add: up to {}",
+            "buried signals for parts of functions that are too wide for one sum: {}; additional passes through the array: up to {}",
             equations.signals.iter().filter(is_buried).count(),
             equations.depth
         ));
@@ -444,7 +447,7 @@ fn head(
     }
     head.extend(busy_note(logic));
     if options.dont_cares && !logic.never.is_empty() {
-        head.push("the equations rely on what the chart assumes of its inputs".to_owned());
+        head.push("the equations rely on the assumptions of the chart about its inputs".to_owned());
     }
     if dialect == Dialect::Galasm {
         head.push("the pins are numbered left to right, first row then second".to_owned());

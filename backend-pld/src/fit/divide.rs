@@ -1,4 +1,4 @@
-//! Sums that are too wide for the macrocells of a device, divided over spare ones.
+//! Divides sums that are too wide for the macrocells of a device over spare macrocells.
 //!
 //! ```text
 //! f = a*c + a*d + b*c + b*d + e        n = a + b                 a factor: the function reads it where its products were
@@ -6,9 +6,9 @@
 //! f = p1 + .. + p20                    n = p15 + .. + p20        a part: no factor is needed, one product reads it
 //!                                  =>  f = p1 + .. + p14 + n
 //! ```
-//! A divisor takes a macrocell, can be read and so costs one more pass through the array. It may serve several functions. The search asks for one divisor,
-//! then for two, and so on up to the spare macrocells, and takes among the first that fit those with the fewest product terms; [`MOST_TRIES`] placements
-//! bound it. Divisors are the kernels that two products have in common (Brayton and McMullen) and parts cut to the widths that the device has.
+//! A divisor needs a macrocell, is read through the array and so adds one pass. It may serve several functions. The search tries one divisor,
+//! then two, and so on up to the number of spare macrocells, and chooses among the first that fit those with the fewest product terms; [`MOST_TRIES`]
+//! placements are the limit. Divisors are the kernels that two products have in common (Brayton and McMullen) and parts cut to the widths that the device has.
 
 use super::matching::{Rank, Wish};
 use super::need::{Need, View};
@@ -19,11 +19,11 @@ use crate::equations::{Equation, Equations, Signal, SignalIndex, Source};
 use grafsynth_ir::logic::Logic;
 use std::collections::BTreeSet;
 
-/// Placements that the search may try.
+/// The maximum number of placements that the search tries.
 const MOST_TRIES: usize = 2000;
-/// Functions with more products than these are only cut into parts: kernels are looked for in each pair of products.
+/// Functions with more products than this are only cut into parts: the search for kernels examines every pair of products.
 const MOST_PRODUCTS: usize = 64;
-/// The most divisors that one function is offered.
+/// The maximum number of divisors tried for one function.
 const MOST_KERNELS: usize = 8;
 
 type Product = Vec<(SignalIndex, bool)>;
@@ -45,11 +45,11 @@ impl Sum {
     }
 }
 
-/// Sums with some divided; the divisors stand last, each the signal [`State::first`] and on.
+/// Sums, some of them divided; the divisors come last, as the signals from [`State::first`] on.
 #[derive(Debug, Clone)]
 struct State {
     sums: Vec<Sum>,
-    /// For each divisor the function that it was found in.
+    /// For each divisor, the function in which it was found.
     owners: Vec<SignalIndex>,
     first: SignalIndex,
 }
@@ -59,7 +59,7 @@ impl State {
         self.sums.iter().map(Sum::n_terms).sum()
     }
 
-    /// The same with so many divisors more and one product everywhere.
+    /// The same with this many more divisors, and one product in every sum.
     fn narrow(&self, n_more: usize) -> State {
         let mut state = self.clone();
         for sum in &mut state.sums {
@@ -74,7 +74,7 @@ impl State {
         state
     }
 
-    /// Replaces a divisor by a signal of its own in every sum that gets smaller by it, and in this one anyway.
+    /// Replaces a divisor by a separate signal in this sum and in every sum that gets smaller by it.
     fn divided(&self, at: usize, divisor: &[Product]) -> State {
         let signal = self.first + self.owners.len();
         let mut state = self.clone();
@@ -107,7 +107,7 @@ impl State {
     }
 }
 
-/// What is left of the products that contain a divisor's: `sum = quotient * divisor + rest`, by algebra alone.
+/// The remainder of the products that contain a divisor's products: `sum = quotient * divisor + rest`, by algebraic division.
 fn quotient(sum: &[Product], divisor: &[Product]) -> Vec<Product> {
     let mut common: Option<BTreeSet<Product>> = None;
     for part in divisor {
@@ -135,7 +135,7 @@ fn union(a: &[(SignalIndex, bool)], b: &[(SignalIndex, bool)]) -> Product {
     all
 }
 
-/// The kernels of a sum that save most: what is left of the products that contain the literals which two of them have in common.
+/// The kernels of a sum that save the most: the remainder of the products that contain the common literals of two of them.
 fn kernels(sum: &[Product]) -> Vec<Vec<Product>> {
     if sum.len() > MOST_PRODUCTS {
         return Vec::new();
@@ -169,17 +169,17 @@ fn kernels(sum: &[Product]) -> Vec<Vec<Product>> {
 struct Search<'a> {
     order: &'a Order,
     view: View,
-    /// What each macrocell holds without and with its flip-flop, the widest first.
+    /// The capacity of each macrocell without and with its flip-flop, the widest first.
     cells: [Vec<usize>; 2],
     tries: usize,
     best: Option<State>,
 }
 
 impl Search<'_> {
-    /// The products of the narrowest function that finds no macrocell; none: everything fits.
+    /// The number of products of the narrowest function without a macrocell; `None` if everything fits.
     fn misplaced(&mut self, state: &State) -> Option<usize> {
         self.tries += 1;
-        // Widest to widest is the best that can be hoped for, and quickly seen.
+        // A greedy match of the widest functions with the widest macrocells is a quick upper bound.
         for (cells, is_registered) in self.cells.iter().zip([false, true]) {
             let of_kind = state.sums.iter().filter(|sum| sum.is_registered == is_registered);
             let mut terms: Vec<usize> = of_kind.map(Sum::n_terms).collect();
@@ -222,7 +222,7 @@ impl Search<'_> {
         Some(left.map(Sum::n_terms).min().unwrap_or(usize::MAX))
     }
 
-    /// Divides on, so many times at most.
+    /// Divides further, at most this many times.
     fn deepen(&mut self, state: &State, depth: usize) {
         if depth == 0 && self.best.as_ref().is_some_and(|best| state.terms() >= best.terms()) {
             return;
@@ -236,7 +236,7 @@ impl Search<'_> {
         if depth == 0 {
             return;
         }
-        // One that is as wide may make room as well.
+        // Dividing another function of the same width may help as well.
         let mut wide: Vec<usize> = (0..state.sums.len())
             .filter(|&at| state.sums[at].n_terms() >= narrowest.max(3))
             .collect();
@@ -256,7 +256,7 @@ impl Search<'_> {
         let own = &self.cells[usize::from(sum.is_registered)];
         let rest = own.iter().filter(|width| **width < n).map(|width| n + 1 - width);
         let sizes: BTreeSet<usize> = rest.chain(self.cells[0].iter().copied()).collect();
-        // Products with literals in common belong together: such a part may be divided further, and its literals are shared by few functions.
+        // Products with common literals stay together: such a part may be divided further, and few functions share its literals.
         let mut products = sum.products.clone();
         products.sort_by(|a, b| b.cmp(a));
         let parts = sizes.into_iter().filter(|size| (2..n).contains(size));
@@ -266,7 +266,7 @@ impl Search<'_> {
 }
 
 impl Equations {
-    /// Divides sums that find no macrocell over spare ones, the fewest that will do. Nothing happens where that does not make the design fit.
+    /// Divides sums without a macrocell over as few spare ones as possible. If the design still does not fit, nothing changes.
     pub(crate) fn divide(
         &mut self,
         logic: &Logic,
@@ -277,7 +277,7 @@ impl Equations {
         let order = self.order(logic, options, &mut findings);
         let n_functions = self.equations.len();
         let spare = self.device.macrocells.len().saturating_sub(n_functions);
-        // What blocks hold is counted otherwise, and their sums can be wide.
+        // The capacity of blocks is counted differently, and their sums can be wide.
         if !findings.is_empty() || spare == 0 || self.device.blocks.is_some() {
             return;
         }
@@ -301,7 +301,7 @@ impl Equations {
             let mut search = Search { order: &order, view, cells, tries: 0, best: None };
             let mut depth = 1;
             while depth <= spare && search.best.is_none() && search.tries < MOST_TRIES {
-                // Were all sums narrow, would there be pins enough?
+                // Are there enough pins if all sums are narrow?
                 if search.misplaced(&start.narrow(depth)).is_some() {
                     break;
                 }
@@ -330,7 +330,7 @@ impl Equations {
                 name: own,
                 source: Source::Buried(count),
                 pin: None,
-                // Where the pin can only be the complement of the sum, it shows the node inverted.
+                // If a pin can only be the complement of the sum, it shows the node inverted.
                 is_pin_inverted: self.device.polarity == Polarity::ActiveLow,
                 is_complement: false,
                 shared: None,
@@ -359,7 +359,7 @@ impl Equations {
             .collect();
         let mut depths: std::collections::BTreeMap<SignalIndex, usize> =
             buried.iter().map(|equation| (equation.signal, 1)).collect();
-        // They do not go in circles, so after as many rounds as there are nodes nothing grows any more.
+        // There are no cycles, so the depth is stable after as many rounds as there are nodes.
         for _ in 0..buried.len() {
             for equation in &buried {
                 let below =

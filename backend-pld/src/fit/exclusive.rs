@@ -1,4 +1,4 @@
-//! Sums with an exclusive or: T flip-flops, which change where their sum is true, and sums that one product inverts.
+//! Sums with an exclusive-or: T flip-flops, which toggle if their sum is true, and sums that one product inverts.
 //!
 //! ```text
 //! D   x := x*/a*/b + /x*c        T   x := (x*a + x*b + /x*c) :+: x        a step that is left in many ways
@@ -12,12 +12,12 @@ use grafsynth_ir::logic::{Flop, FlopId, Logic, Node, NodeId};
 use grafsynth_logic::minimise::Refused;
 use grafsynth_logic::support::Var;
 
-/// Sums that inverters are tried for have at most this many signals: each is tried.
+/// Inverters are tried only for sums with at most this many signals.
 const MOST_SIGNALS: usize = 12;
-/// A circuit of more nodes than this fits none of these devices, and would be copied for each of its functions.
+/// A circuit with more nodes fits none of these devices, and would be copied for each of its functions.
 const MOST_NODES: usize = 20_000;
 
-/// A circuit with one more function for each flip-flop: where it changes.
+/// A circuit with an additional function for each flip-flop: when it changes.
 pub(crate) struct Exclusive {
     pub(crate) logic: Logic,
     changes: IdMap<Flop, NodeId>,
@@ -34,8 +34,8 @@ impl Exclusive {
         Exclusive { logic: with, changes }
     }
 
-    /// The form with the fewest products of those that the device has: the plain one, that of a T flip-flop, or one with an inverter, for which a
-    /// product more is counted. Of equal ones the plainest. `flop`: the flip-flop whose function it is, where it is one's.
+    /// The form with the fewest products among those that the device supports: the plain one, that of a T flip-flop, or one with an inverter, which counts
+    /// as one more product. Of equal forms, the simplest. `flop`: the flip-flop that stores the function, if any.
     pub(crate) fn best(
         &self,
         forms: &FormChoice<'_>,
@@ -50,7 +50,7 @@ impl Exclusive {
                 .map_or(usize::MAX, |form| form.products.len() + form.inverter.iter().count())
         };
         let mut best = plain;
-        // What a flip-flop wakes with is clear for a T flip-flop that is not inverted, and only for that.
+        // The power-up value is clear only for a T flip-flop that is not inverted.
         if let (Some(flop), Some(false)) = (flop, init)
             && forms.device.has_flip_flop(FlipFlop::T)
             && count(&best) > 1
@@ -76,7 +76,7 @@ impl Exclusive {
         best
     }
 
-    /// The sum beside a single signal that inverts it, where that saves more than the signal costs.
+    /// The sum together with a single signal that inverts it, if that saves more than the signal costs.
     fn inverted(
         &self,
         forms: &FormChoice<'_>,
@@ -110,7 +110,7 @@ impl Exclusive {
                 && form.products.len() + 1 < least
             {
                 least = form.products.len() + 1;
-                // The complement of the sum is complemented by the signal once more: the equation's own sign stays.
+                // The signal complements the complement of the sum once more: the equation's own polarity stays.
                 found = Some(Form { inverter: Some(vec![(var, true)]), ..form });
             }
         }

@@ -1,23 +1,23 @@
-//! The choice of form: in which polarity a function is a sum.
+//! The choice of the polarity in which a function is printed as a sum.
 
 use crate::device::{Device, FlipFlop, Polarity, PowerUp};
 use grafsynth_ir::logic::{Logic, Node, NodeId};
 use grafsynth_logic::minimise::{Budget, Product, Refused, sum_between};
 use grafsynth_logic::split::NarrowSum;
 
-/// A sum in the polarity it is printed in.
+/// A sum in the polarity in which it is printed.
 pub(crate) struct Form {
     pub(crate) is_complemented: bool,
     pub(crate) is_pin_inverted: bool,
     pub(crate) products: Vec<Product>,
-    /// What the flip-flop does with the sum, where there is one.
+    /// The kind of the flip-flop, if there is one.
     pub(crate) flip_flop: FlipFlop,
     /// A product that inverts the sum while it is true.
     pub(crate) inverter: Option<Product>,
 }
 
 impl Form {
-    /// A sum by itself, for a D flip-flop or none.
+    /// A plain sum, for a D flip-flop or none.
     pub(crate) fn plain(
         is_complemented: bool,
         is_pin_inverted: bool,
@@ -27,19 +27,19 @@ impl Form {
     }
 }
 
-/// Which polarity a sum is printed in.
+/// The choice of the polarity of a sum.
 #[derive(Clone, Copy)]
 pub(crate) struct FormChoice<'a> {
     pub(crate) logic: &'a Logic,
     pub(crate) device: &'static Device,
     pub(crate) budget: Budget,
     pub(crate) dont_cares: bool,
-    /// Where the function at hand may be anything.
+    /// The don't-cares of the current function.
     pub(crate) open: &'a [NodeId],
 }
 
 impl FormChoice<'_> {
-    /// Where the device has no choice: its sums give the complement of the pin, or the pin.
+    /// The fixed polarity of a device without a choice: its sums give the complement of the pin, or the pin.
     fn fixed(&self) -> Option<bool> {
         match self.device.polarity {
             Polarity::Programmable => None,
@@ -48,7 +48,7 @@ impl FormChoice<'_> {
         }
     }
 
-    /// The polarity in which a function must be written (true: as it is); none: either. `init` is the value that a clocked one wakes with.
+    /// The required polarity of a function (true: not complemented); `None` if both are possible. `init` is the power-up value of a clocked function.
     pub(crate) fn polarity(&self, init: Option<bool>) -> Option<bool> {
         match (init, self.device.power_up) {
             (None, _) => self.fixed().map(|is_low| !is_low),
@@ -57,7 +57,7 @@ impl FormChoice<'_> {
         }
     }
 
-    /// The form of a function: of a clocked one with the value it wakes with, or of a combinational one.
+    /// The form of a function: of a clocked one with its power-up value, or of a combinational one.
     pub(crate) fn of(&self, node: NodeId, init: Option<bool>) -> Result<Form, Refused> {
         match init {
             Some(init) => self.registered(node, init),
@@ -65,19 +65,19 @@ impl FormChoice<'_> {
         }
     }
 
-    /// The form that a sum of the right polarity has which was found otherwise.
+    /// The form of a sum of the right polarity that was found in another way.
     pub(crate) fn of_sum(&self, sum: &NarrowSum, init: Option<bool>) -> Form {
         let is_pin_inverted = match (init, self.device.power_up) {
             (Some(init), PowerUp::PinsHigh) => !init,
             (Some(_), PowerUp::ByPolarity) => false,
-            // A part in the polarity that the device lacks is shown by its pin the other way round.
+            // A part in the polarity that the device lacks is shown inverted at its pin.
             (None, _) => self.fixed().is_some_and(|is_low| is_low != sum.is_complemented),
         };
         Form::plain(sum.is_complemented, is_pin_inverted, sum.products.clone())
     }
 
-    /// A form without its sum, for a circuit that a device is too small for in any case; but what is the literal of a flip-flop, which may share its
-    /// macrocell, has that.
+    /// A form without its sum, for a circuit that is too large for a device in any case; but a literal of a flip-flop, which may share its
+    /// macrocell, keeps its sum.
     pub(crate) fn unsaid(&self, node: NodeId, init: Option<bool>) -> Form {
         let inner = if let Node::Not(inner) = self.logic.nodes[node] { inner } else { node };
         let is_literal = matches!(self.logic.nodes[inner], Node::Flop(_) | Node::Input(_));
@@ -95,11 +95,11 @@ impl FormChoice<'_> {
             .map(|(products, _)| products)
     }
 
-    /// The function of a flip-flop that wakes with this value.
+    /// The function of a flip-flop with this power-up value.
     fn registered(&self, node: NodeId, init: bool) -> Result<Form, Refused> {
         match self.device.power_up {
             PowerUp::ByPolarity => Ok(Form::plain(init, false, self.sum(node, init)?)),
-            // The pin is high at first; where its polarity is fixed, that of the sum is too.
+            // The pin is high at first; if its polarity is fixed, so is that of the sum.
             PowerUp::PinsHigh => match self.fixed() {
                 None => Ok(Form { is_pin_inverted: !init, ..self.combinational(node)? }),
                 Some(is_low) => {
@@ -111,7 +111,7 @@ impl FormChoice<'_> {
         }
     }
 
-    /// The shorter of both; the signal itself where they are equal.
+    /// The shorter polarity; the signal itself if they are equal.
     fn combinational(&self, node: NodeId) -> Result<Form, Refused> {
         if let Some(is_complemented) = self.fixed() {
             let products = self.sum(node, is_complemented)?;

@@ -1,4 +1,4 @@
-//! Signals matched to pins.
+//! Assigns signals to pins.
 
 use super::need::{Need, View};
 use crate::device::Clock;
@@ -6,7 +6,7 @@ use crate::equations::{SignalIndex, Source, source_name};
 use grafsynth_ir::logic::Logic;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What a signal is known by from one build to the next: its kind and its name in the source, or for a part of a function the name given to it.
+/// The key that identifies a signal from one build to the next: its kind and its name in the source, or for a part of a function its generated name.
 pub(crate) fn source_key(logic: &Logic, source: Source, name: &str) -> u64 {
     let (kind, name) = match source {
         Source::Clock => (0, "clock"),
@@ -20,7 +20,7 @@ pub(crate) fn source_key(logic: &Logic, source: Source, name: &str) -> u64 {
     })
 }
 
-/// How much a signal and a pin like each other: a number that looks random and depends on nothing else, the finaliser of splitmix64.
+/// The preference of a signal for a pin: a pseudo-random number that depends on nothing else (the finaliser of splitmix64).
 fn liking(key: u64, pin: u32) -> u64 {
     let mut mixed = key ^ u64::from(pin).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -46,7 +46,7 @@ pub(crate) struct Wish {
     pub(crate) need: Need,
     /// [`source_key`].
     pub(crate) key: u64,
-    /// The pin that it had in an earlier build.
+    /// Its pin in an earlier build.
     pub(crate) kept: Option<u32>,
     pub(crate) rank: Rank,
     /// The pin that it has by the order of declarations, if nothing is against it.
@@ -94,17 +94,17 @@ pub(crate) struct Matching {
 }
 
 impl Matching {
-    /// Nothing is placed yet; these pins are free.
+    /// An empty assignment; these pins are free.
     pub(crate) fn new(view: View, free: Vec<u32>) -> Self {
         Matching { view, free, taken: BTreeMap::new(), has_order: false }
     }
 
-    /// Which signal each pin has been given to.
+    /// The signal assigned to each pin.
     pub(crate) fn pins(&self) -> impl Iterator<Item = (u32, SignalIndex)> + '_ {
         self.taken.iter().map(|(pin, wish)| (*pin, wish.index))
     }
 
-    /// Places what can be placed, and gives the others.
+    /// Places as many signals as possible, and returns the others.
     pub(crate) fn place_all(&mut self, wishes: &[Wish]) -> Vec<Wish> {
         self.has_order = wishes.iter().any(|wish| wish.natural.is_some());
         let mut pairs: Vec<((u32, u64, u32, SignalIndex), usize)> = Vec::new();
@@ -125,7 +125,7 @@ impl Matching {
                 self.taken.insert(pin, wishes[at]);
             }
         }
-        // The widest sums first: those that stay without a pin then are as few and as narrow as can be.
+        // The widest sums first: the signals left without a pin are then as few and as narrow as possible.
         let mut open: Vec<usize> = (0..wishes.len()).filter(|at| !is_placed[*at]).collect();
         open.sort_by_key(|&at| (wishes[at].need.order(), wishes[at].key));
         let mut left = Vec::new();
@@ -138,7 +138,7 @@ impl Matching {
         left
     }
 
-    /// Finds a pin for a signal, if need be by moving others.
+    /// Finds a pin for a signal, if necessary by moving others.
     fn place(&mut self, wish: Wish, tried: &mut BTreeSet<u32>) -> bool {
         let mut possible: Vec<u32> = (1..=self.view.device.n_pins)
             .filter(|pin| self.free.contains(pin) || self.taken.contains_key(pin))

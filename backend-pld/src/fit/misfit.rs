@@ -1,4 +1,4 @@
-//! What does not fit, in the user's terms.
+//! Reports what does not fit, in the user's terms.
 
 use super::attempt::Attempt;
 use super::need::Need;
@@ -11,7 +11,7 @@ use grafsynth_ir::net::Meta;
 use grafsynth_logic::build::for_each_operand;
 use std::collections::BTreeSet;
 
-/// Places that a finding points at for one function.
+/// The maximum number of locations that a finding shows for one function.
 const MOST_CAUSES: usize = 4;
 
 /// What a device lacks in each of its modes.
@@ -20,7 +20,7 @@ pub(crate) struct Misfit {
     modes: Vec<Obstacles>,
     n_inputs: usize,
     n_functions: usize,
-    /// All that need a pin, the clock too.
+    /// The number of signals that need a pin, including the clock.
     n_signals: usize,
 }
 
@@ -30,20 +30,20 @@ pub(crate) struct Obstacles {
     pub(crate) mode: &'static str,
     /// Signals without a pin, by name.
     pub(crate) inputs: Vec<String>,
-    /// Functions that any macrocell would hold, had one been left.
+    /// Functions that any macrocell could hold, if one were left.
     functions: Vec<String>,
     /// Functions that are wider than any macrocell.
     wide: Vec<TooWide>,
-    /// Functions that no logic block has room for.
+    /// Functions for which no logic block has room.
     pub(crate) homeless: Vec<Homeless>,
     has_no_flops: bool,
 }
 
-/// A function for which no logic block has enough macrocells, pins and ways in left.
+/// A function for which no logic block has enough macrocells, pins and inputs left.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Homeless {
     pub(crate) name: String,
-    /// How many signals it reads.
+    /// The number of signals that it reads.
     pub(crate) n_signals: usize,
     pub(crate) meta: Meta,
 }
@@ -55,7 +55,7 @@ struct TooWide {
     terms: usize,
     limit: usize,
     meta: Meta,
-    /// What of the chart its terms come from.
+    /// The parts of the chart that its terms come from.
     causes: Vec<(String, Meta)>,
 }
 
@@ -98,7 +98,7 @@ impl Obstacles {
     fn parts(&self, misfit: &Misfit, device: &Device) -> Vec<String> {
         let mut parts = Vec::new();
         if self.has_no_flops {
-            parts.push("it has no flip-flops for its registers".to_owned());
+            parts.push("the device has no flip-flops for the registers".to_owned());
         }
         if !self.functions.is_empty() {
             parts.push(format!(
@@ -128,7 +128,7 @@ impl Obstacles {
         }
         if let (Some(first), Some(blocks)) = (self.homeless.first(), device.blocks) {
             parts.push(format!(
-                "{} of its functions find no room in a logic block of {} macrocells that reads {} signals, the first is `{}`, which reads {}",
+                "{} of its functions do not fit in a logic block of {} macrocells that reads {} signals; the first is `{}`, which reads {}",
                 self.homeless.len(),
                 blocks.n_cells,
                 blocks.fan_in,
@@ -155,7 +155,7 @@ fn listed(names: &[String]) -> String {
 }
 
 impl Misfit {
-    /// The obstacles of each mode, the mode with the fewest first; modes that say the same count once.
+    /// The obstacles of each mode, the mode with the fewest first; modes with the same counts appear once.
     pub(crate) fn new(equations: &Equations, mut modes: Vec<Obstacles>) -> Self {
         modes.sort_by_key(Obstacles::count);
         let is_input = |source: Source| matches!(source, Source::Input(_));
@@ -176,7 +176,7 @@ impl Misfit {
         misfit
     }
 
-    /// A function finds no macrocell because it is wide, or because wider ones have taken those that would hold it.
+    /// A function has no macrocell because it is wide, or because wider functions use the macrocells that would hold it.
     pub(crate) fn is_about_width(&self) -> bool {
         let lacks = |mode: &Obstacles| {
             mode.inputs.is_empty() && !(mode.functions.is_empty() && mode.wide.is_empty())
@@ -214,26 +214,26 @@ impl Misfit {
                     more if more > 0 && at + 1 == MOST_CAUSES => format!(" (and {more} more)"),
                     _ => String::new(),
                 };
-                let label = format!("`{cause}` makes terms of `{}`{more}", wide.name);
+                let label = format!("`{cause}` adds terms to `{}`{more}", wide.name);
                 finding = finding.at(meta.span, label);
             }
         }
         for homeless in self.modes.iter().take(1).flat_map(|mode| &mode.homeless) {
-            finding = finding.at(homeless.meta.span, "finds no room");
+            finding = finding.at(homeless.meta.span, "does not fit");
         }
-        finding.help("take a larger device, split the chart, or build for `palasm` or `cupl`, which leave pins open")
+        finding.help("use a larger device, split the chart, or build for `palasm` or `cupl`, which leave pins open")
     }
 }
 
-/// The finding of a circuit that a device is too small for, whatever its sums are.
+/// The finding for a circuit that is too large for a device, whatever its sums are.
 pub(crate) fn by_count(logic: &Logic, device: &Device, lack: &str) -> Diagnostic {
     let message = format!("`{}` does not fit one {}: {lack}", logic.name, device.name);
     Diagnostic::error(codes::DOES_NOT_FIT, message)
         .at(logic.name.span, "this chart")
-        .help("take a larger device, split the chart, or build for `palasm` or `cupl`, which leave pins open")
+        .help("use a larger device, split the chart, or build for `palasm` or `cupl`, which leave pins open")
 }
 
-/// What the function of a signal is made of: the named functions just below it (the firing of transitions), or else the flip-flops that it reads.
+/// The components of a signal's function: the named functions just below it (the firing of transitions), or else the flip-flops that it reads.
 fn causes(equations: &Equations, logic: &Logic, index: SignalIndex) -> Vec<(String, Meta)> {
     let root = match equations.signals[index].source {
         Source::Flop(id) => logic.flops[id].next,

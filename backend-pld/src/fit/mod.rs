@@ -1,4 +1,4 @@
-//! The decisions between a circuit and its equations: the form of each function, the pin of each signal, and what to say where that does not fit.
+//! The decisions between a circuit and its equations: the form of each function, the pin of each signal, and the messages if something does not fit.
 //!
 //! ```text
 //! decide  all of it in order; count first, for what cannot fit needs no sums

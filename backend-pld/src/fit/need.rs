@@ -1,21 +1,21 @@
-//! What signals need of pins, and what a device has.
+//! What signals need from pins, and what a device provides.
 
 use crate::device::layout::{Enable, Mode, Register, Shape};
 use crate::device::{Clock, Device, Macrocell};
 
-/// What a signal needs of a pin.
+/// What a signal needs from a pin.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Need {
-    /// Where the clock comes in.
+    /// A clock input.
     Clock,
     /// Any pin that can be read.
     Input,
-    /// A function of so many product terms; `is_read`: another one needs it.
+    /// A function with this many product terms; `is_read`: another function reads it.
     Macrocell { terms: usize, is_registered: bool, is_read: bool },
 }
 
 impl Need {
-    /// Those that are hardest to place first.
+    /// The order of placement: those that are hardest to place first.
     pub(crate) fn order(self) -> (u32, usize) {
         match self {
             Need::Clock => (0, 0),
@@ -70,7 +70,7 @@ pub enum Refusal {
     Supply,
     /// The device is programmed by it.
     Jtag,
-    /// The clock comes in there.
+    /// The clock input is this pin.
     ClockIs(u32),
     /// It is the clock.
     Clock,
@@ -103,7 +103,7 @@ impl std::fmt::Display for Refusal {
         match self {
             Refusal::NoSuchPin(n_pins) => write!(f, "it has {n_pins} pins"),
             Refusal::Supply => write!(f, "it is a supply pin"),
-            Refusal::Jtag => write!(f, "it is a JTAG pin, by which the device is programmed"),
+            Refusal::Jtag => write!(f, "it is a JTAG pin, which is used to program the device"),
             Refusal::ClockIs(pin) => write!(f, "its clock is pin {pin}"),
             Refusal::Clock => write!(f, "it is the clock"),
             Refusal::Control => write!(f, "it controls all registered outputs"),
@@ -113,7 +113,7 @@ impl std::fmt::Display for Refusal {
                 write!(f, "its macrocell has no flip-flop")
             }
             Refusal::OtherKind { is_registered: false } => {
-                write!(f, "its macrocell has always a flip-flop")
+                write!(f, "its macrocell always has a flip-flop")
             }
             Refusal::Wide { terms, limit } => {
                 write!(f, "the function has {terms} product terms, the macrocell {limit}")
@@ -125,17 +125,17 @@ impl std::fmt::Display for Refusal {
     }
 }
 
-/// A device in one of its modes, as a circuit with or without flip-flops sees it.
+/// A device in one of its modes, for a circuit with or without flip-flops.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct View {
     pub(crate) device: &'static Device,
-    /// The mode, of a device that has several.
+    /// The mode, if the device has several.
     pub(crate) mode: Option<&'static Mode>,
     pub(crate) has_registers: bool,
 }
 
 impl View {
-    /// The modes that a device has for such a circuit, the plainest first.
+    /// The modes of a device for such a circuit, the simplest first.
     pub(crate) fn all(device: &'static Device, has_registers: bool) -> Vec<View> {
         let view = |mode| View { device, mode, has_registers };
         let modes = device.layout.map_or(&[][..], |layout| layout.modes);
@@ -156,12 +156,12 @@ impl View {
             .filter(move |pin| !device.is_supply(*pin) && !device.jtag_pins.contains(pin))
     }
 
-    /// The product terms of a macrocell; 0 where it has none of that kind.
+    /// The product terms of a macrocell; 0 if it has none of that kind.
     pub(crate) fn terms(&self, cell: &Macrocell, is_registered: bool) -> u32 {
         if is_registered {
             return cell.registered_terms;
         }
-        // Without an enable term there is a product more.
+        // Without an enable term there is one more product.
         let is_own = self.device.burned_as.eq_ignore_ascii_case(self.device.name);
         let rows = self.device.layout.and_then(|layout| layout.cell(cell.pin));
         match (self.mode, rows) {
@@ -175,13 +175,13 @@ impl View {
         }
     }
 
-    /// The most that a macrocell holds.
+    /// The maximum number of products that a macrocell holds.
     pub(crate) fn widest(&self, is_registered: bool) -> usize {
         let terms = self.device.macrocells.iter().map(|cell| self.terms(cell, is_registered));
         terms.max().unwrap_or(0) as usize
     }
 
-    /// Why a pin will not do.
+    /// Why a pin cannot be used.
     pub(crate) fn refuses(&self, need: Need, pin: u32) -> Option<Refusal> {
         let device = self.device;
         if pin == 0 || pin > device.n_pins {
@@ -217,7 +217,7 @@ impl View {
                 if !is_read || is_registered {
                     return None;
                 }
-                // In the plainest mode of several no output is read, as all assemblers have it.
+                // In the simplest mode of several, no output can be read; all assemblers do the same.
                 let is_plain = |mode: &&Mode| {
                     device.layout.is_some_and(|layout| layout.modes[0].name == mode.name)
                 };
@@ -232,7 +232,7 @@ impl View {
     fn cannot_be_read(&self, pin: u32) -> Option<Refusal> {
         let device = self.device;
         let is_own = device.burned_as.eq_ignore_ascii_case(device.name);
-        // Of a PAL that a GAL stands for, the table of the PAL counts as well.
+        // For a PAL that is replaced by a GAL, the table of the PAL applies as well.
         if !is_own && !self.has_registers && device.deaf_pins.contains(&pin) {
             return Some(Refusal::Deaf(None));
         }
@@ -243,7 +243,7 @@ impl View {
         mode.column(pin).is_none().then_some(Refusal::Deaf(Some(mode.name)))
     }
 
-    /// The pins that will do, for a message.
+    /// The possible pins, for a message.
     pub(crate) fn possible(&self, need: Need) -> String {
         let pins: Vec<String> = (1..=self.device.n_pins)
             .filter(|pin| self.refuses(need, *pin).is_none())
@@ -253,7 +253,7 @@ impl View {
     }
 }
 
-/// The most product terms that a macrocell of the device holds, of whatever kind.
+/// The maximum number of product terms that any macrocell of the device holds.
 pub(crate) fn widest(device: &Device) -> usize {
     let terms = |cell: &Macrocell| cell.registered_terms.max(cell.combinational_terms);
     device.macrocells.iter().map(terms).max().unwrap_or(0) as usize

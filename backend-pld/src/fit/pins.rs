@@ -1,4 +1,4 @@
-//! Pins: the user's wishes first, then what is left.
+//! Pins: first those requested by the user, then the rest.
 
 use super::attempt::{Attempt, Moved};
 use super::matching::{Matching, Rank, Wish, in_order, source_key};
@@ -10,18 +10,18 @@ use crate::equations::{Equation, Equations, SignalIndex, Source, source_matches,
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::logic::Logic;
 
-/// What is to be placed, before a device's mode is chosen.
+/// The signals to place, before a device's mode is chosen.
 #[derive(Debug, Clone)]
 pub(crate) struct Order {
-    /// What the board wants: pin, signal, and its name there.
+    /// The user's requests: pin, signal, and its name in the request.
     pub(crate) board: Vec<(u32, SignalIndex, String)>,
-    /// Everything that looks for a pin, signals of the board too.
+    /// Everything that needs a pin, including the requested signals.
     pub(crate) wishes: Vec<Wish>,
     pub(crate) has_registers: bool,
 }
 
 impl Order {
-    /// Places everything in a mode of the device.
+    /// Places everything in one mode of the device.
     pub(crate) fn attempt(&self, view: View) -> Attempt {
         let refused = self.refused(&view);
         let is_good = |at: &usize| refused.iter().all(|(bad, ..)| bad != at);
@@ -52,7 +52,7 @@ impl Order {
         Attempt { view, pins, left, refused, moved }
     }
 
-    /// Pins of the board that cannot carry what they are given, by their places in the list.
+    /// Requested pins that cannot carry their signal, by their index in the list.
     pub(crate) fn refused(&self, view: &View) -> Vec<(usize, Need, Refusal)> {
         let of = |(at, (pin, index, _)): (usize, &(u32, SignalIndex, String))| {
             let wish = self.wishes.iter().find(|wish| wish.index == *index);
@@ -62,7 +62,7 @@ impl Order {
         self.board.iter().enumerate().filter_map(of).collect()
     }
 
-    /// Goes through the modes of a device until one holds everything; all attempts where none does.
+    /// Tries the modes of a device until everything fits; returns all attempts if nothing fits.
     pub(crate) fn first_fit(
         &self,
         device: &'static crate::device::Device,
@@ -80,7 +80,7 @@ impl Order {
 }
 
 impl Equations {
-    /// Numbers the pins; gives the reason where the design does not fit. Impossible wishes of the board are findings.
+    /// Assigns the pins; returns the reason if the design does not fit. Impossible requests are findings.
     pub(crate) fn assign_pins(
         &mut self,
         logic: &Logic,
@@ -114,7 +114,7 @@ impl Equations {
         }
     }
 
-    /// Only the pins of the board, where the design does not fit.
+    /// Keeps only the requested pins, if the design does not fit.
     pub(crate) fn only_board_pins(&mut self, order: &Order) {
         for signal in &mut self.signals {
             signal.pin = None;
@@ -125,7 +125,7 @@ impl Equations {
         self.copy_shared_pins();
     }
 
-    /// What is to be placed; names that the board has and the circuit has not, and pins given twice, are findings.
+    /// The signals to place; requested names that the circuit does not have, and pins requested twice, are findings.
     pub(crate) fn order(
         &self,
         logic: &Logic,
@@ -139,7 +139,7 @@ impl Equations {
                 let mut finding = Diagnostic::error(
                     codes::BAD_PIN,
                     format!(
-                        "the board gives pin {pin} to `{name}`, and the circuit has no such signal"
+                        "pin {pin} is assigned to `{name}`, but the circuit has no such signal"
                     ),
                 );
                 if let Some(near) = nearest(name, known) {
@@ -148,21 +148,21 @@ impl Equations {
                 findings.push(finding);
                 continue;
             };
-            // An output and the flip-flop that it is may be named both.
+            // Both an output and the flip-flop that it shares may be named.
             let index = self.signals[index].shared.unwrap_or(index);
             match board.iter().find(|(known, ..)| known == pin) {
                 Some((_, other, _)) if *other == index => {}
                 Some((_, _, other)) => findings.push(
                     Diagnostic::error(
                         codes::BAD_PIN,
-                        format!("pin {pin} is given to `{other}` and to `{name}`"),
+                        format!("pin {pin} is assigned to `{other}` and to `{name}`"),
                     )
-                    .help("give each signal a pin of its own"),
+                    .help("assign a separate pin to each signal"),
                 ),
                 None => board.push((*pin, index, name.clone())),
             }
         }
-        // Equation languages have short names of their own, a fuse map those of the source; of a shared pin that of the output.
+        // Equation languages use their own short names, a fuse map those of the source; a shared pin uses that of the output.
         let keep = |index: SignalIndex| {
             let shown = self.signals.iter().find(|signal| signal.shared == Some(index));
             let source = source_name(logic, shown.unwrap_or(&self.signals[index]).source);
@@ -203,7 +203,7 @@ impl Equations {
         Order { board, wishes, has_registers }
     }
 
-    /// Pins of the board that will not do in any mode, as the mode says that likes most of them.
+    /// Requested pins that cannot be used in any mode, as reported by the mode that accepts most of them.
     pub(crate) fn bad_pins(
         &self,
         order: &Order,
@@ -222,7 +222,7 @@ impl Equations {
         }
     }
 
-    /// An output without a macrocell of its own has the pin of its flip-flop.
+    /// An output without its own macrocell has the pin of its flip-flop.
     pub(crate) fn copy_shared_pins(&mut self) {
         for index in 0..self.signals.len() {
             if let Some(flop) = self.signals[index].shared {

@@ -7,7 +7,7 @@ use crate::placement::{Cell, CellKind, PinName, Placement, Product};
 use grafsynth_ir::logic::Logic;
 
 impl Equations {
-    /// What each pin stands for, by which a fuse map is read back as the circuit it was made from.
+    /// The role of each pin, by which a fuse map is read back as the original circuit.
     #[must_use]
     pub fn roles(&self, logic: &Logic) -> Vec<Role> {
         let named = self.named(logic).into_iter().zip(&self.signals);
@@ -22,7 +22,7 @@ impl Equations {
             .collect()
     }
 
-    /// The macrocells as the fuse mapper takes them; none where pins were left open.
+    /// The macrocells for the fuse mapper; `None` if pins were left open.
     #[must_use]
     pub fn placement(&self) -> Option<Placement> {
         if !self.has_pins {

@@ -1,12 +1,12 @@
-//! Outputs that are a flip-flop: one macrocell for both.
+//! Outputs that equal a flip-flop: one macrocell for both.
 //!
 //! ```text
 //! p2 := m * p1 + /b * p2          R := m * p1 + /b * R       step p2 and output R are one pin
 //! R   = p2                   =>
 //! ```
-//! Whether they agree is seen on the minimised sum: it is a single literal of the flip-flop, with don't-cares too, so that a bit of a compact code can be
-//! an output. An output that is the complement of a flip-flop shares its macrocell as well: the pin then shows the complement, which wakes with the other
-//! value. Where registered pins always wake high ([`PowerUp::PinsHigh`]) only an output that is true at first can be the pin itself.
+//! The test uses the minimised sum: it must be a single literal of the flip-flop, perhaps only with don't-cares, so that a bit of a compact code can be
+//! an output. An output that is the complement of a flip-flop shares its macrocell as well: the pin then shows the complement, which starts with the other
+//! value. If registered pins are always high after power-up ([`PowerUp::PinsHigh`]), only an output that is true at first can be the pin itself.
 
 use crate::EmitOptions;
 use crate::device::{FlipFlop, Polarity, PowerUp};
@@ -14,7 +14,7 @@ use crate::equations::{Equations, SignalIndex, Source, source_matches};
 use grafsynth_ir::logic::Logic;
 
 impl Equations {
-    /// Takes away the equations of outputs whose pin is that of a flip-flop. A flip-flop serves one output, or several to which the board gives one pin.
+    /// Removes the equations of outputs that use the pin of a flip-flop. A flip-flop serves one output, or several that are assigned to one pin.
     pub(crate) fn share_pins(&mut self, logic: &Logic, options: &EmitOptions) {
         let mut at = 0;
         while at < self.equations.len() {
@@ -31,7 +31,7 @@ impl Equations {
         }
     }
 
-    /// The flip-flop that a combinational equation is a literal of, where its pin can show that, and whether the output is its complement.
+    /// The flip-flop whose literal a combinational equation is, if its pin can show it, and whether the output is its complement.
     fn flop_shown_by(&self, at: usize) -> Option<(SignalIndex, bool)> {
         let equation = &self.equations[at];
         let is_output = matches!(self.signals[equation.signal].source, Source::Output(_));
@@ -50,10 +50,10 @@ impl Equations {
         can_show.then_some((signal, is_complement))
     }
 
-    /// The signal can be taken for its complement instead, which then is what the pin shows.
+    /// The signal can be replaced by its complement, which the pin then shows.
     fn can_be_inverted(&self, flop: SignalIndex) -> bool {
         let is_shared = self.signals.iter().any(|signal| signal.shared == Some(flop));
-        // A T flip-flop's function has no polarity that could follow.
+        // The function of a T flip-flop has no polarity to change.
         let is_toggled = self
             .equations
             .iter()
@@ -66,7 +66,7 @@ impl Equations {
             }
     }
 
-    /// The board does not want them apart, and the flip-flop has no other output unless the board puts both on one pin.
+    /// The user does not assign them to different pins, and the flip-flop has no other output unless both are assigned to one pin.
     fn may_share(
         &self,
         logic: &Logic,
@@ -88,7 +88,7 @@ impl Equations {
         !is_apart(wish(flop)) && others.iter().all(is_on_one_pin)
     }
 
-    /// The signal becomes the complement of its flip-flop: its equation and every literal of it.
+    /// Replaces the signal by the complement of its flip-flop: its equation and every literal of it.
     fn invert(&mut self, flop: SignalIndex) {
         let signal = &mut self.signals[flop];
         signal.is_complement = !signal.is_complement;
@@ -104,7 +104,7 @@ impl Equations {
         }
     }
 
-    /// One name for both, which is what the pin shows.
+    /// One name for both: that of the output at the pin.
     fn share(&mut self, output: SignalIndex, flop: SignalIndex) {
         if self.signals.iter().any(|signal| signal.shared == Some(flop)) {
             let name = self.signals[flop].name.clone();

@@ -1,4 +1,4 @@
-//! Laws of the fit: pins against brute force, divided sums against the circuits that they came from, pins under small edits.
+//! Properties of the fit: pins compared with brute force, divided sums with the original circuits, pins after small edits.
 
 use super::matching::{Matching, Rank, Wish, in_order};
 use super::need::{Need, View};
@@ -9,7 +9,7 @@ use crate::{Dialect, EmitOptions, emit};
 use grafsynth_ir::logic::{FlopId, Logic, NodeId, PinOutput, PinRole};
 use grafsynth_logic::build::Builder;
 
-/// Numbers that look random, the same in every run.
+/// Pseudo-random numbers, the same in every run.
 struct Dice(u64);
 
 impl Dice {
@@ -36,7 +36,7 @@ fn output(builder: &mut Builder, name: &str, value: NodeId) {
     });
 }
 
-/// The most wishes that can have pins together, by trying everything.
+/// The maximum number of requests that can have pins together, by exhaustive search.
 fn most_by_force(view: &View, wishes: &[Wish], free: &[u32]) -> usize {
     let Some((first, rest)) = wishes.split_first() else { return 0 };
     let without = most_by_force(view, rest, free);
@@ -97,7 +97,7 @@ fn what_is_refused_a_pin_has_none_in_any_assignment() {
     assert!(n_full > 100 && n_short > 100, "{n_full} and {n_short}");
 }
 
-/// An output that is a random sum of so many products over these.
+/// An output that is a random sum of this many products over these nodes.
 fn random_sum(dice: &mut Dice, builder: &mut Builder, over: &[NodeId], n: usize) -> NodeId {
     let products: Vec<NodeId> = (0..n)
         .map(|_| {
@@ -139,7 +139,7 @@ fn divided_sums_fit_and_are_what_they_were() {
             output(&mut builder, "y", wide);
             let logic = builder.finish();
             let Ok(equations) = Equations::new(&logic, Dialect::Galasm, &on(device)) else {
-                // It needs more macrocells than there are; the message has the numbers.
+                // It needs more macrocells than there are; the message contains the numbers.
                 continue;
             };
             let parts = equations.signals.iter();
@@ -162,12 +162,12 @@ fn divided_sums_fit_and_are_what_they_were() {
 
 #[test]
 fn a_factor_needs_one_macrocell_where_parts_need_two() {
-    // (a + b + c + d + e) * (f + g + h + i + j): 25 products; a factor leaves 5, parts of 16 would leave 10.
+    // (a + b + c + d + e) * (f + g + h + i + j): 25 products; a factor reduces them to 5, parts of 16 would reduce them to 10.
     let mut builder = Builder::default();
     let inputs: Vec<NodeId> = (0..10).map(|k| builder.input_named(&format!("i{k}"))).collect();
     let (left, right) = (builder.or(inputs[..5].to_vec()), builder.or(inputs[5..].to_vec()));
     let first = builder.and([left, right]);
-    // Its complement is short: of an exclusive or neither form is.
+    // Its complement is short; for an exclusive-or, neither form is.
     let (flop, value) = builder.flop_named("q", false);
     builder.logic.flops[flop].next = first;
     output(&mut builder, "y", value);
@@ -177,7 +177,7 @@ fn a_factor_needs_one_macrocell_where_parts_need_two() {
     assert_eq!(equations.depth, 1);
 }
 
-/// Parity of three bits in pairs of macrocells of a 20RA10 with four terms: no room for a divisor where all ten are in use.
+/// Parity of three bits in pairs of macrocells of a 20RA10 with four terms: no room for a divisor if all ten are in use.
 #[test]
 fn without_a_spare_macrocell_nothing_is_divided_and_each_wide_function_is_named() {
     let mut builder = Builder::default();
@@ -194,7 +194,7 @@ fn without_a_spare_macrocell_nothing_is_divided_and_each_wide_function_is_named(
     assert!(message.contains("`y1` needs 16 product terms"), "{message}");
 }
 
-/// A 16V8 without registers has three modes, and what each lacks is told.
+/// A 16V8 without registers has three modes, and the message reports what each lacks.
 #[test]
 fn the_obstacles_of_each_mode_are_named() {
     let mut builder = Builder::default();
@@ -213,7 +213,7 @@ fn the_obstacles_of_each_mode_are_named() {
     );
 }
 
-/// Ten outputs whose sums have eight products: the plainest mode has eight, the others seven.
+/// Ten outputs whose sums have eight products: the simplest mode has eight, the others seven.
 #[test]
 fn the_plainest_mode_holds_a_product_more() {
     let mut builder = Builder::default();
@@ -235,10 +235,10 @@ fn outputs_that_are_a_flip_flop_share_its_macrocell() {
         let equations = Equations::new(logic, Dialect::Galasm, &on(device)).unwrap();
         equations.signals.iter().filter(|signal| signal.shared.is_some()).count()
     };
-    // R, Z and L are steps that are false at first: pins of a 16V8 wake high.
+    // R, Z and L are steps that are false at first: pins of a 16V8 start high.
     assert_eq!(shared(&truck(), "gal22v10"), 3);
     assert_eq!(shared(&truck(), "gal16v8"), 0);
-    // Their complements are true at first, and then the other way round.
+    // Their complements are true at first; then the result is the opposite.
     let mut builder = Builder::resume(truck());
     let flops: Vec<NodeId> = truck().flops.ids().map(|id| builder.flop(id)).collect();
     let ids: Vec<_> = builder.logic.outputs.ids().collect();
@@ -258,7 +258,7 @@ fn outputs_that_are_a_flip_flop_share_its_macrocell() {
         crate::fuse::map(&placement).unwrap();
         same_behaviour(&logic, &crate::fuse::logic(&placement, &roles).unwrap(), 100);
     }
-    // The board may want a step and its output apart, or two outputs together.
+    // The user may request a step and its output on separate pins, or two outputs on one.
     let apart =
         EmitOptions { pins: vec![("R".to_owned(), 20), ("p2".to_owned(), 21)], ..on("gal22v10") };
     let text = there_and_back(&truck(), Dialect::Palasm, &apart);
@@ -274,7 +274,7 @@ fn outputs_that_are_a_flip_flop_share_its_macrocell() {
     assert!(!text.contains("R2"), "{text}");
 }
 
-/// A circuit of steps in a row that go on by some input, with moves between any two of them besides; each output is two steps.
+/// A circuit with a sequence of steps that advance on inputs, plus moves between arbitrary steps; each output combines two steps.
 fn sequence(n: usize, n_outputs: usize, moves: &[(usize, usize, usize)]) -> Logic {
     let mut builder = Builder::default();
     let inputs: Vec<NodeId> = (0..6).map(|k| builder.input_named(&format!("in{k}"))).collect();
@@ -305,14 +305,14 @@ fn pins(logic: &Logic, device: &str) -> Option<Vec<(String, u32)>> {
     Some(emitted.names.into_iter().filter_map(|named| Some((named.name, named.pin?))).collect())
 }
 
-/// How many of the signals that both have are on another pin.
+/// The number of common signals that have another pin.
 fn n_moved(before: &[(String, u32)], after: &[(String, u32)]) -> usize {
     let is_moved =
         |(name, pin): &&(String, u32)| after.iter().any(|(other, at)| other == name && at != pin);
     before.iter().filter(is_moved).count()
 }
 
-/// An edit that leaves each sum where it is allowed to be moves nothing; a new step moves few.
+/// An edit after which each sum still fits at its pin moves nothing; a new step moves few pins.
 #[test]
 fn pins_stay_under_small_edits() {
     let mut dice = Dice(0x2468_ACE0_1357_9BDF);
@@ -329,7 +329,7 @@ fn pins_stay_under_small_edits() {
             made.equations.iter().map(|equation| equation.products.len()).max()
         };
         let (Some(one), Some(other)) = (widest(&before), widest(&after)) else { continue };
-        // No macrocell of these devices has fewer than eight, or seven without a flip-flop.
+        // No macrocell of these devices has fewer than eight product terms, or seven without a flip-flop.
         if one.max(other) > 7 {
             continue;
         }
@@ -343,7 +343,7 @@ fn pins_stay_under_small_edits() {
         for n in 3..most {
             for at in 0..n {
                 let before = sequence(n, 1, &[]);
-                // A step with another name between two of the others: the row goes on through it.
+                // A step with another name between two of the others: the sequence continues through it.
                 let mut after = sequence(n + 1, 1, &[]);
                 let names: Vec<FlopId> = after.flops.ids().collect();
                 for (k, id) in names.into_iter().enumerate() {
@@ -362,14 +362,14 @@ fn pins_stay_under_small_edits() {
         }
     }
     eprintln!("{n_added} added steps moved {moved} of {n_signals} pins");
-    // Less than one pin for each step that is added; docs/forms.md has the figure.
+    // Less than one pin for each added step; docs/forms.md has the figure.
     assert!(moved < n_added, "{n_added} added steps moved {moved} of {n_signals} pins");
 }
 
 #[test]
 fn pins_of_an_earlier_build_are_kept() {
     let before = pins(&sequence(5, 2, &[]), "gal22v10").unwrap();
-    // Every pin somewhere else than it would be: the order of macrocells turned round.
+    // Every pin differs from the default: the order of macrocells reversed.
     let turned: Vec<(String, u32)> = before
         .iter()
         .map(|(name, pin)| (name.clone(), if *pin > 13 { 37 - pin } else { *pin }))

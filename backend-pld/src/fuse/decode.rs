@@ -1,4 +1,4 @@
-//! Fuses as a placement, and two placements compared.
+//! Decodes fuses to a placement, and compares two placements.
 
 use super::{FuseMap, codes};
 use crate::device::layout::{
@@ -7,12 +7,12 @@ use crate::device::layout::{
 use crate::placement::{Cell, CellKind, Placement, Product};
 use grafsynth_ir::diag::Diagnostic;
 
-/// What a fuse map says. Macrocells that drive nothing and remember nothing are left out; pins have no names.
+/// The contents of a fuse map. Macrocells without a function are left out; pins have no names.
 ///
 /// A term that is never true is written as a literal and its complement over the macrocell's own pin.
 ///
 /// # Errors
-/// Devices without a known map, and settings that no data sheet describes.
+/// Devices without a known fuse map, and settings that no data sheet describes.
 pub fn decode(map: &FuseMap) -> Result<Placement, Vec<Diagnostic>> {
     let Some(layout) = map.device.layout else {
         return Err(vec![super::map::no_map(map.device)]);
@@ -20,7 +20,7 @@ pub fn decode(map: &FuseMap) -> Result<Placement, Vec<Diagnostic>> {
     let is_chosen = |mode: &&Mode| mode.fuses.iter().all(|(fuse, value)| map.get(*fuse) == *value);
     let Some(mode) = layout.modes.iter().find(is_chosen) else {
         let message = format!(
-            "the configuration fuses of a {} choose none of its {} modes",
+            "the configuration fuses of a {} select none of its {} modes",
             map.device.name,
             layout.modes.len()
         );
@@ -57,7 +57,7 @@ impl Reader<'_> {
         self.mode.shape(fuses.kind.map(|kind| self.map.setting(kind)))
     }
 
-    /// The product of a row; none where it is never true.
+    /// The product of a row; `None` if it is never true.
     fn row(&self, row: u32) -> Option<Product> {
         if self.layout.row_switches.is_some_and(|first| !self.map.get(first + row)) {
             return None;
@@ -77,7 +77,7 @@ impl Reader<'_> {
         Some(Product(literals))
     }
 
-    /// True if the first column of a pin carries the complement of what the pin shows.
+    /// True if the first column of a pin carries the complement of the pin's value.
     fn is_fed_back_inverted(&self, pin: u32) -> bool {
         let Some(fuses) = self.layout.cell(pin) else { return false };
         let shape = self.shape(fuses);
@@ -88,7 +88,7 @@ impl Reader<'_> {
         })
     }
 
-    /// True if some row has a fuse of this pin's columns connected, whatever else is.
+    /// True if some row has a fuse of this pin's columns connected, whatever its other fuses are.
     fn is_read(&self, pin: u32) -> bool {
         let Some(column) = self.mode.column(pin) else { return false };
         (0..self.layout.n_rows()).any(|row| {
@@ -108,7 +108,7 @@ impl Reader<'_> {
                 return Ok(None);
             }
             let message = format!(
-                "pin {} of a {} is set up as no data sheet describes it",
+                "pin {} of a {} has a configuration that no data sheet describes",
                 fuses.pin, self.map.device.name
             );
             return Err(Box::new(Diagnostic::error(codes::UNDOCUMENTED, message)));
@@ -138,7 +138,7 @@ impl Reader<'_> {
             }
         }
         let is_dead = enable.as_ref().is_some_and(Product::is_never);
-        // A flip-flop that is read behind its pin counts even if it only ever is 0.
+        // A flip-flop that is read internally counts even if it is always 0.
         let is_buried = shape.feedback == Feedback::NotQ && self.is_read(fuses.pin);
         if is_dead && sum.is_empty() && !is_buried {
             return Ok(None);
@@ -153,13 +153,13 @@ impl Reader<'_> {
     }
 }
 
-/// In what a fuse map says something else than was meant, in words; nothing where it says the same. A macrocell that was not meant may show a constant
-/// that nobody reads: some devices cannot switch an output off.
+/// The differences between a fuse map and the intended placement, in words; empty if there are none. An unintended macrocell may show a constant
+/// that nothing reads: some devices cannot switch an output off.
 #[must_use]
 pub fn differences(meant: &Placement, said: &Placement) -> Vec<String> {
     let mut differences = Vec::new();
     if meant.device.layout != said.device.layout {
-        differences.push(format!("{} was meant, not {}", meant.device.name, said.device.name));
+        differences.push(format!("expected {}, found {}", meant.device.name, said.device.name));
     }
     let mut of = |what: String, is_same: bool| {
         if !is_same {
@@ -184,7 +184,7 @@ pub fn differences(meant: &Placement, said: &Placement) -> Vec<String> {
         let is_meant = meant.cell(cell.pin).is_some();
         let is_constant = cell.sum.is_empty() && cell.enable.is_none();
         let is_read = meant.products().any(|product| product.literal(cell.pin).is_some());
-        of(format!("pin {}, which was to be idle", cell.pin), is_meant || is_constant && !is_read);
+        of(format!("pin {}, which should be idle", cell.pin), is_meant || is_constant && !is_read);
     }
     differences
 }

@@ -1,4 +1,4 @@
-//! A placement as one synchronous circuit.
+//! Converts a placement to one synchronous circuit.
 
 use super::codes;
 use crate::Object;
@@ -10,22 +10,22 @@ use grafsynth_ir::net::Meta;
 use grafsynth_ir::span::{Name, Span};
 use grafsynth_logic::build::Builder;
 
-/// What a pin stands for.
+/// What a pin represents.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Role {
     /// The pin.
     pub pin: u32,
-    /// The bit of the circuit: its functions mean nothing here.
+    /// The bit of the circuit; its function does not matter here.
     pub object: Object,
     /// The pin carries the complement.
     pub is_inverted: bool,
 }
 
-/// The circuit of a placement. Pins with roles become what those say, in their order; the others become inputs and flip-flops under the names that the
-/// placement has for them, where somebody reads them. No roles: [`own_roles`]. The values after power-up follow from the device.
+/// The circuit of a placement. Pins with roles become the objects of the roles, in their order; the others become inputs and flip-flops with the names in the
+/// placement, if they are read. For no roles, see [`own_roles`]. The power-up values follow from the device.
 ///
 /// # Errors
-/// What one clock cannot say: several clocks, asynchronous resets and presets, outputs that are not always driven where they are read or have a role,
+/// A circuit without a single clock: several clocks, asynchronous resets and presets, outputs that are not always driven but are read or have a role,
 /// combinational loops.
 pub fn logic(placement: &Placement, roles: &[Role]) -> Result<Logic, Vec<Diagnostic>> {
     let own;
@@ -58,8 +58,8 @@ pub fn logic(placement: &Placement, roles: &[Role]) -> Result<Logic, Vec<Diagnos
     Ok(maker.builder.finish())
 }
 
-/// What the pins of a placement stand for when nobody says: every macrocell's pin is an output, a registered one a flip-flop too, and every other pin
-/// that is read an input, under the names of the placement.
+/// The default roles of the pins of a placement: every macrocell's pin is an output, a registered one also a flip-flop, and every other pin
+/// that is read is an input, with the names of the placement.
 #[must_use]
 pub fn own_roles(placement: &Placement) -> Vec<Role> {
     let clock = clock(placement).ok().flatten();
@@ -80,7 +80,7 @@ pub fn own_roles(placement: &Placement) -> Vec<Role> {
                 if cell.kind == CellKind::Registered {
                     add(pin, Object::Flop(idle_flop(name(pin))));
                 }
-                // A pin that is switched off for good shows nothing.
+                // A pin that is permanently disabled shows nothing.
                 if cell.enable.as_ref().is_none_or(|enable| !enable.is_never()) {
                     add(pin, Object::Output(idle_output(name(pin))));
                 }
@@ -90,8 +90,8 @@ pub fn own_roles(placement: &Placement) -> Vec<Role> {
     roles
 }
 
-/// The pins of a device that is no circuit with one clock: every pin that is read from outside is an input, clocks too, and every macrocell an output.
-/// The functions mean nothing; the roles say which pin is which.
+/// The pins of a device that is not a circuit with one clock: every pin that is read from outside is an input, clocks too, and every macrocell is an output.
+/// The functions do not matter; the roles map pins to objects.
 #[must_use]
 pub fn shell(placement: &Placement) -> (Logic, Vec<Role>) {
     let mut builder = Builder::default();
@@ -144,7 +144,7 @@ fn idle_output(name: String) -> PinOutput {
     }
 }
 
-/// The pin that clocks all flip-flops; none where there is no flip-flop.
+/// The pin that clocks all flip-flops; `None` if there is no flip-flop.
 fn clock(placement: &Placement) -> Result<Option<u32>, Vec<Diagnostic>> {
     let registered = || placement.cells.iter().filter(|cell| cell.kind == CellKind::Registered);
     match placement.device.clock {
@@ -162,7 +162,7 @@ fn clock(placement: &Placement) -> Result<Option<u32>, Vec<Diagnostic>> {
                 [] => Ok(None),
                 [Some(pin)] => Ok(Some(pin)),
                 _ => Err(vec![
-                    not_synchronous("its flip-flops do not all have the same pin for a clock")
+                    not_synchronous("its flip-flops do not all have the same clock pin")
                         .help("simulate the fuse map itself with `grafsynth sim`"),
                 ]),
             }
@@ -173,7 +173,7 @@ fn clock(placement: &Placement) -> Result<Option<u32>, Vec<Diagnostic>> {
 fn not_synchronous(what: &str) -> Diagnostic {
     Diagnostic::error(
         codes::NOT_SYNCHRONOUS,
-        format!("this device is not one circuit with one clock: {what}"),
+        format!("this device is not a single-clock circuit: {what}"),
     )
 }
 
@@ -183,7 +183,7 @@ struct Maker<'a> {
     builder: Builder,
     inputs: Vec<(u32, PinInputId, bool)>,
     flops: Vec<(u32, FlopId, bool)>,
-    /// The functions of combinational pins; none while one is being made.
+    /// The functions of combinational pins; `None` while one is being built.
     gates: Vec<(u32, Option<NodeId>)>,
     found: Vec<Diagnostic>,
 }
@@ -205,12 +205,12 @@ impl Maker<'_> {
         }
         for cell in &self.placement.cells {
             if is_used(&cell.set) || is_used(&cell.reset) {
-                let what = format!("pin {} has a reset or preset of its own", cell.pin);
+                let what = format!("pin {} has its own reset or preset", cell.pin);
                 self.found.push(not_synchronous(&what));
             }
             let is_shown = roles.iter().any(|role| role.pin == cell.pin)
                 || cell.kind != CellKind::Registered && self.is_read(cell.pin);
-            // A flip-flop behind a pin that is switched off still works; its pin is what nobody may ask for.
+            // A flip-flop whose pin is disabled still works; only its pin must not be read.
             let is_always = cell.enable.as_ref().is_none_or(|product| product.0.is_empty());
             if is_shown && !is_always {
                 let what = format!("pin {} is not always driven", cell.pin);
@@ -220,11 +220,11 @@ impl Maker<'_> {
         if let Some(clock) = self.clock
             && self.is_read(clock)
         {
-            self.found.push(not_synchronous(&format!("its clock, pin {clock}, is an input too")));
+            self.found.push(not_synchronous(&format!("its clock, pin {clock}, is also an input")));
         }
     }
 
-    /// Inputs and flip-flops, those with roles first.
+    /// Declares inputs and flip-flops, those with roles first.
     fn declare(&mut self, roles: &[Role]) {
         for role in roles {
             match &role.object {
@@ -240,7 +240,7 @@ impl Maker<'_> {
             let cell = self.placement.cell(pin);
             match cell.map(|cell| cell.kind) {
                 Some(CellKind::Registered) => {
-                    // A register without a role that nobody reads is an output's, or an idle macrocell that cannot be switched off.
+                    // An unread register without a role belongs to an output, or is an idle macrocell that cannot be disabled.
                     let is_needed = self.is_read(pin);
                     if self.flops.iter().all(|(known, _, _)| *known != pin) && is_needed {
                         let flop = idle_flop(self.name(pin));
@@ -263,10 +263,10 @@ impl Maker<'_> {
     }
 
     fn flop(&mut self, pin: u32, mut flop: Flop, is_inverted: bool) {
-        // Its function follows when all flip-flops are known.
+        // Its function is set after all flip-flops are known.
         flop.next = self.builder.constant(false);
         let Some(cell) = self.placement.cell(pin) else {
-            let message = format!("pin {pin} was to hold `{}` and has no flip-flop", flop.name);
+            let message = format!("pin {pin} must store `{}` but has no flip-flop", flop.name);
             self.found.push(Diagnostic::error(codes::NOT_AS_MEANT, message));
             return;
         };
@@ -275,7 +275,7 @@ impl Maker<'_> {
         self.flops.push((pin, id, is_inverted));
     }
 
-    /// The level of a registered pin after power-up.
+    /// The power-up level of a registered pin.
     fn first_level(&self, cell: &Cell) -> bool {
         match self.placement.device.power_up {
             PowerUp::PinsHigh => true,
@@ -298,7 +298,7 @@ impl Maker<'_> {
             if let Some(node) = made {
                 return *node;
             }
-            let what = format!("pin {pin} needs its own level without a flip-flop between");
+            let what = format!("pin {pin} depends on itself without a flip-flop in between");
             self.found.push(not_synchronous(&what));
             return self.builder.constant(false);
         }
@@ -331,7 +331,7 @@ impl Maker<'_> {
         self.builder.and(literals)
     }
 
-    /// The level that a macrocell's sum stands for; for a flip-flop its next one.
+    /// The level that a macrocell's sum defines; for a flip-flop, the next one.
     fn sum(&mut self, cell: &Cell) -> NodeId {
         let mut products: Vec<NodeId> = cell.sum.iter().map(|p| self.product(p)).collect();
         if let (CellKind::Registered, Some(preset)) = (cell.kind, &self.placement.sync_preset) {
@@ -352,7 +352,7 @@ impl Maker<'_> {
         for role in roles {
             let Object::Output(output) = &role.object else { continue };
             let Some(cell) = self.placement.cell(role.pin).cloned() else {
-                let message = format!("pin {} was to show `{}` and is idle", role.pin, output.name);
+                let message = format!("pin {} must show `{}` but is idle", role.pin, output.name);
                 self.found.push(Diagnostic::error(codes::NOT_AS_MEANT, message));
                 continue;
             };

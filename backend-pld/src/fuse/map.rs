@@ -1,4 +1,4 @@
-//! A placement as fuses.
+//! Converts a placement to fuses.
 
 use super::FuseMap;
 use super::codes;
@@ -9,11 +9,11 @@ use crate::device::layout::{
 use crate::placement::{Cell, CellKind, Placement, Product};
 use grafsynth_ir::diag::Diagnostic;
 
-/// The fuses of a placement. Idle macrocells and unused rows are zero, so that they are never true.
+/// The fuses of a placement. Idle macrocells and unused rows are zero, so they are never true.
 ///
 /// # Errors
-/// What the device cannot hold, all of it: pins that do not exist or cannot be read, sums that are too wide, terms that it does not have; and devices
-/// whose fuse map is not known.
+/// Everything that the device cannot hold: pins that do not exist or cannot be read, sums that are too wide, terms that it does not have; and devices
+/// without a known fuse map.
 pub fn map(placement: &Placement) -> Result<FuseMap, Vec<Diagnostic>> {
     let Some(layout) = placement.device.layout else {
         return Err(vec![no_map(placement.device)]);
@@ -41,23 +41,23 @@ pub(crate) fn no_map(device: &Device) -> Diagnostic {
         .map(|known| known.name)
         .collect();
     let ways = if device.blocks.is_some() {
-        "build `cupl` for WinCUPL and the maker's fitter, or `verilog` for yosys with atf15xx_yosys before that fitter"
+        "build `cupl` for WinCUPL and the manufacturer's fitter, or `verilog` for yosys with atf15xx_yosys before that fitter"
     } else {
-        "build equations for the maker's tools with `palasm` or `cupl`"
+        "build equations for the manufacturer's tools with `palasm` or `cupl`"
     };
     Diagnostic::error(
         codes::NO_FUSE_MAP,
         format!("the fuse map of a {} is not known for certain, so none is written", device.name),
     )
-    .help(format!("{ways}, or take one of {}", known.join(", ")))
+    .help(format!("{ways}, or use one of {}", known.join(", ")))
 }
 
-/// True while a pin is read by some product.
+/// True if some product reads the pin.
 fn is_read(placement: &Placement, pin: u32) -> bool {
     placement.products().any(|product| product.literal(pin).is_some())
 }
 
-/// The plainest mode that holds the design; where none does, the one with the fewest obstacles, and those of all modes, its own first.
+/// The simplest mode that holds the design; otherwise the mode with the fewest obstacles, and the obstacles of all modes, its own first.
 fn choose_mode(placement: &Placement, layout: &'static Layout) -> (&'static Mode, Vec<Diagnostic>) {
     let has_registers = placement.cells.iter().any(|cell| cell.kind == CellKind::Registered);
     let is_registered = |shape: &Shape| shape.register != Register::None;
@@ -67,7 +67,7 @@ fn choose_mode(placement: &Placement, layout: &'static Layout) -> (&'static Mode
         if refusals.is_empty() {
             return (mode, refusals);
         }
-        // That a mode has no flip-flops at all is no obstacle worth telling as long as another one has.
+        // That a mode has no flip-flops is not worth reporting if another mode has.
         if !has_registers || mode.shapes.iter().any(is_registered) {
             tried.push((mode, refusals));
         }
@@ -82,7 +82,7 @@ fn choose_mode(placement: &Placement, layout: &'static Layout) -> (&'static Mode
     }
 }
 
-/// What of a design a mode cannot hold; sums are not counted.
+/// What a mode cannot hold of a design; sums are not counted.
 fn refusals(placement: &Placement, layout: &Layout, mode: &Mode) -> Vec<Diagnostic> {
     let device = placement.device;
     let in_mode = |text: String| {
@@ -106,7 +106,7 @@ fn refusals(placement: &Placement, layout: &Layout, mode: &Mode) -> Vec<Diagnost
         if !is_read(placement, pin) {
             continue;
         }
-        // A pin with a macrocell that feeds back while it is an output keeps a device of several modes out of the plainest one, as all assemblers do.
+        // A pin whose macrocell feeds back while it is an output excludes the simplest mode, as in all assemblers.
         let is_dedicated = layout.modes.len() > 1
             && mode.name == layout.modes[0].name
             && placement.cell(pin).is_some();
@@ -121,7 +121,7 @@ fn refusals(placement: &Placement, layout: &Layout, mode: &Mode) -> Vec<Diagnost
     found
 }
 
-/// The shape that a macrocell needs, of those that it can have.
+/// The shape that a macrocell needs, among the possible ones.
 fn shape_for(layout: &Layout, mode: &'_ Mode, cell: &Cell) -> Option<&'static Shape> {
     let fixed = match layout.cell(cell.pin)?.kind {
         Some(Setting::Fixed(kind)) => Some(kind),
@@ -131,7 +131,7 @@ fn shape_for(layout: &Layout, mode: &'_ Mode, cell: &Cell) -> Option<&'static Sh
         let has_row = matches!(shape.enable, Enable::Row(_) | Enable::PinLowAndRow(..));
         match cell.kind {
             CellKind::Combinational => {
-                // The mode decides whether that is done with an enable term that is always true.
+                // The mode decides whether an enable term that is always true does that.
                 !matches!(shape.register, Register::Pin(_)) && shape.enable != Enable::Never
             }
             CellKind::Registered => {
@@ -207,7 +207,7 @@ impl Mapper<'_> {
         }
     }
 
-    /// A row that serves the whole device.
+    /// A row for the whole device.
     fn global(&mut self, what: &str, row: Option<u32>, product: Option<&Product>) {
         match (row, product) {
             (Some(row), Some(product)) => self.row(row, product),
@@ -218,7 +218,7 @@ impl Mapper<'_> {
         }
     }
 
-    /// A macrocell without a function: nothing is driven where that can be said, and its pin can be read where somebody does.
+    /// A macrocell without a function: if possible, it drives nothing, and its pin can be read if necessary.
     fn idle(&mut self, cell: &CellFuses) {
         if let Some(Setting::Fuse(kind)) = cell.kind {
             self.set(kind, is_read(self.placement, cell.pin));
@@ -226,12 +226,12 @@ impl Mapper<'_> {
     }
 
     fn cell(&mut self, fuses: &CellFuses, cell: &Cell) {
-        // Without a shape the mode was refused already.
+        // Without a shape, the mode was rejected before.
         let Some(shape) = shape_for(self.layout, self.mode, cell) else { return };
         if let (Some(Setting::Fuse(fuse)), Some(kind)) = (fuses.kind, shape.kind) {
             self.set(fuse, kind);
         }
-        // Wherever the gate sits, 1 gives the sum itself to the pin: before the flip-flop it makes up for the inverting buffer.
+        // Wherever the gate is, 1 passes the sum itself to the pin: before the flip-flop it compensates the inverting buffer.
         match fuses.polarity {
             Setting::Fuse(fuse) => self.set(fuse, !cell.is_active_low),
             Setting::Fixed(is_high) if is_high == cell.is_active_low => {
@@ -265,7 +265,7 @@ impl Mapper<'_> {
         }
     }
 
-    /// Clock, reset and preset of a macrocell's own.
+    /// The clock, reset and preset of a single macrocell.
     fn clock(&mut self, shape: &Shape, fuses: &CellFuses, cell: &Cell) {
         let always = Product::default();
         match (shape.register, cell.kind) {
@@ -281,7 +281,7 @@ impl Mapper<'_> {
                 }
             }
             (Register::Rows { reset, set, .. }, CellKind::Combinational | CellKind::Tristate) => {
-                // Both always true take the flip-flop out of the way.
+                // If both are always true, the flip-flop is transparent.
                 self.row(fuses.row + reset, &always);
                 self.row(fuses.row + set, &always);
                 self.no_own_terms(cell);
@@ -297,7 +297,7 @@ impl Mapper<'_> {
         let terms = [(&cell.clock, "clock"), (&cell.set, "preset"), (&cell.reset, "reset")];
         for (term, what) in terms {
             if term.is_some() {
-                self.refuse_cell(cell, &format!("has no {what} term of its own"));
+                self.refuse_cell(cell, &format!("has no {what} term"));
             }
         }
     }
@@ -316,7 +316,7 @@ impl Mapper<'_> {
             self.set(first + column, true);
         }
         for &(pin, value) in &product.0 {
-            // A pin without a column was refused with the mode.
+            // A pin without a column was rejected with the mode.
             let Some(column) = self.mode.column(pin) else { continue };
             let column = column + u32::from(value == self.is_fed_back_inverted(pin));
             self.set(first + column, false);

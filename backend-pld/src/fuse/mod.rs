@@ -1,11 +1,11 @@
-//! Fuse maps: what is burned.
+//! Fuse maps: the data that is programmed into a device.
 //!
 //! ```text
 //! Placement ── map ──► FuseMap ── decode ──► Placement      compared with what was meant (same)
 //!                         │
 //!                         └────── sim::Chip ──► levels on pins, clock by clock
 //! ```
-//! [`map()`], [`decode()`] and [`sim`] read the device's tables ([`crate::device::layout`]) and share no code: a fault of one of them shows as a
+//! [`map()`], [`decode()`] and [`sim`] read the device's tables ([`crate::device::layout`]) and share no code: a bug in one of them appears as a
 //! difference between them.
 
 pub mod codes;
@@ -31,7 +31,7 @@ pub use place::place;
 use crate::device::Device;
 use crate::device::layout::Setting;
 
-/// The fuses of a device: 0 where a connection is made.
+/// The fuses of a device: 0 if a connection is made.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FuseMap {
     /// The device.
@@ -49,13 +49,13 @@ impl FuseMap {
         checksum(&self.fuses)
     }
 
-    /// A fuse; one that the device does not have is 1.
+    /// A fuse; 1 if the device does not have it.
     #[must_use]
     pub fn get(&self, fuse: u32) -> bool {
         self.fuses.get(fuse as usize).copied().unwrap_or(true)
     }
 
-    /// What a macrocell is set to.
+    /// The value of a macrocell's setting.
     #[must_use]
     pub fn setting(&self, setting: Setting) -> bool {
         match setting {
@@ -64,7 +64,7 @@ impl FuseMap {
         }
     }
 
-    /// The eight bytes of the user's signature, where the device has one.
+    /// The eight bytes of the user signature, if the device has one.
     #[must_use]
     pub fn signature(&self) -> Option<[u8; 8]> {
         let first = self.device.layout?.signature?;
@@ -83,7 +83,7 @@ impl FuseMap {
 pub fn checksum(fuses: &[bool]) -> u16 {
     fuses.chunks(8).fold(0u16, |sum, byte| {
         let bits = byte.iter().rev().fold(0u16, |value, fuse| value << 1 | u16::from(*fuse));
-        // The first fuse is the least significant bit, so a last byte that is not full has zeros above.
+        // The first fuse is the least significant bit, so an incomplete last byte is padded with zeros.
         sum.wrapping_add(bits)
     })
 }

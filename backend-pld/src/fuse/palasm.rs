@@ -1,11 +1,11 @@
-//! A placement as PALASM text: equations out of a fuse map, product by product.
+//! Prints a placement as PALASM text: equations from a fuse map, product by product.
 
 use crate::placement::{Cell, CellKind, Placement, Product};
 use grafsynth_ir::names::{Namer, PALASM, PALASM_CHIP};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// The text of a placement in PALASM 2: every macrocell with its sum as it is, its enable, clock, set and reset, and those of the whole device.
+/// The text of a placement in PALASM 2: every macrocell with its unchanged sum, its enable, clock, set and reset, and those of the whole device.
 #[must_use]
 pub fn palasm(placement: &Placement) -> String {
     let device = placement.device;
@@ -28,7 +28,7 @@ pub fn palasm(placement: &Placement) -> String {
         &placement.title
     });
     let mut text = format!(
-        "; equations out of a fuse map, by grafsynth {}\n\nTITLE     {title}\nPATTERN   1\nREVISION  1\nAUTHOR    grafsynth\nCOMPANY   -\nDATE      -\n\nCHIP  {title}  {}\n\n",
+        "; equations from a fuse map, by grafsynth {}\n\nTITLE     {title}\nPATTERN   1\nREVISION  1\nAUTHOR    grafsynth\nCOMPANY   -\nDATE      -\n\nCHIP  {title}  {}\n\n",
         env!("CARGO_PKG_VERSION"),
         device.palasm
     );

@@ -1,4 +1,4 @@
-//! A circuit in the macrocells of a device, under the names of its source.
+//! Places a circuit in the macrocells of a device, with the names of its source.
 
 use super::{Role, codes};
 use crate::equations::Equations;
@@ -7,7 +7,7 @@ use crate::{Dialect, EmitOptions, Object};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::logic::Logic;
 
-/// Chooses forms and pins for a circuit and puts each function into its macrocell; gives what each pin stands for too.
+/// Chooses forms and pins for a circuit and puts each function into its macrocell; also returns the role of each pin.
 ///
 /// # Errors
 /// What the device cannot hold, and devices without a fuse map.
@@ -15,7 +15,7 @@ pub fn place(
     logic: &Logic,
     options: &EmitOptions,
 ) -> Result<(Placement, Vec<Role>), Vec<Diagnostic>> {
-    // This language needs every pin, so that a design that does not fit is refused.
+    // This language needs all pins, so a design that does not fit is rejected.
     let equations = Equations::new(logic, Dialect::Galasm, options)?;
     if equations.device.layout.is_none() {
         return Err(vec![super::no_map(equations.device)]);
@@ -26,7 +26,7 @@ pub fn place(
     };
     placement.part = options.device.as_deref().and_then(|name| equations.device.part(name));
     let roles = equations.roles(logic);
-    // Equation languages have short names; a file for a programmer takes those of the source.
+    // Equation languages use short names; a file for a programmer uses those of the source.
     for named in &mut placement.pins {
         let role = roles.iter().find(|role| role.pin == named.pin);
         match role.map(|role| &role.object) {

@@ -1,4 +1,4 @@
-//! A burned device in place of the circuit that was decoded from it: the same pins and flip-flops, run fuse by fuse.
+//! Runs a programmed device in place of the circuit that was decoded from it: the same pins and flip-flops, simulated fuse by fuse.
 
 use super::sim::Chip;
 use super::{FuseMap, Role};
@@ -9,10 +9,10 @@ use grafsynth_ir::logic::{Flop, FlopId, Logic, PinInput, PinInputId, PinOutput, 
 use grafsynth_logic::chip::Parts;
 use grafsynth_logic::sim::LogicSim;
 
-/// A pin and whether it carries the complement of what it stands for.
+/// A pin, and whether it carries the complement of its signal.
 type Wire = Option<(u32, bool)>;
 
-/// A device, driven and looked at by the names of a circuit.
+/// A device that is driven and read by the names of a circuit.
 #[derive(Debug, Clone)]
 pub struct Burned<'a> {
     chip: Chip<'a>,
@@ -20,7 +20,7 @@ pub struct Burned<'a> {
     flops: IdMap<Flop, Wire>,
     outputs: IdMap<PinOutput, Wire>,
     clocks: Vec<u32>,
-    /// The first thing that the device could not do.
+    /// The first error of the device.
     trouble: Option<Box<Diagnostic>>,
 }
 
@@ -36,20 +36,20 @@ fn output_name(object: &Object) -> Option<&str> {
     if let Object::Output(output) = object { Some(&output.name) } else { None }
 }
 
-/// Takes the first wire of a name out of a list.
+/// Removes the first wire with a name from a list.
 fn take(wires: &mut Vec<(&str, Wire)>, name: &str) -> Wire {
     let at = wires.iter().position(|(known, _)| *known == name)?;
     wires.remove(at).1
 }
 
 impl<'a> Burned<'a> {
-    /// The device just after power-up. `roles` say which pin is which part of `logic`; parts are found by kind and name.
+    /// The device just after power-up. `roles` map pins to parts of `logic`; parts are found by kind and name.
     ///
     /// # Errors
     /// A device that the simulator cannot run.
     pub fn new(map: &'a FuseMap, logic: &Logic, roles: &[Role]) -> Result<Self, Box<Diagnostic>> {
         let mut chip = Chip::new(map)?;
-        // Two flip-flops may have one name: the first of the circuit is the first of the roles, and so on.
+        // Two flip-flops may have the same name: the first of the circuit is the first of the roles, and so on.
         let names = |name_of: fn(&Object) -> Option<&str>| {
             let mut all: Vec<(&str, Wire)> = Vec::new();
             for role in roles {
@@ -74,7 +74,7 @@ impl<'a> Burned<'a> {
         Ok(Burned { chip, inputs, flops, outputs, clocks, trouble: None })
     }
 
-    /// The first thing that the device could not do: levels that did not settle. What came after it means nothing.
+    /// The first error of the device: levels that did not settle. Later results are meaningless.
     #[must_use]
     pub fn trouble(&self) -> Option<&Diagnostic> {
         self.trouble.as_deref()
@@ -97,7 +97,7 @@ impl<'a> Burned<'a> {
 impl Parts for Burned<'_> {
     fn set_input(&mut self, input: PinInputId, value: u64) {
         if let Some((pin, is_inverted)) = self.inputs[input] {
-            // One run, in all places: the simulator of circuits looks at the lowest.
+            // All 64 lanes carry the same run: the simulator of circuits uses the lowest one.
             let value = if is_inverted { !value } else { value };
             let outcome = self.chip.put(&[(pin, value)]);
             self.done(outcome);
@@ -125,7 +125,7 @@ impl Parts for Burned<'_> {
     }
 }
 
-/// Runs a device beside a circuit from power-up, 64 runs of random inputs side by side; gives the first difference in words.
+/// Compares a device with a circuit from power-up, in 64 parallel runs with random inputs; returns the first difference in words.
 ///
 /// # Errors
 /// A device that the simulator cannot run.
@@ -143,13 +143,13 @@ pub fn difference(
             random ^= random << 13;
             random ^= random >> 7;
             random ^= random << 17;
-            // In a few runs all inputs are low, or change only now and then.
+            // In a few runs all inputs are low, or change rarely.
             let value = random & !0xF;
             device.set_input(input, value);
             circuit.set_input(input, value);
         }
         for output in logic.outputs.ids() {
-            // A registered output shows its flip-flop, which the circuit does not keep here.
+            // A registered output shows its flip-flop, which the circuit does not store here.
             let own = &logic.outputs[output];
             if own.registered.is_none() && device.output(output) != circuit.output(output) {
                 return Ok(Some(format!("output `{}` before clock {clock}", own.name)));

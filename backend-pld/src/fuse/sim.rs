@@ -1,14 +1,14 @@
-//! A device run at the level of its fuses, 64 runs side by side.
+//! Simulates a device at the level of its fuses, 64 runs in parallel.
 //!
-//! Written from the tables alone: rows and columns, what a macrocell is under its fuses, where the polarity gate sits and what is fed back. Nothing of
-//! the mapper or the decoder is used, so that it can judge them.
+//! It uses the tables only: rows and columns, the configuration of a macrocell under its fuses, the position of the polarity gate and the feedback. It shares
+//! no code with the mapper or the decoder, so that it can check them.
 //!
-//! # What happens
-//! - At power-up every flip-flop is 0. A pin that nobody drives is high: these devices have pull-ups.
-//! - Levels are worked out until they rest. A row is true while all signals connected to it are high. The enable row or pin decides whether a
-//!   macrocell drives its pin; else the pin has the level that is put there.
-//! - A flip-flop takes its D at the rising edge of its clock, and D is what it was just before. The synchronous preset is read there too.
-//! - An asynchronous reset or preset holds while its row is true.
+//! # Behaviour
+//! - At power-up every flip-flop is 0. An undriven pin is high: these devices have pull-ups.
+//! - Levels are computed until they settle. A row is true while all signals connected to it are high. The enable row or pin decides whether a
+//!   macrocell drives its pin; otherwise the pin has the level applied from outside.
+//! - A flip-flop stores D at the rising edge of its clock, with the value of D just before the edge. The synchronous preset is read then too.
+//! - An asynchronous reset or preset acts while its row is true.
 
 use super::{FuseMap, codes};
 use crate::device::layout::{
@@ -16,10 +16,10 @@ use crate::device::layout::{
 };
 use grafsynth_ir::diag::Diagnostic;
 
-/// Passes until the levels must rest: longer than any path through all macrocells, with ripple clocks.
+/// The number of passes after which the levels must settle: longer than any path through all macrocells, with ripple clocks.
 const MOST_PASSES: u32 = 64;
 
-/// A device at work.
+/// A simulated device.
 #[derive(Debug, Clone)]
 pub struct Chip<'a> {
     map: &'a FuseMap,
@@ -28,34 +28,34 @@ pub struct Chip<'a> {
     /// The columns connected to each row.
     wired: Vec<Option<Vec<u32>>>,
     cells: Vec<State>,
-    /// The power-up reset still holds.
+    /// The power-up reset is still active.
     is_held: bool,
-    /// What the surroundings put on each pin, by pin number.
+    /// The level applied from outside to each pin, by pin number.
     put: Vec<u64>,
     /// The level of each pin.
     levels: Vec<u64>,
 }
 
-/// A macrocell at work.
+/// The state of a macrocell.
 #[derive(Debug, Clone)]
 struct State {
     fuses: &'static CellFuses,
-    /// None: a setting without a meaning, with no row in use.
+    /// `None`: an undefined setting, with no row in use.
     shape: Option<&'static Shape>,
     q: u64,
-    /// D before the present change.
+    /// D before the current change.
     d: u64,
-    /// The synchronous preset before the present change.
+    /// The synchronous preset before the current change.
     preset: u64,
-    /// The clock before the present change.
+    /// The clock before the current change.
     clock: u64,
-    /// What it gives to its pin.
+    /// The level that it outputs to its pin.
     out: u64,
-    /// In which runs it drives its pin.
+    /// The runs in which it drives its pin.
     drives: u64,
 }
 
-/// The columns of the array in a pass, and what is connected to them.
+/// The columns of the array in a pass, and their connections.
 struct Rows<'c> {
     wired: &'c [Option<Vec<u32>>],
     columns: Vec<u64>,
@@ -72,7 +72,7 @@ impl Rows<'_> {
     }
 }
 
-/// The columns connected to each row; none where that is a signal and its complement, or where the row is out of service.
+/// The columns connected to each row; `None` if they include a signal and its complement, or if the row is disabled.
 fn wires(map: &FuseMap, layout: &Layout) -> Vec<Option<Vec<u32>>> {
     let wires = |row: u32| {
         if layout.row_switches.is_some_and(|first| !map.get(first + row)) {
@@ -91,14 +91,15 @@ impl<'a> Chip<'a> {
     /// A device just after power-up, with all pins pulled high.
     ///
     /// # Errors
-    /// A device without a known map, a setting without a meaning, levels that do not rest.
+    /// A device without a known fuse map, an undefined setting, or levels that do not settle.
     pub fn new(map: &'a FuseMap) -> Result<Self, Box<Diagnostic>> {
         let layout = map.device.layout.ok_or_else(|| Box::new(super::map::no_map(map.device)))?;
         let is_set = |mode: &&Mode| mode.fuses.iter().all(|(fuse, on)| map.get(*fuse) == *on);
         let unknown = |what: String| Box::new(Diagnostic::error(codes::UNDOCUMENTED, what));
-        let mode = layout.modes.iter().find(is_set).ok_or_else(|| {
-            unknown(format!("the fuses choose no mode that a {} has", map.device.name))
-        })?;
+        let mode =
+            layout.modes.iter().find(is_set).ok_or_else(|| {
+                unknown(format!("the fuses select no mode of a {}", map.device.name))
+            })?;
         let n_pins = map.device.n_pins as usize + 1;
         let mut chip = Chip {
             map,
@@ -134,22 +135,22 @@ impl<'a> Chip<'a> {
         Ok(chip)
     }
 
-    /// Takes the supply away and gives it back: flip-flops are 0 again, what lies on the pins stays.
+    /// Cycles the power: flip-flops are 0 again, the levels applied to the pins stay.
     ///
     /// # Errors
-    /// Levels that do not rest.
+    /// Levels that do not settle.
     pub fn power_up(&mut self) -> Result<(), Box<Diagnostic>> {
-        // While the reset holds, clocks that come and go as the levels find their place are no edges.
+        // While the reset is active, clock changes of settling levels are not edges.
         self.is_held = true;
         self.settle()?;
         self.is_held = false;
         self.settle()
     }
 
-    /// Puts levels on pins, one bit a run, all at once.
+    /// Applies levels to pins, one bit per run, all at once.
     ///
     /// # Errors
-    /// Levels that do not rest.
+    /// Levels that do not settle.
     pub fn put(&mut self, pins: &[(u32, u64)]) -> Result<(), Box<Diagnostic>> {
         for &(pin, value) in pins {
             if let Some(place) = self.put.get_mut(pin as usize) {
@@ -162,33 +163,33 @@ impl<'a> Chip<'a> {
     /// A pulse on a clock pin: low, high, low.
     ///
     /// # Errors
-    /// Levels that do not rest.
+    /// Levels that do not settle.
     pub fn pulse(&mut self, pin: u32) -> Result<(), Box<Diagnostic>> {
         self.put(&[(pin, 0)])?;
         self.put(&[(pin, u64::MAX)])?;
         self.put(&[(pin, 0)])
     }
 
-    /// The level of a pin, one bit a run.
+    /// The level of a pin, one bit per run.
     #[must_use]
     pub fn level(&self, pin: u32) -> u64 {
         self.levels.get(pin as usize).copied().unwrap_or(u64::MAX)
     }
 
-    /// In which runs the device drives a pin.
+    /// The runs in which the device drives a pin.
     #[must_use]
     pub fn drives(&self, pin: u32) -> u64 {
         self.cells.iter().find(|cell| cell.fuses.pin == pin).map_or(0, |cell| cell.drives)
     }
 
-    /// The flip-flop of a pin, where it is in use.
+    /// The flip-flop of a pin, if it is used.
     #[must_use]
     pub fn q(&self, pin: u32) -> Option<u64> {
         let cell = self.cells.iter().find(|cell| cell.fuses.pin == pin)?;
         cell.shape.filter(|shape| shape.register != Register::None).map(|_| cell.q)
     }
 
-    /// Pins whose flip-flops are clocked by a pin, with that pin; each once.
+    /// Pins that clock flip-flops through a single pin, each once.
     #[must_use]
     pub fn clock_pins(&self) -> Vec<u32> {
         let mut pins: Vec<u32> = Vec::new();
@@ -218,16 +219,16 @@ impl<'a> Chip<'a> {
         pins
     }
 
-    /// All flip-flops, as they are in one of the runs (0 to 63).
+    /// All flip-flops, as in one of the runs (0 to 63).
     #[must_use]
     pub fn state(&self, run: u32) -> Vec<bool> {
         self.cells.iter().map(|cell| cell.q >> (run & 63) & 1 == 1).collect()
     }
 
-    /// Every run becomes as this one is: flip-flops and what is put on the pins.
+    /// Copies the state of this run to all runs: flip-flops and applied levels.
     ///
     /// # Errors
-    /// Levels that do not rest.
+    /// Levels that do not settle.
     pub fn fork(&mut self, run: u32) -> Result<(), Box<Diagnostic>> {
         let spread = |word: u64| if word >> (run & 63) & 1 == 1 { u64::MAX } else { 0 };
         for cell in &mut self.cells {
@@ -302,13 +303,9 @@ impl<'a> Chip<'a> {
             .collect();
         let finding = Diagnostic::error(
             codes::NOT_SETTLING,
-            format!(
-                "the levels of a {} do not come to rest: {}",
-                self.map.device.name,
-                pins.join(", ")
-            ),
+            format!("the levels of a {} do not settle: {}", self.map.device.name, pins.join(", ")),
         )
-        .help("a combinational output that needs its own complement oscillates");
+        .help("a combinational output that depends on its own complement oscillates");
         Err(Box::new(finding))
     }
 }
@@ -330,7 +327,7 @@ fn next_state(
         PolarityGate::BeforeRegister => sum ^ gate,
         PolarityGate::AfterRegister => sum,
     };
-    // Runs in which the flip-flop is out of the way.
+    // Runs in which the flip-flop is transparent.
     let mut is_open = 0;
     match shape.register {
         Register::None => is_open = u64::MAX,

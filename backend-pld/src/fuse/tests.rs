@@ -1,4 +1,4 @@
-//! Fuse maps against files by others and against themselves.
+//! Fuse maps compared with files from other tools and with each other.
 
 mod bipolar;
 mod golden;

@@ -1,8 +1,8 @@
-//! Test vectors for the programmer: levels to put on the pins and levels to expect, from the simulator of the fuses.
+//! Test vectors for the programmer: levels to apply to the pins and levels to expect, from the fuse simulator.
 //!
-//! The first vector looks at the device as it wakes. The others are a walk: at each step 64 rows of inputs are tried side by side, and the one is taken
-//! that leads where the walk has been least, so that it reaches all of a controller's situations and stays near their edges. Pins that are inputs and
-//! serve nothing are driven both ways, so that a fuse that connects them by mistake shows.
+//! The first vector checks the device after power-up. The others are a walk: each step tries 64 rows of inputs in parallel and chooses the one
+//! that leads to the least visited state, so that it reaches all situations of a controller and stays near their boundaries. Unused input pins
+//! are driven to both levels, so that a fuse that connects them by mistake is detected.
 
 use super::FuseMap;
 use super::sim::Chip;
@@ -11,7 +11,7 @@ use crate::placement::{CellKind, Placement};
 use grafsynth_ir::diag::Diagnostic;
 use std::collections::BTreeMap;
 
-/// What happens at one pin in a test vector.
+/// The action at one pin in a test vector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Level {
     /// Driven low.
@@ -26,16 +26,16 @@ pub enum Level {
     ExpectLow,
     /// High is expected.
     ExpectHigh,
-    /// Expected not to be driven.
+    /// Expected to be undriven.
     ExpectOff,
-    /// Neither driven nor looked at.
+    /// Neither driven nor tested.
     Ignore,
-    /// A supply pin, or one that is not to be tested.
+    /// A supply pin, or a pin that is not tested.
     NotTested,
 }
 
 impl Level {
-    /// All of them with their letters.
+    /// All levels with their letters.
     pub const ALL: [(Level, char); 9] = [
         (Level::Low, '0'),
         (Level::High, '1'),
@@ -56,21 +56,21 @@ impl Level {
     }
 }
 
-/// One test vector: what happens at each pin, pin 1 first.
+/// One test vector: the action at each pin, pin 1 first.
 pub type Vector = Vec<Level>;
 
-/// How many vectors are made for a product term.
+/// The number of vectors for each product term.
 const PER_TERM: usize = 24;
-/// The fewest and the most vectors.
+/// The minimum and maximum number of vectors.
 const BOUNDS: (usize, usize) = (64, 1000);
 
-/// A good number of vectors for a design.
+/// A sufficient number of vectors for a design.
 #[must_use]
 pub fn enough(placement: &Placement) -> usize {
     (placement.products().count() * PER_TERM).clamp(BOUNDS.0, BOUNDS.1)
 }
 
-/// Makes vectors: the levels after power-up, then `first` (levels of inputs by pin, one clock each), then a walk up to `n` vectors.
+/// Generates vectors: the levels after power-up, then `first` (levels of inputs by pin, one clock each), then a walk up to `n` vectors.
 ///
 /// # Errors
 /// A device that the simulator cannot run.
@@ -91,7 +91,7 @@ pub fn vectors(
     Ok(vectors)
 }
 
-/// The vectors that a device does not pass, from 0, with the pin and the letter that its level deserves; at most `most`.
+/// The vectors that a device fails, from 0, with the pin and the letter for its actual level; at most `most`.
 ///
 /// # Errors
 /// A device that the simulator cannot run.
@@ -116,7 +116,7 @@ pub fn failures(
             }
         }
         if at == 0 {
-            // Levels lie there before the supply does.
+            // The levels are applied before the supply.
             chip.put(&levels)?;
             chip.power_up()?;
         } else {
@@ -161,12 +161,12 @@ struct Walk<'a> {
     chip: Chip<'a>,
     placement: &'a Placement,
     clocks: Vec<u32>,
-    /// Pins that are driven, the clocks and enables not among them.
+    /// Pins that are driven, except clocks and enables.
     inputs: Vec<u32>,
-    /// Pins with one level all the time.
+    /// Pins with a constant level.
     fixed: Vec<(u32, bool)>,
     last: Vec<(u32, bool)>,
-    /// How often each change of state was made, and each state was reached.
+    /// How often each state change was made, and each state was reached.
     edges: BTreeMap<(Vec<bool>, Vec<bool>), u32>,
     states: BTreeMap<Vec<bool>, u32>,
     random: u64,
@@ -188,7 +188,7 @@ impl<'a> Walk<'a> {
             }
         };
         for cell in placement.cells.iter().filter(is_registered) {
-            // Terms of one pin are its pulses; other clock terms follow from the levels.
+            // Clock terms of a single pin get pulses; other clock terms follow from the levels.
             if let Some([(pin, _)]) = cell.clock.as_ref().map(|product| product.0.as_slice())
                 && !clocks.contains(pin)
                 && placement.cell(*pin).is_none()
@@ -230,7 +230,7 @@ impl<'a> Walk<'a> {
         self.random
     }
 
-    /// The device as it wakes, all inputs low.
+    /// The device after power-up, all inputs low.
     fn wake(&mut self) -> Result<Vector, Box<Diagnostic>> {
         let mut levels: Vec<(u32, u64)> = self.inputs.iter().map(|pin| (*pin, 0)).collect();
         levels.extend(self.clocks.iter().map(|pin| (*pin, 0)));
@@ -241,7 +241,7 @@ impl<'a> Walk<'a> {
         Ok(self.vector(false))
     }
 
-    /// A clock with some inputs given; the others are as before.
+    /// A clock with some inputs given; the others keep their values.
     fn given(&mut self, row: &[(u32, bool)]) -> Result<Vector, Box<Diagnostic>> {
         for (pin, value) in &mut self.last {
             if let Some((_, given)) = row.iter().find(|(known, _)| known == pin) {
@@ -256,10 +256,10 @@ impl<'a> Walk<'a> {
         Ok(self.vector(true))
     }
 
-    /// A clock with the inputs that lead where the walk has been least.
+    /// A clock with the inputs that lead to the least visited state.
     fn step(&mut self) -> Result<Vector, Box<Diagnostic>> {
         let before = self.chip.state(0);
-        // Half of the runs change single inputs of the last row, so that the walk looks at both sides of every literal.
+        // Half of the runs change single inputs of the last row, so that the walk tests both sides of every literal.
         let mut tried: Vec<(u32, u64)> = Vec::new();
         for at in 0..self.inputs.len() {
             let (pin, last) = (self.inputs[at], self.last.get(at).is_some_and(|(_, value)| *value));

@@ -3,8 +3,8 @@
 //! ```text
 //! FuseMap ── write ──► .jed ── read ──► Jedec ── fuse_map ──► FuseMap
 //! ```
-//! The reader knows the standard and nothing of the writer: it takes all fields, checks both checksums, and reports everything that is wrong at once,
-//! each with its place.
+//! The reader follows the standard and is independent of the writer: it accepts all fields, checks both checksums, and reports all errors at once,
+//! each with its location.
 
 mod read;
 #[cfg(test)]
@@ -21,33 +21,33 @@ use crate::placement::PinName;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::Span;
 
-/// What a JEDEC file says.
+/// The contents of a JEDEC file.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Jedec {
-    /// The text before the first field: free words, of which some tools make a head with the device's name.
+    /// The text before the first field: free text, in which some tools write the device's name.
     pub head: String,
     /// The texts of the notes, field `N`.
     pub notes: Vec<String>,
     /// The number of pins, field `QP`.
     pub n_pins: Option<u32>,
-    /// The fuses, as many as field `QF` says; those in no field `L` have the value of field `F`.
+    /// The fuses, as many as field `QF` declares; those in no field `L` have the value of field `F`.
     pub fuses: Vec<bool>,
     /// The security fuse, field `G`.
     pub is_secured: bool,
     /// The test vectors, field `V`, in their order.
     pub vectors: Vec<Vector>,
-    /// Where the number of fuses stands.
+    /// The location of the number of fuses.
     pub span: Span,
 }
 
 impl Jedec {
-    /// The names of the pins, where a note `PINS name:number ...` gives them; `/name` and `!name` are complements of their pins.
+    /// The names of the pins, if a note `PINS name:number ...` lists them; `/name` and `!name` are complements of their pins.
     #[must_use]
     pub fn pins(&self) -> Vec<PinName> {
         let mut pins = Vec::new();
         for note in &self.notes {
             let Some(rest) = note.trim_start().strip_prefix("PINS ").or_else(|| {
-                // Some tools write the word NOTE out, of which N is only the first letter.
+                // Some tools write the word NOTE in full; the N is its first letter.
                 note.trim_start().strip_prefix("OTE PINS ")
             }) else {
                 continue;
@@ -66,13 +66,13 @@ impl Jedec {
         pins
     }
 
-    /// The one of several devices with the same number of fuses that head or notes name.
+    /// Among several devices with the same number of fuses, the one that the head or the notes name.
     fn named(
         &self,
         possible: &[&'static Device],
         n_fuses: u32,
     ) -> Result<&'static Device, Box<Diagnostic>> {
-        // Makers put letters around the kind: `AmPAL16R4A`, `TIBPAL16L8-15`, `p16r8`.
+        // Manufacturers add letters to the type: `AmPAL16R4A`, `TIBPAL16L8-15`, `p16r8`.
         let names = |device: &Device, word: &str| {
             let word = word.to_ascii_lowercase();
             let kind = device.name.trim_start_matches("pal");
@@ -94,28 +94,26 @@ impl Jedec {
         }
         let names: Vec<&str> = possible.iter().map(|device| device.palasm).collect();
         let which = if named.is_empty() { "none" } else { "several" };
-        let message = format!(
-            "{n_fuses} fuses are those of {}, and the file names {which} of them",
-            names.join(", ")
-        );
+        let message =
+            format!("{n_fuses} fuses fit {}, and the file names {which} of them", names.join(", "));
         Err(Box::new(
             Diagnostic::error(codes::SEVERAL_DEVICES, message)
                 .at(self.span, "the number of fuses")
                 .help(format!(
-                    "write `Device: {}` or the other's name into the head, before the first `*`",
+                    "write `Device: {}` or the other name into the head, before the first `*`",
                     names[0]
                 )),
         ))
     }
 
-    /// The fuse map of the device that the file is for: `device` if it is given, else the one with this number of fuses; of several the one that the
+    /// The fuse map of the device that the file is for: `device` if it is given, otherwise the device with this number of fuses; of several, the one that the
     /// file names in its head or in a note.
     ///
     /// # Errors
-    /// A device without a known map, a file with another number of fuses, or with that of several devices and no name.
+    /// A device without a known fuse map, another number of fuses, or a number that fits several devices without a name.
     pub fn fuse_map(&self, device: Option<&'static Device>) -> Result<FuseMap, Box<Diagnostic>> {
         let n_fuses = u32::try_from(self.fuses.len()).unwrap_or(u32::MAX);
-        // A file may leave the signature out; the fuses before it are the same.
+        // A file may omit the signature; the fuses before it are the same.
         let fits = |device: &Device| {
             device.layout.is_some_and(|layout| {
                 layout.n_fuses == n_fuses
@@ -136,7 +134,7 @@ impl Jedec {
                 return Err(Box::new(finding.at(self.span, "the number of fuses")));
             }
             None => {
-                // What stands in for another device has that one's fuses.
+                // A device that replaces another one has the fuses of that one.
                 let is_itself =
                     |device: &Device| device.burned_as.eq_ignore_ascii_case(device.name);
                 let possible: Vec<&'static Device> = DEVICES
@@ -159,10 +157,10 @@ impl Jedec {
                 .collect();
             let finding = Diagnostic::error(
                 codes::UNKNOWN_SIZE,
-                format!("no device in the tables has {n_fuses} fuses"),
+                format!("no known device has {n_fuses} fuses"),
             );
             let finding = finding.at(self.span, "the number of fuses");
-            return Err(Box::new(finding.help(format!("known are {}", known.join(", ")))));
+            return Err(Box::new(finding.help(format!("known fuse counts: {}", known.join(", ")))));
         };
         let mut fuses = self.fuses.clone();
         if let Some(layout) = device.layout {
@@ -178,7 +176,7 @@ pub fn transmission_checksum(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0u16, |sum, byte| sum.wrapping_add(u16::from(*byte)))
 }
 
-/// The character that a transmission begins with.
+/// The first character of a transmission.
 pub(crate) const STX: u8 = 2;
-/// The character that it ends with, before its checksum.
+/// The last character of a transmission, before its checksum.
 pub(crate) const ETX: u8 = 3;

@@ -1,8 +1,8 @@
 //! The reader.
 //!
 //! A file is a transmission: a start character, free text up to the first `*`, fields that end with `*`, an end character, and four hexadecimal digits
-//! that are the sum of all bytes from the start to the end character (`0000`: not counted). A file without the two characters is read too, for many are
-//! kept so; there is no sum to check then.
+//! that give the sum of all bytes from the start to the end character (`0000`: not counted). A file without these two characters is accepted too, because many
+//! files lack them; then there is no sum to check.
 
 use super::{ETX, Jedec, STX, transmission_checksum};
 use crate::fuse::vectors::{Level, Vector};
@@ -10,14 +10,14 @@ use crate::fuse::{checksum, codes};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::{FileId, Span};
 
-/// A file with more fuses than this is not read; the largest device in use has some hundred thousand.
+/// A file with more fuses is not read; the largest device in use has some hundred thousand.
 const MOST_FUSES: u32 = 1 << 22;
-/// Vectors beyond these are not read.
+/// Vectors beyond this number are not read.
 const MOST_VECTORS: usize = 1 << 16;
-/// Findings of a file that are kept.
+/// The maximum number of findings for a file.
 const MOST_FINDINGS: usize = 100;
 
-/// Reads a file. All findings come at once; where one of them is an error there is no result.
+/// Reads a file. All findings are reported at once; if one of them is an error, there is no result.
 #[must_use]
 pub fn read(file: FileId, text: &str) -> (Option<Jedec>, Vec<Diagnostic>) {
     let mut reader = Reader::new(file, text);
@@ -40,11 +40,11 @@ struct Reader<'a> {
     found: Vec<Diagnostic>,
     n_fuses: Option<u32>,
     n_vectors: Option<(u32, Span)>,
-    /// The default of fuses that no field gives.
+    /// The default of fuses that no field defines.
     default: Option<bool>,
-    /// The field of the security fuse was there.
+    /// The field of the security fuse was found.
     has_security: bool,
-    /// What the fields give: fuse, value.
+    /// Whether the fields define a fuse.
     is_given: Vec<bool>,
     fuse_sum: Option<(u16, Span)>,
     /// The default of input pins that a vector leaves open.
@@ -93,13 +93,13 @@ impl<'a> Reader<'a> {
             (Some(start), None) => self.error(
                 start,
                 start + 1,
-                "the transmission begins and never ends: the end character (hexadecimal 03) is missing",
+                "the end character (hexadecimal 03) of the transmission is missing",
                 "begins here",
             ),
             (None, Some(end)) => self.error(
                 end,
                 end + 1,
-                "the transmission ends and never began: the start character (hexadecimal 02) is missing",
+                "the start character (hexadecimal 02) of the transmission is missing",
                 "ends here",
             ),
             (None, None) => {}
@@ -109,7 +109,7 @@ impl<'a> Reader<'a> {
             self.error(
                 from,
                 from + body.len(),
-                "no field: a JEDEC file has fields that end with `*`, and this one has none",
+                "no field: a JEDEC file needs fields that end with `*`",
                 "",
             );
             return;
@@ -140,7 +140,7 @@ impl<'a> Reader<'a> {
         self.finish(from + head);
     }
 
-    /// The sum after the end character.
+    /// Checks the sum after the end character.
     fn transmission_sum(&mut self, start: usize, end: usize) {
         let rest = &self.text[end + 1..];
         let digits = rest.trim_start();
@@ -149,7 +149,7 @@ impl<'a> Reader<'a> {
         if length != 4 {
             let found = Diagnostic::error(
                 codes::SYNTAX,
-                format!("four hexadecimal digits end a transmission, and here are {length}"),
+                format!("expected four hexadecimal digits after the transmission, found {length}"),
             );
             let span = self.span(at, at + length);
             self.report(found.at(span, "the sum of the transmission"));
@@ -157,7 +157,7 @@ impl<'a> Reader<'a> {
         }
         let said = u16::from_str_radix(&digits[..4], 16).unwrap_or(0);
         let counted = transmission_checksum(&self.text.as_bytes()[start..=end]);
-        // Line ends are changed when files travel between systems; the sum over the other form is as good.
+        // Line ends change if files are moved between systems; the sum over the other form is accepted too.
         let other = transmission_checksum(&with_other_ends(&self.text[start..=end]));
         if said != 0 && said != counted && said != other {
             let span = self.span(at, at + 4);
@@ -167,7 +167,7 @@ impl<'a> Reader<'a> {
                     format!("the transmission's checksum is {said:04X}, and its bytes add up to {counted:04X}"),
                 )
                 .at(span, "said here")
-                .help("the file was changed after it was written: take it from its source again, or write 0000 here to have it not counted"),
+                .help("the file was changed after it was written: get it from its source again, or write 0000 here to skip the check"),
             );
         }
     }
@@ -182,7 +182,7 @@ impl<'a> Reader<'a> {
             'N' => self.jedec.notes.push(body.text.trim().to_owned()),
             'Q' => self.quantity(body),
             'F' => {
-                // After an error the rest is read on as if 0 had stood there.
+                // After an error, reading continues as if this were 0.
                 self.default = Some(self.bit(body, "the default of all fuses").unwrap_or(false));
             }
             'G' => {
@@ -191,7 +191,7 @@ impl<'a> Reader<'a> {
                         && self.jedec.is_secured != bit
                     {
                         let end = field.start + field.text.trim_end().len();
-                        let message = "the security fuse is given twice, blown and intact";
+                        let message = "the security fuse is defined twice, as blown and as intact";
                         self.error(field.start, end, message, "again here");
                     }
                     self.jedec.is_secured = bit;
@@ -201,14 +201,14 @@ impl<'a> Reader<'a> {
             'K' => self.fuse_list(body, true),
             'C' => self.sum(body),
             'V' => self.vector(body),
-            // What the tester is to assume of pins that a vector leaves open, the order of pins, and how often: none changes the logic.
+            // The assumed level of open pins, the order of pins, and repetitions do not change the logic.
             'X' => {
                 let _ = self.bit(body, "the default of tests");
             }
             'P' | 'R' | 'S' | 'T' | 'A' | 'J' | 'D' | 'E' | 'U' | 'B' | 'I' | 'M' | 'O' | 'W'
             | 'Y' | 'Z' | 'H' => self.passed_over(letter, field),
             other => {
-                let message = format!("no field of a JEDEC file begins with `{other}`");
+                let message = format!("unknown JEDEC field `{other}`");
                 self.error(field.start, field.start + other.len_utf8(), message, "");
             }
         }
@@ -220,18 +220,18 @@ impl<'a> Reader<'a> {
             'R' | 'S' | 'T' => "signature tests",
             'A' => "access times",
             'J' => "the device's number in a register",
-            'D' => "the device's number, which the standard has given up",
+            'D' => "the device's number, removed from the standard",
             'E' => "electrical features",
-            'U' => "user data beside the fuses",
+            'U' => "user data outside the fuses",
             _ => "a reserved letter",
         };
-        // Tests and numbers of the device change no reading.
+        // Tests and device numbers do not change the contents.
         if !matches!(letter, 'R' | 'S' | 'T' | 'A' | 'J' | 'D') {
             let span = self.span(field.start, field.start + field.text.trim_end().len());
             self.report(
                 Diagnostic::warning(
                     codes::PASSED_OVER,
-                    format!("field `{letter}`, {what}, is passed over"),
+                    format!("field `{letter}` ({what}) is ignored"),
                 )
                 .at(span, ""),
             );
@@ -244,7 +244,7 @@ impl<'a> Reader<'a> {
         match text.parse::<u32>() {
             Ok(number) => Some(number),
             Err(_) => {
-                let message = format!("{what} is a decimal number, not `{}`", shown(text));
+                let message = format!("{what} must be a decimal number, not `{}`", shown(text));
                 self.error(at, at + text.len(), message, "");
                 None
             }
@@ -256,7 +256,7 @@ impl<'a> Reader<'a> {
             "0" => Some(false),
             "1" => Some(true),
             other => {
-                let message = format!("{what} is 0 or 1, not `{}`", shown(other));
+                let message = format!("{what} must be 0 or 1, not `{}`", shown(other));
                 self.error(field.start, field.start + field.text.len(), message, "");
                 None
             }
@@ -282,13 +282,13 @@ impl<'a> Reader<'a> {
             'F' => {
                 let Some(number) = self.number(body, "the number of fuses") else { return };
                 if number > MOST_FUSES {
-                    let message = format!("{number} fuses are more than are read: {MOST_FUSES}");
+                    let message = format!("{number} fuses exceed the limit of {MOST_FUSES}");
                     self.error(body.start, body.start + body.text.len(), message, "");
                 } else if self.n_fuses.is_some() {
                     self.error(
                         body.start,
                         body.start + body.text.len(),
-                        "the number of fuses is given twice",
+                        "the number of fuses is defined twice",
                         "again here",
                     );
                 } else if !self.is_given.is_empty() {
@@ -311,13 +311,13 @@ impl<'a> Reader<'a> {
                     self.number(body, "the number of vectors").map(|number| (number, span));
             }
             other => {
-                let message = format!("`Q{other}` is no quantity: QF, QP and QV are");
+                let message = format!("unknown quantity `Q{other}`: use QF, QP or QV");
                 self.error(field.start - 1, field.start + other.len_utf8(), message, "");
             }
         }
     }
 
-    /// `L0040 0101...`, and `K` with hexadecimal digits, four fuses each.
+    /// `L0040 0101...`, and `K` with hexadecimal digits of four fuses each.
     fn fuse_list(&mut self, field: Field<'a>, is_hex: bool) {
         let text = field.text;
         let digits = text.bytes().take_while(u8::is_ascii_digit).count();
@@ -329,7 +329,7 @@ impl<'a> Reader<'a> {
         let after = &text[digits..];
         if !after.is_empty() && !after.starts_with(char::is_whitespace) && !is_hex {
             let at = field.start + digits;
-            self.error(at, at + 1, "a blank stands between the first fuse and the list", "");
+            self.error(at, at + 1, "expected a blank between the first fuse and the list", "");
             return;
         }
         let mut fuse = first as usize;
@@ -345,7 +345,12 @@ impl<'a> Reader<'a> {
                     (0..4).rev().map(|bit| value >> bit & 1 == 1).collect()
                 }
                 _ => {
-                    self.error(at, at + c.len_utf8(), format!("a fuse is 0 or 1, not `{c}`"), "");
+                    self.error(
+                        at,
+                        at + c.len_utf8(),
+                        format!("a fuse must be 0 or 1, not `{c}`"),
+                        "",
+                    );
                     return;
                 }
             };
@@ -360,15 +365,17 @@ impl<'a> Reader<'a> {
 
     fn fuse(&mut self, fuse: usize, bit: bool, at: usize, is_hex: bool) -> bool {
         let Some(given) = self.is_given.get_mut(fuse) else {
-            // The last hexadecimal digit may be filled up.
+            // The last hexadecimal digit may contain padding.
             if is_hex && !bit {
                 return true;
             }
             let message = match self.n_fuses {
                 Some(n_fuses) => {
-                    format!("fuse {fuse} of a device with {n_fuses} fuses (counted from 0)")
+                    format!(
+                        "fuse {fuse} does not exist: the device has {n_fuses} fuses, counted from 0"
+                    )
                 }
-                None => "fuses before their number: field QF comes first".to_owned(),
+                None => "fuses before the number of fuses: field QF must come first".to_owned(),
             };
             self.error(at, at + 1, message, "");
             return false;
@@ -377,7 +384,7 @@ impl<'a> Reader<'a> {
             self.error(
                 at,
                 at + 1,
-                format!("fuse {fuse} is given twice, with two values"),
+                format!("fuse {fuse} is defined twice, with different values"),
                 "again here",
             );
             return false;
@@ -394,7 +401,7 @@ impl<'a> Reader<'a> {
             Ok(sum) if text.len() == 4 => self.fuse_sum = Some((sum, span)),
             Ok(_) | Err(_) => {
                 let message = format!(
-                    "the checksum of the fuses has four hexadecimal digits, not `{}`",
+                    "the checksum of the fuses must have four hexadecimal digits, not `{}`",
                     shown(text)
                 );
                 self.error(field.start, field.start + field.text.len(), message, "");
@@ -412,7 +419,7 @@ impl<'a> Reader<'a> {
         };
         self.n_vectors_read += 1;
         if number != self.n_vectors_read {
-            let message = format!("vector {number} comes where {} is due", self.n_vectors_read);
+            let message = format!("found vector {number}, expected vector {}", self.n_vectors_read);
             self.error(field.start, field.start + digits, message, "");
             self.n_vectors_read = number;
         }
@@ -425,13 +432,13 @@ impl<'a> Reader<'a> {
             let level = Level::ALL.iter().find(|(_, letter)| *letter == c.to_ascii_uppercase());
             match (level, c) {
                 (Some((level, _)), _) => vector.push(*level),
-                // Super voltages, preloads and buried registers are for the programmer alone.
+                // Super voltages, preloads and buried registers concern only the programmer.
                 (None, '2'..='9' | 'B' | 'P' | 'F' | 'D' | 'U') => vector.push(Level::Ignore),
                 (None, _) => {
                     self.error(
                         at,
                         at + c.len_utf8(),
-                        format!("`{c}` is no letter of a test vector"),
+                        format!("invalid test vector letter `{c}`"),
                         "",
                     );
                     return;
@@ -476,7 +483,7 @@ impl<'a> Reader<'a> {
                         codes::SYNTAX,
                         format!("{missing} fuses have no value, the first of them fuse {first}, and there is no default (field F)"),
                     )
-                    .at(span, "so many there are"),
+                    .at(span, "the number of fuses"),
                 );
             }
             None => {}
@@ -487,10 +494,10 @@ impl<'a> Reader<'a> {
                 self.report(
                     Diagnostic::error(
                         codes::CHECKSUM,
-                        format!("the checksum of the fuses is {said:04X}, and they add up to {counted:04X}"),
+                        format!("the checksum of the fuses is {said:04X}, but they add up to {counted:04X}"),
                     )
                     .at(span, "said here")
-                    .help("a fuse was changed after the file was written: take it from its source again"),
+                    .help("a fuse was changed after the file was written: get it from its source again"),
                 );
             }
         }
@@ -501,7 +508,7 @@ impl<'a> Reader<'a> {
             self.report(
                 Diagnostic::warning(
                     codes::SYNTAX,
-                    format!("{said} test vectors are announced, and {n_read} are there"),
+                    format!("{said} test vectors are announced, but {n_read} were found"),
                 )
                 .at(span, "announced here"),
             );
@@ -514,7 +521,7 @@ fn shown(text: &str) -> String {
     text.chars().take(20).collect()
 }
 
-/// The bytes with line ends of the other system.
+/// The bytes with the line ends of the other system.
 fn with_other_ends(text: &str) -> Vec<u8> {
     if text.contains("\r\n") {
         text.replace("\r\n", "\n").into_bytes()

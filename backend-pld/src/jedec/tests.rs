@@ -1,11 +1,11 @@
-//! The reader, on files as others write them and on damaged ones.
+//! The reader, tested with files from other tools and with damaged files.
 
 use super::{read, transmission_checksum};
 use crate::fuse::vectors::Level;
 use grafsynth_ir::span::FileId;
 use proptest::prelude::*;
 
-/// A file of a device with 13 fuses, with its sums.
+/// A file for a device with 13 fuses, with its checksums.
 fn file(fields: &str) -> String {
     let body = format!("\u{2}made by hand\n*{fields}\u{3}");
     let sum = transmission_checksum(body.as_bytes());
@@ -54,15 +54,15 @@ fn everything_wrong_comes_at_once_with_its_place() {
     assert_eq!(
         findings(&text),
         [
-            "G0785 2:4 the number of fuses is a decimal number, not `x`",
-            "G0785 3:5 `Q1` is no quantity: QF, QP and QV are",
-            "G0785 4:7 fuses before their number: field QF comes first",
-            "G0785 5:2 the checksum of the fuses has four hexadecimal digits, not `12`",
-            "G0785 6:2 vector 3 comes where 1 is due",
+            "G0785 2:4 the number of fuses must be a decimal number, not `x`",
+            "G0785 3:5 unknown quantity `Q1`: use QF, QP or QV",
+            "G0785 4:7 fuses before the number of fuses: field QF must come first",
+            "G0785 5:2 the checksum of the fuses must have four hexadecimal digits, not `12`",
+            "G0785 6:2 found vector 3, expected vector 1",
             "G0785 6:2 vector 3 has 1 letters for 4 pins",
-            "G0785 7:6 `?` is no letter of a test vector",
-            "G0785 8:1 no field of a JEDEC file begins with `=`",
-            "G0785 9:2 the default of all fuses is 0 or 1, not `2`",
+            "G0785 7:6 invalid test vector letter `?`",
+            "G0785 8:1 unknown JEDEC field `=`",
+            "G0785 9:2 the default of all fuses must be 0 or 1, not `2`",
             "G0785 2:1 the number of fuses (field QF) is missing",
         ]
     );
@@ -73,8 +73,8 @@ fn fuses_are_counted_and_given_once() {
     assert_eq!(
         findings(&file("QF4*L2 010*L0 1*L0 0*")),
         [
-            "G0785 2:11 fuse 4 of a device with 4 fuses (counted from 0)",
-            "G0785 2:21 fuse 0 is given twice, with two values",
+            "G0785 2:11 fuse 4 does not exist: the device has 4 fuses, counted from 0",
+            "G0785 2:21 fuse 0 is defined twice, with different values",
             "G0785 2:2 1 fuses have no value, the first of them fuse 1, and there is no default (field F)",
         ]
     );
@@ -86,12 +86,12 @@ fn sums_are_checked() {
     assert_eq!(findings(&good), [""; 0]);
     assert_eq!(
         findings(&file("QF8*L0 11000000*C0004*")),
-        ["G0786 2:18 the checksum of the fuses is 0004, and they add up to 0003"]
+        ["G0786 2:18 the checksum of the fuses is 0004, but they add up to 0003"]
     );
     let changed = good.replace("made", "Made");
     assert_eq!(findings(&changed).len(), 1, "{:?}", findings(&changed));
     assert!(findings(&changed)[0].starts_with("G0786 2:25 the transmission's checksum is"));
-    // Not counted, or counted over the line ends of another system.
+    // Not counted, or counted with the line ends of another system.
     let sum = good.len() - 5;
     assert_eq!(findings(&format!("{}0000", &changed[..sum])), [""; 0]);
     assert_eq!(findings(&good.replace('\n', "\r\n")), [""; 0]);
@@ -103,11 +103,11 @@ fn a_transmission_has_a_beginning_and_an_end() {
     assert!(findings(&good.replace('\u{2}', ""))[0].contains("start character"));
     assert!(findings(&good.replace('\u{3}', ""))[0].contains("end character"));
     assert!(findings("QF1").join("").contains("no field"));
-    assert_eq!(findings("head*QF1*F0*"), [""; 0], "a file without both is kept so");
+    assert_eq!(findings("head*QF1*F0*"), [""; 0], "files without both are common");
 }
 
 proptest! {
-    /// Whatever is changed in a file, it is read or refused.
+    /// Any changed file is either read or rejected.
     #[test]
     fn damaged_files_are_read_or_refused(at in 0usize..120, with in "\\PC{0,3}", length in 0usize..4) {
         let mut text: Vec<char> =

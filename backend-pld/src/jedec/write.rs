@@ -7,16 +7,16 @@ use crate::fuse::vectors::{Level, Vector};
 use crate::placement::PinName;
 use std::fmt::Write as _;
 
-/// What a file says beside the fuses.
+/// The contents of a file besides the fuses.
 #[derive(Debug, Clone, Default)]
 pub struct Head {
-    /// Lines before the first field; what would end a field is taken out.
+    /// Lines before the first field; characters that would end a field are removed.
     pub lines: Vec<String>,
-    /// The names of the pins, for a note that readers of ours and of others understand.
+    /// The names of the pins, for a note that our reader and others understand.
     pub pins: Vec<PinName>,
 }
 
-/// The text of a fuse map: fuses row by row, those of rows that are all 0 left to the default; vectors; both checksums.
+/// The text of a fuse map: fuses row by row, except rows of zeros, which use the default; vectors; both checksums.
 #[must_use]
 pub fn write(map: &FuseMap, head: &Head, vectors: &[Vector]) -> String {
     let mut text = String::from(char::from(STX));
@@ -26,7 +26,7 @@ pub fn write(map: &FuseMap, head: &Head, vectors: &[Vector]) -> String {
     }
     text.push_str("*\n");
     if !head.pins.is_empty() {
-        // A pin has one name, also where a design gives it several.
+        // A pin has one name, even if a design gives it several.
         let mut named: Vec<u32> = Vec::new();
         let mut pins = Vec::new();
         for pin in &head.pins {
@@ -56,7 +56,7 @@ pub fn write(map: &FuseMap, head: &Head, vectors: &[Vector]) -> String {
             let _ = writeln!(text, "L{:04} {}*", row * n_columns, digits(fuses));
         }
     }
-    // After the array come polarities, kinds and the signature: shown in full, a line for each.
+    // After the array come polarities, kinds and the signature: printed in full, each on a separate line.
     let mut starts: Vec<usize> = vec![n_array];
     if let Some(layout) = map.device.layout {
         starts.extend(
@@ -86,7 +86,7 @@ pub fn write(map: &FuseMap, head: &Head, vectors: &[Vector]) -> String {
     text
 }
 
-/// A text fit for a field: an asterisk would end it, and bytes beyond ASCII have no place in a transmission.
+/// Text that is safe in a field: without asterisks, which would end it, and without non-ASCII bytes, which a transmission cannot contain.
 fn plain(text: &str) -> String {
     one_line(text)
         .chars()

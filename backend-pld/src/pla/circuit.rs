@@ -1,4 +1,4 @@
-//! A table as a circuit without registers, and a circuit as the table of its functions.
+//! Converts a table to a circuit without registers, and a circuit to the table of its functions.
 
 use super::{Kind, Pla};
 use crate::codes;
@@ -9,8 +9,8 @@ use grafsynth_logic::minimise::{Budget, Shape, sum_of_products};
 use grafsynth_logic::support::Var;
 use std::collections::BTreeMap;
 
-/// The circuit of a table: each output is true exactly where the table says on, so it is false where it may be either; one that is written inverted is
-/// the complement. Gives also how many outputs leave something open that the circuit then decides.
+/// The circuit of a table: each output is true exactly where the table defines it as on, so its don't-cares are false; an inverted output is
+/// the complement. Also returns the number of outputs with don't-cares.
 #[must_use]
 pub fn circuit(table: &Pla) -> (Logic, usize) {
     let shape = table.shape();
@@ -61,8 +61,8 @@ pub fn circuit(table: &Pla) -> (Logic, usize) {
     (builder.finish(), n_open)
 }
 
-/// The table of a circuit's functions, each as a small sum of products: its inputs and the present values of its flip-flops on the left; its outputs and,
-/// as `NAME.d`, what the flip-flops take at the clock on the right. Equal products of several outputs are one row.
+/// The table of a circuit's functions, each minimised to a sum of products: its inputs and the present values of its flip-flops on the left; its outputs and,
+/// as `NAME.d`, the next values of the flip-flops on the right. Equal products of several outputs are one row.
 ///
 /// # Errors
 /// A function that needs too many products.
@@ -88,7 +88,7 @@ pub fn table(logic: &Logic, budget: Budget) -> Result<Pla, Vec<Diagnostic>> {
                 }
             }
             Err(why) => {
-                let message = format!("`{name}` is no small sum of products: {why}");
+                let message = format!("`{name}` has no small sum of products: {why}");
                 found.push(Diagnostic::error(codes::TOO_MANY_PRODUCTS, message));
             }
         }

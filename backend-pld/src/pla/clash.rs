@@ -1,11 +1,11 @@
-//! A table as the question that the minimiser is asked, and where the table disagrees with itself.
+//! Converts a table to the input of the minimiser, and finds contradictions in the table.
 
 use super::{Kind, Pla, Places, codes};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::Span;
 use grafsynth_logic::minimise::{Function, Terms};
 
-/// The functions of a table, and what is doubtful about it. Where a point is both on and free it is free, as espresso has it; both on and off is
+/// The functions of a table, and findings about it. A point that is both on and free is free, as in espresso; a point that is both on and off is
 /// an error. `nodes` bounds the diagrams.
 #[must_use]
 pub fn function(table: &Pla, places: &Places, nodes: usize) -> (Option<Function>, Vec<Diagnostic>) {
@@ -17,7 +17,7 @@ pub fn function(table: &Pla, places: &Places, nodes: usize) -> (Option<Function>
                 codes::TOO_LARGE,
                 format!("the table cannot be minimised: {refused}"),
             )
-            .help("a larger --budget allows larger diagrams, or split the table by outputs");
+            .help("raise --budget to allow larger diagrams, or split the table by outputs");
             let finding = match places.on.first() {
                 Some(&span) => finding.at(span, "the first product of the table"),
                 None => finding,
@@ -31,14 +31,14 @@ pub fn function(table: &Pla, places: &Places, nodes: usize) -> (Option<Function>
     });
     let overlapping = function.overlapping().iter().map(|&output| {
         let pair = on_and_free(table, places, output, &mut { PAIRS });
-        overlap(table, output, pair.ok().flatten(), "which is taken as free")
+        overlap(table, output, pair.ok().flatten(), "which is treated as free")
     });
     let findings = contradictory.chain(overlapping).collect();
     (function.contradictory().is_empty().then_some(function), findings)
 }
 
-/// Where a table disagrees with itself whose circuit ([`circuit`](super::circuit())) is asked for: a point that is on and off is an error, one that is on
-/// and free is on. A table of very many products is not looked at to the end, which is said.
+/// Finds contradictions in a table that is converted to a circuit ([`circuit`](super::circuit())): a point that is on and off is an error, one that is on
+/// and free is treated as on. The check of a very large table is cut short, with a note.
 #[must_use]
 pub fn clashes(table: &Pla, places: &Places) -> Vec<Diagnostic> {
     let mut left = 50 * PAIRS;
@@ -47,7 +47,7 @@ pub fn clashes(table: &Pla, places: &Places) -> Vec<Diagnostic> {
         let off = on_and_off(table, places, output, &mut left);
         let free = on_and_free(table, places, output, &mut left);
         if off.is_err() || free.is_err() {
-            let message = "whether a point is on and off was not looked for in the whole table, which is large";
+            let message = "the table is large, so only part of it was checked for points that are both on and off";
             let finding = Diagnostic::warning(codes::TOO_LARGE, message);
             findings.push(match places.on.first() {
                 Some(&span) => finding.at(span, "the first product of the table"),
@@ -62,13 +62,13 @@ pub fn clashes(table: &Pla, places: &Places) -> Vec<Diagnostic> {
     findings
 }
 
-/// Pairs of products in which the first that meet are looked for.
+/// The maximum number of product pairs that the search for the first intersection examines.
 const PAIRS: u32 = 4_000_000;
 
 fn contradiction(table: &Pla, output: usize, pair: Option<(Span, Span)>) -> Diagnostic {
     let message = format!("output {} is on and off at one point", table.output_name(output));
     let finding = Diagnostic::error(codes::CONTRADICTION, message);
-    at_pair(finding, pair, ["these points are said to be on or free", "and some of them off here"])
+    at_pair(finding, pair, ["these points are on or free", "and some of them off here"])
 }
 
 fn overlap(table: &Pla, output: usize, pair: Option<(Span, Span)>, so: &str) -> Diagnostic {
@@ -76,7 +76,7 @@ fn overlap(table: &Pla, output: usize, pair: Option<(Span, Span)>, so: &str) -> 
     let finding = Diagnostic::warning(codes::OVERLAP, message);
     let finding = at_pair(finding, pair, ["these points are on", "and some of them free here"]);
     if table.kind == Kind::Fd {
-        finding.help("write `~` or 0 for an output of which the product says nothing")
+        finding.help("write `~` or 0 for an output that the product does not define")
     } else {
         finding
     }
@@ -84,7 +84,7 @@ fn overlap(table: &Pla, output: usize, pair: Option<(Span, Span)>, so: &str) -> 
 
 type Found = Result<Option<(Span, Span)>, TooMany>;
 
-/// There are more pairs than are looked at.
+/// There are more pairs than the limit.
 struct TooMany;
 
 fn on_and_off(table: &Pla, places: &Places, output: usize, left: &mut u32) -> Found {
@@ -109,7 +109,7 @@ fn at_pair(finding: Diagnostic, pair: Option<(Span, Span)>, labels: [&str; 2]) -
     }
 }
 
-/// The first two products of an output that meet.
+/// The first two products of an output that intersect.
 fn first_pair(a: (&Terms, &[Span]), b: (&Terms, &[Span]), output: usize, left: &mut u32) -> Found {
     for (one, &place) in a.0.iter().zip(a.1) {
         if !a.0.shape.has_output(one, output) {

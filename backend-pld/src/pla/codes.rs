@@ -4,7 +4,7 @@ use grafsynth_ir::Code;
 
 /// The text does not follow the format.
 pub const SYNTAX: Code = Code { id: "G0750", title: "syntax error in a table" };
-/// A directive that nobody knows.
+/// An unknown directive.
 pub const UNKNOWN_DIRECTIVE: Code = Code { id: "G0751", title: "unknown directive in a table" };
 /// Many-valued or symbolic tables, and state tables.
 pub const UNSUPPORTED: Code = Code { id: "G0752", title: "table beyond two-level binary logic" };
@@ -14,11 +14,11 @@ pub const CONTRADICTION: Code =
 /// The same point is on and free.
 pub const OVERLAP: Code =
     Code { id: "G0754", title: "point in both the on-set and the don't-care set" };
-/// A count or a list of names disagrees with the rows.
+/// A count or a list of names contradicts the rows.
 pub const MISCOUNTED: Code = Code { id: "G0755", title: "inconsistent counts or names of a table" };
 /// The functions are too large.
 pub const TOO_LARGE: Code = Code { id: "G0756", title: "table too large to minimise" };
 
-/// All of them.
+/// All codes.
 pub const ALL: &[Code] =
     &[SYNTAX, UNKNOWN_DIRECTIVE, UNSUPPORTED, CONTRADICTION, OVERLAP, MISCOUNTED, TOO_LARGE];

@@ -3,8 +3,8 @@
 //! ```text
 //! text ── read ──► Pla (names, on, free, off) ── grafsynth_logic::minimise ──► products ── write ──► text
 //! ```
-//! The format is that of espresso's manual page espresso(5): one row of input characters and output characters for each product. What `0`, `1`, `-`
-//! and `~` mean among the outputs depends on `.type`:
+//! The format is that of espresso's manual page espresso(5): one row of input and output characters for each product. The meaning of `0`, `1`, `-`
+//! and `~` among the outputs depends on `.type`:
 //!
 //! | type | `1` or `4` | `-` or `2` | `0` | `~` or `3` | the rest |
 //! |---|---|---|---|---|---|
@@ -29,7 +29,7 @@ pub use write::write;
 
 use grafsynth_logic::minimise::{Shape, Terms};
 
-/// What a table says besides where it is true.
+/// What a table defines besides the on-set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// On; the rest is off.
@@ -43,7 +43,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Kind; 4] = [Kind::F, Kind::Fd, Kind::Fr, Kind::Fdr];
 
     /// The name after `.type`.
@@ -57,7 +57,7 @@ impl Kind {
         }
     }
 
-    /// True if the rows say where outputs are off.
+    /// True if the rows define the off-set.
     #[must_use]
     pub fn says_off(self) -> bool {
         matches!(self, Kind::Fr | Kind::Fdr)
@@ -67,19 +67,19 @@ impl Kind {
 /// A table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pla {
-    /// What the rows say.
+    /// The sets that the rows define.
     pub kind: Kind,
-    /// The names of the inputs; none where the text has none.
+    /// The names of the inputs, if the text has any.
     pub inputs: Option<Vec<String>>,
-    /// The names of the outputs; none where the text has none.
+    /// The names of the outputs, if the text has any.
     pub outputs: Option<Vec<String>>,
-    /// Where each output is true.
+    /// The on-set of the outputs.
     pub on: Terms,
-    /// Where it is free.
+    /// The don't-care set.
     pub free: Terms,
-    /// Where it is false; empty unless the kind says it.
+    /// The off-set; empty unless the kind defines it.
     pub off: Terms,
-    /// The output is written inverted (`.phase` with a 0), for each output.
+    /// For each output: whether it is inverted (`.phase` with a 0).
     pub is_inverted: Vec<bool>,
 }
 
@@ -104,7 +104,7 @@ impl Pla {
         self.on.shape
     }
 
-    /// The name of an output, made from its number (from 0) where the text has none.
+    /// The name of an output; generated from its number (from 0) if the text has none.
     #[must_use]
     pub fn output_name(&self, output: usize) -> String {
         self.outputs

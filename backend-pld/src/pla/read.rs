@@ -1,7 +1,7 @@
 //! The reader of tables.
 //!
 //! Lines are directives, rows, or parts of rows: the characters of a row may be spread over lines, with blanks and `|` anywhere between them. After an
-//! error the reader goes on with the next line, and with the next row where it begins.
+//! error the reader continues with the next line, and with the next row if it begins there.
 
 use super::{Kind, Pla, codes};
 use grafsynth_ir::Code;
@@ -9,14 +9,14 @@ use grafsynth_ir::diag::{Diagnostic, any_error, nearest};
 use grafsynth_ir::span::{FileId, Span};
 use grafsynth_logic::minimise::Shape;
 
-/// The most inputs, and the most outputs.
+/// The maximum number of inputs, and of outputs.
 const MAX_COLUMNS: usize = 4096;
-/// The most characters of all rows.
+/// The maximum number of characters in all rows.
 const MAX_CELLS: usize = 1 << 27;
 /// A reader stops after this many findings.
 const MAX_FINDINGS: usize = 1000;
 
-/// Directives that say something which the rows don't need.
+/// Directives whose contents the rows do not need.
 const QUIET: [&str; 6] = [".e", ".end", ".p", ".l", ".label", ".title"];
 /// All directives, for suggestions.
 const KNOWN: [&str; 13] = [
@@ -35,18 +35,18 @@ const KNOWN: [&str; 13] = [
     ".pair",
 ];
 
-/// The place of each product of a table, in the order of its lists.
+/// The location of each product of a table, in the order of its lists.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Places {
-    /// Of those that say where outputs are on.
+    /// Of the on-set.
     pub on: Vec<Span>,
-    /// Of those that say where they are free.
+    /// Of the don't-care set.
     pub free: Vec<Span>,
-    /// Of those that say where they are off.
+    /// Of the off-set.
     pub off: Vec<Span>,
 }
 
-/// Reads a table. All findings of the text come at once; where one of them is an error there is none.
+/// Reads a table. All findings of the text are reported at once; if one of them is an error, there is no table.
 #[must_use]
 pub fn read(file: FileId, text: &str) -> (Option<(Pla, Places)>, Vec<Diagnostic>) {
     let mut reader = Reader {
@@ -89,7 +89,7 @@ struct Reader<'a> {
     places: Places,
     n_rows: usize,
     n_cells: usize,
-    /// The characters of the row that is not complete yet, with their places.
+    /// The characters of the incomplete row, with their positions.
     row: Vec<(u8, usize)>,
     findings: Vec<Diagnostic>,
 }
@@ -131,13 +131,13 @@ impl<'a> Reader<'a> {
         self.row_is_cut();
     }
 
-    /// A row that is not complete when it must be.
+    /// Reports a row that is incomplete where it must end.
     fn row_is_cut(&mut self) {
         let (Some(&(_, first)), Some(&(_, last))) = (self.row.first(), self.row.last()) else {
             return;
         };
         let need = self.inputs.unwrap_or(0) + self.outputs.unwrap_or(0);
-        let message = format!("the row has {} columns, and {need} are needed", self.row.len());
+        let message = format!("the row has {} columns, expected {need}", self.row.len());
         let span = self.span(first, last + 1);
         self.row.clear();
         self.error(codes::SYNTAX, message, span, "this row ends too early");
@@ -154,7 +154,7 @@ impl<'a> Reader<'a> {
             ".p" => match rest.parse() {
                 Ok(count) => self.announced = Some((count, span)),
                 Err(_) => {
-                    let message = format!("`{rest}` is no number of products");
+                    let message = format!("expected the number of products, found `{rest}`");
                     self.error(codes::SYNTAX, message, span, "here");
                 }
             },
@@ -162,12 +162,12 @@ impl<'a> Reader<'a> {
                 let kind = Kind::ALL.into_iter().find(|kind| kind.name() == rest);
                 match kind {
                     Some(_) if self.n_rows > 0 => {
-                        let message = "`.type` must stand before the rows";
-                        self.error(codes::SYNTAX, message, span, "here it is too late");
+                        let message = "`.type` must come before the rows";
+                        self.error(codes::SYNTAX, message, span, "after the first row");
                     }
                     Some(kind) => self.kind = kind,
                     None => {
-                        let message = format!("no kind of table is called `{rest}`");
+                        let message = format!("unknown kind of table `{rest}`");
                         self.find(
                             Diagnostic::error(codes::SYNTAX, message)
                                 .at(span, "here")
@@ -185,12 +185,13 @@ impl<'a> Reader<'a> {
             ".phase" => self.phase = Some((rest.replace(char::is_whitespace, ""), span)),
             ".mv" | ".kiss" | ".symbolic" | ".symbolic-output" | ".pair" => {
                 let what = match word {
-                    ".mv" => "inputs of many values",
+                    ".mv" => "multi-valued inputs",
                     ".kiss" => "a state table",
                     ".pair" => "paired inputs",
                     _ => "symbolic values",
                 };
-                let message = format!("`{word}` announces {what}, and this is for binary tables");
+                let message =
+                    format!("`{word}` declares {what}, but only binary tables are supported");
                 self.error(codes::UNSUPPORTED, message, word_span, "here");
             }
             ".e" | ".end" => return true,
@@ -199,7 +200,7 @@ impl<'a> Reader<'a> {
                 let near = nearest(word, KNOWN);
                 let mut finding = Diagnostic::warning(
                     codes::UNKNOWN_DIRECTIVE,
-                    format!("the directive `{word}` is not known and is passed over"),
+                    format!("unknown directive `{word}` is ignored"),
                 )
                 .at(word_span, "here");
                 if let Some(near) = near {
@@ -218,7 +219,7 @@ impl<'a> Reader<'a> {
         let place = if word == ".i" { self.inputs } else { self.outputs };
         match rest.parse::<usize>() {
             Ok(count) if count > MAX_COLUMNS => {
-                let message = format!("{count} {what}, and at most {MAX_COLUMNS} are read");
+                let message = format!("{count} {what} exceed the limit of {MAX_COLUMNS}");
                 self.error(codes::TOO_LARGE, message, span, "here");
             }
             Ok(count) if self.table.is_some() && place != Some(count) => {
@@ -228,7 +229,7 @@ impl<'a> Reader<'a> {
             Ok(count) if word == ".i" => self.inputs = Some(count),
             Ok(count) => self.outputs = Some(count),
             Err(_) => {
-                let message = format!("`{rest}` is no number of {what}");
+                let message = format!("expected the number of {what}, found `{rest}`");
                 self.error(codes::SYNTAX, message, span, "here");
             }
         }
@@ -247,7 +248,7 @@ impl<'a> Reader<'a> {
                 let span = self.span(start, start + content.len());
                 self.find(Diagnostic::error(codes::SYNTAX, message).at(span, "this row").help(
                     format!(
-                        "say the number of inputs and outputs first, such as `.i {}`",
+                        "declare the number of inputs and outputs first, for example `.i {}`",
                         content.split_whitespace().next().unwrap_or_default().len()
                     ),
                 ));
@@ -272,12 +273,12 @@ impl<'a> Reader<'a> {
                 } else {
                     ("an output", "0, 1, - (or 2), ~ (or 3) and 4")
                 };
-                let message = format!("`{c}` is nothing that {what} can be");
+                let message = format!("invalid character `{c}` for {what}");
                 let span = self.span(start + at, start + at + c.len_utf8());
                 self.find(
                     Diagnostic::error(codes::SYNTAX, message)
                         .at(span, format!("in column {} of the row", self.row.len() + 1))
-                        .help(format!("the characters are {known}")),
+                        .help(format!("valid characters are {known}")),
                 );
                 self.row.clear();
                 return;
@@ -311,7 +312,7 @@ impl<'a> Reader<'a> {
             match cell {
                 b'0' => literals.push((input, false)),
                 b'1' => literals.push((input, true)),
-                // An input without any value: the row says nothing.
+                // An input without any value: the product is empty.
                 b'~' | b'3' | b'?' => return,
                 _ => {}
             }
@@ -363,7 +364,7 @@ impl<'a> Reader<'a> {
             && count != self.n_rows
         {
             let message =
-                format!("`.p` announces {count} products, and the table has {}", self.n_rows);
+                format!("`.p` declares {count} products, but the table has {}", self.n_rows);
             self.find(Diagnostic::warning(codes::MISCOUNTED, message).at(span, "here"));
         }
         let input_names = self.input_names.take();

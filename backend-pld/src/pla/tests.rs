@@ -1,4 +1,4 @@
-//! The format: its forms, its mistakes, and damaged texts.
+//! The format: its variants, errors, and damaged texts.
 
 use super::{Kind, codes, read, write};
 use grafsynth_ir::span::FileId;

@@ -1,10 +1,10 @@
-//! The writer of tables: rows of products, joined where on, free and off have the same inputs only if the kind allows to say it in one row.
+//! The writer of tables: rows of products; on, free and off with the same inputs are joined in one row only if the kind allows it.
 
 use super::{Kind, Pla};
 use grafsynth_logic::minimise::Terms;
 use std::fmt::Write as _;
 
-/// The text of a table. Each row says one thing: where outputs are on, free, or off.
+/// The text of a table. Each row defines one set: on, free, or off.
 #[must_use]
 pub fn write(table: &Pla) -> String {
     let shape = table.shape();
@@ -25,7 +25,7 @@ pub fn write(table: &Pla) -> String {
     }
     let count = table.on.len() + table.free.len() + table.off.len();
     let _ = writeln!(text, ".p {count}");
-    // Where 0 means off, `~` means nothing; elsewhere 0 does, which people expect.
+    // If 0 means off, `~` means nothing; otherwise 0 does, as is usual.
     let nothing = if table.kind.says_off() { '~' } else { '0' };
     rows(&mut text, &table.on, '1', nothing);
     rows(&mut text, &table.free, '-', nothing);

@@ -26,16 +26,16 @@ pub(crate) fn parse(text: &str, draft: &mut Draft) {
     draft.warn_of_no_first_value(&unset);
 }
 
-/// A word and where it starts.
+/// A word and its position.
 type Word<'a> = (&'a str, usize);
 
-/// A `.names` whose rows are being read.
+/// A `.names` table while its rows are read.
 struct Table<'a> {
     inputs: Vec<u32>,
     output: Word<'a>,
     /// Products so far.
     products: Vec<ExprId>,
-    /// What the rows give: 1 or 0.
+    /// The value of the rows: 1 or 0.
     gives: Option<bool>,
     end: usize,
 }
@@ -44,19 +44,19 @@ struct Parser<'a, 'd> {
     text: &'a str,
     at: usize,
     draft: &'d mut Draft,
-    /// Where the model begins.
+    /// The start of the model.
     model: Option<Span>,
     /// Its `.end` was read.
     has_ended: bool,
     table: Option<Table<'a>>,
     /// The clock of the latches so far.
     clock: Option<&'a str>,
-    /// The latches without a first value.
+    /// The latches without an initial value.
     unset: Vec<(String, Span)>,
 }
 
 impl<'a> Parser<'a, '_> {
-    /// The words of the next line that has any; `\` at its end joins the next one.
+    /// The words of the next non-empty line; a `\` at its end joins the next line.
     fn line(&mut self) -> Option<Vec<Word<'a>>> {
         let mut words = Vec::new();
         loop {
@@ -93,7 +93,7 @@ impl<'a> Parser<'a, '_> {
         self.draft.error(codes::SYNTAX, span, message);
     }
 
-    /// False where nothing more is read.
+    /// False if nothing more is read.
     fn statement(&mut self, words: &[Word<'a>]) -> bool {
         let first = words[0];
         if first.0 == ".model" {
@@ -128,7 +128,8 @@ impl<'a> Parser<'a, '_> {
             ".names" => self.names(first, rest),
             ".end" => self.has_ended = true,
             ".exdc" => {
-                let message = "don't-cares from outside are left out: what the model does in them stays as it is";
+                let message =
+                    "external don't-cares are ignored: the model keeps its behaviour for them";
                 let span = self.span(first);
                 self.draft
                     .report(Diagnostic::warning(codes::TAKEN_AS, message).at(span, "from here on"));
@@ -178,7 +179,7 @@ impl<'a> Parser<'a, '_> {
         let id = self.draft.signal(word.0, span);
         let signal = self.draft.at(id);
         match (signal.role, role) {
-            // A clock is usually listed among the inputs too.
+            // A clock is usually also listed as an input.
             (Role::Unknown | Role::Input, Role::Clock) => signal.role = Role::Clock,
             (Role::Clock, Role::Input | Role::Clock) => {}
             (Role::Unknown, _) => {
@@ -213,8 +214,10 @@ impl<'a> Parser<'a, '_> {
         if let [kind, control, after @ ..] = rest {
             if ["fe", "ah", "al", "as"].contains(&kind.0) {
                 let span = self.span(*kind);
-                let message =
-                    format!("a latch of type `{}` is no register of one rising clock", kind.0);
+                let message = format!(
+                    "a latch of type `{}` is not supported: only rising-edge registers are",
+                    kind.0
+                );
                 self.draft.error(codes::UNSUPPORTED, span, message);
             } else if kind.0 != "re" {
                 self.error(*kind, format!("expected the type of the latch, found `{}`", kind.0));
@@ -222,7 +225,7 @@ impl<'a> Parser<'a, '_> {
             if control.0 != "NIL" {
                 if self.clock.is_some_and(|known| known != control.0) {
                     let span = self.span(*control);
-                    let message = "a second clock: one synchronous circuit has one";
+                    let message = "second clock: only circuits with one clock are supported";
                     self.draft.error(codes::UNSUPPORTED, span, message);
                 }
                 self.clock = Some(control.0);
@@ -233,14 +236,14 @@ impl<'a> Parser<'a, '_> {
         let init = match rest.first() {
             Some(("0", _)) => false,
             Some(("1", _)) => true,
-            // Without a value it is 3: not known.
+            // Without a value it is 3: unknown.
             None | Some(("2" | "3", _)) => {
                 let place = rest.first().copied().unwrap_or(output);
                 self.unset.push((output.0.to_owned(), self.span(place)));
                 false
             }
             Some(word) => {
-                self.error(*word, format!("expected the first value 0 to 3, found `{}`", word.0));
+                self.error(*word, format!("expected the initial value 0 to 3, found `{}`", word.0));
                 false
             }
         };
@@ -324,7 +327,7 @@ impl<'a> Parser<'a, '_> {
             self.error(
                 words[0],
                 format!(
-                    "the row has {} places, and the table {} inputs",
+                    "the row has {} columns, but the table has {} inputs",
                     plane.len(),
                     table.inputs.len()
                 ),

@@ -1,5 +1,5 @@
-//! CUPL: header, pins, fields, equations (also of lists), `APPEND`, and `$DEFINE` of expressions and numbers. State machines and tables are refused by
-//! name. Letter case matters in names, and not in words of the language.
+//! CUPL: header, pins, fields, equations (also of lists), `APPEND`, and `$DEFINE` of expressions and numbers. State machines and tables are rejected by
+//! name. Names are case-sensitive; keywords are not.
 
 use super::draft::{Definition, Draft, Expr, Role, SignalId};
 use super::lexer::{Comments, Kind, Lexer};
@@ -38,7 +38,7 @@ struct Parser<'a, 'd> {
     lexer: Lexer<'a>,
     draft: &'d mut Draft,
     device: Option<&'static Device>,
-    /// What the text calls its device, in small letters.
+    /// The device named in the text, in lower case.
     mnemonic: Option<(String, Span)>,
     clock: Option<SignalId>,
     clock_span: Span,
@@ -84,7 +84,7 @@ impl Parser<'_, '_> {
         }
     }
 
-    /// What the ending of a device's mnemonic asks for: `s` and `ma` modes without registers, `cp` a pin that switches the device off.
+    /// Checks the suffix of a device's mnemonic: `s` and `ma` select modes without registers, `cp` has a power-down pin.
     fn check_mnemonic(&mut self) {
         let (Some((mnemonic, span)), Some(device)) = (self.mnemonic.take(), self.device) else {
             return;
@@ -113,7 +113,7 @@ impl Parser<'_, '_> {
             self.draft.report(finding);
         }
         if power_down.is_some() {
-            // Pin 4 of the data sheets of the devices with this feature.
+            // Pin 4 in the data sheets of the devices with this feature.
             const SWITCH: u32 = 4;
             let used = self.draft.signals.iter().find(|signal| signal.pin == Some(SWITCH));
             if let Some(used) = used.filter(|used| used.n_reads > 0) {
@@ -138,7 +138,7 @@ impl Parser<'_, '_> {
         }
     }
 
-    /// `SEQUENCE f { .. }` and its like.
+    /// `SEQUENCE f { .. }` and similar blocks.
     fn refuse_block(&mut self) -> Option<()> {
         let token = self.lexer.token;
         let message =
@@ -165,7 +165,7 @@ impl Parser<'_, '_> {
         Some(())
     }
 
-    /// Wishes about the minimiser and the fitter say nothing about what the circuit does.
+    /// Options of the minimiser and the fitter do not change the circuit.
     fn left_out(&mut self) -> Option<()> {
         let (span, token) = (self.lexer.span(), self.lexer.token);
         let message = format!("`{}` is ignored: it does not change the circuit", token.text);
@@ -217,7 +217,7 @@ impl Parser<'_, '_> {
         Some(())
     }
 
-    /// `$DEFINE name expression`: the same as a variable in between; `$DEFINE name 'b'01`: a number. Other directives are refused by name.
+    /// `$DEFINE name expression`: like an intermediate variable; `$DEFINE name 'b'01`: a number. Other directives are rejected by name.
     fn directive(&mut self) -> Option<()> {
         let start = self.lexer.token.start;
         self.lexer.advance();
@@ -291,7 +291,7 @@ impl Parser<'_, '_> {
         Some(())
     }
 
-    /// After an error: past the next `;` (and at least one token on).
+    /// After an error: skips to after the next `;` (at least one token).
     fn recover(&mut self, before: usize) {
         if self.lexer.token.start == before {
             self.lexer.advance();
@@ -327,7 +327,7 @@ impl Parser<'_, '_> {
         self.semicolon()
     }
 
-    /// `PIN 2 = !name ;`, without a number for one that is left open, or lists in brackets for both.
+    /// `PIN 2 = !name ;`, without a number if the pin is open, or with lists in brackets for both.
     fn pin(&mut self) -> Option<()> {
         let is_node = !self.lexer.token.is_word("pin");
         self.lexer.advance();
@@ -384,13 +384,13 @@ impl Parser<'_, '_> {
             signal.is_pin_inverted = is_inverted;
         }
         if !numbers.is_empty() && numbers.len() != count {
-            let message = format!("{} pin numbers and {count} names", numbers.len());
+            let message = format!("{} pin numbers but {count} names", numbers.len());
             self.draft.error(codes::SYNTAX, self.lexer.span_from(self.lexer.end), message);
         }
         self.semicolon()
     }
 
-    /// `[!a, b, !c]`: a list in which single names are inverted.
+    /// `[!a, b, !c]`: a list in which individual names may be inverted.
     fn inverted_names(&mut self, is_all_inverted: bool) -> Option<Vec<(String, Span, bool)>> {
         self.lexer.advance();
         let mut names = Vec::new();
@@ -465,7 +465,7 @@ impl Parser<'_, '_> {
         }
     }
 
-    /// `!x.d = expression ;`, with a list or a field on the left too.
+    /// `!x.d = expression ;`, with a list or a field on the left as well.
     fn equation(&mut self, is_append: bool) -> Option<()> {
         let start = self.lexer.token.start;
         let is_complemented = self.lexer.eat("!");
@@ -503,7 +503,7 @@ impl Parser<'_, '_> {
         }
         let value = sets::expression(&mut self.lexer, self.draft, &self.names)?;
         self.semicolon()?;
-        // A list that is assigned to goes by place, unless a field is assigned to it.
+        // Assignments to a list go by position, unless a field is assigned to it.
         let target = match field {
             Some(field) => Some(field),
             None if value.is_field => {
@@ -521,7 +521,7 @@ impl Parser<'_, '_> {
             self.draft.report(finding);
             return Some(());
         }
-        // The preprocessor would put the text in its place on this side too.
+        // The preprocessor would also replace the name on this side by its text.
         let is_defined = targets.iter().any(|(id, _)| self.names.defined.contains_key(id))
             || self.names.numbers.contains_key(name.text);
         if is_defined {
@@ -567,7 +567,7 @@ impl Parser<'_, '_> {
         mut definition: Definition,
     ) {
         match extension.map(|(_, text)| text) {
-            // What a T flip-flop holds, it holds, but where its sum is true: `APPEND` would need the sum alone.
+            // A T flip-flop keeps its value unless its sum is true: `APPEND` would need the sum alone.
             Some("t") if !is_append => {
                 if let Some(device) = self.device.filter(|own| !own.has_flip_flop(FlipFlop::T)) {
                     let message = format!("a {} has no T flip-flops", device.name);
@@ -638,7 +638,7 @@ impl Parser<'_, '_> {
             }
             Some("ar") => preset(self.draft, Some(id), false, definition),
             Some("sp") => {
-                // Synchronous here, so nothing is lost.
+                // A circuit with one clock loses nothing by this.
                 let before = self.draft.beyond.len();
                 preset(self.draft, Some(id), true, definition);
                 self.draft.beyond.truncate(before);

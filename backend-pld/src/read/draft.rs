@@ -1,4 +1,4 @@
-//! What a parser found, before it is a circuit.
+//! The result of a parser, before it becomes a circuit.
 
 use super::MAX_FINDINGS;
 use crate::Dialect;
@@ -11,43 +11,43 @@ use grafsynth_ir::span::{FileId, Name, Span};
 use grafsynth_logic::build::Builder;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Names a signal.
+/// The index of a signal.
 pub(crate) type SignalId = u32;
-/// Names an expression; operands are made before what needs them.
+/// The index of an expression; operands come before the expressions that use them.
 pub(crate) type ExprId = u32;
 
-/// What the text says a signal is.
+/// The role of a signal in the text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Role {
-    /// Mentioned, never declared.
+    /// Mentioned but not declared.
     Unknown,
-    /// A pin: an output if it has a function, else an input.
+    /// A pin: an output if it has a function, otherwise an input.
     Pin,
     /// An input.
     Input,
     /// An output.
     Output,
-    /// No pin.
+    /// A signal without a pin.
     Internal,
-    /// The clock: no part of the circuit's functions.
+    /// The clock, which is not part of the circuit's functions.
     Clock,
 }
 
-/// A name.
+/// A named signal.
 #[derive(Debug, Clone)]
 pub(crate) struct Signal {
     pub(crate) name: String,
     pub(crate) span: Span,
     pub(crate) role: Role,
-    /// The pin number, where there is one.
+    /// The pin number, if there is one.
     pub(crate) pin: Option<u32>,
-    /// Declared as the complement of its pin.
+    /// It is declared as the complement of its pin.
     pub(crate) is_pin_inverted: bool,
-    /// Where a function reads it first.
+    /// The first function that reads it.
     pub(crate) read_at: Option<Span>,
-    /// How often functions read it.
+    /// How many times functions read it.
     pub(crate) n_reads: u32,
-    /// The expressions of the signal and of its complement, once some function has asked for them.
+    /// The expressions of the signal and of its complement, once some function uses them.
     literals: [Option<ExprId>; 2],
     pub(crate) definition: Option<Definition>,
 }
@@ -62,10 +62,10 @@ pub(crate) struct Definition {
     pub(crate) is_registered: bool,
     /// The equation gave the complement.
     pub(crate) is_complemented: bool,
-    /// Value after power-up, where the text says it.
+    /// The power-up value, if the text defines it.
     pub(crate) init: bool,
     pub(crate) span: Span,
-    /// Product terms as written.
+    /// The number of product terms as written.
     pub(crate) terms: u32,
 }
 
@@ -75,7 +75,7 @@ pub(crate) enum Expr {
     Const(bool),
     Signal(SignalId),
     Not(ExprId),
-    /// Operands `start..start + count` of [`Draft::operands`].
+    /// The operands `start..start + count` of [`Draft::operands`].
     And(u32, u32),
     Or(u32, u32),
     Xor(ExprId, ExprId),
@@ -83,18 +83,18 @@ pub(crate) enum Expr {
 }
 
 impl Signal {
-    /// The signal is the complement of the level at its pin; what has no pin has no such level.
+    /// The signal is the complement of the level at its pin; a signal without a pin has no such level.
     pub(crate) fn is_at_pin_inverted(&self) -> bool {
         self.is_pin_inverted && self.role != Role::Internal
     }
 }
 
-/// From a signal to the level at its pin, and back.
+/// Converts between a signal and the level at its pin.
 fn at_pin(builder: &mut Builder, signal: &Signal, value: NodeId) -> NodeId {
     if signal.is_at_pin_inverted() { builder.not(value) } else { value }
 }
 
-/// Everything a text says.
+/// The contents of a text.
 #[derive(Debug)]
 pub(crate) struct Draft {
     pub(crate) file: FileId,
@@ -106,29 +106,29 @@ pub(crate) struct Draft {
     exprs: Vec<Expr>,
     operands: Vec<ExprId>,
     unreported: usize,
-    /// Set and reset conditions of registers, which win over their function: all registers (`None`) or one. Each condition with the value it gives
+    /// Set and reset conditions of registers, which override their function: for all registers (`None`) or one. Each condition has the value for
     /// the internal flip-flop; the last one wins.
     pub(crate) controls: BTreeMap<(Option<SignalId>, bool), Definition>,
     /// Output enables.
     pub(crate) enables: BTreeMap<SignalId, Definition>,
-    /// The device that the text names, where the tables have it.
+    /// The device that the text names, if it is known.
     pub(crate) device: Option<&'static Device>,
-    /// The signature that the text asks for; at most eight bytes.
+    /// The signature that the text defines; at most eight bytes.
     pub(crate) signature: Vec<u8>,
-    /// Clocks of single registers.
+    /// Clocks of individual registers.
     pub(crate) clocks: BTreeMap<SignalId, Definition>,
-    /// Outputs that the text itself calls switched.
+    /// Outputs that the text declares as tri-state.
     pub(crate) tristate: BTreeSet<SignalId>,
-    /// What a circuit with one clock cannot say of this text (errors), or says in a simpler sense (warnings). A device may well hold it.
+    /// What a single-clock circuit cannot express of this text (errors), or expresses in a simplified form (warnings). A device may support it.
     pub(crate) beyond: Vec<Diagnostic>,
     /// The language of the text.
     dialect: Dialect,
-    /// Pins that are given to a second signal: the pin, its first signal, and the place of the second one.
+    /// Pins that are assigned to a second signal: the pin, its first signal, and the location of the second one.
     taken: Vec<(u32, SignalId, Span)>,
 }
 
 impl Draft {
-    /// The text says how the circuit is called.
+    /// The text defines the name of the circuit.
     pub(crate) fn is_named(&self) -> bool {
         !self.name.text.is_empty()
     }
@@ -160,7 +160,7 @@ impl Draft {
         }
     }
 
-    /// Notes a finding; after many only counts.
+    /// Records a finding; after many, only counts.
     pub(crate) fn report(&mut self, finding: Diagnostic) {
         if self.findings.len() < MAX_FINDINGS {
             self.findings.push(finding);
@@ -169,7 +169,7 @@ impl Draft {
         }
     }
 
-    /// Notes what a circuit with one clock cannot say, or says in a simpler sense.
+    /// Records what a single-clock circuit cannot express, or expresses in a simplified form.
     pub(crate) fn report_beyond(&mut self, finding: Diagnostic) {
         if self.beyond.len() < MAX_FINDINGS {
             self.beyond.push(finding);
@@ -178,12 +178,12 @@ impl Draft {
         }
     }
 
-    /// Notes an error at one place.
+    /// Records an error at one location.
     pub(crate) fn error(&mut self, code: Code, span: Span, message: impl Into<String>) {
         self.report(Diagnostic::error(code, message).at(span, ""));
     }
 
-    /// Warns of registers whose first value the text leaves open; `registers` are their names and places.
+    /// Warns about registers whose initial value the text does not define; `registers` are their names and locations.
     pub(crate) fn warn_of_no_first_value(&mut self, registers: &[(String, Span)]) {
         let Some((first, span)) = registers.first() else { return };
         let message = match registers.len() {
@@ -193,7 +193,7 @@ impl Draft {
         self.report(Diagnostic::warning(codes::TAKEN_AS, message).at(*span, ""));
     }
 
-    /// Sees that what is defined stands on a pin of the device that can be an output.
+    /// Checks that a defined signal is on a pin of the device that can be an output.
     pub(crate) fn check_output(&mut self, device: Option<&Device>, id: SignalId, span: Span) {
         let signal = &self.signals[id as usize];
         if let (Some(device), Some(pin)) = (device, signal.pin)
@@ -207,12 +207,12 @@ impl Draft {
         }
     }
 
-    /// True when so much is wrong that going on tells nobody anything.
+    /// True if there are so many errors that continuing is useless.
     pub(crate) fn is_hopeless(&self) -> bool {
         self.unreported > 0
     }
 
-    /// The signal of this name, made if it is new.
+    /// The signal with this name, created if it is new.
     pub(crate) fn signal(&mut self, name: &str, span: Span) -> SignalId {
         let key = if self.folds_case { name.to_ascii_lowercase() } else { name.to_owned() };
         let next = SignalId::try_from(self.signals.len()).unwrap_or(SignalId::MAX);
@@ -233,7 +233,7 @@ impl Draft {
         id
     }
 
-    /// The signal of this name, if there is one.
+    /// The signal with this name, if there is one.
     pub(crate) fn find(&self, name: &str) -> Option<SignalId> {
         let key = if self.folds_case { name.to_ascii_lowercase() } else { name.to_owned() };
         self.by_name.get(&key).copied()
@@ -267,12 +267,12 @@ impl Draft {
         id
     }
 
-    /// Reports a signal on a pin that another one has; which pins are free is known at the end.
+    /// Reports a signal on a pin that is already used; the free pins are known at the end.
     pub(crate) fn pin_taken(&mut self, pin: u32, other: SignalId, span: Span) {
         self.taken.push((pin, other, span));
     }
 
-    /// The findings about pins with two signals.
+    /// Reports pins with two signals.
     fn check_pins(&mut self) {
         for (pin, other, span) in std::mem::take(&mut self.taken) {
             let first = &self.signals[other as usize];
@@ -281,7 +281,7 @@ impl Draft {
                 .at(span, "assigned again here")
                 .at(first.span, "first assigned here");
             let is_free = |pin: &u32| self.signals.iter().all(|signal| signal.pin != Some(*pin));
-            // A pin that only reads may be any; an output needs a macrocell.
+            // An input can use any pin; an output needs a macrocell.
             if let Some(device) = self.device {
                 let wants_output = self
                     .signals
@@ -308,7 +308,7 @@ impl Draft {
         }
     }
 
-    /// Gives a signal its function; a second one is a finding.
+    /// Assigns a function to a signal; a second one is a finding.
     pub(crate) fn define(&mut self, id: SignalId, definition: Definition) {
         let signal = self.at(id);
         match signal.definition {
@@ -365,7 +365,7 @@ impl Draft {
         self.expr(if is_and { Expr::And(start, count) } else { Expr::Or(start, count) })
     }
 
-    /// What an expression is.
+    /// The kind of an expression.
     pub(crate) fn kind(&self, expr: ExprId) -> Expr {
         self.exprs[expr as usize]
     }
@@ -375,7 +375,7 @@ impl Draft {
         self.operands.get(start as usize..start as usize + count as usize).unwrap_or_default()
     }
 
-    /// The circuit, if nothing is wrong.
+    /// The circuit, if there is no error.
     pub(crate) fn finish(&mut self) -> Option<Logic> {
         self.check_pins();
         self.check_names();
@@ -411,7 +411,7 @@ impl Draft {
                         format!("`{}` is not declared", signal.name),
                     )
                     .at(signal.span, "first used here");
-                    // Looking for the nearest name costs as much as there are names.
+                    // The search for the nearest name takes time proportional to the number of names.
                     if found.len() < 100
                         && let Some(near) = nearest(&signal.name, declared())
                     {
@@ -462,7 +462,7 @@ impl Draft {
         }
     }
 
-    /// The signals that an expression reads; `seen` remembers for each expression who looked at it last.
+    /// The signals that an expression reads; `seen` stores for each expression its last reader.
     fn reads(&self, value: ExprId, reader: SignalId, seen: &mut [SignalId]) -> Vec<SignalId> {
         let mut found = Vec::new();
         let mut open = vec![value];
@@ -484,7 +484,7 @@ impl Draft {
         found
     }
 
-    /// Combinational signals in an order in which each follows what it needs; none if some need each other.
+    /// Combinational signals sorted so that each follows its operands; `None` if there is a cycle.
     fn order(&mut self) -> Option<Vec<SignalId>> {
         #[derive(Clone, Copy, PartialEq)]
         enum State {
@@ -507,7 +507,7 @@ impl Draft {
             else {
                 continue;
             };
-            // The stack holds each open signal with what it still has to look at.
+            // The stack contains each open signal with the signals that it must still visit.
             let mut stack = vec![(start, self.reads(value, start, &mut seen))];
             state[start as usize] = State::Open;
             while let Some((signal, open)) = stack.last_mut() {
@@ -566,7 +566,7 @@ impl Draft {
     }
 
     /// The circuit between the pins: inputs, outputs and flip-flops are levels at pins, so a signal that is declared as the complement of its pin is
-    /// inverted where it meets it.
+    /// inverted at the pin.
     fn build(&self, order: &[SignalId]) -> Logic {
         let mut builder = Builder::default();
         builder.logic.name = self.name.clone();
@@ -622,7 +622,7 @@ impl Draft {
                 for (to, of) in [(true, None), (true, Some(id)), (false, None), (false, Some(id))] {
                     if let Some(control) = self.controls.get(&(of, to)) {
                         let condition = self.value(&mut builder, control.value, &values, &mut made);
-                        // The condition acts on the flip-flop, which holds the complement where the equation gave it.
+                        // The condition acts on the flip-flop, which stores the complement if the equation defines it.
                         let value = builder.constant(to != definition.is_complemented);
                         next = builder.mux(condition, value, next);
                     }
@@ -651,7 +651,7 @@ impl Draft {
         builder.finish()
     }
 
-    /// The node of an expression; `made` remembers those of all expressions.
+    /// The node of an expression; `made` stores the nodes of all expressions.
     fn value(
         &self,
         builder: &mut Builder,
@@ -675,7 +675,7 @@ impl Draft {
                 Expr::Mux(a, b, c) => open.extend([a, b, c]),
             }
         }
-        // Operands have smaller numbers than what needs them.
+        // Operands have smaller indices than the expressions that use them.
         for id in cone {
             let node = |expr: ExprId| {
                 made[expr as usize].unwrap_or_else(|| unreachable!("operands come first"))

@@ -1,21 +1,21 @@
-//! Sums of products as PALASM, CUPL and `GALasm` write them.
+//! Sums of products as written in PALASM, CUPL and `GALasm`.
 
 use super::MAX_NESTING;
 use super::draft::{Draft, ExprId};
 use super::lexer::{Kind, Lexer};
 use crate::codes;
 
-/// A language's signs. Exclusive or binds weakest, then or, then and.
+/// The operators of a language. Exclusive-or has the lowest precedence, then or, then and.
 pub(crate) struct Grammar {
     pub(crate) not: &'static str,
     pub(crate) and: &'static [&'static str],
     pub(crate) or: &'static [&'static str],
     pub(crate) xor: &'static [&'static str],
-    /// Parentheses may be used.
+    /// Parentheses are allowed.
     pub(crate) parens: bool,
     /// Reads a constant if there is one.
     pub(crate) constant: fn(&mut Lexer<'_>) -> Option<bool>,
-    /// A constant stands alone and plain.
+    /// A constant must be the whole function, without negation.
     pub(crate) lone_constants: bool,
 }
 
@@ -23,7 +23,7 @@ pub(crate) struct Grammar {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sum {
     pub(crate) value: ExprId,
-    /// Product terms, where the text is a plain sum of products; else 0.
+    /// The number of product terms, if the text is a plain sum of products; otherwise 0.
     pub(crate) terms: u32,
 }
 
@@ -40,7 +40,7 @@ pub(crate) fn supply(lexer: &mut Lexer<'_>) -> Option<bool> {
     Some(value)
 }
 
-/// Reads a function; none after an error, which is reported, with the offending token ahead.
+/// Reads a function; `None` after an error, which is reported, with the offending token ahead.
 pub(crate) fn sum(lexer: &mut Lexer<'_>, draft: &mut Draft, grammar: &Grammar) -> Option<Sum> {
     let mut parser = Parser { lexer, draft, grammar, depth: 0, terms: 0, is_plain: true };
     let value = parser.exclusive()?;
@@ -102,7 +102,7 @@ impl Parser<'_, '_> {
                 let sign = |signs: &[&str]| signs.iter().any(|sign| self.lexer.token.is(sign));
                 let is_lone = self.terms == 1 && !sign(self.grammar.and) && !sign(self.grammar.or);
                 if is_negated || !is_lone {
-                    let message = "`VCC` and `GND` stand alone on the right, without `/`";
+                    let message = "`VCC` and `GND` must be the whole right side, without `/`";
                     self.draft.error(codes::DEVICE_LIMIT, span, message);
                 }
             }
@@ -130,7 +130,7 @@ impl Parser<'_, '_> {
             let name = self.lexer.advance();
             if self.lexer.token.is(".") {
                 let message = format!(
-                    "`{}` is read with an extension, which only left sides have here",
+                    "`{}` has an extension, which is only allowed on the left side",
                     name.text
                 );
                 self.draft.error(codes::UNSUPPORTED, span, message);
@@ -148,7 +148,7 @@ impl Parser<'_, '_> {
         Some(if is_negated { self.draft.not(value) } else { value })
     }
 
-    /// True when the word ahead begins an equation of its own: the sum before it lacks its end.
+    /// True if the next word begins a new equation: the previous sum lacks its end.
     fn is_next_statement(&self) -> bool {
         let mut ahead = self.lexer.clone();
         ahead.advance();

@@ -39,7 +39,7 @@ pub(crate) fn parse(text: &str, draft: &mut Draft) {
     }
 }
 
-/// Extensions of left sides.
+/// Extensions on left sides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Control {
     Enable,
@@ -54,13 +54,13 @@ struct Parser<'a, 'd> {
     device: &'static Device,
     clock: Option<SignalId>,
     clock_span: Span,
-    /// Enables, clocks, resets and presets, to be checked once all functions are known.
+    /// Enables, clocks, resets and presets, which are checked after all functions are known.
     controls: Vec<(SignalId, Control, Definition)>,
-    /// Registers with a clock of their own, on devices that give each one.
+    /// Registers with their own clock, on devices with individual clocks.
     clocked: Vec<SignalId>,
 }
 
-/// The line from `at` on without comment and line end, and where the next one starts.
+/// The line from `at` on without comment and line end, and the position of the next line.
 fn line_at(text: &str, at: usize) -> (&str, usize) {
     let rest = text.get(at..).unwrap_or_default();
     let length = rest.find('\n').unwrap_or(rest.len());
@@ -71,7 +71,7 @@ fn line_at(text: &str, at: usize) -> (&str, usize) {
 impl<'a> Parser<'a, '_> {
     /// Device, signature, pins.
     fn head(&mut self, text: &'a str) -> Option<()> {
-        // Comments may come first; an empty line is no comment.
+        // Comments may come first; an empty line is not a comment.
         let mut first = 0;
         while text
             .get(first..)
@@ -80,7 +80,7 @@ impl<'a> Parser<'a, '_> {
             first = line_at(text, first).1;
         }
         let (line, after) = line_at(text, first);
-        // What follows the device's name on its line is a remark.
+        // Text after the device's name on its line is a remark.
         let name = line.split_whitespace().next().unwrap_or_default();
         let file = self.draft.file;
         let start = first + text.get(first..).and_then(|rest| rest.find(name)).unwrap_or(0);
@@ -104,7 +104,7 @@ impl<'a> Parser<'a, '_> {
                 DEVICES.iter().map(|device| device.name.to_ascii_uppercase()).collect();
             finding = match nearest(name, known.iter().map(String::as_str)) {
                 Some(near) => finding.help(format!("did you mean `{near}`?")).fix(span, near),
-                None => finding.help(format!("known are {}", known.join(", "))),
+                None => finding.help(format!("known devices: {}", known.join(", "))),
             };
             self.draft.report(finding);
             return None;
@@ -143,7 +143,7 @@ impl<'a> Parser<'a, '_> {
                 let message = format!("expected a pin's name, found {}", token.shown());
                 self.draft.error(codes::SYNTAX, span, message);
                 self.lexer.advance();
-                // What hangs on it without a blank is part of the same bad name.
+                // Adjacent text without a blank belongs to the same invalid name.
                 while !self.lexer.token.is_first
                     && self.lexer.token.start == self.lexer.end
                     && self.lexer.token.kind != Kind::End
@@ -218,7 +218,7 @@ impl<'a> Parser<'a, '_> {
         {
             let before = self.lexer.token.start;
             if self.equation().is_none() {
-                // A stray operator begins no equation, so the rest of its line belongs to the error.
+                // A stray operator does not begin an equation, so the rest of its line belongs to the error.
                 let is_operator = self.lexer.token.kind == Kind::Sign && !self.lexer.token.is("/");
                 if self.lexer.token.start == before || is_operator {
                     self.lexer.advance();
@@ -367,7 +367,7 @@ impl<'a> Parser<'a, '_> {
         Some(())
     }
 
-    /// Names that stand for no signal are not read.
+    /// Names that are not signals cannot be read.
     fn check_reserved(&mut self) {
         for (name, what) in [
             ("NC", "stands for pins that are not connected"),
@@ -402,12 +402,12 @@ impl<'a> Parser<'a, '_> {
         }
         if definition.terms > 1 {
             let message =
-                format!("{what} has {} product terms, but the device has one", definition.terms);
+                format!("{what} has {} product terms; the device supports one", definition.terms);
             self.draft.error(codes::DEVICE_LIMIT, definition.span, message);
         }
     }
 
-    /// Controls belong to functions of the right kind on the right device.
+    /// Checks that controls belong to functions of the right kind on the right device.
     fn check_controls(&mut self) {
         let device = self.device;
         for (id, control, definition) in std::mem::take(&mut self.controls) {
@@ -469,7 +469,7 @@ impl<'a> Parser<'a, '_> {
         }
     }
 
-    /// What the structure of the device forbids.
+    /// Checks the restrictions of the device's structure.
     fn check_mode(&mut self) {
         let device = self.device;
         let mut found: Vec<(Span, String)> = Vec::new();
@@ -507,7 +507,7 @@ impl<'a> Parser<'a, '_> {
                 ));
             }
         }
-        // Without registers a 16V8 or 20V8 is in its simple mode, unless a pin is read back or switched; then one term of each pin is its enable.
+        // Without registers a 16V8 or 20V8 is in its simple mode, unless a pin is read back or tri-stated; then one term of each pin is its enable.
         let is_complex = is_v8
             && !has_registers
             && (0..SignalId::MAX).zip(signals).any(|(id, signal)| {

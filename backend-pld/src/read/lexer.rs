@@ -1,8 +1,8 @@
-//! One token at a time.
+//! The lexer: one token at a time.
 
 use grafsynth_ir::span::{FileId, Span};
 
-/// How comments look.
+/// The comment syntax.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Comments {
     /// From `;` to the end of the line.
@@ -13,18 +13,18 @@ pub(crate) enum Comments {
     Verilog,
 }
 
-/// Kinds of tokens.
+/// The kind of a token.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// Letters, digits, `_`, `$`, not starting with a digit.
     Word,
     /// Starting with a digit: letters and digits follow.
     Number,
-    /// Anything else, one character or one of the long signs.
+    /// Anything else: one character or one of the long operators.
     Sign,
     /// Text in `'..'` or `".."`.
     Quoted,
-    /// Nothing is left.
+    /// The end of the text.
     End,
 }
 
@@ -33,7 +33,7 @@ pub(crate) enum Kind {
 pub(crate) struct Token<'a> {
     pub(crate) kind: Kind,
     pub(crate) text: &'a str,
-    /// Where it starts.
+    /// The position where it starts.
     pub(crate) start: usize,
     /// It is the first on its line.
     pub(crate) is_first: bool,
@@ -48,7 +48,7 @@ impl Token<'_> {
         self.kind == Kind::Word && self.text.eq_ignore_ascii_case(word)
     }
 
-    /// How a message calls it.
+    /// The token as shown in a message.
     pub(crate) fn shown(&self) -> String {
         if self.kind == Kind::End {
             return "the end of the text".to_owned();
@@ -58,10 +58,10 @@ impl Token<'_> {
     }
 }
 
-/// Signs of more than one character.
+/// Operators with more than one character.
 const LONG: [&str; 12] = [":+:", ":*:", ":=", "*=", "<=", ">=", "==", "!=", "&&", "||", "~^", "^~"];
 
-/// Reads tokens; one is looked at in advance.
+/// Reads tokens with one token of lookahead.
 #[derive(Debug, Clone)]
 pub(crate) struct Lexer<'a> {
     text: &'a str,
@@ -72,7 +72,7 @@ pub(crate) struct Lexer<'a> {
     fresh_line: bool,
     /// The next token.
     pub(crate) token: Token<'a>,
-    /// Where the last token ended.
+    /// The end of the last token.
     pub(crate) end: usize,
 }
 
@@ -82,7 +82,7 @@ impl<'a> Lexer<'a> {
         Self::starting_at(text, file, comments, quotes, 0)
     }
 
-    /// The same from a byte on.
+    /// The same, starting at a byte.
     pub(crate) fn starting_at(
         text: &'a str,
         file: FileId,
@@ -106,7 +106,7 @@ impl<'a> Lexer<'a> {
         Span::new(self.file, start, self.end.max(start))
     }
 
-    /// Takes the token ahead.
+    /// Consumes the next token.
     pub(crate) fn advance(&mut self) -> Token<'a> {
         let token = self.token;
         self.end = token.start + token.text.len();
@@ -114,7 +114,7 @@ impl<'a> Lexer<'a> {
         token
     }
 
-    /// Takes the token ahead if it is this sign.
+    /// Consumes the next token if it is this operator.
     pub(crate) fn eat(&mut self, sign: &str) -> bool {
         let found = self.token.is(sign);
         if found {
@@ -123,7 +123,7 @@ impl<'a> Lexer<'a> {
         found
     }
 
-    /// Takes the token ahead if it is this word, in any letter case.
+    /// Consumes the next token if it is this word, not case-sensitive.
     pub(crate) fn eat_word(&mut self, word: &str) -> bool {
         let found = self.token.is_word(word);
         if found {
@@ -149,7 +149,7 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// The rest of the line from the token ahead on, without its comment; the token after it is ahead then.
+    /// The rest of the line from the next token on, without its comment; the token after it is then the next one.
     pub(crate) fn rest_of_line(&mut self) -> &'a str {
         let start = self.token.start;
         let rest = self.text.get(start..).unwrap_or_default();
@@ -214,7 +214,7 @@ impl<'a> Lexer<'a> {
             (Kind::Number, rest.find(|c| !is_inner(c)).unwrap_or(rest.len()))
         } else if self.quotes && (first == '\'' || first == '"') {
             let inner = rest.get(1..).unwrap_or_default();
-            // A quote that is not closed on its line is a sign.
+            // A quote that is not closed on its line is an operator.
             match inner.find([first, '\n']) {
                 Some(at) if inner.as_bytes().get(at) != Some(&b'\n') => (Kind::Quoted, at + 2),
                 _ => (Kind::Sign, 1),

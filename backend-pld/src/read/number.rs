@@ -1,36 +1,36 @@
-//! Numbers of CUPL: `'b'10X`, `'o'17`, `'d'12`, `'h'1F`, or hexadecimal digits; or a name that `$DEFINE` gives one.
+//! Numbers of CUPL: `'b'10X`, `'o'17`, `'d'12`, `'h'1F`, or hexadecimal digits; or a name defined as a number by `$DEFINE`.
 
 use super::draft::Draft;
 use super::lexer::{Kind, Lexer};
 use super::sets::Names;
 use crate::codes;
 
-/// The base of numbers that say none.
+/// The base of numbers without an explicit base.
 const DEFAULT_BASE: u32 = 16;
 
-/// A number with digits that may be anything: value and mask of the bits that matter.
+/// A number whose digits may be don't-cares: the value, and the mask of the bits that matter.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Number {
     pub(crate) value: u64,
     pub(crate) mask: u64,
 }
 
-/// What `$DEFINE` gives for a number: CUPL puts the text in its place, so digits without a base take the one that is said there.
+/// The text of a number in a `$DEFINE`: CUPL substitutes the text, so digits without a base use the base at the place of use.
 #[derive(Debug, Clone)]
 pub(crate) struct Digits {
     text: String,
-    /// The base, if the text says it.
+    /// The base, if it is explicit.
     base: Option<u32>,
 }
 
 impl Digits {
-    /// The number where a base was said before it, or none. None if the two together are no number.
+    /// The number with the base written before it, if any. `None` if the combination is invalid.
     pub(crate) fn number(&self, outer: Option<u32>) -> Option<Number> {
         of(&self.text, self.base.or(outer).unwrap_or(DEFAULT_BASE))
     }
 }
 
-/// Reads the number of a `$DEFINE`. None after an error, which is reported.
+/// Reads the number of a `$DEFINE`. `None` after an error, which is reported.
 pub(crate) fn definition(
     lexer: &mut Lexer<'_>,
     draft: &mut Draft,
@@ -43,13 +43,13 @@ pub(crate) fn definition(
     Some(Digits { text, base })
 }
 
-/// Reads a number. None after an error, which is reported.
+/// Reads a number. `None` after an error, which is reported.
 pub(crate) fn read(lexer: &mut Lexer<'_>, draft: &mut Draft, names: &Names) -> Option<Number> {
     let base = base(lexer, draft)?;
     digits(lexer, draft, names, base)
 }
 
-/// The base, if one is said.
+/// The base, if it is explicit.
 #[expect(clippy::option_option, reason = "an error, no base, or one")]
 pub(crate) fn base(lexer: &mut Lexer<'_>, draft: &mut Draft) -> Option<Option<u32>> {
     if lexer.token.kind != Kind::Quoted {
@@ -71,7 +71,7 @@ pub(crate) fn base(lexer: &mut Lexer<'_>, draft: &mut Draft) -> Option<Option<u3
     Some(Some(base))
 }
 
-/// The digits of a number; `outer` is the base that was said before them, or before the list that they are in.
+/// The digits of a number; `outer` is the base written before them, or before the list that contains them.
 pub(crate) fn digits(
     lexer: &mut Lexer<'_>,
     draft: &mut Draft,
@@ -83,7 +83,7 @@ pub(crate) fn digits(
     let (span, token) = (lexer.span(), lexer.token);
     let defined = names.numbers.get(token.text).filter(|_| token.kind == Kind::Word);
     let number = match defined {
-        // Two bases one behind the other are no number.
+        // Two consecutive bases are invalid.
         Some(defined) if own.is_some() && defined.base.is_some() => None,
         Some(defined) => defined.number(base),
         None => of(token.text, base.unwrap_or(DEFAULT_BASE))
@@ -99,7 +99,7 @@ pub(crate) fn digits(
     Some(number)
 }
 
-/// The number that digits stand for; none where one of them is no digit of the base, or the number has more than 60 bits.
+/// The value of digits; `None` if one of them is not a digit of the base, or if the number has more than 60 bits.
 fn of(text: &str, base: u32) -> Option<Number> {
     let (mut value, mut mask) = (0_u64, !0_u64);
     for c in text.chars() {

@@ -1,6 +1,6 @@
-//! PALASM. Of versions 2 and 4: `PIN` statements or the positional list of the older form, `STRING`, `EQUATIONS`; a simulation section is skipped. Of
-//! version 1: the device in the first line, three lines of titles, the list of pins, then equations, with `IF (condition) Y = ..` for outputs that are
-//! switched; `FUNCTION TABLE` and `DESCRIPTION` are skipped.
+//! PALASM. Versions 2 and 4: `PIN` statements or the positional list of the older form, `STRING`, `EQUATIONS`; a simulation section is skipped. Version 1:
+//! the device in the first line, three title lines, the list of pins, then equations, with `IF (condition) Y = ..` for tri-state outputs;
+//! `FUNCTION TABLE` and `DESCRIPTION` are skipped.
 
 use super::draft::{Definition, Draft, Role, SignalId};
 use super::equation::{Grammar, Sum, sum, supply};
@@ -40,7 +40,7 @@ pub(crate) fn parse(text: &str, draft: &mut Draft) {
     finish(draft, device, clock);
 }
 
-/// The clock's signal and the power-up values, once the whole text is known; `clock` where the text names it.
+/// Determines the clock signal and the power-up values after the whole text is read; `clock` is the clock that the text names, if any.
 pub(crate) fn finish(draft: &mut Draft, device: Option<&'static Device>, clock: Option<SignalId>) {
     draft.device = device;
     let is_registered = draft
@@ -80,7 +80,7 @@ pub(crate) fn finish(draft: &mut Draft, device: Option<&'static Device>, clock: 
     }
 }
 
-/// Warns of a signal that is named as a clock, on a pin that clocks nothing: the clock pin of the device has no name, and nothing reads the signal.
+/// Warns about a signal with the name of a clock on a pin that clocks nothing: the clock pin of the device has no name, and nothing reads the signal.
 fn check_clock_pin(draft: &mut Draft, device: &Device, clock_pin: u32) {
     if draft.with_pin(clock_pin).is_some() || !draft.clocks.is_empty() {
         return;
@@ -114,8 +114,8 @@ fn check_clock_pin(draft: &mut Draft, device: &Device, clock_pin: u32) {
     draft.report(finding);
 }
 
-/// The pin without a number that is the clock by its name. Of several it is the first: a text of ours lists the clock before the inputs, as `clk_2` where
-/// the circuit has all usual names for something else.
+/// The signal without a pin number whose name identifies it as the clock. Of several it is the first: our texts list the clock before the inputs, as `clk_2` if
+/// the circuit uses all usual names for other signals.
 fn clock_by_name(draft: &Draft) -> Option<SignalId> {
     let mut free = draft.signals.iter().enumerate().filter(|(_, signal)| {
         signal.role == Role::Pin && signal.definition.is_none() && signal.pin.is_none()
@@ -130,7 +130,7 @@ fn clock_by_name(draft: &Draft) -> Option<SignalId> {
     found.and_then(|(index, _)| SignalId::try_from(index).ok())
 }
 
-/// Looks up a device; an unknown one is taken as a chip whose flip-flops wake at 0.
+/// Looks up a device; the flip-flops of an unknown device are assumed to be 0 after power-up.
 pub(crate) fn find_device(draft: &mut Draft, name: &str, span: Span) -> Option<&'static Device> {
     let device = Device::find(name);
     if device.is_none() {
@@ -141,7 +141,7 @@ pub(crate) fn find_device(draft: &mut Draft, name: &str, span: Span) -> Option<&
     device
 }
 
-/// The device of a text of the first version: the first word of its first line that is neither empty nor a comment, where no `CHIP` follows.
+/// The device of a text of version 1: the first word of its first line that is neither empty nor a comment, if no `CHIP` follows.
 fn first_version(text: &str) -> Option<&str> {
     let mut lines = text.lines().map(|line| line.split(';').next().unwrap_or_default().trim());
     let word = lines.by_ref().find(|line| !line.is_empty())?.split_whitespace().next()?;
@@ -161,13 +161,13 @@ struct Parser<'a, 'd> {
     device: Option<&'static Device>,
     clock: Option<SignalId>,
     clock_span: Span,
-    /// Names of the node that sets and resets all registers, in small letters.
+    /// Names of the node that sets and resets all registers, in lower case.
     globals: Vec<String>,
     /// The text is one of version 1.
     is_first_version: bool,
 }
 
-/// Words that begin a section or a statement of the declarations.
+/// Words that begin a section or a declaration.
 const SECTIONS: [&str; 8] =
     ["equations", "simulation", "string", "pin", "node", "state", "conditions", "group"];
 
@@ -213,7 +213,7 @@ impl<'a> Parser<'a, '_> {
         }
     }
 
-    /// A text of version 1: device, three lines of titles, pins, equations.
+    /// A text of version 1: device, three title lines, pins, equations.
     fn old_file(&mut self, text: &'a str, device: &str) {
         self.is_first_version = true;
         let start = text.find(device).unwrap_or(0);
@@ -232,7 +232,7 @@ impl<'a> Parser<'a, '_> {
             at += length;
         }
         self.lexer = Lexer::starting_at(text, self.draft.file, Comments::Semicolon, false, at);
-        // The list ends where an equation begins: with a name and an equals sign, or with `IF`.
+        // The list ends at the first equation: at a name followed by an equals sign, or at `IF`.
         let mut pin = 0;
         let most = self.device.map_or(64, |device| device.n_pins);
         while pin < most && self.is_pin_name() {
@@ -251,7 +251,7 @@ impl<'a> Parser<'a, '_> {
         self.equations();
     }
 
-    /// A section of version 1 that says nothing about the circuit, or the end.
+    /// A section of version 1 without information about the circuit, or the end.
     fn is_old_end(&self) -> bool {
         let token = self.lexer.token;
         self.is_first_version
@@ -270,7 +270,7 @@ impl<'a> Parser<'a, '_> {
         }
     }
 
-    /// `CHIP name device`, then pin names one after the other in the older form.
+    /// `CHIP name device`, followed by the pin names in the older form.
     fn chip(&mut self) {
         self.lexer.advance();
         if !self.lexer.token.is_first {
@@ -288,7 +288,7 @@ impl<'a> Parser<'a, '_> {
         }
         let start = self.lexer.token.start;
         while !self.lexer.token.is_first && self.lexer.token.kind != Kind::End {
-            // Device names may hold signs: `PAL16R8-7`.
+            // Device names may contain signs: `PAL16R8-7`.
             self.lexer.advance();
             if self.lexer.token.start > self.lexer.end {
                 break;
@@ -398,7 +398,7 @@ impl<'a> Parser<'a, '_> {
         signal.is_pin_inverted = is_inverted;
     }
 
-    /// `STRING NAME 'text'`: the text stands for the name wherever it is read.
+    /// `STRING NAME 'text'`: the text replaces the name wherever it is used.
     fn string(&mut self) {
         self.lexer.advance();
         let name = self.lexer.advance();
@@ -414,7 +414,7 @@ impl<'a> Parser<'a, '_> {
             return;
         }
         self.lexer.advance();
-        // A string is a signal in between whose function is its text: the same, since no operator of the text can bind outside it but `*`.
+        // A string is an internal signal whose function is its text. This is equivalent: only `*` can bind across its boundary.
         let id = self.draft.declare(name.text, span, Role::Internal);
         let mut lexer = Lexer::starting_at(
             self.lexer.upto(text.start + text.text.len() - 1),
@@ -477,7 +477,7 @@ impl<'a> Parser<'a, '_> {
                 continue;
             }
             if self.equation().is_none() {
-                // At least one token further, then to the next line; a stray operator begins no equation.
+                // Skips at least one token, then to the next line; a stray operator does not begin an equation.
                 let is_operator = self.lexer.token.kind == Kind::Sign && !self.lexer.token.is("/");
                 if self.lexer.token.start == token.start || is_operator {
                     self.lexer.advance();
@@ -546,7 +546,7 @@ impl<'a> Parser<'a, '_> {
         Some(())
     }
 
-    /// `IF (condition)` of version 1 before an equation: the output is driven while it holds. None after an error.
+    /// `IF (condition)` of version 1 before an equation: the output is driven while the condition is true. `None` after an error.
     #[expect(clippy::option_option, reason = "an error, no condition, or one")]
     fn condition(&mut self) -> Option<Option<Definition>> {
         if !self.is_first_version || !self.lexer.token.is_word("if") {
@@ -646,7 +646,7 @@ impl<'a> Parser<'a, '_> {
     }
 }
 
-/// An output enable that is always on says nothing; any other is dropped aloud.
+/// An output enable that is always on is redundant; any other is dropped with a warning.
 pub(crate) fn enable(draft: &mut Draft, id: SignalId, definition: Definition) {
     if let Some(first) = draft.enables.insert(id, definition) {
         let message = format!("`{}` has two enables", draft.signals[id as usize].name);
@@ -680,7 +680,7 @@ pub(crate) fn clock_of(draft: &mut Draft, definition: &Definition) -> Option<Sig
     None
 }
 
-/// All registers have one clock.
+/// All registers must have one clock.
 pub(crate) fn one_clock(
     draft: &mut Draft,
     known: &mut Option<SignalId>,
@@ -709,13 +709,13 @@ pub(crate) fn one_clock(
     }
 }
 
-/// Set and reset conditions; an asynchronous one is taken as synchronous, aloud.
+/// Set and reset conditions; an asynchronous one is read as synchronous, with a warning.
 pub(crate) fn preset(draft: &mut Draft, of: Option<SignalId>, to: bool, definition: Definition) {
     if matches!(draft.kind(definition.value), super::draft::Expr::Const(false)) {
         return;
     }
     let what = if to { "set" } else { "reset" };
-    // The preset of a 22V10 is synchronous; everything else acts at once.
+    // The preset of a 22V10 is synchronous; all others are asynchronous.
     if !(to && of.is_none()) {
         let message = format!("this asynchronous {what} is read as a synchronous one");
         draft.report_beyond(Diagnostic::warning(codes::TAKEN_AS, message).at(definition.span, ""));

@@ -1,7 +1,7 @@
-//! A text that says device and pins, as the macrocells that it asks for: nothing is minimised and nothing moves.
+//! Converts a text with a device and pins to the macrocells that it defines: nothing is minimised and no pin changes.
 //!
-//! A function that is a plain sum of products is taken product by product. One with parentheses, exclusive ors or names in between is multiplied out;
-//! products that can never be true and repeated ones are dropped then, and nothing else.
+//! A function that is a plain sum of products is used product by product. One with parentheses, exclusive-ors or intermediate names is multiplied out;
+//! then products that can never be true and repeated products are dropped, and nothing else.
 
 use super::draft::{Definition, Draft, Expr, ExprId, Role, Signal, SignalId};
 use crate::codes;
@@ -10,25 +10,24 @@ use crate::placement::{Cell, CellKind, PinName, Placement, Product};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::Span;
 
-/// Names in between and parentheses together may be this deep.
+/// The maximum depth of intermediate names and parentheses together.
 const MAX_DEPTH: u32 = 400;
-/// A function multiplied out may have this many products on the way.
+/// The maximum number of intermediate products while a function is multiplied out.
 const MAX_PRODUCTS: usize = 2048;
-/// Products that all functions of a text may take to multiply out.
+/// The maximum number of products for multiplying out all functions of a text.
 const MAX_WORK: usize = 1 << 20;
 
 /// The macrocells of a text.
 ///
 /// # Errors
-/// Why the text does not say what to burn: no device, a signal without a pin, what the device does not have.
+/// Why the text does not define fuses: no device, a signal without a pin, or something that the device does not have.
 pub(crate) fn place(draft: &Draft) -> Result<Placement, Vec<Diagnostic>> {
     let Some(device) = draft.device else {
-        let message =
-            "the text names no device of the tables, so it does not say which fuses to burn";
+        let message = "the text names no known device, so it does not define fuses";
         return Err(vec![
             Diagnostic::error(codes::NOT_PLACED, message)
                 .at(draft.name.span, "")
-                .help("name one of the devices in the text"),
+                .help("name a known device in the text"),
         ]);
     };
     let mut placer = Placer { draft, device, found: Vec::new(), work: 0 };
@@ -44,8 +43,7 @@ pub(crate) fn place(draft: &Draft) -> Result<Placement, Vec<Diagnostic>> {
         match (signal.role, signal.pin) {
             (Role::Internal, _) if !definition.is_registered => {}
             (_, None) => {
-                let message =
-                    format!("`{}` has no pin, so no macrocell of the device is its", signal.name);
+                let message = format!("`{}` has no pin, so it has no macrocell", signal.name);
                 placer.refuse(message, definition.span);
             }
             (_, Some(pin)) => {
@@ -84,8 +82,10 @@ impl Placer<'_> {
     ) -> Option<Cell> {
         let device = self.device;
         if device.macrocell(pin).is_none() {
-            let message =
-                format!("`{}` is pin {pin} of a {}, which is no output", signal.name, device.name);
+            let message = format!(
+                "`{}` is pin {pin} of a {}, which is not an output",
+                signal.name, device.name
+            );
             self.refuse(message, definition.span);
             return None;
         }
@@ -112,7 +112,7 @@ impl Placer<'_> {
                 });
                 if !own {
                     let message = format!(
-                        "the registers of a {} are enabled by a pin, so `{}` cannot have a condition of its own",
+                        "the registers of a {} are enabled by a pin, so `{}` cannot have its own condition",
                         device.name, signal.name
                     );
                     self.refuse(message, enable.span);
@@ -150,7 +150,7 @@ impl Placer<'_> {
         Some(cell)
     }
 
-    /// Set and reset of all registers together, where the device has them: written once, or the same for each register.
+    /// Set and reset of all registers together, if the device has them: written once, or the same for each register.
     fn global(&mut self, placement: &mut Placement) {
         let device = self.device;
         for to in [true, false] {
@@ -188,7 +188,7 @@ impl Placer<'_> {
             for (id, definition, name) in &registers {
                 let Some(condition) = own(*id) else {
                     let message = format!(
-                        "`{name}` has no {what}, and a {} has one for all registers together",
+                        "`{name}` has no {what}, but a {} has only one for all registers",
                         device.name
                     );
                     self.refuse(message, definition.span);
@@ -200,7 +200,7 @@ impl Placer<'_> {
             }
             if !is_one {
                 let message = format!(
-                    "the registers have different conditions for their {what}, and a {} has one for all",
+                    "the registers have different {what} conditions, but a {} has only one for all",
                     device.name
                 );
                 self.refuse(message, first.span);
@@ -217,7 +217,7 @@ impl Placer<'_> {
             (only, 0) => only,
             (Some(_), more) => {
                 let message = format!(
-                    "this control of `{name}` has {} product terms, and the device has one for it",
+                    "this control of `{name}` has {} product terms; the device supports one",
                     more + 1
                 );
                 self.refuse(message, definition.span);
@@ -245,7 +245,7 @@ impl Placer<'_> {
         }
     }
 
-    /// The level at the pin that makes a literal true; none for a name in between or without a pin.
+    /// The level at the pin for which a literal is true; `None` for an intermediate name or a signal without a pin.
     fn level(&self, signal: SignalId, is_positive: bool) -> Option<(u32, bool)> {
         let signal = &self.draft.signals[signal as usize];
         Some((signal.pin?, is_positive != signal.is_pin_inverted))
@@ -285,7 +285,7 @@ impl Placer<'_> {
         Some(Product(literals.iter().map(literal).collect::<Option<_>>()?))
     }
 
-    /// The function or its complement multiplied out; none where it is too large or too deep, or reads what has no pin (which is reported).
+    /// The function or its complement multiplied out; `None` if it is too large or too deep, or reads a signal without a pin (which is reported).
     fn multiply(&mut self, expr: ExprId, is_positive: bool, depth: u32) -> Option<Sum> {
         self.work += 1;
         if depth > MAX_DEPTH || self.work > MAX_WORK {
@@ -307,7 +307,7 @@ impl Placer<'_> {
                         self.multiply(inner.value, is_positive, depth)
                     }
                     Some(_) | None => {
-                        let message = format!("`{}` is read and has no pin", signal.name);
+                        let message = format!("`{}` is read but has no pin", signal.name);
                         let span = signal.span;
                         self.refuse(message, span);
                         None
@@ -385,7 +385,7 @@ fn placement_control(placement: &mut Placement, to: bool, product: Option<Produc
     *place = product;
 }
 
-/// A product that no input makes true.
+/// A product that is never true.
 fn never(device: &Device) -> Product {
     Product(device.inputs.first().map(|pin| vec![(*pin, true), (*pin, false)]).unwrap_or_default())
 }

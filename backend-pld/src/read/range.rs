@@ -3,24 +3,24 @@
 use super::draft::{Draft, Expr, ExprId};
 use std::collections::BTreeMap;
 
-/// A function, or a constant that need not be one.
+/// A function, or a constant that needs no expression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Part {
     Const(bool),
     Expr(ExprId),
 }
 
-/// True where a number from `low` to `high` has these bits; the other bits are free. `low` is at most `high`.
+/// True for the numbers from `low` to `high`, over these bits; the other bits are free. `low` is at most `high`.
 ///
-/// From the highest bit down: while the bits are those of both limits, both may still be met; below, one of them, or none. The sum that results has at
-/// most two products for each bit, none of them needless where the bits have no gaps.
+/// Starts at the highest bit: while the bits equal those of both limits, both may still be reached; below that, one of them, or none. The resulting sum has at
+/// most two products for each bit, and no redundant one if the bits have no gaps.
 pub(crate) fn within(
     draft: &mut Draft,
     bits: &BTreeMap<u32, ExprId>,
     low: u64,
     high: u64,
 ) -> ExprId {
-    // What is left of a number that has been at each limit so far: `above` the low one, `below` the high one, and at both.
+    // The remainder of a number that has equalled each limit so far: `above` the low one, `below` the high one, and `both`.
     let (mut above, mut below, mut both) =
         (Part::Const(true), Part::Const(true), Part::Const(true));
     for at in 0..u64::BITS {
@@ -43,7 +43,7 @@ pub(crate) fn within(
             (false, false) => branch(draft, bit, both, none),
             (true, true) => branch(draft, bit, none, both),
             (false, true) => branch(draft, bit, above, below),
-            // Only below the place where the limits part, where nobody is at both.
+            // Only below the bit where the limits differ, so no number equals both.
             (true, false) => none,
         };
         (above, below) = (next_above, next_below);
@@ -54,13 +54,13 @@ pub(crate) fn within(
     }
 }
 
-/// One function where the bit is 0 and another where it is 1; either, where nobody looks at the bit.
+/// One function if the bit is 0 and another if it is 1; either, if the bit is not tested.
 fn branch(draft: &mut Draft, bit: Option<ExprId>, zero: Part, one: Part) -> Part {
     let Some(bit) = bit else { return or(draft, zero, one) };
     if zero == one {
         return zero;
     }
-    // Where one side is always true, the other needs no literal.
+    // If one side is always true, the other needs no literal.
     if one == Part::Const(true) {
         return or(draft, Part::Expr(bit), zero);
     }

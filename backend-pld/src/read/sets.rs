@@ -1,12 +1,13 @@
-//! Expressions of CUPL: of single signals, and of lists and fields of them.
+//! Expressions of CUPL: of single signals, and of lists and fields of signals.
 //!
-//! An operator between two lists works bit by bit, one between a list and a signal on every bit. `field:'h'3` is true where the bits are that number,
-//! `field:[2..5]` in that range, `field:&`, `field:#` and `field:$` join all bits. Numbers without a base are hexadecimal; an `X` digit is any digit.
+//! An operator between two lists works bit by bit, one between a list and a signal on every bit. `field:'h'3` is true if the bits equal that number,
+//! `field:[2..5]` if they are in that range; `field:&`, `field:#` and `field:$` combine all bits. Numbers without a base are hexadecimal; an `X` digit is
+//! any digit.
 //!
 //! # Bit numbers
-//! The bit number of a signal in a field is the index that its name ends with: `A0` is bit 0 wherever it is listed, and bits that no signal has are
-//! not looked at. So `[A15..A12]:[8000..FFFF]` asks for the upper half, and `[A15..A12]:[8..F]` for zeros in all four. Names without an index are numbered
-//! by their place, the last one bit 0. CUPL's manual warns of fields that mix both, or that have two signals of one index; they are refused here.
+//! The bit number of a signal in a field is the index at the end of its name: `A0` is bit 0 wherever it is listed, and bits without a signal are
+//! not compared. So `[A15..A12]:[8000..FFFF]` tests for the upper half, and `[A15..A12]:[8..F]` for zeros in all four bits. Names without an index are numbered
+//! by position, the last one bit 0. CUPL's manual warns about fields that mix both, or that contain two signals with the same index; they are rejected here.
 
 use super::MAX_NESTING;
 use super::draft::{Draft, Expr, ExprId, SignalId};
@@ -18,26 +19,26 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::Span;
 use std::collections::BTreeMap;
 
-/// Bits that a list may have.
+/// The maximum number of bits of a list.
 pub(crate) const MAX_BITS: usize = 64;
-/// Numbers that a list of numbers may have.
+/// The maximum number of numbers in a list of numbers.
 const MAX_NUMBERS: usize = 256;
-/// The largest index that CUPL takes for a bit number.
+/// The largest index that CUPL accepts as a bit number.
 const MAX_INDEX: u32 = 31;
 
-/// Lists and numbers that have a name.
+/// Named lists and numbers.
 #[derive(Debug, Default)]
 pub(crate) struct Names {
     pub(crate) fields: BTreeMap<String, Field>,
     pub(crate) numbers: BTreeMap<String, Digits>,
-    /// What `$DEFINE` gives an expression, with the sign in it that binds weakest: CUPL puts the text in its place, without parentheses.
+    /// The expressions of `$DEFINE`, with the lowest precedence of an operator in each: CUPL substitutes the text without parentheses.
     pub(crate) defined: BTreeMap<SignalId, Binding>,
 }
 
-/// How strongly the signs around an operand hold it.
+/// The precedence of the operators around an operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(crate) enum Binding {
-    /// Nothing is beside it.
+    /// There is no operator beside it.
     #[default]
     Free,
     /// `$`.
@@ -46,7 +47,7 @@ pub(crate) enum Binding {
     Or,
     /// `&`.
     And,
-    /// `!` before it, `:` behind it; or, of an expression, that it is one operand.
+    /// `!` before it, `:` after it; or, for an expression, that it is a single operand.
     Operand,
 }
 
@@ -62,30 +63,30 @@ impl Binding {
     }
 }
 
-/// A list under a name, the most significant bit first.
+/// A named list, the most significant bit first.
 #[derive(Debug, Clone)]
 pub(crate) struct Field {
     pub(crate) signals: Vec<SignalId>,
     numbering: Numbering,
 }
 
-/// Which bit of a number each value of a list is.
+/// The bit number of each value of a list.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Numbering {
-    /// The last is bit 0.
+    /// By position: the last is bit 0.
     Place,
-    /// The bit number of each.
+    /// The bit number of each value.
     Index(Vec<u32>),
-    /// Why no number can be compared with it.
+    /// Why the list cannot be compared with a number.
     None(&'static str),
 }
 
-/// The value of an expression: one, or one for each bit of a list.
+/// The value of an expression: a single one, or one for each bit of a list.
 #[derive(Debug, Clone)]
 pub(crate) struct Value {
     pub(crate) bits: Vec<ExprId>,
     numbering: Numbering,
-    /// The list is a field, or made of fields alone.
+    /// The list is a field, or consists of fields only.
     pub(crate) is_field: bool,
 }
 
@@ -113,18 +114,18 @@ impl Field {
         Ok(Field { signals, numbering })
     }
 
-    /// The signals of a list in brackets, in their places.
+    /// The signals of a list in brackets, by position.
     pub(crate) fn as_listed(draft: &Draft, listed: &[SignalId]) -> Self {
         Field { signals: listed.to_vec(), numbering: numbering(draft, listed) }
     }
 
-    /// Says whether the values of a right side meet this field, or this list, bit by bit.
+    /// Checks whether the values of a right side match this field or list bit by bit.
     pub(crate) fn takes(&self, value: &Value) -> Result<(), &'static str> {
         pair(&self.numbering, true, &value.numbering, value.is_field)
     }
 }
 
-/// The index that a name ends with.
+/// The index at the end of a name.
 fn index_of(draft: &Draft, signal: SignalId) -> Option<u32> {
     let name = &draft.signals[signal as usize].name;
     let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
@@ -142,7 +143,7 @@ fn numbering(draft: &Draft, signals: &[SignalId]) -> Numbering {
         );
     };
     if indices.iter().any(|index| *index > MAX_INDEX) {
-        return Numbering::None("an index above 31 is no bit number");
+        return Numbering::None("an index above 31 is not a bit number");
     }
     let mut sorted = indices.clone();
     sorted.sort_unstable();
@@ -155,7 +156,7 @@ fn numbering(draft: &Draft, signals: &[SignalId]) -> Numbering {
     Numbering::Index(indices)
 }
 
-/// Whether two lists of one length meet bit by bit in the order in which they are kept.
+/// Whether two lists of equal length match bit by bit in their stored order.
 fn pair(
     a: &Numbering,
     is_field_a: bool,
@@ -164,18 +165,18 @@ fn pair(
 ) -> Result<(), &'static str> {
     match (a, b) {
         (Numbering::Index(a), Numbering::Index(b)) if (is_field_a || is_field_b) && a != b => Err(
-            "the bits of a field go by the indices of their names, and these two lists have different ones in these places",
+            "the bits of a field are matched by the indices of their names, and these two lists have different indices at these positions",
         ),
         _ => Ok(()),
     }
 }
 
-/// Reads an expression. None after an error, which is reported.
+/// Reads an expression. `None` after an error, which is reported.
 pub(crate) fn expression(lexer: &mut Lexer<'_>, draft: &mut Draft, names: &Names) -> Option<Value> {
     Parser::new(lexer, draft, names).exclusive()
 }
 
-/// Reads the expression of a `$DEFINE`, which ends with its line; gives its value and the sign in it that binds weakest.
+/// Reads the expression of a `$DEFINE`, which ends with its line; returns its value and the lowest precedence of its operators.
 pub(crate) fn definition(
     lexer: &mut Lexer<'_>,
     draft: &mut Draft,
@@ -193,13 +194,13 @@ struct Parser<'p, 'a> {
     depth: u32,
     /// The expression ends with its line.
     is_one_line: bool,
-    /// The sign before the operand that is read.
+    /// The operator before the operand that is read.
     before: Binding,
-    /// The weakest sign outside parentheses so far.
+    /// The lowest precedence of an operator outside parentheses so far.
     weakest: Binding,
 }
 
-/// What begins a line of its own behind `$`.
+/// The words that begin a new line after `$`.
 const DIRECTIVES: [&str; 12] = [
     "define", "undef", "ifdef", "ifndef", "else", "endif", "include", "repeat", "repend", "macro",
     "mend", "set",
@@ -241,7 +242,7 @@ impl Parser<'_, '_> {
         }
     }
 
-    /// Takes the sign between two operands, if it is ahead.
+    /// Consumes the operator between two operands, if it is next.
     fn operator(&mut self, sign: &str) -> bool {
         if !self.is_operator() || !self.lexer.eat(sign) {
             return false;
@@ -253,7 +254,7 @@ impl Parser<'_, '_> {
         true
     }
 
-    /// What is ahead belongs to this expression.
+    /// The next token belongs to this expression.
     fn is_operator(&self) -> bool {
         let token = self.lexer.token;
         if !token.is_first {
@@ -267,7 +268,7 @@ impl Parser<'_, '_> {
         !self.is_one_line && !is_directive()
     }
 
-    /// An expression under a name stands here as its text: that must mean the same as its value.
+    /// The text of a named expression is substituted here: that must have the same meaning as its value.
     fn check_defined(&mut self, signal: SignalId, is_negated: bool, span: Span) -> Option<()> {
         let Some(weakest) = self.names.defined.get(&signal).copied() else { return Some(()) };
         let before = if is_negated { Binding::Operand } else { self.before };
@@ -281,7 +282,7 @@ impl Parser<'_, '_> {
         }
         let name = &self.draft.signals[signal as usize].name;
         let message = format!(
-            "CUPL puts the text of `{name}` here without parentheses, so the sign beside it would take only a part of it"
+            "CUPL puts the text of `{name}` here without parentheses, so the operator beside it would bind only a part of it"
         );
         let of = self.draft.signals[signal as usize].span;
         let finding = Diagnostic::error(codes::UNSUPPORTED, message)
@@ -307,7 +308,7 @@ impl Parser<'_, '_> {
         self.bitwise(&all, span, |draft, bits| draft.list(bits, is_and))
     }
 
-    /// One operator over lists of the same length, or over lists and single signals.
+    /// One operator on lists of the same length, or on lists and single signals.
     fn bitwise(
         &mut self,
         all: &[Value],
@@ -332,8 +333,7 @@ impl Parser<'_, '_> {
                     return None;
                 }
                 if numbering != other.numbering {
-                    numbering =
-                        Numbering::None("its bits are made of signals of different indices");
+                    numbering = Numbering::None("its bits combine signals with different indices");
                 }
                 is_field &= other.is_field;
             }
@@ -384,7 +384,8 @@ impl Parser<'_, '_> {
                 Value { bits, numbering: field.numbering.clone(), is_field: true }
             } else if let Some(digits) = self.names.numbers.get(token.text) {
                 let Some(number) = digits.number(None) else {
-                    return self.error(span, format!("`{}` is no number here", token.text));
+                    return self
+                        .error(span, format!("`{}` is not a valid number here", token.text));
                 };
                 self.constant(number, span)?
             } else {
@@ -394,7 +395,7 @@ impl Parser<'_, '_> {
                 let mut value = Value::one(self.read(signal, span));
                 if index_of(self.draft, signal).is_some_and(|index| index > 0) {
                     value.numbering =
-                        Numbering::None("it is one signal, which is true or false by itself");
+                        Numbering::None("it is a single signal, which is itself true or false");
                 }
                 value
             }
@@ -410,7 +411,7 @@ impl Parser<'_, '_> {
         Some(value)
     }
 
-    /// A number by itself is one bit.
+    /// A number alone is one bit.
     fn constant(&mut self, number: Number, span: Span) -> Option<Value> {
         if number.mask & 1 == 0 || number.value > 1 {
             return self.error(span, "a constant in an equation is 'b'0 or 'b'1");
@@ -423,7 +424,7 @@ impl Parser<'_, '_> {
         self.draft.read(signal)
     }
 
-    /// `.io`, `.dfb` and their like on a right side say where the feedback is taken from; on the devices of the tables it comes from one place.
+    /// `.io`, `.dfb` and similar extensions on a right side select the feedback source; the known devices have only one source.
     fn feedback(&mut self) -> Option<()> {
         if !self.lexer.token.is(".") || self.lexer.token.is_first {
             return Some(());
@@ -442,7 +443,7 @@ impl Parser<'_, '_> {
         None
     }
 
-    /// What follows `list:`.
+    /// The test after `list:`.
     fn test(&mut self, value: &Value, span: Span) -> Option<ExprId> {
         let bits = &value.bits;
         let token = self.lexer.token;
@@ -473,7 +474,7 @@ impl Parser<'_, '_> {
             if self.lexer.eat(".") {
                 self.lexer.eat(".");
                 let last = number::digits(self.lexer, self.draft, self.names, base)?;
-                // Below its lowest bit a field has whole blocks of addresses.
+                // Below its lowest bit, a field represents whole blocks of addresses.
                 let lowest = numbers.bits.keys().next().map_or(0, |at| (1_u64 << at) - 1);
                 let free = if numbers.is_open { lowest } else { 0 };
                 self.check_width(&numbers, first, free, span)?;
@@ -506,10 +507,10 @@ impl Parser<'_, '_> {
                     self.draft.report(
                         Diagnostic::error(
                             codes::UNSUPPORTED,
-                            "the order of this list and the indices of its names say different bit numbers",
+                            "the order of this list and the indices of its names imply different bit numbers",
                         )
                         .at(span, "")
-                        .help("declare it as a FIELD: there the index is the bit number"),
+                        .help("declare it as a FIELD, in which the index is the bit number"),
                     );
                     return None;
                 }
@@ -524,7 +525,7 @@ impl Parser<'_, '_> {
         Some(Numbered { bits, is_open })
     }
 
-    /// What a number says about bits that the list has not: an error, or where numbers are addresses, a warning. `free` bits may be anything.
+    /// Checks a number's bits outside the list: an error, or a warning if numbers are addresses. `free` bits are don't-cares.
     fn check_width(
         &mut self,
         list: &Numbered,
@@ -543,13 +544,13 @@ impl Parser<'_, '_> {
                 .map(|at| at.to_string())
                 .collect();
             let message = format!(
-                "the number {:X} (hexadecimal) asks for ones in bits that no signal of the field has: {}",
+                "the number {:X} (hexadecimal) has ones in bits that are not in the field: {}",
                 number.value,
                 bits.join(", ")
             );
             self.draft.report(
                 Diagnostic::warning(codes::TAKEN_AS, message)
-                    .at(span, "these bits are not looked at")
+                    .at(span, "these bits are not compared")
                     .help("the bit number of a signal is the index in its name: `A0` is bit 0 wherever it is listed"),
             );
             return Some(());
@@ -572,7 +573,7 @@ impl Parser<'_, '_> {
         self.draft.list(&literals, true)
     }
 
-    /// True where some number of the range has these bits.
+    /// True if some number of the range has these bits.
     fn range(
         &mut self,
         list: &Numbered,
@@ -587,7 +588,7 @@ impl Parser<'_, '_> {
         let is_whole = first.value & lowest == 0 && last.value & lowest == lowest;
         if list.is_open && !is_whole {
             let message = format!(
-                "this range begins or ends between two values of the field, whose lowest bit is {}: such a value counts as within",
+                "this range begins or ends between two values of the field, whose lowest bit is {}; such a value counts as inside",
                 lowest.count_ones()
             );
             self.draft
@@ -602,11 +603,11 @@ impl Parser<'_, '_> {
 /// The values of a list by bit number.
 struct Numbered {
     bits: BTreeMap<u32, ExprId>,
-    /// Bits that the list has not belong to the number all the same.
+    /// Bits that are not in the list are still part of the number.
     is_open: bool,
 }
 
-/// `[A, B, C]`, `[A7..A0]`, `[A7..0]`: the signals with their places, the most significant first. None after an error, which is reported.
+/// `[A, B, C]`, `[A7..A0]`, `[A7..0]`: the signals with their positions, the most significant first. `None` after an error, which is reported.
 pub(crate) fn list(lexer: &mut Lexer<'_>, draft: &mut Draft) -> Option<Vec<(SignalId, Span)>> {
     let names = names(lexer, draft)?;
     Some(names.into_iter().map(|(name, span)| (draft.signal(&name, span), span)).collect())
@@ -646,7 +647,7 @@ pub(crate) fn names(lexer: &mut Lexer<'_>, draft: &mut Draft) -> Option<Vec<(Str
             };
             let numbers: Vec<u32> =
                 if from >= to { (to..=from).rev().collect() } else { (from..=to).collect() };
-            // `[A00..A15]`: as many digits as the names at the ends have.
+            // `[A00..A15]`: with as many digits as the names at the ends.
             let width = if token.text[stem.len()..].starts_with('0') {
                 token.text.len() - stem.len()
             } else {

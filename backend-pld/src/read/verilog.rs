@@ -1,6 +1,6 @@
-//! Verilog: one module of one-bit signals with one rising clock.
+//! Verilog: one module of one-bit signals with one rising-edge clock.
 //!
-//! Ports in the header or in declarations of their own, `wire`, `reg` with initial values, `assign`, `initial`, `always @(posedge clk)` with
+//! Ports in the header or in separate declarations, `wire`, `reg` with initial values, `assign`, `initial`, `always @(posedge clk)` with
 //! non-blocking assignments and `if`.
 
 use super::MAX_NESTING;
@@ -27,7 +27,7 @@ pub(crate) fn parse(text: &str, draft: &mut Draft) {
     if let Some((clock, span)) = clock {
         let signal = draft.at(clock);
         match signal.role {
-            // Declared behind the block.
+            // Declared after the block.
             Role::Input => signal.role = Role::Clock,
             Role::Clock | Role::Unknown => {}
             Role::Pin | Role::Output | Role::Internal => {
@@ -65,10 +65,10 @@ pub(crate) fn parse(text: &str, draft: &mut Draft) {
     }
 }
 
-/// What a clocked block assigns: the value and its place.
+/// The assignments of a clocked block: the value and its location.
 type Assigned = BTreeMap<SignalId, (ExprId, Span)>;
 
-/// A statement and what is around it. Of two assignments to a signal the later one holds, so a side of an `if` that leaves a signal alone keeps what was
+/// A statement and its context. Of two assignments to a signal the later one applies, so a branch of an `if` without an assignment to a signal keeps the value
 /// assigned before the `if`, at any depth.
 #[derive(Default)]
 struct Scope<'s> {
@@ -77,12 +77,12 @@ struct Scope<'s> {
 }
 
 impl Scope<'_> {
-    /// A side of an `if` that stands here.
+    /// The scope of a branch of an `if` in this scope.
     fn inside(&self) -> Scope<'_> {
         Scope { assigned: Assigned::new(), around: Some(self) }
     }
 
-    /// What a signal was assigned so far.
+    /// The value assigned to a signal so far.
     fn value(&self, id: SignalId) -> Option<ExprId> {
         let here = self.assigned.get(&id).map(|entry| entry.0);
         here.or_else(|| self.around.and_then(|around| around.value(id)))
@@ -94,16 +94,16 @@ struct Parser<'a, 'd> {
     draft: &'d mut Draft,
     depth: u32,
     inits: BTreeMap<SignalId, (bool, Span)>,
-    /// The clock, and where it is named first.
+    /// The clock, and where it is first named.
     clock_at: Option<(SignalId, Span)>,
-    /// The asynchronous reset of a block whose `if` has not come yet.
+    /// The asynchronous reset of a block whose `if` has not been read yet.
     awaited_reset: Option<(SignalId, Span)>,
 }
 
 impl<'a> Parser<'a, '_> {
     fn file(&mut self) {
         while self.lexer.token.is("`") {
-            // Directives such as `timescale take their line.
+            // A directive such as `timescale occupies its line.
             self.lexer.rest_of_line();
         }
         if self.module_head().is_none() {
@@ -135,7 +135,7 @@ impl<'a> Parser<'a, '_> {
         let _: Option<()> = self.unexpected("`endmodule`");
     }
 
-    /// After an error: past the next `;` or to a word that begins an item.
+    /// After an error: skips to after the next `;` or to a word that begins an item.
     fn recover(&mut self) {
         let starts = ["assign", "wire", "reg", "always", "initial", "endmodule"];
         while self.lexer.token.kind != Kind::End
@@ -196,7 +196,7 @@ impl<'a> Parser<'a, '_> {
                 }
                 self.no_vector()?;
                 let (name, span) = self.name()?;
-                // The old style lists bare names here and declares them below.
+                // The old style lists only names here and declares them below.
                 if role == Role::Unknown {
                     self.draft.signal(name, span);
                 } else {
@@ -252,12 +252,12 @@ impl<'a> Parser<'a, '_> {
         None
     }
 
-    /// `wire a = .., b;` and the like; `output reg a;` after a bare port name.
+    /// `wire a = .., b;` and similar; `output reg a;` after a bare port name.
     fn declaration(&mut self, role: Role, is_wire: bool) -> Option<()> {
         self.no_vector()?;
         loop {
             let (name, span) = self.name()?;
-            // A port may be declared as wire or reg once more.
+            // A port may be declared again as wire or reg.
             let known = self.draft.find(name).filter(|&id| {
                 role == Role::Internal
                     && matches!(self.draft.signals[id as usize].role, Role::Output | Role::Input)
@@ -295,7 +295,7 @@ impl<'a> Parser<'a, '_> {
         self.draft.define(id, definition);
     }
 
-    /// What a register is given first: `0` and `1` without a width mean one bit here.
+    /// The initial value of a register: `0` and `1` without a width mean one bit here.
     fn first_value(&mut self) -> Option<ExprId> {
         let bit = match self.lexer.token.text {
             "0" => false,
@@ -399,7 +399,7 @@ impl<'a> Parser<'a, '_> {
         Some(())
     }
 
-    /// `posedge RESET` beside the clock: the block must begin with `if (RESET)`.
+    /// `posedge RESET` in addition to the clock: the block must begin with `if (RESET)`.
     fn asynchronous_reset(&mut self) -> Option<()> {
         if !self.lexer.eat_word("posedge") {
             let message = format!(
@@ -492,7 +492,7 @@ impl<'a> Parser<'a, '_> {
         Some(())
     }
 
-    /// `a ? b : c`, right to left without recursion: conditions and middles wait on a list.
+    /// `a ? b : c`, right-associative without recursion: conditions and middle operands are kept in a list.
     fn expression(&mut self) -> Option<ExprId> {
         let mut waiting = Vec::new();
         let mut value = self.logical_or()?;
@@ -515,7 +515,7 @@ impl<'a> Parser<'a, '_> {
         Some(value)
     }
 
-    // From the sign that binds weakest on: `||`, `&&`, `|`, `^`, `&`, as in table 5-4 of IEEE 1364-2005.
+    // From the lowest precedence: `||`, `&&`, `|`, `^`, `&`, as in table 5-4 of IEEE 1364-2005.
 
     fn logical_or(&mut self) -> Option<ExprId> {
         let mut all = vec![self.logical_and()?];

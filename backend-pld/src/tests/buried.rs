@@ -5,7 +5,7 @@ use crate::{Dialect, EmitOptions, Object, emit};
 use grafsynth_ir::logic::{Logic, NodeId, PinOutput, PinRole};
 use grafsynth_logic::build::Builder;
 
-/// `n := n + k` when `go`: the upper bits have no sum of a sensible size.
+/// `n := n + k` if `go`: the upper bits have no sum of a reasonable size.
 fn accumulator(bits: usize) -> Logic {
     let mut builder = Builder::default();
     let go = builder.input_named("go");
@@ -41,7 +41,7 @@ fn parts_of_wide_functions_are_nodes_that_read_back() {
     assert_eq!(found.iter().map(|one| one.code.id).collect::<Vec<_>>(), ["G0711"]);
 }
 
-/// Where there is room, a part has a pin, and no pin of the circuit is taken for it.
+/// If there is room, a part gets a pin, but never one that the circuit needs.
 #[test]
 fn a_part_takes_a_spare_macrocell() {
     let mut builder = Builder::default();

@@ -1,4 +1,4 @@
-//! T flip-flops, inverted sums and devices of logic blocks: what is chosen, what is written, what is read back, what is refused.
+//! T flip-flops, inverted sums and devices with logic blocks: choice, writing, reading back, rejection.
 
 use super::{same_behaviour, there_and_back, truck};
 use crate::codes;
@@ -22,7 +22,7 @@ fn output(builder: &mut Builder, name: &str, value: NodeId) {
     builder.logic.outputs.push(PinOutput { name, role, value, registered, mealy: false, meta });
 }
 
-/// A counter of `n` bits that goes on while `go` is true.
+/// A counter of `n` bits that counts while `go` is true.
 fn counter(n: usize) -> Logic {
     let mut builder = Builder::default();
     let bits: Vec<_> = (0..n).map(|k| builder.flop_named(&format!("c{k}"), false)).collect();
@@ -52,7 +52,7 @@ fn a_counter_takes_t_flip_flops_where_there_are_any() {
     let logic = counter(6);
     for (device, wanted) in [("atf1502", 6), ("atf750c", 6), ("gal22v10", 21 + 6)] {
         let made = Equations::new(&logic, Dialect::Cupl, &on(device)).unwrap();
-        // A bit of a D flip-flop holds in as many products as there are conditions for a change, and changes in one.
+        // A bit of a D flip-flop keeps its value in as many products as there are conditions for a change, and changes in one.
         assert_eq!(
             made.equations.iter().map(|own| own.n_terms()).sum::<usize>(),
             wanted,
@@ -78,7 +78,7 @@ fn a_wide_parity_takes_an_inverter() {
     let text = there_and_back(&logic, Dialect::Cupl, &on("atf1502"));
     assert!(text.contains("$ i"), "{text}");
     there_and_back(&logic, Dialect::Palasm, &on("atf1502"));
-    // Where no macrocell has one, nothing is written.
+    // If no macrocell supports it, nothing is written.
     assert!(!there_and_back(&logic, Dialect::Cupl, &on("gal22v10")).contains('$'));
 }
 
@@ -94,7 +94,7 @@ fn steps_that_no_pin_shows_are_nodes() {
             assert!(signal.pin.is_none_or(|pin| !made.device.jtag_pins.contains(&pin)));
         }
         let text = there_and_back(&logic, Dialect::Cupl, &on(device));
-        assert!(text.contains("!p1.d = "), "the initial step wakes 1: {text}");
+        assert!(text.contains("!p1.d = "), "the initial step starts at 1: {text}");
         there_and_back(&logic, Dialect::Verilog, &on(device));
     }
 }
@@ -122,7 +122,7 @@ fn pins_of_jtag_and_supplies_are_refused_by_name() {
     assert_eq!((pin("R"), pin("p2"), made.has_pins), (Some(41), Some(4), true));
 }
 
-/// Each block of an ATF1502 has 16 macrocells and reads 40 signals: what needs more is left open, with the reason.
+/// Each block of an ATF1502 has 16 macrocells and reads 40 signals: signals beyond that are not assigned, with the reason.
 #[test]
 fn blocks_hold_so_many_functions_and_read_so_many_signals() {
     let ring = |n: usize| {
@@ -145,7 +145,7 @@ fn blocks_hold_so_many_functions_and_read_so_many_signals() {
     let made = Equations::new(&ring(33), Dialect::Cupl, &on("atf1502")).unwrap();
     let open = made.head.iter().find(|line| line.contains("does not fit")).unwrap();
     assert!(open.contains("logic block of 16 macrocells that reads 40 signals"), "{open}");
-    // One function of 41 signals on a device with pins enough.
+    // One function of 41 signals on a device with enough pins.
     let mut builder = Builder::default();
     let inputs: Vec<_> = (0..41).map(|k| builder.input_named(&format!("i{k}"))).collect();
     let all = builder.and(inputs);
@@ -157,7 +157,7 @@ fn blocks_hold_so_many_functions_and_read_so_many_signals() {
 fn t_flip_flops_of_others_are_read() {
     let text = "Name x; Device f1504ispplcc84;\nPIN 83 = clk; PIN 4 = q; PIN 5 = !n; PIN 6 = a;\n\
         PINNODE = b;\nq.t = a & !b # !a & q; n.d = b $ a; !b.t = a;\n";
-    // `n` is the complement of its pin, and the circuit is one of levels at pins.
+    // `n` is the complement of its pin, and the circuit uses levels at pins.
     let (logic, findings) = read(Dialect::Cupl, FileId(0), text);
     assert_eq!(findings, []);
     let logic = logic.unwrap();

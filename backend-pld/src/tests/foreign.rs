@@ -1,4 +1,4 @@
-//! Texts as other people write them.
+//! Texts as written by other people.
 
 use crate::{Dialect, codes, read};
 use grafsynth_ir::logic::Logic;
@@ -42,7 +42,7 @@ fn palasm_with_a_list_of_pins() {
          Q0 := /Q0\r\n/Q1 := Q0 * A\r\nQ0.TRST = VCC\r\nY.TRST=VCC\r\n\r\nSIMULATION\r\nSETF A /B\r\nwhatever follows ((( is not read\r\n",
     );
     let names: Vec<&str> = logic.inputs.values().map(|input| input.name.as_str()).collect();
-    assert_eq!(names, ["A", "B", "C", "OE"], "the clock is no input");
+    assert_eq!(names, ["A", "B", "C", "OE"], "the clock is not an input");
     for bits in 0..8u8 {
         let (a, b, c) = (bits & 1 == 1, bits & 2 == 2, bits & 4 == 4);
         let pins = [("A", a), ("B", b), ("C", c)];
@@ -50,7 +50,7 @@ fn palasm_with_a_list_of_pins() {
         assert_eq!(output(&logic, "Y", &pins), a && b && !c || !a && !b);
         assert_eq!(output(&logic, "Z", &pins), (a || b) == c);
     }
-    // Pins of a 16R4 wake high, whatever the polarity of the equation.
+    // Pins of a 16R4 are high after power-up, whatever the polarity of the equation.
     assert!(logic.flops.values().all(|flop| flop.init));
 }
 
@@ -119,7 +119,7 @@ fn inverted_pins_and_inverted_equations_are_two_ways_to_say_one_thing() {
     };
     let plain = accepted(Dialect::Galasm, &format!("{}/P.R = A * B\n/Q.R = /P\n", rows("Q", "P")));
     let turned = accepted(Dialect::Galasm, &format!("{}P.R = A * B\n/Q.R = P\n", rows("Q", "/P")));
-    // P of the second text is the complement of its pin; what is read is the level at the pin, in both.
+    // P of the second text is the complement of its pin; both read the level at the pin.
     let (mut x, mut y) = (LogicSim::new(&plain), LogicSim::new(&turned));
     let flop = |logic: &Logic, name: &str| {
         logic.flops.iter().find(|(_, flop)| flop.name == name).map(|(id, _)| id).unwrap()
@@ -198,7 +198,7 @@ fn blif_with_joined_lines_and_both_kinds_of_rows() {
         "# made by hand\n.model m\n.inputs a \\\n b clk\n.outputs x y\n.names a b x # and\n11 1\n.names a b n\n00 0\n.names n q y\n1- 1\n-1 1\n\
          .latch n q re clk 1\n.latch q r re clk 0\n.end\n",
     );
-    assert_eq!(logic.inputs.len(), 2, "the clock is no input");
+    assert_eq!(logic.inputs.len(), 2, "the clock is not an input");
     for bits in 0..4u8 {
         let (a, b) = (bits & 1 == 1, bits & 2 == 2);
         assert_eq!(output(&logic, "x", &[("a", a), ("b", b)]), a && b);
@@ -223,7 +223,7 @@ fn palasm_of_the_first_version() {
          IF (VCC) /O1 = A*/B + C   ; always\n  + D\nIF (/E) /P2 = A * P3\n/P4 = /A\n\nFUNCTION TABLE\nA B ((( whatever\nDESCRIPTION\nmore = ((\n";
     let said = crate::read_text(Dialect::Palasm, FileId(0), text);
     assert_eq!(said.findings, []);
-    assert_eq!(said.beyond.len(), 1, "the enable of P2 is no part of a circuit");
+    assert_eq!(said.beyond.len(), 1, "the enable of P2 is not part of the circuit");
     let placement = said.placement.expect("macrocells");
     assert_eq!((placement.device.palasm, placement.cells.len()), ("PAL16L8", 3));
     let cell = |name: &str| {
@@ -273,7 +273,7 @@ fn cupl_fields_lists_and_appended_sums() {
         let bit = |at: u8| bits >> at & 1 == 1;
         let pins = [("a0", bit(0)), ("a1", bit(1)), ("a2", bit(2)), ("a3", bit(3)), ("en", bit(4))];
         let address = bits & 15;
-        // `en` is low at its pin where it is true.
+        // `en` is true if its pin is low.
         let hit = (4..=6).contains(&address) && !bit(4) || address & 0b1011 == 0b1001;
         assert_eq!(output(&logic, "hit", &pins), hit, "{bits:b}");
         assert_eq!(output(&logic, "any", &pins), address != 0);
@@ -298,7 +298,7 @@ fn cupl_fields_lists_and_appended_sums() {
     );
 }
 
-/// What a CUPL text over the pins `A15..A8` says about an address: its output `y`.
+/// The output `y` of a CUPL text over the pins `A15..A8` for an address.
 fn decoded(statements: &str, address: u16) -> bool {
     let text = format!("Device g22v10;\nPIN [2..9] = [A15..A8];\nPIN 14 = y;\n{statements}\n");
     let (logic, _) = read(Dialect::Cupl, FileId(0), &text);
@@ -323,13 +323,13 @@ fn the_bit_number_of_a_signal_is_the_index_in_its_name() {
             assert_eq!(of("[8000..FFFF]"), address >= 0x8000);
             assert_eq!(of("[0000..7EFF]"), address <= 0x7EFF, "{address:x}");
             assert_eq!(of("[1300..C4FF]"), within(0x1300, 0xC4FF), "{address:x}");
-            // A block that the range meets counts as within.
+            // A block that overlaps the range counts as inside.
             assert_eq!(of("[1380..C47F]"), within(0x1380, 0xC47F), "{address:x}");
             assert_eq!(of("A3XX"), block == 0xA3);
             assert_eq!(of("'b'1X10000000000000"), block & 0xBF == 0xA0, "{address:x}");
             assert_eq!(of("[0100..01FF, FF00]"), block == 1 || block == 0xFF);
         }
-        // Bits 11 to 0 are no part of the field, so a small number is a zero.
+        // Bits 11 to 0 are not part of the field, so a small number is a zero.
         let of = |test: &str| decoded(&format!("{high} y = page:{test};"), address);
         assert_eq!(of("[8..F]"), address >> 12 == 0);
         assert_eq!(of("[8000..FFFF]"), address >= 0x8000);
@@ -371,11 +371,11 @@ fn fields_whose_bits_have_no_clear_numbers_are_refused() {
     assert_eq!(codes("FIELD f = [A3..A0]; z = f:1F;"), ["G0725"]);
     assert_eq!(codes("FIELD f = [A3..A2]; z = f:[0..4];"), ["G0725"]);
     assert_eq!(codes("FIELD f = [en, wr]; z = f:4;"), ["G0720"]);
-    // A list in brackets has an order and indices; where they say two things, nobody knows.
+    // A list in brackets has an order and indices; if they differ, the meaning is ambiguous.
     assert_eq!(codes("z = [A3..A0]:5;"), [] as [&str; 0]);
     assert_eq!(codes("z = [A0..A3]:5;"), ["G0724"]);
     assert_eq!(codes("z = A3:1;"), ["G0724"]);
-    // A field meets a field by index; a list meets a list by place.
+    // A field is assigned to a field by index; a list is assigned to a list by position.
     assert_eq!(
         codes("FIELD a = [A0..A3]; FIELD y = [Y3..Y0]; y = a & [B3..B0]; z = en;"),
         [] as [&str; 0]
@@ -415,7 +415,7 @@ fn mnemonics_say_what_the_device_can_do() {
     }
     assert_eq!(codes("g16v8as", "y.d = a;"), ["G0726"]);
     assert_eq!(codes("g16v8ms", "y.d = a;"), [] as [&str; 0]);
-    // `cp`: pin 4 switches the device off.
+    // `cp`: pin 4 powers the device down.
     assert_eq!(codes("g22v10cp", "y.d = a;"), ["G0725"]);
     assert_eq!(codes("g22v10cp", "y.d = a & b;"), ["G0726"]);
 }

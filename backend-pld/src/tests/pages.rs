@@ -1,4 +1,4 @@
-//! The examples of the pages of this crate's codes.
+//! The examples of the pages for this crate's codes.
 
 use super::truck;
 use crate::vectors::{TraceRow, Vectors};

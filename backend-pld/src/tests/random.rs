@@ -1,4 +1,4 @@
-//! Laws on random circuits, and readers on damaged texts.
+//! Properties of random circuits, and readers with damaged texts.
 
 use super::{there_and_back, truck};
 use crate::{Dialect, EmitOptions, emit, read};
@@ -9,7 +9,7 @@ use grafsynth_ir::span::{FileId, Name, Span};
 use grafsynth_logic::build::Builder;
 use proptest::prelude::*;
 
-/// A circuit made from numbers: names that collide in letter case, after cleaning and with words of the languages.
+/// A circuit generated from numbers: names that collide if letter case is ignored or after sanitising, and with keywords.
 fn circuit(
     flops: &[bool],
     n_inputs: usize,
@@ -101,7 +101,7 @@ proptest! {
                 let options = EmitOptions { device: Some(device.into()), ..EmitOptions::default() };
                 let has_text = !logic.outputs.is_empty() || !logic.flops.is_empty();
                 if !has_text && !matches!(dialect, Dialect::Verilog | Dialect::Blif) {
-                    // No equation can be written, and no reader takes a text without one.
+                    // No equation can be written, and no reader accepts a text without one.
                     let refused = emit(&logic, dialect, &options).unwrap_err();
                     prop_assert_eq!(refused[0].code.id, "G0730");
                     continue;
@@ -184,7 +184,7 @@ fn hostile_texts_end_soon() {
             let (_, findings) = read(dialect, FileId(0), &text);
             assert!(findings.len() <= 1002, "{dialect:?} {body}");
         }
-        // Nothing but one sign.
+        // Repetitions of one character.
         for sign in ["(", "a", ";", "\n", ".", "\u{0}", "é"] {
             let (_, findings) = read(dialect, FileId(0), &sign.repeat(100_000));
             assert!(findings.len() <= 1002, "{dialect:?} {sign}");

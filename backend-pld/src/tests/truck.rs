@@ -1,4 +1,4 @@
-//! The truck: golden texts, power-up, test vectors, wrong wishes.
+//! The truck: golden texts, power-up, test vectors, invalid pin requests.
 
 use super::{difference, there_and_back, truck};
 use crate::device::DEVICES;
@@ -15,7 +15,7 @@ fn on(device: &str) -> EmitOptions {
 #[test]
 fn every_language_on_every_device_comes_back_the_same() {
     for dialect in Dialect::ALL {
-        // Of the small PALs one has the flip-flops and gates that it needs, by itself and as a GAL.
+        // One of the small PALs has enough flip-flops and gates, directly and as a GAL.
         let has_room = |device: &&crate::device::Device| {
             let is_small = device.name.starts_with("pal") && !device.name.starts_with("pal16r4");
             !is_small && (dialect != Dialect::Galasm || device.layout.is_some())
@@ -39,7 +39,7 @@ fn golden_texts() {
     insta::assert_snapshot!("blif", text(Dialect::Blif, "gal22v10"));
 }
 
-/// Rows of a run of the circuit, as a trace would give them.
+/// Rows of a run of the circuit, as in a trace.
 fn vectors(logic: &Logic, n_rows: usize) -> Vectors {
     let mut sim = LogicSim::new(logic);
     let row = |sim: &mut LogicSim<'_>, inputs: Vec<bool>| VectorRow {
@@ -82,7 +82,7 @@ fn vectors_of_another_circuit_are_refused() {
     assert_eq!(emit(&truck(), Dialect::Verilog, &options).unwrap_err()[0].code, codes::BAD_VECTORS);
 }
 
-/// Runs Icarus Verilog on a design and its bench; none when it is not installed.
+/// Runs Icarus Verilog on a design and its bench; `None` if it is not installed.
 fn icarus(design: &str, bench: &str, name: &str) -> Option<String> {
     use std::process::Command;
     if Command::new("iverilog").arg("-V").output().is_err() {
@@ -145,7 +145,7 @@ fn a_reset_input_comes_back_as_one_and_is_taken_out() {
         let options = EmitOptions { reset: Some(reset), ..EmitOptions::default() };
         let emitted = emit(&logic, Dialect::Verilog, &options).unwrap();
         let (back, findings) = read(Dialect::Verilog, FileId(0), &emitted.text);
-        // That an asynchronous reset is read as one that waits for the clock is said.
+        // A note reports that an asynchronous reset is read as a synchronous one.
         assert_eq!(findings.len(), usize::from(style == ResetStyle::Asynchronous), "{findings:?}");
         let mut back = back.unwrap();
         assert_eq!(rebind(&mut back, &emitted), []);
@@ -167,7 +167,7 @@ fn a_reset_input_comes_back_as_one_and_is_taken_out() {
 
         let without = crate::reset::strip(back.clone()).unwrap();
         assert_eq!(without.inputs.len(), logic.inputs.len());
-        // A register that the reset forgets.
+        // A register that the reset does not set.
         let first = back.flops.ids().next().unwrap();
         let other = back.flops.values().nth(1).unwrap().next;
         for (id, flop) in back.flops.iter_mut() {
@@ -214,7 +214,7 @@ fn the_map_says_where_lines_come_from() {
 
 #[test]
 fn a_flipped_literal_is_another_circuit() {
-    // What the proof must refute shows at least in a run: each literal of the equations, one after the other.
+    // A change of any literal of the equations, which the proof must refute, is at least visible in a run.
     let logic = truck();
     let emitted = emit(&logic, Dialect::Palasm, &on("gal16v8")).unwrap();
     let at = emitted.text.find("EQUATIONS").unwrap();
@@ -255,7 +255,7 @@ fn words(text: &str) -> Vec<(usize, &str)> {
     found
 }
 
-/// The fuses say what was placed, and that is the truck.
+/// The fuses contain the placed equations, and these are the truck.
 #[test]
 fn the_macrocells_of_the_truck_are_the_truck() {
     let logic = truck();

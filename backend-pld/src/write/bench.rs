@@ -1,9 +1,9 @@
 //! A self-checking test bench in Verilog.
 //!
-//! Each row is one call of a task: it puts the inputs, samples `mealy` outputs, clocks, and compares all outputs and the known flip-flops. The bench
+//! Each row is one call of a task: it applies the inputs, samples `mealy` outputs, clocks, and compares all outputs and the known flip-flops. The bench
 //! prints one line for each difference and ends with `PASS` or `FAIL`; with `+trace` on the simulator's command line it also prints every row's bits:
-//! `row OUTPUTS FLIPFLOPS`, first output and first flip-flop leftmost. Where a reaction may take several clocks the task takes back events and tick
-//! after the first and clocks until `busy` is 0, or for as many clocks as no reaction needs: the comparison then shows that it is not.
+//! `row OUTPUTS FLIPFLOPS`, first output and first flip-flop leftmost. If a reaction may take several clocks, the task clears events and tick
+//! after the first clock and clocks until `busy` is 0, or for the maximum number of clocks; in the latter case the comparison fails.
 
 use crate::netlist::Netlist;
 use crate::vectors::Vectors;
@@ -15,7 +15,7 @@ pub(crate) fn write(logic: &Logic, netlist: &Netlist, vectors: &Vectors) -> Stri
     let inputs: Vec<&str> = netlist.inputs.values().map(String::as_str).collect();
     let outputs: Vec<&str> = netlist.outputs.values().map(String::as_str).collect();
     let flops: Vec<String> = netlist.flops.values().map(|name| format!("dut.{name}")).collect();
-    // A vector has at least one bit, also where there is nothing to put in.
+    // A vector has at least one bit, even without inputs.
     let (n_in, n_out, n_flop) = (inputs.len().max(1), outputs.len().max(1), flops.len().max(1));
     let mut text = String::new();
     let mut line = |line: String| {

@@ -37,7 +37,7 @@ pub(crate) fn write(logic: &Logic, netlist: &Netlist) -> Sheet {
     sheet
 }
 
-/// A directive with names, broken where it is long.
+/// A directive with names, broken into lines if it is long.
 fn list<'a>(sheet: &mut Sheet, directive: &str, names: impl Iterator<Item = &'a str>) {
     let mut line = directive.to_owned();
     for name in names {
@@ -59,7 +59,7 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    /// A node as a signal: its name and whether it is negated; none for a constant.
+    /// A node as a signal: its name and whether it is negated; `Err` for a constant.
     fn literal(&self, node: NodeId) -> Result<(&str, bool), bool> {
         let (bare, is_negated) = match self.logic.nodes[node] {
             Node::Not(inner) => (inner, true),
@@ -74,7 +74,7 @@ impl Writer<'_> {
         match self.netlist.name(self.logic, bare) {
             Some(name) => Ok((name, is_negated)),
             None => {
-                unreachable!("every gate has a wire here, and constants are operands of nothing")
+                unreachable!("every gate has a wire here, and constants are never operands")
             }
         }
     }
@@ -83,7 +83,7 @@ impl Writer<'_> {
         let data = match self.literal(next) {
             Ok((signal, false)) => signal.to_owned(),
             Ok((_, true)) | Err(_) => {
-                // A latch takes a signal, so a constant or a negation gets one.
+                // A latch needs a signal, so a constant or a negation gets one.
                 let data = format!("{name}$d");
                 self.buffer(&data, next, meta);
                 data
@@ -124,7 +124,7 @@ impl Writer<'_> {
         }
     }
 
-    /// One row says it all: a product is true where all literals are, a sum false where none is.
+    /// One row is enough: a product is true if all literals are true, a sum is false if none is.
     fn row(&mut self, all: &[NodeId], name: &str, is_and: bool) {
         let literals: Vec<(String, bool)> = all
             .iter()

@@ -1,4 +1,4 @@
-//! CUPL: header, pins, equations. `.t` is the input of a T flip-flop; `$`, the exclusive or, binds less than `#`.
+//! CUPL: header, pins, equations. `.t` is the input of a T flip-flop; `$`, the exclusive-or, has lower precedence than `#`.
 
 use super::{Sheet, Signs};
 use crate::device::{Clock, FlipFlop};
@@ -37,7 +37,7 @@ pub(crate) fn write(equations: &Equations) -> Sheet {
         let remark = if remark.is_empty() { remark } else { format!(" /* {remark} */") };
         let is_node = match signal.source {
             Source::Buried(_) => true,
-            // Where macrocells are more than pins, the fitter finds a place for what needs no pin; what an output shows needs one.
+            // If not every macrocell has a pin, the fitter places signals that need no pin; a signal that an output shows needs one.
             Source::Flop(_) => {
                 equations.device.blocks.is_some()
                     && equations.signals.iter().all(|output| output.shared != Some(index))
@@ -62,7 +62,7 @@ pub(crate) fn write(equations: &Equations) -> Sheet {
             None => " ;".to_owned(),
         };
         SIGNS.print(&mut sheet, equations, equation, &format!("{not}{name}{suffix} ="), &end);
-        // On a device of logic blocks the clock is named too, though it is a pin.
+        // On a device with logic blocks the clock is also named, although it is a pin.
         let has_clock = equations.device.clock == Clock::Term || equations.device.blocks.is_some();
         if let (true, true, Some(clock)) = (equation.is_registered, has_clock, equations.clock()) {
             sheet.line(&format!("{name}.ck = {} ;", clock.name));

@@ -60,7 +60,7 @@ pub(crate) fn write(equations: &Equations, vectors: Option<&Vectors>) -> Sheet {
         let name = &equations.signals[equation.signal].name;
         let not = if equation.is_complemented { "/" } else { "" };
         let sign = if equation.is_registered { ":=" } else { "=" };
-        // A T flip-flop is a D flip-flop whose sum is inverted by what it holds.
+        // A T flip-flop is a D flip-flop whose sum is inverted by its own value.
         let end = match (&equation.inverter, equation.is_registered, equation.flip_flop) {
             (_, true, FlipFlop::T) => format!(" :+: {name}"),
             (Some(product), _, _) => format!(" :+: {}", SIGNS.product(equations, product)),
@@ -80,8 +80,8 @@ pub(crate) fn write(equations: &Equations, vectors: Option<&Vectors>) -> Sheet {
     sheet
 }
 
-/// The first row is the state after power-up; each further row sets what changed, clocks, and checks every pin. A row of several clocks takes back its
-/// events after the first, and `busy` is checked between them.
+/// The first row is the state after power-up; each further row sets what changed, clocks, and checks every pin. A row of several clocks clears its
+/// events after the first clock, and `busy` is checked between clocks.
 fn simulation(sheet: &mut Sheet, equations: &Equations, vectors: &Vectors) {
     let literal = |index: usize, value: bool| {
         let name = &equations.signals[index].name;
@@ -135,7 +135,7 @@ fn simulation(sheet: &mut Sheet, equations: &Equations, vectors: &Vectors) {
                 })
                 .collect()
         };
-        // A mealy output belongs to the time before the clock.
+        // A mealy output is valid before the clock.
         wrapped(sheet, "CHECK", &check(true));
         let mut now = row.inputs.clone();
         if let (Some(_), Some(clock)) = (&before, equations.clock()) {
@@ -165,7 +165,7 @@ fn simulation(sheet: &mut Sheet, equations: &Equations, vectors: &Vectors) {
     sheet.line("TRACE_OFF");
 }
 
-/// A statement with a list of names, none if the list is empty.
+/// A statement with a list of names; omitted if the list is empty.
 fn wrapped<S: AsRef<str>>(sheet: &mut Sheet, verb: &str, names: &[S]) {
     if names.is_empty() {
         return;

@@ -137,7 +137,7 @@ fn commented(line: &str, meta: &Meta) -> String {
     if remark.is_empty() { line.to_owned() } else { format!("{line} // {remark}") }
 }
 
-/// Prints a statement, broken at blanks where it is long.
+/// Prints a statement, broken at blanks if it is long.
 fn wrapped(sheet: &mut Sheet, indent: &str, statement: &str, name: &str, meta: &Meta) {
     let mut line = indent.to_owned();
     for word in statement.split(' ') {
@@ -151,12 +151,12 @@ fn wrapped(sheet: &mut Sheet, indent: &str, statement: &str, name: &str, meta: &
     sheet.line_of(&commented(line.trim_end(), meta), name, meta);
 }
 
-/// What stands around an expression.
+/// The context of an expression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Level {
-    /// Nothing that binds.
+    /// No operator around it.
     Loose,
-    /// An operand of `|`, `^` or `?:`: a product needs no parentheses, anything else does.
+    /// An operand of `|`, `^` or `?:`: a product needs no parentheses, all others do.
     Sum,
     /// An operand of `&` or `~`.
     Tight,
@@ -168,7 +168,7 @@ struct Expressions<'a> {
 }
 
 impl Expressions<'_> {
-    /// A node where it is used: its name if it has one. Recursion is bounded by the depth at which functions become wires.
+    /// A node where it is used: its name if it has one. The recursion is bounded by the depth at which functions become wires.
     fn operand(&self, node: NodeId, level: Level, text: &mut String) {
         if let Some(name) = self.netlist.name(self.logic, node) {
             text.push_str(name);

@@ -1,7 +1,7 @@
-//! Reading and writing files. All that grafsynth writes goes through here: whole or not at all, and only where it was told to.
+//! Reading and writing files. Everything that grafsynth writes goes through here: completely or not at all, and only where it was told to.
 //!
-//! A path that the user named is followed where it is a symbolic link. A name that grafsynth makes in a folder never is, since the link may come with
-//! a chart of somebody else's.
+//! A path that the user named is followed if it is a symbolic link. A name that grafsynth makes in a folder is never followed, because the link may come with
+//! a chart from somebody else.
 
 #![expect(
     clippy::disallowed_methods,
@@ -20,13 +20,13 @@ use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// The largest source that is read unless `--source-limit` says otherwise: 64 MiB.
+/// The default of `--source-limit`, the maximum size of a source: 64 MiB.
 pub(crate) const SOURCE_LIMIT: u64 = 64 << 20;
 
 /// Reads a text; `-` is standard input.
 ///
 /// # Errors
-/// What the system says, that the text is longer than `limit` bytes, or the first byte that is not UTF-8; in the user's terms.
+/// The error of the system, a text longer than `limit` bytes, or the first byte that is not UTF-8; in the user's terms.
 pub(crate) fn read_text(path: &str, limit: u64) -> Result<String, String> {
     let bytes = read_bytes(path, limit)?;
     String::from_utf8(bytes).map_err(|error| {
@@ -36,20 +36,20 @@ pub(crate) fn read_text(path: &str, limit: u64) -> Result<String, String> {
     })
 }
 
-/// Taken while files are written; true once some were.
+/// Locked while files are written; true once some were written.
 static WRITING: Mutex<bool> = Mutex::new(false);
 
-/// Waits until no files are being written, and keeps others from it. Whether some were written before.
+/// Waits until no files are being written, and blocks others from writing. Returns whether some were written before.
 pub(crate) fn writing() -> MutexGuard<'static, bool> {
     WRITING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// True for a folder.
+/// True if the path is a folder.
 pub(crate) fn is_folder(path: &str) -> bool {
     path != "-" && Path::new(path).is_dir()
 }
 
-/// The name of the file `NAME.extension` beside `path`, if something of that name is there.
+/// The name of the file `NAME.extension` beside `path`, if it exists.
 pub(crate) fn companion(path: &str, extension: &str) -> Option<String> {
     if path == "-" {
         return None;
@@ -64,10 +64,10 @@ pub(crate) fn is_link(path: &str) -> bool {
     fs::symlink_metadata(path).is_ok_and(|data| data.is_symlink())
 }
 
-/// The files in a folder and below it, in the order of their paths. What begins with a dot is not looked at, and symbolic links to folders are not followed.
+/// The files in and below a folder, in the order of their paths. Names that begin with a dot are skipped, and symbolic links to folders are not followed.
 ///
 /// # Errors
-/// What the system says, or a name that is not UTF-8.
+/// The error of the system, or a name that is not UTF-8.
 pub(crate) fn below(folder: &str) -> Result<Vec<String>, String> {
     let cannot =
         |path: &Path, why: &dyn std::fmt::Display| format!("cannot read {}: {why}", path.display());
@@ -84,7 +84,7 @@ pub(crate) fn below(folder: &str) -> Result<Vec<String>, String> {
             if entry.file_type().map_err(|why| cannot(&path, &why))?.is_dir() {
                 open.push(path);
             } else if path.is_file() || !path.exists() {
-                // A link that leads nowhere is for the reader to complain of.
+                // The reader will report a broken link.
                 let text = path.to_str().ok_or_else(|| cannot(&path, &"its name is not UTF-8"))?;
                 found.push(text.to_owned());
             }
@@ -94,7 +94,7 @@ pub(crate) fn below(folder: &str) -> Result<Vec<String>, String> {
     Ok(found)
 }
 
-/// Completes or removes what a build left in the folder that was killed there; says why, where that cannot be.
+/// Completes or removes the remains of a killed build in the folder; reports why if that is impossible.
 fn settle(folder: &Path) {
     if let Err(why) = Staging::settle(folder) {
         crate::print_error(&format!("grafsynth: {why}\n"));
@@ -104,7 +104,7 @@ fn settle(folder: &Path) {
 /// Reads the bytes of a file; `-` is standard input.
 ///
 /// # Errors
-/// What the system says, or that there are more than `limit` bytes.
+/// The error of the system, or a file longer than `limit` bytes.
 pub(crate) fn read_bytes(path: &str, limit: u64) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     if path != "-" {
@@ -129,15 +129,15 @@ pub(crate) fn read_bytes(path: &str, limit: u64) -> Result<Vec<u8>, String> {
 
 /// The outputs of a build.
 pub(crate) struct Plan<'a> {
-    /// Where they go; a symbolic link is followed.
+    /// The output folder; a symbolic link is followed.
     pub(crate) folder: &'a Path,
     /// What the name of the list of outputs begins with.
     pub(crate) stem: &'a str,
     /// The texts that decide what they are.
     pub(crate) made_of: Vec<Hashed>,
-    /// All files that were read, which are not to be replaced.
+    /// All files that were read, which must not be replaced.
     pub(crate) read: Vec<&'a str>,
-    /// Their names below the folder, and what they shall hold.
+    /// Their names below the folder, and their contents.
     pub(crate) outputs: Vec<Output>,
 }
 
@@ -156,7 +156,7 @@ impl Plan<'_> {
     /// Writes all of them and the list of outputs, or nothing.
     ///
     /// # Errors
-    /// What the system says, a name that leads out of the folder or to a symbolic link, two outputs of one name, or an output that would replace a
+    /// The error of the system, a name that leads out of the folder or to a symbolic link, two outputs with the same name, or an output that would replace a
     /// file that was read.
     pub(crate) fn write(mut self) -> Result<(), String> {
         let read: Vec<PathBuf> =
@@ -189,10 +189,10 @@ impl Plan<'_> {
     }
 }
 
-/// Writes files below a folder: all, or none.
+/// Writes files below a folder: all of them, or none.
 ///
 /// # Errors
-/// As [`Plan::write`].
+/// Like [`Plan::write`].
 pub(crate) fn write_in(folder: &Path, outputs: &[Output]) -> Result<(), String> {
     let staging = Staging::begin(folder)?;
     let mut is_written = writing();
@@ -201,10 +201,10 @@ pub(crate) fn write_in(folder: &Path, outputs: &[Output]) -> Result<(), String> 
     Ok(())
 }
 
-/// Writes files that the user named: those of one folder all or none. What is no ordinary file (`/dev/null`, a pipe) is written to as it is.
+/// Writes files that the user named: those of one folder all or none. Special files (`/dev/null`, a pipe) are written to directly.
 ///
 /// # Errors
-/// What the system says, in the user's terms.
+/// The error of the system, in the user's terms.
 pub(crate) fn write_named(files: Vec<(PathBuf, Vec<u8>)>) -> Result<(), String> {
     let mut by_folder: Vec<(PathBuf, Vec<Output>)> = Vec::new();
     for (path, bytes) in files {
@@ -222,7 +222,7 @@ pub(crate) fn write_named(files: Vec<(PathBuf, Vec<u8>)>) -> Result<(), String> 
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(say(error)),
             Err(_) if path.is_symlink() => {
                 return Err(format!(
-                    "cannot write {}: it is a symbolic link that leads to no file",
+                    "cannot write {}: it is a symbolic link to a missing file",
                     path.display()
                 ));
             }
@@ -230,7 +230,7 @@ pub(crate) fn write_named(files: Vec<(PathBuf, Vec<u8>)>) -> Result<(), String> 
         };
         let name = target.file_name().and_then(|name| name.to_str());
         let name =
-            name.ok_or_else(|| format!("cannot write {}: it names no file", path.display()))?;
+            name.ok_or_else(|| format!("cannot write {}: it is not a file name", path.display()))?;
         let output = Output { name: name.to_owned(), bytes, keep_existing: false };
         let folder = folder_of(&target);
         match by_folder.iter_mut().find(|(known, _)| known == folder) {
@@ -241,7 +241,7 @@ pub(crate) fn write_named(files: Vec<(PathBuf, Vec<u8>)>) -> Result<(), String> 
     by_folder.iter().try_for_each(|(folder, outputs)| write_in(folder, outputs))
 }
 
-/// The folder that a file lies in.
+/// The folder that contains a file.
 pub(crate) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -249,23 +249,23 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// One name for all ways of writing the place of a file; the name itself where there is no such file.
+/// One name for all spellings of the path of a file; the name itself if there is no such file.
 pub(crate) fn canonical(path: &str) -> String {
     std::fs::canonicalize(path)
         .map_or_else(|_| path.to_owned(), |path| path.to_string_lossy().into_owned())
 }
 
-/// True if there is a file of that name: no folder, and nothing that has no end or makes its reader wait.
+/// True if there is a regular file with that name: not a folder, and not a special file.
 pub(crate) fn exists(path: &Path) -> bool {
     path.is_file()
 }
 
-/// True if there is anything of that name.
+/// True if anything with that name exists.
 pub(crate) fn is_taken(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok()
 }
 
-/// The size of an ordinary file below `root`, wherever symbolic links lead; none for all else. A text that somebody else wrote names it.
+/// The size of a regular file below `root`, after following symbolic links; `None` otherwise. Its name comes from an untrusted text.
 pub(crate) fn size_within(path: &Path, root: &Path) -> Option<u64> {
     let path = fs::canonicalize(path).ok()?;
     let data = fs::metadata(&path).ok().filter(fs::Metadata::is_file)?;

@@ -1,6 +1,6 @@
 //! `STEM.outputs.json`: the files of each build of a design in a folder, with their hashes and those of the texts that they were made of.
 //!
-//! What it says is not trusted: it is another output, which anybody can change. It only decides what is warned of.
+//! Its contents are not trusted: it is an output that anybody can change. It is only used for warnings.
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
@@ -17,7 +17,7 @@ pub(crate) struct Outputs {
     builds: Vec<Build>,
 }
 
-/// The files that were made of the same texts.
+/// The files that were made from the same texts.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 struct Build {
     grafsynth: String,
@@ -25,7 +25,7 @@ struct Build {
     files: Vec<File>,
 }
 
-/// A text that a build was made of.
+/// A text that a build was made from.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Hashed {
     name: String,
@@ -36,12 +36,12 @@ pub(crate) struct Hashed {
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 struct File {
     name: String,
-    /// Of what was written; none for a file that is the user's from then on.
+    /// The hash of the written bytes; `None` for a file that belongs to the user from then on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     sha256: Option<String>,
 }
 
-/// A file that was made of an older text.
+/// A file that was made from an older text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Stale {
     pub(crate) file: String,
@@ -49,7 +49,7 @@ pub(crate) struct Stale {
     pub(crate) source: String,
 }
 
-/// A text of this name, as it was read.
+/// The hash of a text with this name, as it was read.
 pub(crate) fn hashed(name: &str, bytes: &[u8]) -> Hashed {
     Hashed { name: name.to_owned(), sha256: sha256(bytes) }
 }
@@ -73,14 +73,14 @@ impl Outputs {
             .unwrap_or_else(|| Self::new(stem))
     }
 
-    /// As text, with a line break at its end.
+    /// The list as text, with a line break at its end.
     pub(crate) fn to_text(&self) -> String {
         let mut text = serde_json::to_string_pretty(self).unwrap_or_default();
         text.push('\n');
         text
     }
 
-    /// Adds a build. `files` are the names, and the bytes of those that stay ours; what it replaces, and what is not there any more, leaves the list.
+    /// Adds a build. `files` are the names, and the bytes of those that are not the user's; replaced and missing files are removed from the list.
     pub(crate) fn add<'a>(
         &mut self,
         sources: &[Hashed],
@@ -98,7 +98,7 @@ impl Outputs {
                 is_there(&old.name) && new.files.iter().all(|file| file.name != old.name)
             });
         }
-        // The same texts, another target: one build as far as anybody can tell.
+        // The same texts with another target count as one build.
         if let Some(at) = self
             .builds
             .iter()
@@ -111,7 +111,7 @@ impl Outputs {
         self.builds.insert(0, new);
     }
 
-    /// The files that would stay from texts of the same names that were other texts, if these files are written now.
+    /// The files that would stay from older versions of the same texts, if these files are written now.
     pub(crate) fn stale(
         &self,
         sources: &[Hashed],
@@ -125,7 +125,7 @@ impl Outputs {
             });
             let Some(changed) = changed else { continue };
             for file in &build.files {
-                // What is the user's does not come from the chart any more.
+                // A file of the user no longer comes from the chart.
                 if file.sha256.is_some() && !written(&file.name) && is_there(&file.name) {
                     all.push(Stale { file: file.name.clone(), source: changed.name.clone() });
                 }

@@ -1,16 +1,16 @@
-//! All files of one write, or none: also under `kill -9`, a full disk, and another grafsynth that writes into the same folder.
+//! Writes all files or none: also after `kill -9`, with a full disk, and if another grafsynth writes to the same folder.
 //!
-//! The folder has one entry of ours while files are written, [`ENTRY`]. In it are a lock, the new files, links to the files that they replace, and
-//! the journal, which names them. The moment at which the journal gets its name is the moment at which the write has happened:
+//! While files are written, the folder contains one entry of ours, [`ENTRY`]. It contains a lock, the new files, links to the files that they replace, and
+//! the journal, which lists them. The write takes effect at the moment at which the journal is renamed:
 //!
 //! ```text
 //! lock → new files, synced → links to the old ones → journal, synced → each new file is renamed into place → the entry is removed
 //!        └ killed here: the next run removes the entry ┘               └ killed here: the next run completes the renames ┘
 //! ```
 //!
-//! A rename that the system refuses (a file of another user in `/tmp`, an immutable one) turns the journal into an undo list: the old files come back.
-//! What the journal says is not trusted: its names are checked as those of a new write are, and it holds only in the very folder on disk in which it was
-//! begun ([`Place`]): one that came with somebody's files, in an archive or a copy, replaces nothing.
+//! A rename that the system refuses (a file of another user in `/tmp`, an immutable file) turns the journal into an undo list: the old files are restored.
+//! The journal is not trusted: its names are checked like those of a new write, and it is valid only in the same folder on disk in which it was
+//! begun ([`Place`]): a journal that came with somebody's files, in an archive or a copy, replaces nothing.
 
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -18,40 +18,40 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// The one entry that a write makes in a folder beside its files.
+/// The only entry that a write creates in a folder besides its files.
 pub(crate) const ENTRY: &str = ".grafsynth-build";
 const LOCK: &str = "lock";
 const JOURNAL: &str = "journal";
 const UNDO: &str = "undo";
-/// The journal before it is whole.
+/// The incomplete journal.
 const PART: &str = "journal.part";
-/// How long a write waits for another one in its folder. A write takes milliseconds: whatever is longer is stopped or hangs.
+/// How long a write waits for another one in its folder. A write takes milliseconds: one that takes longer is stopped or hangs.
 const PATIENCE: Duration = Duration::from_secs(30);
 const GLANCE: Duration = Duration::from_millis(5);
 
 /// A file to be written in a folder.
 #[derive(Debug, Clone)]
 pub(crate) struct Output {
-    /// Its name; folders in it are parted by `/`.
+    /// Its name; folders in it are separated by `/`.
     pub(crate) name: String,
-    /// What it shall hold.
+    /// Its contents.
     pub(crate) bytes: Vec<u8>,
-    /// It is the user's: written only where no file of that name is.
+    /// The file belongs to the user: it is written only if no file with that name exists.
     pub(crate) keep_existing: bool,
 }
 
-/// What has to be done when all new files are there, as it is kept on disk.
+/// What to do after all new files are written, as stored on disk.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct Journal {
-    /// Where the entry is that it was written in.
+    /// The location of the entry in which it was written.
     #[serde(default)]
     place: Place,
-    /// Folders that are made, outer ones first.
+    /// New folders, outer ones first.
     folders: Vec<String>,
     files: Vec<Move>,
 }
 
-/// What tells a folder on this machine from a copy of it.
+/// The identity of a folder on this machine, which differs for a copy.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 struct Place {
     device: u64,
@@ -72,31 +72,31 @@ impl Place {
     }
 }
 
-/// The new file `index` and where it goes.
+/// The new file `index` and its destination.
 #[derive(Debug, Serialize, Deserialize)]
 struct Move {
     name: String,
-    /// A file of that name was there, and `old-index` is a link to it.
+    /// A file with that name existed, and `old-index` is a link to it.
     replaces: bool,
     keep_existing: bool,
 }
 
-/// A folder in which nobody else writes while this value lives.
+/// A folder that is locked against other writers while this value lives.
 pub(crate) struct Staging {
     folder: PathBuf,
     entry: PathBuf,
     lock: Option<File>,
-    /// Folders that were made for `folder`, outer ones first.
+    /// Folders that were created for `folder`, outer ones first.
     made: Vec<PathBuf>,
-    /// A write that could neither be completed nor undone: it is left to a later run.
+    /// A write that could be neither completed nor undone: it is left to a later run.
     is_stuck: bool,
 }
 
 impl Staging {
-    /// Waits until nobody writes in `folder`, and completes or removes what a killed run left there. The folder is made where it is missing.
+    /// Waits until nobody writes in `folder`, and completes or removes the remains of a killed run. The folder is created if it is missing.
     ///
     /// # Errors
-    /// What the system says, that another run has been writing there for 30 s, or that a write by a killed run can neither be completed nor undone.
+    /// The error of the system, another run that has been writing there for 30 s, or a write by a killed run that can be neither completed nor undone.
     pub(crate) fn begin(folder: &Path) -> Result<Self, String> {
         let made = missing(folder);
         let mut staging = Self::wait(folder).inspect_err(|_| remove_folders(&made))?;
@@ -105,7 +105,7 @@ impl Staging {
         Ok(staging)
     }
 
-    /// Makes the folder and waits for its lock.
+    /// Creates the folder and waits for its lock.
     fn wait(folder: &Path) -> Result<Self, String> {
         let cannot = |error: io::Error| format!("cannot write in {}: {error}", folder.display());
         fs::create_dir_all(folder).map_err(cannot)?;
@@ -125,10 +125,10 @@ impl Staging {
         }
     }
 
-    /// Completes or removes what a killed run left in `folder`, if it left something and nobody writes there now.
+    /// Completes or removes the remains of a killed run in `folder`, unless somebody writes there now.
     ///
     /// # Errors
-    /// That it can neither be completed nor undone.
+    /// The write can be neither completed nor undone.
     pub(crate) fn settle(folder: &Path) -> Result<(), String> {
         if fs::symlink_metadata(folder.join(ENTRY)).is_err() {
             return Ok(());
@@ -138,13 +138,13 @@ impl Staging {
             Ok(None) => Ok(()),
             Err(_) if !is_file(&folder.join(ENTRY).join(JOURNAL)) => Ok(()),
             Err(error) => Err(format!(
-                "{} holds a write that was not completed, and it cannot be now: {error}",
+                "{} contains an incomplete write that cannot be completed: {error}",
                 folder.join(ENTRY).display()
             )),
         }
     }
 
-    /// One try to get the lock; none if another one has it, or, without `make`, if there is none.
+    /// Tries once to get the lock; `None` if another run has it, or, without `make`, if there is none.
     fn try_begin(folder: &Path, make: bool) -> io::Result<Option<Self>> {
         let entry = folder.join(ENTRY);
         if make && let Err(error) = fs::create_dir(&entry) {
@@ -153,13 +153,13 @@ impl Staging {
                 Ok(_) => {
                     return Err(io::Error::other(format!("{} is not a folder", entry.display())));
                 }
-                // It was there, and the one that had made it has removed it.
+                // It existed, and its creator has removed it.
                 Err(_) if error.kind() == io::ErrorKind::AlreadyExists => return Ok(None),
                 Err(_) => return Err(error),
             }
         }
         let path = entry.join(LOCK);
-        // Through a link of that name a file elsewhere would be made.
+        // A link with that name would create a file elsewhere.
         if fs::symlink_metadata(&path).is_ok_and(|data| !data.is_file()) {
             return Err(io::Error::other(format!("{} is not a file", path.display())));
         }
@@ -167,24 +167,24 @@ impl Staging {
             OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path);
         let lock = match opened {
             Ok(lock) => lock,
-            // The one that had the lock has removed the entry.
+            // The previous owner of the lock has removed the entry.
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(error),
         };
         match lock.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Ok(None),
-            // A file system without locks: the journal still makes each write whole.
+            // A file system without locks: the journal still makes each write atomic.
             Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {}
             Err(TryLockError::Error(error)) => return Err(error),
         }
-        // The one that had the lock may have removed the file between our opening and locking it: then others lock another file of that name.
+        // The previous owner may have removed the file between our opening and locking it: then others lock another file with that name.
         if !is_same(&lock, &path) {
             return Ok(None);
         }
         if !is_ours(&entry)? {
             return Err(io::Error::other(format!(
-                "{} is of another user: remove it, or choose another folder",
+                "{} belongs to another user: remove it, or choose another folder",
                 entry.display()
             )));
         }
@@ -193,10 +193,10 @@ impl Staging {
         Ok(Some(Staging { folder, entry, lock: Some(lock), made, is_stuck }))
     }
 
-    /// Writes these files, or none. Those that are the user's and are there already are left alone.
+    /// Writes these files, or none. Existing files that belong to the user are not changed.
     ///
     /// # Errors
-    /// What the system says, in the user's terms; all files are then as they were.
+    /// The error of the system, in the user's terms; all files are then unchanged.
     pub(crate) fn commit(mut self, outputs: &[Output]) -> Result<(), String> {
         let outputs: Vec<&Output> =
             outputs.iter().filter(|it| !it.keep_existing || !self.has(&it.name)).collect();
@@ -208,7 +208,7 @@ impl Staging {
         Ok(())
     }
 
-    /// Gives the journal its name. From here on the write has happened, whatever comes.
+    /// Renames the journal. From here on the write has taken effect, whatever happens.
     fn publish(&self, journal: &Journal) -> io::Result<()> {
         let part = self.entry.join(PART);
         write_synced(&part, &serde_json::to_vec(journal)?)?;
@@ -218,18 +218,18 @@ impl Staging {
         sync_folder(&self.folder)
     }
 
-    /// True if there is a file of that name, or anything else.
+    /// True if anything with that name exists.
     pub(crate) fn has(&self, name: &str) -> bool {
         fs::symlink_metadata(self.folder.join(name)).is_ok()
     }
 
-    /// Writes the new files into the entry, and links to those that they replace.
+    /// Writes the new files to the entry, and links to the files that they replace.
     fn stage(&self, outputs: &[&Output]) -> Result<Journal, String> {
         let cannot = |error| format!("cannot write in {}: {error}", self.folder.display());
         let place = Place::of(&self.entry).map_err(cannot)?;
         let mut journal = Journal { place, ..Journal::default() };
         for (index, output) in outputs.iter().enumerate() {
-            // Some file systems take names that differ in letter case for one.
+            // Some file systems are not case-sensitive.
             let twin = journal.files.iter().find(|it| it.name.eq_ignore_ascii_case(&output.name));
             if let Some(twin) = twin {
                 return Err(format!(
@@ -262,10 +262,12 @@ impl Staging {
         Ok(journal)
     }
 
-    /// Whether a file can be written under that name, and whether it replaces one.
+    /// Checks whether a file can be written under that name, and whether it replaces one.
     fn check(&self, name: &str) -> Result<bool, String> {
         if !is_inside(name) {
-            return Err(format!("cannot write `{name}`: it is no name of a file in a folder"));
+            return Err(format!(
+                "cannot write `{name}`: it is not the name of a file in the folder"
+            ));
         }
         let shown = |path: &Path| format!("cannot write {}", path.display());
         for folder in folders(name) {
@@ -308,7 +310,7 @@ impl Staging {
         Err(format!("{}: {why}", shown(&path)))
     }
 
-    /// Renames the new files into place: those that are still here, since a killed run may have done a part. Undoes all if one cannot be renamed.
+    /// Renames the remaining new files into place; a killed run may have renamed some. Undoes everything if one cannot be renamed.
     fn complete(&mut self, journal: &Journal) -> Result<(), String> {
         let Err(why) = self.apply(journal) else { return Ok(()) };
         let undone = fs::rename(self.entry.join(JOURNAL), self.entry.join(UNDO))
@@ -317,7 +319,7 @@ impl Staging {
             Ok(()) => Err(why),
             Err(error) => {
                 self.is_stuck = true;
-                Err(format!("{why}; nor can the files of before come back: {error}"))
+                Err(format!("{why}; the previous files cannot be restored: {error}"))
             }
         }
     }
@@ -335,7 +337,7 @@ impl Staging {
             }
             self.check(&file.name)?;
             if file.keep_existing && self.has(&file.name) {
-                // The user has made it since.
+                // The user has created it in the meantime.
                 continue;
             }
             let target = self.folder.join(&file.name);
@@ -355,11 +357,11 @@ impl Staging {
             .map_err(|error| format!("cannot write in {}: {error}", self.folder.display()))
     }
 
-    /// Brings the replaced files back and removes the new ones.
+    /// Restores the replaced files and removes the new ones.
     fn undo(&self, journal: &Journal) -> io::Result<()> {
         for (index, file) in journal.files.iter().enumerate() {
             if self.check(&file.name).is_err() {
-                // It could not be written, so it is as it was.
+                // It could not be written, so it is unchanged.
                 continue;
             }
             let target = self.folder.join(&file.name);
@@ -372,30 +374,30 @@ impl Staging {
             }
         }
         for folder in journal.folders.iter().rev() {
-            // Only if it is empty: somebody else may have put something there.
+            // Only if it is empty: somebody else may have added files.
             let _ = fs::remove_dir(self.folder.join(folder));
         }
         Ok(())
     }
 
-    /// Completes or undoes what the entry holds, and empties it; says so.
+    /// Completes or undoes the write in the entry, and empties the entry; reports it.
     fn recover(&mut self) -> Result<(), String> {
         let say = |what: &str| {
             let folder = self.folder.display();
-            crate::print_error(&format!("grafsynth: {folder}: a write that was stopped {what}\n"));
+            crate::print_error(&format!("grafsynth: {folder}: an interrupted write {what}\n"));
         };
         let is_there = |name: &str| is_file(&self.entry.join(name));
         let is_known = self.journal(UNDO).is_some() || self.journal(JOURNAL).is_some();
         if is_known {
-            say("is completed now");
+            say("was completed");
         } else if is_there(UNDO) || is_there(JOURNAL) {
-            say("was begun in another folder, of which this is a copy: it is not completed");
+            say("was begun in another folder, of which this is a copy: it was not completed");
         }
         if let Some(journal) = self.journal(UNDO) {
             if let Err(error) = self.undo(&journal) {
                 self.is_stuck = true;
                 let entry = self.entry.display();
-                return Err(format!("cannot undo the write that {entry} holds: {error}"));
+                return Err(format!("cannot undo the write in {entry}: {error}"));
             }
         } else if let Some(journal) = self.journal(JOURNAL)
             && let Err(why) = self.complete(&journal)
@@ -407,7 +409,7 @@ impl Staging {
         Ok(())
     }
 
-    /// A journal that is whole and names nothing outside the folder.
+    /// A complete journal that names nothing outside the folder.
     fn journal(&self, name: &str) -> Option<Journal> {
         let path = self.entry.join(name);
         if !fs::symlink_metadata(&path).ok()?.is_file() {
@@ -421,7 +423,7 @@ impl Staging {
         names.all(|name| is_inside(name)).then_some(journal)
     }
 
-    /// Removes what a write needs, the journal first: without it, the rest means nothing. Best effort: what stays, the next run removes.
+    /// Removes the files of a write, the journal first: without it, the rest is meaningless. Best effort: the next run removes what stays.
     fn empty(&self) {
         for name in [JOURNAL, UNDO] {
             let _ = fs::remove_file(self.entry.join(name));
@@ -447,7 +449,7 @@ impl Drop for Staging {
             return;
         }
         self.empty();
-        // Those who wait for the lock see that the file is gone and begin anew; if one of them was quicker, the entry is theirs.
+        // Processes that wait for the lock see that the file is gone and start again; if one of them was quicker, the entry is theirs.
         let _ = fs::remove_file(self.entry.join(LOCK));
         drop(self.lock.take());
         let _ = fs::remove_dir(&self.entry);
@@ -455,12 +457,12 @@ impl Drop for Staging {
     }
 }
 
-/// The folders that a name lies in, outer ones first: `a`, `a/b` of `a/b/c`.
+/// The folders of a name, outer ones first: `a`, `a/b` of `a/b/c`.
 fn folders(name: &str) -> impl Iterator<Item = &str> {
     name.match_indices('/').map(|(at, _)| &name[..at])
 }
 
-/// True for a name that leads to a file below the folder and not to an entry of ours.
+/// True for a name of a file below the folder that is not one of our entries.
 fn is_inside(name: &str) -> bool {
     !name.is_empty()
         && !name.contains(['\\', '\0'])
@@ -469,7 +471,7 @@ fn is_inside(name: &str) -> bool {
         && Path::new(name).is_relative()
 }
 
-/// The folders on the way to `folder` that are not there, outer ones first.
+/// The missing folders on the path to `folder`, outer ones first.
 fn missing(folder: &Path) -> Vec<PathBuf> {
     let all = folder.ancestors().take_while(|it| !it.as_os_str().is_empty() && !it.exists());
     let mut all: Vec<PathBuf> = all.map(Path::to_owned).collect();
@@ -477,14 +479,14 @@ fn missing(folder: &Path) -> Vec<PathBuf> {
     all
 }
 
-/// Removes folders that are empty: where one is not, somebody else has put something there.
+/// Removes empty folders: if one is not empty, somebody else has added files.
 fn remove_folders(made: &[PathBuf]) {
     for folder in made.iter().rev() {
         let _ = fs::remove_dir(folder);
     }
 }
 
-/// True if the entry is of the user who runs us. In a folder like `/tmp` somebody else could have a journal there that tells us what to replace.
+/// True if the entry belongs to the current user. In a folder like `/tmp` another user could create a journal that tells us what to replace.
 #[cfg(unix)]
 fn is_ours(entry: &Path) -> io::Result<bool> {
     use std::os::unix::fs::MetadataExt as _;
@@ -517,14 +519,14 @@ fn remove(path: &Path) -> io::Result<()> {
 }
 
 fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    // What a killed run left under that name may be a link to a file in the folder: it is not written through.
+    // The remains of a killed run may be a link to a file in the folder, which must not be written through.
     remove(path)?;
     let mut file = OpenOptions::new().write(true).create_new(true).open(path)?;
     file.write_all(bytes)?;
     file.sync_all()
 }
 
-/// Makes the names in a folder last; a no-op where folders cannot be synced.
+/// Makes the names in a folder durable; does nothing if folders cannot be synced.
 fn sync_folder(path: &Path) -> io::Result<()> {
     if !cfg!(unix) {
         return Ok(());
@@ -539,7 +541,7 @@ fn sync_folder(path: &Path) -> io::Result<()> {
     }
 }
 
-/// True if the file that was locked still has its name.
+/// True if the locked file still has its name.
 #[cfg(unix)]
 fn is_same(lock: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt as _;

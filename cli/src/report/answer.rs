@@ -1,4 +1,4 @@
-//! One answer of the tool: what was asked, what is known, and what it rests on.
+//! An answer of the tool: the question, the result, and its basis.
 
 use grafsynth_driver::report::{Outcome, OutputFault, OutputProof, OutputReport, OutputVerdict};
 use grafsynth_ir::Span;
@@ -8,26 +8,26 @@ use grafsynth_sim::Difference;
 use grafsynth_verify::{Open, OpenReason, Scope, Tested};
 use serde_json::{Map, Value, json};
 
-/// What a question is about.
+/// The subject of a question.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum About {
-    /// An `assert`, or what an emergency must keep.
+    /// An `assert`, or a guarantee of an emergency.
     Assert,
-    /// A kind of finding that was looked for.
+    /// A kind of finding that was checked for.
     Lint,
-    /// A number that is known of a design.
+    /// A number about a design.
     Fact,
     /// How long a transition waits for its turn.
     Bound,
-    /// A file of a build: is it the chart?
+    /// Whether a file of a build equals the chart.
     Output,
-    /// Two designs, or an engine and the chart: are they equal?
+    /// Whether two designs, or an engine and the chart, are equal.
     Equality,
-    /// Test vectors that a fuse map carries.
+    /// The test vectors of a fuse map.
     Vectors,
-    /// A part that only one of two charts has, or that reads otherwise.
+    /// A part that only one of two charts has, or that differs.
     Part,
-    /// A trace that was to be replayed.
+    /// A trace to be replayed.
     Replay,
 }
 
@@ -47,34 +47,34 @@ impl About {
         }
     }
 
-    /// What it stands for, in a few words.
+    /// A short description.
     pub(crate) fn title(self) -> &'static str {
         match self {
             About::Assert => "what the chart must guarantee",
-            About::Lint => "what was looked for",
-            About::Fact => "what is known of the design",
+            About::Lint => "what was checked",
+            About::Fact => "a fact about the design",
             About::Bound => "how long a transition waits",
             About::Output => "an output is the chart",
             About::Equality => "two designs do the same",
             About::Vectors => "the test vectors of a fuse map pass",
             About::Part => "a part changed",
-            About::Replay => "a trace is what the chart does",
+            About::Replay => "a trace matches the chart",
         }
     }
 }
 
-/// What is known.
+/// The result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Status {
-    /// It holds, which was proved.
+    /// It is true, by a proof.
     Proved,
-    /// It does not hold.
+    /// It is false.
     Refuted,
-    /// It was not found out.
+    /// The result is unknown.
     Open,
-    /// No program can tell.
+    /// It cannot be checked.
     NotChecked,
-    /// There was nothing to prove: a test or a check ran, or a fact is told.
+    /// There was nothing to prove: a test or a check ran, or a fact is reported.
     Done,
 }
 
@@ -94,24 +94,24 @@ impl Status {
 /// An answer.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Answer {
-    /// What was asked.
+    /// The kind of question.
     pub(crate) about: About,
-    /// Of what: the text of an assert, the name of a file, of an engine.
+    /// Its subject: the text of an assert, the name of a file or of an engine.
     pub(crate) subject: String,
-    /// What is known.
+    /// The result.
     pub(crate) status: Status,
     /// The answer as a sentence.
     pub(crate) message: String,
-    /// Where the subject was declared.
+    /// Where the subject is declared.
     pub(crate) place: Option<Span>,
     /// Its requirement tags.
     pub(crate) requirements: Vec<String>,
-    /// What it rests on: method, scope, witness, reasons, tests.
+    /// Its basis: method, scope, witness, reasons, tests.
     pub(crate) details: Map<String, Value>,
 }
 
 impl Answer {
-    /// An answer without place and details.
+    /// An answer without location and details.
     pub(crate) fn new(
         about: About,
         subject: impl Into<String>,
@@ -135,7 +135,7 @@ impl Answer {
         self
     }
 
-    /// With the stimuli that it holds for.
+    /// Adds the stimuli to which it applies.
     pub(crate) fn scope(self, scope: &Scope) -> Self {
         let ticks = if let Scope::Ticks(ticks) = scope { Some(ticks.clone()) } else { None };
         let answer = self.with("scope", scope.name());
@@ -145,17 +145,17 @@ impl Answer {
         }
     }
 
-    /// With the kind of proof that it was proved by, and the stimuli that this covers.
+    /// Adds the kind of proof, and the stimuli that it covers.
     pub(crate) fn proved_by(self, proof: Proof, scope: &Scope) -> Self {
         self.with("by", proof_name(proof)).scope(scope)
     }
 
-    /// With the first cell in which two traces differ.
+    /// Adds the first value in which two traces differ.
     pub(crate) fn difference(self, difference: &Difference) -> Self {
         self.with("row", difference.row).with("column", difference.column.as_str())
     }
 
-    /// With the reasons why it is open, and what was tested instead.
+    /// Adds the reasons why it is open, and what was tested instead.
     pub(crate) fn open(self, open: &Open) -> Self {
         let reasons: Vec<Value> = open.reasons.iter().map(reason).collect();
         let answer = self.with("reasons", reasons);
@@ -165,7 +165,7 @@ impl Answer {
         }
     }
 
-    /// With what was tested.
+    /// Adds what was tested.
     pub(crate) fn tested(self, tested: &Tested) -> Self {
         let mut value = json!({"reactions": tested.reactions});
         if tested.transitions > 0 {
@@ -179,12 +179,12 @@ impl Answer {
         self.with("tested", value)
     }
 
-    /// With a trace or a stimulus, as CSV, that shows it.
+    /// Adds a trace or a stimulus, as CSV, that demonstrates it.
     pub(crate) fn witness(self, csv: &str) -> Self {
         self.with("witness", csv)
     }
 
-    /// What a build says of a file.
+    /// The answer of a build about a file.
     pub(crate) fn of_output(report: &OutputReport, net: &Net) -> Self {
         let message = report.parts().collect::<Vec<_>>().join("; ");
         let status = match report.outcome() {
@@ -223,7 +223,7 @@ impl Answer {
     }
 }
 
-/// The name of a kind of proof, the same for people and machines.
+/// The name of a kind of proof, for people and machines.
 pub(crate) fn proof_name(proof: Proof) -> &'static str {
     match proof {
         Proof::Explicit => "enumeration",
@@ -233,7 +233,7 @@ pub(crate) fn proof_name(proof: Proof) -> &'static str {
     }
 }
 
-/// Why a question stayed open, for machines.
+/// Why a question is open, for machines.
 pub(crate) fn reason(reason: &OpenReason) -> Value {
     let mut value = json!({"kind": reason.name(), "text": reason.to_string()});
     if let Some(option) = reason.option() {

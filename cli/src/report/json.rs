@@ -1,4 +1,4 @@
-//! JSON lines: docs/report-json.md says what they mean, docs/report.schema.json which there are.
+//! JSON lines: docs/report-json.md describes them, docs/report.schema.json defines them.
 
 use super::answer::Answer;
 use crate::exit::Exit;
@@ -9,10 +9,10 @@ use grafsynth_ir::{FileId, Span};
 use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
 use serde_json::{Value, json};
 
-/// The version of the lines. Members may be added within a version; what goes or changes its meaning makes a new one.
+/// The version of the lines. Members may be added within a version; removing a member or changing its meaning requires a new version.
 const VERSION: u32 = 1;
 
-/// What may not stand in the path of a URI.
+/// Characters that must be escaped in the path of a URI.
 const NOT_IN_A_PATH: &AsciiSet = &CONTROLS
     .add(b' ')
     .add(b'"')
@@ -68,7 +68,7 @@ pub(super) fn hidden(sources: &Sources, file: Option<FileId>, count: usize) -> V
     json!({"kind": "hidden", "file": path, "findings": count})
 }
 
-/// A finding: the members of a diagnostic of the language server protocol beside `kind` and `file`.
+/// A finding: the members of a diagnostic of the Language Server Protocol, plus `kind` and `file`.
 pub(super) fn finding(sources: &Sources, diagnostic: &Diagnostic) -> Value {
     let severity = match diagnostic.severity {
         Severity::Error => 1,

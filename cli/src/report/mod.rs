@@ -1,6 +1,6 @@
-//! The same answers for people and machines: findings and answers are kept as data, and text, JSON lines or SARIF are made of them here.
+//! The same answers for people and machines: findings and answers are kept as data, and converted here to text, JSON lines or SARIF.
 //!
-//! People read each answer when it is there. JSON is one object a line, printed as it comes (docs/report-json.md). SARIF is one document, printed at the
+//! People see each answer when it is ready. JSON has one object per line, printed as it comes (docs/report-json.md). SARIF is one document, printed at the
 //! end.
 
 mod answer;
@@ -17,32 +17,32 @@ use grafsynth_ir::Diagnostic;
 use std::sync::{Arc, Mutex, PoisonError};
 use tally::Tally;
 
-/// Where machines read what is found.
+/// The machine-readable report.
 #[derive(Debug, Clone)]
 pub(crate) struct Report {
     format: MessageFormat,
-    /// What a verb makes goes to standard output, so the report goes to standard error.
+    /// The result of the verb goes to standard output, so the report goes to standard error.
     beside: bool,
     sarif: Arc<Mutex<sarif::Log>>,
-    /// What is known and waits to be said.
+    /// Results that are known but not printed yet.
     known: Arc<Mutex<Known>>,
     /// What people were told.
     tally: Arc<Mutex<Tally>>,
 }
 
-/// What is known of a design and is not said yet.
+/// Results about a design that are not printed yet.
 #[derive(Debug, Clone, Default)]
 struct Known {
-    /// What places are places of.
+    /// The sources of the spans.
     sources: Sources,
-    /// Findings, in the words of the language of each file.
+    /// Findings, in the terms of the language of each file.
     findings: Vec<Diagnostic>,
     /// Answers, each with its text for people.
     answers: Vec<(Answer, String)>,
 }
 
 impl Report {
-    /// A report that nothing was written to; says which verb it is of.
+    /// An empty report; records its verb.
     pub(crate) fn new(format: MessageFormat, beside: bool, verb: &str) -> Self {
         let report = Report {
             format,
@@ -57,12 +57,12 @@ impl Report {
         report
     }
 
-    /// True if machines read it.
+    /// True if the report is for machines.
     pub(crate) fn is_for_machines(&self) -> bool {
         matches!(self.format, MessageFormat::Json | MessageFormat::Sarif)
     }
 
-    /// What follows is about this file.
+    /// The following results belong to this file.
     pub(crate) fn design(&self, file: &str) {
         if self.format == MessageFormat::Json {
             self.line(&json::design(file));
@@ -123,7 +123,7 @@ impl Report {
         }
     }
 
-    /// This file was read beside the design, unasked.
+    /// Records a companion file that was read with the design.
     pub(crate) fn beside(&self, file: &str) {
         if self.format == MessageFormat::Json {
             self.line(&json::beside(file));
@@ -131,19 +131,19 @@ impl Report {
         self.log(|log| log.beside(file));
     }
 
-    /// Findings that are said later: they are said at once where the user stops the program before.
+    /// Findings that are printed later; they are printed at once if the user interrupts the program first.
     pub(crate) fn know_findings(&self, sources: &Sources, findings: Vec<Diagnostic>) {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         known.sources.clone_from(sources);
         known.findings = findings;
     }
 
-    /// The same of answers.
+    /// The same for answers.
     pub(crate) fn know_answers(&self, answers: Vec<(Answer, String)>) {
         self.known.lock().unwrap_or_else(PoisonError::into_inner).answers = answers;
     }
 
-    /// Says what is known so far.
+    /// Prints what is known so far.
     #[cfg(unix)]
     pub(crate) fn print_known(&self, style: Style) {
         let known = std::mem::take(&mut *self.known.lock().unwrap_or_else(PoisonError::into_inner));
@@ -157,7 +157,7 @@ impl Report {
         }
     }
 
-    /// Adds what is wrong with the use of the tool, or with a file.
+    /// Adds an error in the use of the tool, or of a file.
     pub(crate) fn error(&self, message: &str) {
         match self.format {
             MessageFormat::Json => self.line(&json::error(message)),

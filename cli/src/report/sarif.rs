@@ -1,5 +1,5 @@
 //! SARIF 2.1.0: findings are results of the kind `fail` with their level; answers have the kind `pass`, `fail`, `open`, `notApplicable` or
-//! `informational`, and what they rest on as properties.
+//! `informational`, and their basis as properties.
 
 use super::answer::{Answer, Status};
 use super::json::uri;
@@ -11,14 +11,14 @@ use grafsynth_ir::diag::Diagnostic;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// What was found so far.
+/// The results so far.
 #[derive(Debug, Default)]
 pub(super) struct Log {
-    /// The file that answers without a place are about.
+    /// The file of answers without a location.
     design: String,
     rules: BTreeMap<String, String>,
     results: Vec<Value>,
-    /// Files that were read beside a design.
+    /// Files that were read with a design.
     artifacts: Vec<Value>,
     errors: Vec<Value>,
 }
@@ -89,7 +89,7 @@ impl Log {
         self.results.push(json!({
             "ruleId": answer.about.name(),
             "kind": kind,
-            // The standard has levels for failures alone.
+            // The standard defines levels for failures only.
             "level": if answer.status == Status::Refuted { "error" } else { "none" },
             "message": {"text": format!("{}: {}", answer.subject, answer.message)},
             "locations": [place],
@@ -108,7 +108,7 @@ impl Log {
             .iter()
             .map(|(id, title)| json!({"id": id, "shortDescription": {"text": title}}))
             .collect();
-        // A tool that found something wrong has still run well.
+        // A run that finds errors is still a successful run.
         let ran = !matches!(exit, Exit::Usage | Exit::Interrupted);
         let mut invocation = json!({
             "executionSuccessful": ran,

@@ -131,12 +131,12 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
                 && matches!(style, Style::Engine | Style::Program))
     };
     if arguments.blob && !targets.iter().any(is_engine) {
-        return Err(Stop::Usage("--blob is for the targets c-engine and c-program".to_owned()));
+        return Err(Stop::Usage("--blob requires the target c-engine or c-program".to_owned()));
     }
     let packages = packages(&arguments.package)?;
     if targets.contains(&Target::Template) == arguments.template.is_empty() {
         return Err(Stop::Usage(
-            "the target `template` and the option --template FILE go together".to_owned(),
+            "the target `template` and the option --template FILE must be used together".to_owned(),
         ));
     }
     let templates = templates(session, &arguments.template)?;
@@ -153,7 +153,7 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
         Some(path) => earlier_pins(session, path)?,
         None => Vec::new(),
     };
-    progress::doing(format!("looking at what {} can do", net.name));
+    progress::doing(format!("exploring what {} can do", net.name));
     let facts = pipeline::facts(net, &limits);
     let source = input.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
     let options = BuildOptions {
@@ -210,7 +210,11 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
     };
     let (templates, others): (Vec<Target>, Vec<Target>) =
         targets.iter().partition(|target| **target == Target::Template);
-    progress::doing(format!("making and proving {} of {}", arguments.target.join(", "), net.name));
+    progress::doing(format!(
+        "building and proving {} of {}",
+        arguments.target.join(", "),
+        net.name
+    ));
     let mut built = pipeline::build(net, &facts, &others, &options);
     if !templates.is_empty() {
         let bound = Bound::start(ENDLESS.id, "a template");
@@ -269,7 +273,7 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
     Ok(judged(session, arguments, &built.lines))
 }
 
-/// The net whose C may be compiled and run: without the C of the chart's author, unless that is trusted.
+/// The net whose C may be compiled and run: without the C code of the chart's author, unless it is trusted.
 pub(super) fn runnable(net: &Valid<Net>, trust: Trust) -> Cow<'_, Valid<Net>> {
     match without_c_texts(net) {
         Some(bare) if !trust.trust_code => Cow::Owned(bare),
@@ -277,10 +281,10 @@ pub(super) fn runnable(net: &Valid<Net>, trust: Trust) -> Cow<'_, Valid<Net>> {
     }
 }
 
-/// The reactions on random inputs that `--measure` looks at.
+/// The number of random reactions that `--measure` runs.
 const REACTIONS: usize = 1_000;
 
-/// What simulated machines show of the C, where their tools are here; what is not is said.
+/// Measurements of the C code on simulated machines, if their tools are available; reports what could not be measured.
 fn measured(
     session: &Session,
     net: &Valid<Net>,
@@ -332,7 +336,7 @@ fn earlier_pins(session: &mut Session, path: &str) -> Result<Vec<(String, u32)>,
     session.show(&found);
     let Design::Logic(design) = design else {
         return Err(Stop::Input(format!(
-            "--keep-pins takes an output of an earlier build (.jed, .pld or .pds), and {path} is a chart"
+            "--keep-pins needs an output of an earlier build (.jed, .pld or .pds), but {path} is a chart"
         )));
     };
     match design.placement {
@@ -341,12 +345,12 @@ fn earlier_pins(session: &mut Session, path: &str) -> Result<Vec<(String, u32)>,
         }
         Err(found) => {
             session.show(&found);
-            Err(Stop::Input(format!("--keep-pins: {path} does not say which signal has which pin")))
+            Err(Stop::Input(format!("--keep-pins: {path} does not assign signals to pins")))
         }
     }
 }
 
-/// What the outputs give that were written. A proof that the user did not want is no open question; what was not even tested is one all the same.
+/// The exit code for the written outputs. A proof that the user did not request is not an open question; an output that was not even tested is.
 pub(super) fn judged(session: &Session, arguments: &Build, lines: &[OutputReport]) -> Exit {
     let of_line = |line: &OutputReport| match &line.verdict {
         OutputVerdict::ReadBack(open) | OutputVerdict::Open(open)
@@ -394,14 +398,14 @@ fn targets(names: &[String]) -> Result<Vec<Target>, Stop> {
     }
     if targets.iter().filter(|target| matches!(target, Target::C(_))).count() > 1 {
         return Err(Stop::Usage(
-            "two styles of C would be two files of one name: build them into two folders"
+            "two styles of C would write files with the same names: build them into two folders"
                 .to_owned(),
         ));
     }
     Ok(targets)
 }
 
-/// The templates, as sources that findings can point into.
+/// The templates, as sources for the locations of findings.
 fn templates(session: &mut Session, paths: &[String]) -> Result<Vec<TemplateFile>, Stop> {
     let read = |path: &String| {
         let text = files::read_text(path, session.source_limit)?;
@@ -429,15 +433,15 @@ fn packages(names: &[String]) -> Result<Vec<Ecosystem>, Stop> {
     Ok(packages)
 }
 
-/// True if an output is this file of a package of C, whatever folder it lies in.
+/// True if an output is this file of a C package, in any folder.
 fn is_file(output: &str, file: &str) -> bool {
     output.rsplit('/').next() == Some(file)
 }
 
-/// Compares each C package with the net by running it, where there is a compiler: proved if that is asked for and where it can be, else tested.
+/// Compares each C package with the net by running it, if there is a compiler: proved if requested and possible, otherwise tested.
 ///
 /// # Errors
-/// The compiler refuses a text.
+/// The compiler rejects a text.
 fn check_c(
     session: &Session,
     net: &Valid<Net>,
@@ -459,7 +463,7 @@ fn check_c(
             Ok(line) => line,
             Err(exhaustive::Refused(words)) => {
                 return Err(Stop::Input(format!(
-                    "{name} was not written: the C compiler refuses it\n{words}"
+                    "{name} was not written: the C compiler rejects it\n{words}"
                 )));
             }
         };
@@ -478,7 +482,7 @@ fn check_c(
     Ok(())
 }
 
-/// The first style that agrees with the chart where another one does not.
+/// The first style that agrees with the chart if another one does not.
 fn right_style(net: &Valid<Net>, facts: &Facts, options: &BuildOptions, wrong: &Package) -> Note {
     for style in [Style::Switch, Style::Bits, Style::Engine] {
         let c = options.c_for(net, Some(style));
@@ -495,7 +499,7 @@ fn right_style(net: &Valid<Net>, facts: &Facts, options: &BuildOptions, wrong: &
     Note::NoStyle
 }
 
-/// The tables of charts that an engine interprets, but for those that were refuted.
+/// The tables of charts that an engine interprets, except those that were refuted.
 fn images(built: &Built) -> Vec<(String, Vec<u8>)> {
     let kept = |name: &str| built.files.iter().any(|file| is_file(&file.name, name));
     built
@@ -509,7 +513,7 @@ fn images(built: &Built) -> Vec<(String, Vec<u8>)> {
         .collect()
 }
 
-/// Has the bitstreams made and reads them back, where the tools are; those that are what they should be.
+/// Makes the bitstreams and reads them back, if the tools are available; returns those that are correct.
 fn bitstreams(limits: &Limits, built: &mut Built) -> Vec<(String, Vec<u8>)> {
     let mut made = Vec::new();
     for job in std::mem::take(&mut built.bitstreams) {
@@ -561,21 +565,21 @@ fn outputs(
     all
 }
 
-/// What a build made.
+/// The result of a build.
 pub(super) struct Made<'a> {
     /// The name that the list of outputs has.
     pub(super) stem: &'a FileStem,
     /// The chart, or the pins of logic.
     pub(super) net: &'a Valid<Net>,
-    /// The texts that decide what the outputs are.
+    /// The texts that determine the outputs.
     pub(super) made_of: Vec<files::Hashed>,
     /// The files.
     pub(super) outputs: Vec<files::Output>,
-    /// What is known of them.
+    /// Their results.
     pub(super) lines: &'a [OutputReport],
 }
 
-/// Shows the findings, writes all files or none, and says what was found out about them.
+/// Shows the findings, writes all files or none, and reports the results.
 pub(super) fn write(
     session: &Session,
     arguments: &Build,
@@ -593,7 +597,7 @@ pub(super) fn write(
     Ok(written?)
 }
 
-/// Warns of files that stay from an older text of the same chart.
+/// Warns about files that stay from an older text of the same chart.
 fn stale(all: &[files::Stale]) -> Option<Diagnostic> {
     let first = all.first()?;
     let files: Vec<&str> = all.iter().map(|stale| stale.file.as_str()).collect();
@@ -603,7 +607,7 @@ fn stale(all: &[files::Stale]) -> Option<Diagnostic> {
     Some(Diagnostic::warning(codes::OLDER_SOURCE, message).help(help))
 }
 
-/// Says of each output what was found out about it; before that, that it was not written, and why.
+/// Reports the result for each output; first, if nothing was written, the reason.
 pub(super) fn say(
     session: &Session,
     net: &Valid<Net>,
@@ -624,7 +628,7 @@ fn answer(net: &Valid<Net>, line: &OutputReport, is_written: bool) -> (Answer, S
     (Answer::of_output(line, net).with("written", is_written), format!("{line}\n"))
 }
 
-/// Keeps what is known so far for a user who stops the build.
+/// Stores what is known so far in case the user interrupts the build.
 fn know(session: &Session, net: &Valid<Net>, lines: &[OutputReport]) {
     session.know(lines.iter().map(|line| answer(net, line, false)).collect());
 }

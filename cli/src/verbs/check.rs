@@ -1,6 +1,7 @@
 //! `grafsynth check FILE…`.
 
 use crate::args::{Check, Input};
+use crate::evidence;
 use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
@@ -8,6 +9,7 @@ use crate::progress;
 use crate::report::{About, Answer, Status, proof_name, reason};
 use grafsynth_backend_c::cost::Machine;
 use grafsynth_driver::certify::Certifiable;
+use grafsynth_driver::evidence::Evidence;
 use grafsynth_driver::logic::LogicDesign;
 use grafsynth_driver::read::{Design, NetDesign};
 use grafsynth_ir::facts::Facts;
@@ -17,10 +19,17 @@ use grafsynth_verify::{Checked, Explored, Limits, Outcome, PropertyVerdict, Scop
 use serde_json::json;
 use std::path::Path;
 
-/// Steps from which on a chart is large.
+/// The number of steps from which a chart counts as large.
 const LARGE: usize = 100;
 
 pub(crate) fn run(session: &mut Session, arguments: &Check) -> Result<Exit, Stop> {
+    evidence::check_name(arguments.trace.as_deref())?;
+    let exit = all(session, arguments)?;
+    session.no_trace(arguments.trace.as_deref());
+    Ok(exit)
+}
+
+fn all(session: &mut Session, arguments: &Check) -> Result<Exit, Stop> {
     let inputs = session.inputs(&arguments.inputs)?;
     if let [input] = inputs.as_slice() {
         if let Some(pass) = &arguments.dump_after {
@@ -29,7 +38,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Check) -> Result<Exit, Stop
         return one(session, arguments, input);
     }
     if arguments.dump_after.is_some() || arguments.certify.is_some() {
-        return Err(Stop::Usage("--dump-after and --certify take one file".to_owned()));
+        return Err(Stop::Usage("--dump-after and --certify accept one file".to_owned()));
     }
     session.each(&inputs, |session, input| one(session, arguments, input))
 }
@@ -48,12 +57,12 @@ fn one(session: &mut Session, arguments: &Check, input: &Input) -> Result<Exit, 
         return Ok(Exit::Errors);
     }
     let limits = Limits { pairs: arguments.limits.proof_limit, ..Limits::default() };
-    // A large chart has more states than can be visited; what its structure shows is found without them.
+    // A large chart has more states than can be visited; its structure is analysed without them.
     let visited = if net.steps.len() > LARGE { limits.pairs.min(100_000) } else { limits.pairs };
     let visited = Limits { pairs: visited, ..limits.clone() };
     let name = net.name.to_string();
     progress::doing(format!("exploring what {name} can do"));
-    // What the emergency promises is asked of the same states as the rest.
+    // The guarantees of the emergency are checked in the same states as the rest.
     let (asked, refused) = match grafsynth_verify::with_emergency(net) {
         Ok(asked) => (asked, Vec::new()),
         Err(refused) => (net.clone(), refused),
@@ -84,16 +93,16 @@ fn one(session: &mut Session, arguments: &Check, input: &Input) -> Result<Exit, 
     let mut exit = Exit::Done;
     if !refused.is_empty() {
         session.show(&refused);
-        let message = "its condition cannot stand in a property";
+        let message = "its condition is not allowed in a property";
         let answer = Answer::new(About::Assert, "emergency", Status::Open, message);
         session.answer(&answer, &format!("open     emergency: {message}\n"));
         exit = Exit::Open;
     }
     for PropertyVerdict { property, outcome } in explored.properties(&limits) {
-        exit = exit.worse(said(session, &asked, &asked.properties[property], &outcome));
+        exit = exit.worse(said(session, arguments, &asked, &asked.properties[property], &outcome)?);
     }
-    progress::doing(format!("looking how long transitions of {name} wait"));
-    waits(session, net, &explored, &limits);
+    progress::doing(format!("checking how long transitions of {name} wait"));
+    waits(session, arguments, net, &explored, &limits)?;
     if session.demands.refuse(&found) {
         return Ok(exit.worse(Exit::Errors));
     }
@@ -105,7 +114,7 @@ fn one(session: &mut Session, arguments: &Check, input: &Input) -> Result<Exit, 
     Ok(exit)
 }
 
-/// Says how large the chart is.
+/// Reports the size of the chart.
 fn counts(session: &Session, net: &Net, facts: &Facts) {
     let (steps, transitions) = (net.steps.len(), net.transitions.len());
     let mut message = format!("{steps} steps, {transitions} transitions");
@@ -118,7 +127,7 @@ fn counts(session: &Session, net: &Net, facts: &Facts) {
             u128::MAX => ", more than 10^38 reachable situations".to_owned(),
             n => format!(", {most}{n} reachable situations"),
         };
-        // A number that JSON's readers keep whole, or text.
+        // A number that JSON readers can represent exactly, or else text.
         let situations = u64::try_from(reach.situations)
             .ok()
             .filter(|n| *n < 1 << 53)
@@ -130,7 +139,7 @@ fn counts(session: &Session, net: &Net, facts: &Facts) {
     session.answer(&answer, &text);
 }
 
-/// Says what was looked for, and what was not and why.
+/// Reports what was checked, and what was not and why.
 fn looked_for(session: &Session, checked: &[Checked]) {
     for one in checked {
         let (status, message) = match &one.open {
@@ -148,7 +157,7 @@ fn looked_for(session: &Session, checked: &[Checked]) {
     }
 }
 
-/// The line that says what was looked for, and what was not and why.
+/// The line that reports what was checked, and what was not and why.
 fn looked_for_text(checked: &[Checked]) -> String {
     let names =
         |all: &[&Checked]| all.iter().map(|one| one.check.name()).collect::<Vec<_>>().join(", ");
@@ -171,7 +180,7 @@ fn looked_for_text(checked: &[Checked]) -> String {
     format!("{}\n", parts.join(" · "))
 }
 
-/// Logic has no properties; what was read is said.
+/// Logic has no properties; reports what was read.
 fn logic(session: &Session, design: &LogicDesign, mut found: Vec<Diagnostic>) -> Exit {
     found.extend(design.remarks());
     session.show(&found);
@@ -224,7 +233,7 @@ fn logic(session: &Session, design: &LogicDesign, mut found: Vec<Diagnostic>) ->
     Exit::Refuted
 }
 
-/// Writes the chart's text with certificates for the library charts in it.
+/// Writes the chart's text with certificates for its library charts.
 fn certify(
     session: &Session,
     design: &NetDesign,
@@ -256,7 +265,7 @@ fn certify(
         counted(certified.properties, "property", "properties"),
         counted(certified.charts, "library chart", "library charts")
     ));
-    // People were told by the findings.
+    // People were informed by the findings.
     let judged = certified.verdicts.iter().map(|Certifiable { name, of, net, outcome }| {
         let answer = |status, message: String| Answer {
             place: Some(name.span),
@@ -289,8 +298,14 @@ fn counted(n: usize, one: &str, many: &str) -> String {
     format!("{n} {}", if n == 1 { one } else { many })
 }
 
-/// Says of one property whether it holds.
-fn said(session: &Session, net: &Valid<Net>, property: &Property, outcome: &Outcome) -> Exit {
+/// Reports the result of one property.
+fn said(
+    session: &Session,
+    arguments: &Check,
+    net: &Valid<Net>,
+    property: &Property,
+    outcome: &Outcome,
+) -> Result<Exit, Stop> {
     let span = property.meta.span;
     let text = session
         .sources
@@ -310,7 +325,7 @@ fn said(session: &Session, net: &Valid<Net>, property: &Property, outcome: &Outc
         requirements: property.meta.req.clone(),
         ..Answer::new(About::Assert, text.as_str(), status, message)
     };
-    match outcome {
+    Ok(match outcome {
         Outcome::Proved { by, states } => {
             let answer = answer(Status::Proved, format!("proved by {}", proof_name(*by)))
                 .proved_by(*by, &Scope::EveryStimulus)
@@ -320,16 +335,19 @@ fn said(session: &Session, net: &Valid<Net>, property: &Property, outcome: &Outc
             Exit::Done
         }
         Outcome::Refuted { stimulus, row, is_shortest } => {
-            let trace = grafsynth_sim::run(net, stimulus).to_csv();
+            let trace = grafsynth_sim::run(net, stimulus);
+            let shown = Evidence::of_assert(net, property, stimulus);
             let place = session.sources.describe(span);
-            let answer = answer(Status::Refuted, format!("broken in row {row} of a stimulus"))
+            let mut answer = answer(Status::Refuted, format!("broken in row {row} of a stimulus"))
                 .with("row", *row)
                 .with("is_shortest", *is_shortest)
-                .witness(&trace);
-            let mut text = format!("refuted  {text}{tags} at {place}, in row {row} of\n");
-            for line in trace.lines() {
-                text += &format!("    {line}\n");
+                .witness(&trace.to_csv());
+            if let Some(broken) = &shown.broken {
+                answer = answer.with("broken", evidence::broken_json(&session.sources, broken));
             }
+            let written = session.keep_traces(arguments.trace.as_deref(), &[&trace])?;
+            let rows = session.evidence(&shown, &written);
+            let text = format!("refuted  {text}{tags} at {place}, in row {row} of\n{rows}");
             session.answer(&answer, &text);
             Exit::Refuted
         }
@@ -338,12 +356,18 @@ fn said(session: &Session, net: &Valid<Net>, property: &Property, outcome: &Outc
             session.answer(&answer, &format!("open     {text}{tags}: {why}\n"));
             session.demands.open(why)
         }
-    }
+    })
 }
 
-/// Says how long transitions that compete wait for their turn: a bound under `priority-age`, and under any policy the cycle on which one starves.
-fn waits(session: &Session, net: &Valid<Net>, explored: &Explored<'_>, limits: &Limits) {
-    // It is asked in passing, so it may not take long.
+/// Reports how long competing transitions wait for their turn: a bound under `priority-age`, and under any policy the cycle on which one starves.
+fn waits(
+    session: &Session,
+    arguments: &Check,
+    net: &Valid<Net>,
+    explored: &Explored<'_>,
+    limits: &Limits,
+) -> Result<(), Stop> {
+    // This check is secondary, so it must not take long.
     let limits = Limits { pairs: limits.pairs.min(200_000), ..limits.clone() };
     let by_age = net.settings.policy == Policy::PriorityAge;
     let waits = match explored.waiting(&limits) {
@@ -357,7 +381,7 @@ fn waits(session: &Session, net: &Valid<Net>, explored: &Explored<'_>, limits: &
             } else {
                 session.keep(&answer);
             }
-            return;
+            return Ok(());
         }
     };
     for Waiting { transition, wait } in waits {
@@ -368,7 +392,7 @@ fn waits(session: &Session, net: &Valid<Net>, explored: &Explored<'_>, limits: &
             Wait::Bounded { turns, reactions, .. } => {
                 let counted_turns = counted(turns as usize, "turn", "turns");
                 let within = reactions.map_or_else(
-                    || "; others may keep the step as long as they like".to_owned(),
+                    || "; others may keep the step for any time".to_owned(),
                     |most| {
                         format!(", and fires within {most} reactions while its receptivity holds")
                     },
@@ -390,21 +414,21 @@ fn waits(session: &Session, net: &Valid<Net>, explored: &Explored<'_>, limits: &
                 let last = counted(cycle.len(), "row", "rows");
                 let mut whole = way.clone();
                 cycle.rows().for_each(|row| whole.push(&row));
-                let trace = grafsynth_sim::run(net, &whole).to_csv();
+                let trace = grafsynth_sim::run(net, &whole);
                 let message = format!("after {from} over and over, in the last {last} of a trace");
                 let answer = Answer::new(About::Bound, name.to_string(), Status::Done, message)
                     .with("starves", true)
                     .with("cycle", cycle.len())
-                    .witness(&trace);
+                    .witness(&trace.to_csv());
+                let written = session.keep_traces(arguments.trace.as_deref(), &[&trace])?;
                 let mut text =
                     format!("starves  {name}: after {from} over and over, in the last {last} of\n");
-                for line in trace.lines() {
-                    text += &format!("    {line}\n");
-                }
+                text += &session.evidence(&Evidence::of_run(net, &whole, None), &written);
                 session.answer(&Answer { place, ..answer }, &text);
             }
         }
     }
+    Ok(())
 }
 
 fn dump(session: &mut Session, input: &Input, pass: &str) -> Result<Exit, Stop> {
@@ -418,7 +442,7 @@ fn dump(session: &mut Session, input: &Input, pass: &str) -> Result<Exit, Stop> 
             .map(|near| format!(", did you mean `{near}`?"))
             .unwrap_or_default();
         return Err(Stop::Usage(format!(
-            "no pass is called `{pass}`{near} (there are {})",
+            "unknown pass `{pass}`{near} (passes: {})",
             passes.join(", ")
         )));
     }
@@ -430,7 +454,7 @@ fn dump(session: &mut Session, input: &Input, pass: &str) -> Result<Exit, Stop> 
     let costs = design.counted.as_ref().map(|counted| counted.costs.clone()).unwrap_or_default();
     match grafsynth_ir::lower::dump_after(chart, &costs, pass) {
         Some(net) => crate::print(&grafsynth_ir::text::print(&net)),
-        None => return Err(Stop::Usage(format!("no pass is called `{pass}`"))),
+        None => return Err(Stop::Usage(format!("unknown pass `{pass}`"))),
     }
     Ok(Exit::Done)
 }

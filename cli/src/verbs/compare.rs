@@ -1,4 +1,4 @@
-//! `grafsynth compare FILE…`: all engines on one stimulus, or designs with each other.
+//! `grafsynth compare FILE…`: all engines with one stimulus, or designs with each other.
 
 use super::compare_charts::{self, cells};
 use super::sim::{clocked, engine_named, stimulus};
@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 
 pub(crate) fn run(session: &mut Session, arguments: &Compare) -> Result<Exit, Stop> {
     let renames = Renames::parse(&arguments.rename).map_err(|text| {
-        Stop::Usage(format!("`{text}` is no pair of names: write --rename OTHER=NAME"))
+        Stop::Usage(format!("`{text}` is not a pair of names: write --rename OTHER=NAME"))
     })?;
     let files = &arguments.inputs.files;
     let reading = &arguments.inputs.reading;
@@ -45,7 +45,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Compare) -> Result<Exit, St
     }
     if let Some(folder) = files.iter().find(|file| files::is_folder(file)) {
         return Err(Stop::Usage(format!(
-            "{folder} is a folder, which is compared with one other folder"
+            "{folder} is a folder, which can be compared only with one other folder"
         )));
     }
     let [first, others @ ..] = files.as_slice() else { return Ok(Exit::Usage) };
@@ -58,7 +58,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Compare) -> Result<Exit, St
     })
 }
 
-/// Charts of one name in two folders; what only one folder has is said.
+/// Charts with the same name in two folders; a file that only one folder has is reported.
 fn folders(session: &Session, arguments: &Compare, renames: &Renames) -> Result<Exit, Stop> {
     let [first, second] = arguments.inputs.files.as_slice() else { return Ok(Exit::Usage) };
     let name = |folder: &str, path: &str| {
@@ -72,7 +72,7 @@ fn folders(session: &Session, arguments: &Compare, renames: &Renames) -> Result<
     for name in ours.symmetric_difference(&theirs) {
         let folder = if ours.contains(name) { first } else { second };
         let subject = name.display().to_string();
-        let message = format!("only {folder} has it");
+        let message = format!("only in {folder}");
         let answer = Answer::new(About::Part, subject.as_str(), Status::Refuted, message.as_str());
         session.answer(&answer, &format!("{subject}: {message}\n"));
         exit = Exit::Refuted;
@@ -91,14 +91,14 @@ fn folders(session: &Session, arguments: &Compare, renames: &Renames) -> Result<
     Ok(exit.worse(compared))
 }
 
-/// All engines on one stimulus.
+/// Runs all engines with one stimulus.
 fn engines(session: &mut Session, arguments: &Compare, input: &Input) -> Result<Exit, Stop> {
     session.begin(&input.file);
     let (design, found) = session.design(input)?;
     session.show(&found);
     let Design::Net(design) = design else {
         return Err(Stop::Input(format!(
-            "{} is logic, which no engine but its own simulation runs: name a chart or other logic to compare it with",
+            "{} is logic, which only its own simulation runs: give a chart or other logic to compare it with",
             input.file
         )));
     };
@@ -123,7 +123,7 @@ fn engines(session: &mut Session, arguments: &Compare, input: &Input) -> Result<
             .collect::<Result<_, _>>()?
     };
     let rows = arguments.random.or(if arguments.stimulus.is_none() { Some(1000) } else { None });
-    // All engines see the same rows, so a random stimulus is one that a chip can run too.
+    // All engines get the same rows, so a random stimulus must be one that a chip can run too.
     let Some(stimulus) =
         stimulus(session, net, arguments.stimulus.as_deref(), rows, arguments.seed, 1)?
     else {
@@ -164,7 +164,7 @@ fn engines(session: &mut Session, arguments: &Compare, input: &Input) -> Result<
     for engine in &engines {
         let name = engine.name();
         if let Availability::Missing(tool) = engine.availability() {
-            let message = format!("skipped: {tool} is not here");
+            let message = format!("skipped: {tool} is not installed");
             session.answer(
                 &answer(name, Status::NotChecked, &message),
                 &format!("{name:<10} {message}\n"),
@@ -242,20 +242,20 @@ fn engines(session: &mut Session, arguments: &Compare, input: &Input) -> Result<
     Ok(exit)
 }
 
-/// How many reactions were compared, and of how many.
+/// How many reactions were compared, out of how many.
 fn reactions(asked: usize, all: usize) -> String {
     if asked == all {
         return format!("{all} reactions");
     }
-    format!("{asked} of {all} reactions (the others follow a broken assumption)")
+    format!("{asked} of {all} reactions (the others follow a violated assumption)")
 }
 
-/// No row of a stimulus keeps what the chart assumes: whatever is said of all that do says nothing.
+/// No row of a stimulus satisfies the assumptions of the chart, so nothing was compared.
 fn nothing_asked() -> Stop {
-    Stop::Input("each row follows a broken assumption, so there is nothing to compare".to_owned())
+    Stop::Input("each row follows a violated assumption, so there is nothing to compare".to_owned())
 }
 
-/// The first difference in the user's terms: the reaction, the signal, both values, and where the signal comes from.
+/// The first difference in the user's terms: the reaction, the signal, both values, and where the signal is declared.
 fn explain(
     session: &Session,
     net: &Net,
@@ -274,7 +274,7 @@ fn explain(
     let csv = reference.to_csv();
     let mut lines = csv.lines();
     if let Some(header) = lines.next() {
-        text.push_str(&format!("  ir, the rows up to it:\n    {header}\n"));
+        text.push_str(&format!("  ir, the rows up to there:\n    {header}\n"));
         let from = row.saturating_sub(2);
         for line in lines.skip(from).take(row - from + 1) {
             text.push_str(&format!("    {line}\n"));
@@ -290,7 +290,7 @@ fn declared(net: &Net, column: &str) -> Option<Span> {
     outputs.chain(vars).find(|(name, _)| *name == plain).map(|(_, span)| span)
 }
 
-/// How the second design is read: as the first, but for what speaks of the first alone.
+/// How the second design is read: like the first, except for options that apply only to the first.
 fn of_second(first: &Reading, path: &str) -> Reading {
     Reading {
         from: first.from.clone().filter(|_| Format::of(path, "").is_none()),
@@ -300,7 +300,7 @@ fn of_second(first: &Reading, path: &str) -> Reading {
     }
 }
 
-/// Two designs: the columns that both traces have must be equal. Where one is logic, it is then proved for every stimulus.
+/// Two designs: the common columns of both traces must be equal. If one is logic, this is then proved for every stimulus.
 fn pair(
     session: &mut Session,
     arguments: &Compare,
@@ -330,7 +330,7 @@ fn pair(
     if let (Design::Net(left), Design::Net(right)) = (&design, &other) {
         return compare_charts::run(session, arguments, &subject, &left.net, &right.net);
     }
-    // A chart comes first, so that a proof is one about a chart wherever there is one.
+    // A chart comes first, so that a proof is about a chart if there is one.
     let (design, other) = match (design, other) {
         (Design::Logic(logic), Design::Net(net)) => (Design::Net(net), Design::Logic(logic)),
         pair => pair,
@@ -338,7 +338,9 @@ fn pair(
     let other = match (&design, other) {
         (Design::Logic(first), Design::Logic(mut second)) => {
             if let Some(circuit) = grafsynth_driver::pin_numbers::by_number(first, &second) {
-                session.note("pins are compared by number, for a fuse map does not name its own\n");
+                session.note(
+                    "pins are compared by number because a fuse map does not name its pins\n",
+                );
                 second.logic = Some(circuit);
             }
             Design::Logic(second)
@@ -362,7 +364,7 @@ fn pair(
         return Ok(Exit::Errors);
     };
     let tested = match (&design, &other) {
-        (Design::Net(_), Design::Net(_)) => unreachable!("charts have an answer of their own"),
+        (Design::Net(_), Design::Net(_)) => unreachable!("charts are compared elsewhere"),
         (Design::Net(design), Design::Logic(other)) => other
             .circuit()
             .and_then(|circuit| judge::with_net(&design.net, circuit, &stimulus, renames)),
@@ -392,7 +394,7 @@ fn pair(
     prove(session, &subject, &design, circuit, renames, &tested, stimulus.len())
 }
 
-/// How two designs were proved equal, in words too; or the answer that they differ, and its text for people.
+/// How two designs were proved equal, also in words; or the answer that they differ, and its text for people.
 type Proven = verdict::Verdict<(Proof, String), Box<(Answer, String)>>;
 
 /// The proof for every stimulus, after some were tried.
@@ -443,7 +445,7 @@ fn prove(
             })
         }
     };
-    // A clock is one tick, and there is no other reaction of a circuit.
+    // A clock is one tick; a circuit has no other reaction.
     let scope = Scope::OneTick;
     Ok(match judged {
         Err(found) => {
@@ -462,7 +464,7 @@ fn prove(
         }
         Ok(verdict::Verdict::Open(mut why)) => {
             let text = format!("open: not proved equal: {why}\n");
-            // The run before the proof is a test too.
+            // The run before the proof is also a test.
             why.tested
                 .get_or_insert_with(|| Tested { reactions: reactions as u64, ..Tested::default() });
             session.answer(&answer(Status::Open, &why.to_string()).open(&why), &text);
@@ -471,7 +473,7 @@ fn prove(
     })
 }
 
-/// An answer about two designs that says which columns it is about.
+/// An answer about two designs with the compared columns.
 fn with_parts(subject: &str, status: Status, message: &str, compared: &Compared) -> Answer {
     let answer =
         Answer::new(About::Equality, subject, status, message).with("columns", compared.n_columns);
@@ -479,7 +481,7 @@ fn with_parts(subject: &str, status: Status, message: &str, compared: &Compared)
     if apart.is_empty() { answer } else { answer.with("not_compared", apart) }
 }
 
-/// Says what a test showed. Where a proof follows, machines are told of its answer alone.
+/// Reports the result of a test. If a proof follows, machines get only its answer.
 fn after_a_test(
     session: &Session,
     subject: &str,

@@ -1,4 +1,4 @@
-//! `grafsynth compare A B` of two charts: a proof for every stimulus, or a test on some.
+//! `grafsynth compare A B` with two charts: a proof for every stimulus, or a test with some.
 
 use super::sim::stimulus;
 use crate::args::Compare;
@@ -68,7 +68,7 @@ pub(crate) fn run(
                 let mut text = format!("no difference on this stimulus: {} rows", found.compared);
                 if found.compared < stimulus.len() {
                     text += &format!(
-                        " of {}; row {} is none that both charts allow, or follows from what one leaves open",
+                        " of {}; row {} is not allowed by both charts, or follows from something that one leaves undefined",
                         stimulus.len(),
                         found.compared + 1
                     );
@@ -120,14 +120,15 @@ pub(crate) fn run(
     })
 }
 
-/// Two charts that never meet: whatever is said of all stimuli that both allow says nothing.
+/// Two charts without a common row, so nothing can be compared.
 pub(crate) fn nothing_legal() -> Stop {
     Stop::Input(
-        "no row of inputs meets what both charts assume, so there is nothing to compare".to_owned(),
+        "no row of inputs satisfies the assumptions of both charts, so there is nothing to compare"
+            .to_owned(),
     )
 }
 
-/// What a comparison speaks of and what not, by name.
+/// The columns that a comparison covers and those that it does not, by name.
 pub(crate) fn compared(common: &Common) -> String {
     let names: Vec<&str> = common.columns.iter().map(|column| column.name.as_str()).collect();
     let mut text = format!("compared: {}\n", names.join(", "));
@@ -137,13 +138,13 @@ pub(crate) fn compared(common: &Common) -> String {
     text
 }
 
-/// A cell in which two traces differ.
+/// The values in which two traces differ.
 pub(crate) fn cells(difference: &Difference, first: &str, second: &str) -> String {
     let Difference { row, column, left, right } = difference;
     format!("scan {row}, {column}: `{left}` in the {first}, `{right}` in the {second}")
 }
 
-/// Where two charts differ, and a stimulus that shows it.
+/// The difference between two charts, and a stimulus that shows it.
 pub(crate) fn different(
     left: &Net,
     right: &Net,
@@ -161,7 +162,7 @@ pub(crate) fn different(
             text += &format!("    {line}\n");
         }
     };
-    // Both take the same file if they have the same inputs, whatever the order of its columns.
+    // Both accept the same file if they have the same inputs, whatever the order of its columns.
     if common.inputs.iter().all(|input| input.left.is_some() && input.right.is_some()) {
         show(&format!("under the {shortest}stimulus"), &ours);
     } else {

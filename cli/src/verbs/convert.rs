@@ -20,7 +20,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Convert) -> Result<Exit, St
         },
         None => Format::of(&output, "").ok_or_else(|| {
             Stop::Usage(format!(
-                "{output} does not say the format: give it with --to ({})",
+                "cannot tell the format from the name {output}: give it with --to ({})",
                 known()
             ))
         })?,
@@ -55,14 +55,14 @@ pub(crate) fn run(session: &mut Session, arguments: &Convert) -> Result<Exit, St
                 );
                 let folder = files::folder_of(&arguments.output);
                 let path = folder.join(&name);
-                // Once written it is the user's.
+                // Once written, the file belongs to the user.
                 session.note(&if files::exists(&path) {
                     format!(
-                        "{} exists and is kept; remove it first to have what stays C written\n",
+                        "{} exists and is kept; remove it to have the functions that stay C written\n",
                         path.display()
                     )
                 } else {
-                    format!("{} holds what stays C\n", path.display())
+                    format!("{} contains the functions that stay C\n", path.display())
                 });
                 let bytes = library.clone().into_bytes();
                 files::write_in(folder, &[Output { name, bytes, keep_existing: true }])?;
@@ -72,15 +72,15 @@ pub(crate) fn run(session: &mut Session, arguments: &Convert) -> Result<Exit, St
     }
 }
 
-/// What to say of a name that is no format: it may be a target of `build`.
+/// The message for a name that is not a format: it may be a target of `build`.
 fn no_format(file: &str, name: &str, known: &str) -> Stop {
     if Target::named(name).is_some() {
         return Stop::Usage(format!(
-            "`{name}` is no format of one text, but a target: write it with `build {file} --target {name}`"
+            "`{name}` is a target, not a format: write it with `build {file} --target {name}`"
         ));
     }
     let near = nearest(name, Format::ALL.iter().map(|(_, name, _)| *name))
         .map(|near| format!(", did you mean `{near}`?"))
         .unwrap_or_default();
-    Stop::Usage(format!("no format is called `{name}`{near} (known: {known})"))
+    Stop::Usage(format!("unknown format `{name}`{near} (known: {known})"))
 }

@@ -77,7 +77,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Diff) -> Result<Exit, Stop>
     })
 }
 
-/// A change as a machine reads it.
+/// A change in machine-readable form.
 fn answer_of(change: &Change) -> Answer {
     let text = |parts: &[String]| (!parts.is_empty()).then(|| parts.join("\n"));
     let mut message = change.kind.word().to_owned();
@@ -100,7 +100,7 @@ fn answer_of(change: &Change) -> Answer {
     answer
 }
 
-/// A change as a reader sees it.
+/// A change as text for people.
 fn text_of(change: &Change) -> String {
     let mut text = format!("{:<8} {}", change.kind.word(), change.name);
     if let Some(name) = &change.old_name {
@@ -114,7 +114,7 @@ fn text_of(change: &Change) -> String {
         parts.iter().flat_map(|part| part.lines()).map(str::to_owned).collect()
     };
     let (old, new) = (lines(&change.old), lines(&change.new));
-    // What was added or removed is shown as it is written. Of what changed, only the lines around the change.
+    // Added or removed text is shown in full. For changes, only the lines around the change are shown.
     let is_pair = change.kind != ChangeKind::Added && change.kind != ChangeKind::Removed;
     let n_same = |pairs: &mut dyn Iterator<Item = (&String, &String)>| {
         if is_pair { pairs.take_while(|(old, new)| old == new).count() } else { 0 }
@@ -124,7 +124,7 @@ fn text_of(change: &Change) -> String {
     let tail = n_same(&mut old.iter().rev().zip(new.iter().rev())).min(most);
     let mut show = |sign: char, line: &str| text.push_str(&format!("    {sign} {line}\n"));
     if head > 0 {
-        // The first line says what the text is; the one before the change says where in it.
+        // The first line shows what the text is; the line before the change shows the context.
         show(' ', &old[0]);
         if head > 2 {
             show(' ', "...");

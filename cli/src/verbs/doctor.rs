@@ -1,9 +1,9 @@
-//! `grafsynth doctor`: which tools are here, and what that makes possible.
+//! `grafsynth doctor`: lists the external tools found and what they enable.
 
 use crate::exit::Exit;
 use grafsynth_engines::{Availability, tools};
 
-/// Programs that make something possible, with what that is.
+/// Programs, with what each of them enables.
 const TOOLS: [(&[&str], &str); 11] = [
     (&["cc", "gcc", "clang"], "engine c; build compares the emitted C with the chart exhaustively"),
     (&["iverilog"], "engine verilog: the emitted Verilog in an independent simulator"),

@@ -21,9 +21,7 @@ pub(crate) fn run(arguments: &Explain) -> Result<Exit, String> {
             let near = nearest(&code.to_ascii_uppercase(), pages::pages().map(|(code, _)| code))
                 .map(|near| format!(", did you mean {near}?"))
                 .unwrap_or_default();
-            Err(format!(
-                "no finding has the code `{code}`{near} (without a code, explain lists all)"
-            ))
+            Err(format!("unknown code `{code}`{near} (without a code, explain lists all)"))
         }
     }
 }

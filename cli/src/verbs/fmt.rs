@@ -19,11 +19,11 @@ pub(crate) fn run(session: &mut Session, arguments: &Fmt) -> Result<Exit, Stop> 
             Some(Format::Rules) => grafsynth_driver::convert::format_rules(file, &source.text),
             Some(other) => {
                 return Err(Stop::Input(format!(
-                    "{path}: fmt takes charts (.graf .rules), not {}",
+                    "{path}: fmt formats charts (.graf .rules), not {}",
                     other.name()
                 )));
             }
-            None => return Err(Stop::Input(format!("{path}: fmt takes charts (.graf .rules)"))),
+            None => return Err(Stop::Input(format!("{path}: fmt formats charts (.graf .rules)"))),
         };
         match formatted {
             Err(found) => {

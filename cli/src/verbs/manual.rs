@@ -13,7 +13,7 @@ pub(crate) fn completions(shell: Shell) -> Exit {
     Exit::Done
 }
 
-/// The command line with the values of each option that has a list: a shell can offer them.
+/// The command line with the values of each option that has a list, so that a shell can offer them.
 fn with_values() -> clap::Command {
     let mut command = command();
     for (verb, option, values) in lists::values() {

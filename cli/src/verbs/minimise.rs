@@ -14,7 +14,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Minimise) -> Result<Exit, S
         exact: !arguments.heuristic,
         budget: arguments.budget,
     };
-    #[expect(clippy::disallowed_methods, reason = "how long it took is for people, on stderr")]
+    #[expect(clippy::disallowed_methods, reason = "the time is shown to people, on stderr")]
     let start = std::time::Instant::now();
     let text = session.sources.get(file).map(|source| source.text.as_str()).unwrap_or_default();
     let (small, found) = minimise(file, text, &options);

@@ -1,16 +1,51 @@
-//! `grafsynth new NAME`: a small project that builds and passes at once.
+//! `grafsynth new NAME --kind KIND`: a small project that builds and passes its tests at once.
 
-use crate::args::New;
+use crate::args::{Kind, New};
 use crate::exit::Exit;
 use crate::files::{self, Output};
 use std::path::Path;
 
-const FILES: [(&str, &str); 4] = [
-    ("NAME.graf", include_str!("../templates/chart.graf")),
-    ("NAME.board", include_str!("../templates/chart.board")),
-    ("NAME.csv", include_str!("../templates/chart.csv")),
-    ("Makefile", include_str!("../templates/Makefile")),
-];
+/// Files of a project. In names and texts, `NAME` is the name of the project and `UPPER` the same in capital letters.
+type Template = &'static [(&'static str, &'static str)];
+
+/// The files of each kind, the source first.
+fn template(kind: Kind) -> Template {
+    match kind {
+        Kind::Grafcet => &[
+            ("NAME.graf", include_str!("../templates/grafcet/NAME.graf")),
+            ("NAME.board", include_str!("../templates/grafcet/NAME.board")),
+            ("NAME.csv", include_str!("../templates/grafcet/NAME.csv")),
+            ("Makefile", include_str!("../templates/grafcet/Makefile")),
+        ],
+        Kind::Statechart => &[
+            ("NAME.graf", include_str!("../templates/statechart/NAME.graf")),
+            ("NAME.csv", include_str!("../templates/statechart/NAME.csv")),
+            ("Makefile", include_str!("../templates/statechart/Makefile")),
+        ],
+        Kind::Rules => &[
+            ("NAME.rules", include_str!("../templates/rules/NAME.rules")),
+            ("NAME.csv", include_str!("../templates/rules/NAME.csv")),
+            ("Makefile", include_str!("../templates/rules/Makefile")),
+        ],
+        Kind::Sfc => &[
+            ("NAME.st", include_str!("../templates/sfc/NAME.st")),
+            ("NAME.csv", include_str!("../templates/sfc/NAME.csv")),
+            ("Makefile", include_str!("../templates/sfc/Makefile")),
+        ],
+        Kind::Gal => &[
+            ("NAME.graf", include_str!("../templates/gal/NAME.graf")),
+            ("NAME.board", include_str!("../templates/gal/NAME.board")),
+            ("NAME.csv", include_str!("../templates/gal/NAME.csv")),
+            ("Makefile", include_str!("../templates/gal/Makefile")),
+        ],
+        Kind::Avr => &[
+            ("NAME.graf", include_str!("../templates/avr/NAME.graf")),
+            ("main.c", include_str!("../templates/avr/main.c")),
+            ("NAME.csv", include_str!("../templates/avr/NAME.csv")),
+            ("Makefile", include_str!("../templates/avr/Makefile")),
+        ],
+    }
+}
 
 pub(crate) fn run(arguments: &New, quiet: bool) -> Result<Exit, String> {
     let folder = Path::new(&arguments.name);
@@ -23,22 +58,23 @@ pub(crate) fn run(arguments: &New, quiet: bool) -> Result<Exit, String> {
         ));
     }
     if files::is_taken(folder) {
-        return Err(format!("{} is there already", folder.display()));
+        return Err(format!("{} already exists", folder.display()));
     }
-    let all: Vec<_> = FILES
+    let upper = name.to_ascii_uppercase();
+    let named = |text: &str| text.replace("UPPER", &upper).replace("NAME", name);
+    let all: Vec<_> = template(arguments.kind)
         .iter()
-        .map(|(file, text)| {
-            let bytes = text.replace("NAME", name).into_bytes();
-            let name = format!("{name}/{}", file.replace("NAME", name));
-            Output { name, bytes, keep_existing: false }
+        .map(|(file, text)| Output {
+            name: format!("{name}/{}", named(file)),
+            bytes: named(text).into_bytes(),
+            keep_existing: false,
         })
         .collect();
     files::write_in(files::folder_of(folder), &all)?;
     if !quiet {
-        crate::print(&format!(
-            "{} holds {name}.graf, {name}.board, {name}.csv and a Makefile\n",
-            folder.display()
-        ));
+        let list: Vec<String> =
+            template(arguments.kind).iter().map(|(file, _)| named(file)).collect();
+        crate::print(&format!("{} contains {}\n", folder.display(), list.join(", ")));
     }
     Ok(Exit::Done)
 }

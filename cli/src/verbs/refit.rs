@@ -1,4 +1,4 @@
-//! `grafsynth build OLD --target T`: logic by others, burned as written or fitted anew.
+//! `grafsynth build OLD --target T`: logic by others, programmed as written or fitted again.
 
 use super::build::{Made, judged, say, write};
 use crate::args::{Build, Input};
@@ -47,7 +47,7 @@ pub(super) fn run(
         };
         if wanted == Wanted::AsWritten && arguments.device.is_some() {
             return Err(Stop::Usage(
-                "as written a text stays on its own device: --refit moves it to another".to_owned(),
+                "a text that is used as written stays on its own device: use --refit to move it to another".to_owned(),
             ));
         }
         if wanted != Wanted::AsWritten {

@@ -24,7 +24,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
         && trace == save
     {
         let path = trace.display();
-        return Err(Stop::Usage(format!("{path} would hold both the trace and the state")));
+        return Err(Stop::Usage(format!("{path} would contain both the trace and the state")));
     }
     let engine = engine_named(&arguments.engine)?;
     session.begin(&arguments.input.file);
@@ -32,7 +32,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
     let design = match design {
         Design::Net(design) => design,
         Design::Logic(design) => {
-            // Fuses run whatever their clocks are.
+            // Fuse maps can run with any clocks.
             if design.fuses.is_none() {
                 found.extend(design.beyond.iter().cloned());
             }
@@ -67,7 +67,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
     let trace = if keeps_state {
         with_state(session, net, &stimulus, arguments)?
     } else if engine.name() == "ir" {
-        // The reference simulator also notices what the chart's author should know: values cut to their range, races, faults.
+        // The reference simulator also reports problems to the chart's author: values cut to their range, races, faults.
         let mut simulator = Simulator::new(net);
         let trace = run_with(&mut simulator, &stimulus);
         session.show(&simulator.notes().diagnostics(net));
@@ -75,7 +75,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
     } else {
         if let Availability::Missing(tool) = engine.availability() {
             return Err(Stop::Input(format!(
-                "engine {} needs {tool}, which is not here",
+                "engine {} needs {tool}, which is not installed",
                 engine.name()
             )));
         }
@@ -106,7 +106,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
     Ok(as_expected(session, arguments, &expected, &trace))
 }
 
-/// Says where the trace is not what the stimulus expects.
+/// Reports where the trace differs from the expected values of the stimulus.
 fn as_expected(session: &Session, arguments: &Sim, expected: &Expected, trace: &Trace) -> Exit {
     if expected.is_empty() {
         return Exit::Done;
@@ -117,14 +117,14 @@ fn as_expected(session: &Session, arguments: &Sim, expected: &Expected, trace: &
         let open = expected.open_cells(trace);
         let mut message = format!("as expected: {} cells", expected.cells() - open);
         if open > 0 {
-            message += &format!("; not compared: {open} that the chart leaves open");
+            message += &format!("; not compared: {open} that the chart leaves undefined");
         }
         session.keep(&answer(Status::Done, &message).with("not_compared", open));
         session.note(&format!("{subject}: {message}\n"));
         return Exit::Done;
     };
     let Difference { row, column, left, right } = &difference;
-    let message = format!("scan {row}, {column}: `{left}` is expected, and it is `{right}`");
+    let message = format!("scan {row}, {column}: expected `{left}`, found `{right}`");
     let answer = answer(Status::Refuted, &message)
         .difference(&difference)
         .with("expected", left.as_str())
@@ -137,11 +137,13 @@ fn as_expected(session: &Session, arguments: &Sim, expected: &Expected, trace: &
 /// A circuit by others, one clock for each tick.
 fn logic(session: &mut Session, design: &LogicDesign, arguments: &Sim) -> Result<Exit, Stop> {
     if arguments.restore.is_some() || arguments.save.is_some() {
-        return Err(Stop::Input("the state of logic has no names to be saved by".to_owned()));
+        return Err(Stop::Input(
+            "the state of logic cannot be saved because it has no names".to_owned(),
+        ));
     }
     if !["ir", "equations", "jedec"].contains(&arguments.engine.as_str()) {
         return Err(Stop::Input(format!(
-            "engine {} runs charts; logic is simulated as it stands (leave --engine out)",
+            "engine {} runs charts; logic is simulated directly (omit --engine)",
             arguments.engine
         )));
     }
@@ -175,29 +177,19 @@ fn logic(session: &mut Session, design: &LogicDesign, arguments: &Sim) -> Result
     }
 }
 
-/// The trace to where it was asked for.
+/// Writes the trace to the requested destination.
 fn write(session: &Session, trace: &Trace, arguments: &Sim) -> Result<(), Stop> {
     match &arguments.trace {
         None => crate::print(&trace.to_csv()),
         Some(path) => {
-            let text = match path.extension().and_then(|extension| extension.to_str()) {
-                Some("csv") => trace.to_csv(),
-                Some("jsonl") => trace.to_jsonl(),
-                Some("vcd") => trace.to_vcd(),
-                Some(_) | None => {
-                    return Err(Stop::Usage(format!(
-                        "{}: a trace is .csv, .jsonl or .vcd",
-                        path.display()
-                    )));
-                }
-            };
+            let text = crate::evidence::trace_text(path, trace)?;
             session.write_named(vec![(path.clone(), text.into_bytes())])?;
         }
     }
     Ok(())
 }
 
-/// The engine of that name, or what there is.
+/// The engine with that name, or an error that lists the known ones.
 pub(super) fn engine_named(name: &str) -> Result<Box<dyn grafsynth_engines::Engine>, Stop> {
     grafsynth_engines::named(name).ok_or_else(|| {
         let all = grafsynth_engines::all();
@@ -205,11 +197,11 @@ pub(super) fn engine_named(name: &str) -> Result<Box<dyn grafsynth_engines::Engi
         let near = grafsynth_ir::diag::nearest(name, known.iter().copied())
             .map(|near| format!(", did you mean `{near}`?"))
             .unwrap_or_default();
-        Stop::Usage(format!("no engine is called `{name}`{near} (there are {})", known.join(", ")))
+        Stop::Usage(format!("unknown engine `{name}`{near} (engines: {})", known.join(", ")))
     })
 }
 
-/// The stimulus that was asked for; none if it has errors, which were shown.
+/// The requested stimulus; `None` if it has errors, which were shown.
 pub(super) fn stimulus(
     session: &mut Session,
     net: &Valid<Net>,
@@ -222,7 +214,7 @@ pub(super) fn stimulus(
     Ok(read.map(|(stimulus, _)| stimulus))
 }
 
-/// As [`stimulus`], with what it expects.
+/// Like [`stimulus`], with the expected values.
 fn with_expected(
     session: &mut Session,
     net: &Valid<Net>,
@@ -282,7 +274,7 @@ fn impossible(net: &Valid<Net>, simulator: &Simulator<'_>, file: FileId) -> Vec<
         let least = if component.always { "one" } else { "at most one" };
         let are = if active.is_empty() { "none" } else { &active.join(", ") };
         let message = format!(
-            "no reaction leads to this state: of {} {least} is active in each situation, and here {are}",
+            "no reaction leads to this state: of {}, {least} is active in each situation, but here {are}",
             all.join(", ")
         );
         let finding = Diagnostic::warning(codes::BAD_STATE, message);

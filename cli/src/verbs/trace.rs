@@ -24,12 +24,12 @@ pub(crate) fn run(session: &mut Session, arguments: &Trace) -> Result<Exit, Stop
         n => format!("the first {n} were overwritten"),
     };
     session.note(&format!(
-        "{} reactions, {} transitions fired, {} places: {lost}\n",
+        "{} reactions, {} transitions fired, {} entries: {lost}\n",
         ring.reactions, ring.count, ring.places
     ));
     match replay.broken {
         None => {
-            let message = format!("{} reactions are what the chart does", ring.reactions);
+            let message = format!("{} reactions match the chart", ring.reactions);
             session.keep(&Answer::new(
                 About::Replay,
                 arguments.dump.as_str(),

@@ -21,11 +21,11 @@ struct Comparison<'d> {
     new: Parts<'d>,
     matching: Matching,
     renames: Renames,
-    /// By old part, its old and new place.
+    /// By index of the old part: its old and new place.
     moves: BTreeMap<usize, (Place, Place)>,
 }
 
-/// A change with the parts that it is about.
+/// A change with the parts that it affects.
 struct Found {
     old: Option<usize>,
     new: Option<usize>,
@@ -33,7 +33,7 @@ struct Found {
 }
 
 impl Comparison<'_> {
-    /// Each part that changed, by itself. What is in an added or removed part belongs to it.
+    /// Each changed part separately. The contents of an added or removed part belong to it.
     fn found(&self) -> Vec<Found> {
         let mut found = Vec::new();
         for (at, part) in self.old.list.iter().enumerate() {
@@ -108,7 +108,7 @@ impl Comparison<'_> {
         })
     }
 
-    /// Transitions of a step that was added or removed become part of its change.
+    /// Makes the transitions of an added or removed step part of its change.
     fn gathered(&self, found: Vec<Found>) -> Vec<Change> {
         let of_steps = |kind: ChangeKind| -> BTreeMap<&str, usize> {
             let steps = found.iter().enumerate().filter_map(|(index, one)| {
@@ -146,7 +146,7 @@ impl Comparison<'_> {
         changes.into_iter().flatten().collect()
     }
 
-    /// The parts whose order among their matched siblings changed: the fewest that explain it.
+    /// The parts whose order among their matched siblings changed: the minimum number that explains it.
     fn moves(&self) -> BTreeMap<usize, (Place, Place)> {
         type Siblings = (Option<usize>, Kind);
         let mut groups: BTreeMap<Siblings, Vec<(usize, usize)>> = BTreeMap::new();

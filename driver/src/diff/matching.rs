@@ -1,4 +1,4 @@
-//! Which part of the old design is which part of the new one.
+//! Matches the parts of the old design with those of the new one.
 
 use super::parts::{Ends, Kind, Part};
 use grafsynth_frontend::graf::pieces::Word;
@@ -7,15 +7,15 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 /// Old names and their new ones.
 pub(super) type Renames = BTreeMap<String, String>;
 
-/// Pairs of parts that are the same thing.
+/// Pairs of parts that represent the same object.
 pub(super) struct Matching {
-    /// For each old part its new one.
+    /// For each old part, its new one.
     pub(super) new_of: Vec<Option<usize>>,
-    /// For each new part its old one.
+    /// For each new part, its old one.
     pub(super) old_of: Vec<Option<usize>>,
 }
 
-/// At most so many pairs of names are tried as a renaming; each try matches both designs again.
+/// The maximum number of name pairs that are tried as a renaming; each try matches both designs again.
 const RENAMES_TRIED: usize = 64;
 
 /// The parts by parent and kind, each list in the order of the source.
@@ -54,7 +54,7 @@ pub(super) fn matching(old: &[Part<'_>], new: &[Part<'_>]) -> (Matching, Renames
     }
 }
 
-/// The words under the new names.
+/// The words after renaming.
 pub(super) fn renamed(words: &[Word], renames: &Renames) -> Vec<Word> {
     words
         .iter()
@@ -65,7 +65,7 @@ pub(super) fn renamed(words: &[Word], renames: &Renames) -> Vec<Word> {
         .collect()
 }
 
-/// True if a part reads the same under the new names.
+/// True if a part has the same text after renaming.
 pub(super) fn is_same(old: &Part<'_>, new: &Part<'_>, renames: &Renames) -> bool {
     old.words.len() == new.words.len()
         && old.words.iter().zip(&new.words).all(|(old, new)| match (old, new) {
@@ -78,7 +78,7 @@ fn new_name<'n>(name: &'n str, renames: &'n Renames) -> &'n str {
     renames.get(name).map_or(name, String::as_str)
 }
 
-/// The parts that only one design has, and those that read otherwise.
+/// The number of parts that only one design has or whose text differs.
 fn n_changed(old: &[Part<'_>], new: &[Part<'_>], matching: &Matching, renames: &Renames) -> usize {
     let only_new = matching.old_of.iter().filter(|one| one.is_none()).count();
     let gone_or_changed = old
@@ -88,7 +88,7 @@ fn n_changed(old: &[Part<'_>], new: &[Part<'_>], matching: &Matching, renames: &
     only_new + gone_or_changed.count()
 }
 
-/// Pairs of parts that only one design has and that differ in nothing but a name, which is no other's.
+/// Pairs of parts that only one design has and that differ only in a name, which no other part has.
 fn candidates(
     old: &[Part<'_>],
     new: &[Part<'_>],
@@ -111,7 +111,7 @@ fn candidates(
     for (at, part) in old.iter().enumerate() {
         let Some(key) = part.key else { continue };
         let parent = part.parent.map(|parent| matching.new_of[parent]);
-        // A parent that the new design does not have: its parts went with it.
+        // If the new design lacks the parent, its parts were removed with it.
         if matching.new_of[at].is_some()
             || parent == Some(None)
             || !is_alone(&old_names, &new_names, key)
@@ -140,7 +140,7 @@ fn names<'p>(parts: &[Part<'p>]) -> BTreeMap<&'p str, usize> {
     names
 }
 
-/// True if both are named nowhere else, and the parts of their kind in front of them are the same.
+/// True if both are named nowhere else, and the preceding parts of their kind are the same.
 fn is_in_place(
     old: &[Part<'_>],
     new: &[Part<'_>],
@@ -180,7 +180,7 @@ impl<'p, 'd> Matcher<'p, 'd> {
         Matcher { old, new, renames, matching }
     }
 
-    /// From the outermost parts inwards: only parts whose parents are matched can be the same thing.
+    /// From the outermost parts inwards: only parts with matched parents can be the same object.
     fn run(mut self) -> Matching {
         let (old, new) = (children(self.old), children(self.new));
         let kinds: BTreeSet<Kind> = self.old.iter().map(|part| part.kind).collect();
@@ -203,14 +203,14 @@ impl<'p, 'd> Matcher<'p, 'd> {
         self.matching
     }
 
-    /// Matches the parts of one kind in one parent, the surest pairs first.
+    /// Matches the parts of one kind in one parent, the most certain pairs first.
     fn group(&mut self, kind: Kind, old: &[usize], new: &[usize]) {
         let (before, after, renames) = (self.old, self.new, self.renames);
         if kind == Kind::Transition {
             return self.transitions(old, new);
         }
         self.pair(old, new, false, |at| old_key(&before[at], renames), |at| new_key(&after[at]));
-        // What has no name is known by its text, and what is alone by being alone.
+        // Parts without a name are matched by their text, or if each is the only one.
         let unnamed = |part: &Part<'_>| part.key.is_none();
         self.pair(
             old,
@@ -272,7 +272,7 @@ impl<'p, 'd> Matcher<'p, 'd> {
         self.pair(old, new, false, |at| our(at).map(ends), |at| their(at).map(ends));
         let from = |ends: &Ends| (ends.sources.clone(), ends.says.clone());
         self.pair(old, new, false, |at| our(at).map(from), |at| their(at).map(from));
-        // From another step, but only if both steps are in both designs: else the transition came or went with its step.
+        // From another step, but only if both designs have both steps: otherwise the transition was added or removed with its step.
         let to = |ends: &Ends, steps: &BTreeSet<String>| {
             are_in(&ends.sources, steps).then(|| (ends.targets.clone(), ends.says.clone()))
         };
@@ -283,7 +283,7 @@ impl<'p, 'd> Matcher<'p, 'd> {
             |at| our(at).and_then(|ends| to(ends, &new_steps)),
             |at| their(at).and_then(|ends| to(ends, &old_steps)),
         );
-        // The only one left of its step in both.
+        // Each is the only one left for its step.
         self.pair(
             old,
             new,
@@ -293,7 +293,7 @@ impl<'p, 'd> Matcher<'p, 'd> {
         );
     }
 
-    /// Matches what has the same key, in order; with `only_single`, only if it is the only one on each side.
+    /// Matches parts with the same key, in order; with `only_single`, only if each is the only one on its side.
     fn pair<K: Ord>(
         &mut self,
         old: &[usize],

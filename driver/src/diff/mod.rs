@@ -1,4 +1,4 @@
-//! What changed between two charts: what the designer changed, and whether the behaviour is still the same.
+//! The changes between two charts: what the designer changed, and whether the behaviour is still the same.
 
 mod changes;
 mod matching;
@@ -9,49 +9,49 @@ use crate::read::NetDesign;
 use grafsynth_verify::Limits;
 use grafsynth_verify::pair::{Answer, Common, Incomparable, charts_equal};
 
-/// What changed.
+/// The changes between two designs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diff {
-    /// One entry for each thing that was changed, in the order of the old chart and then of the new one.
+    /// One entry for each changed object, in the order of the old chart, followed by those of the new one.
     pub changes: Vec<Change>,
-    /// What they do.
+    /// The change of behaviour.
     pub behaviour: Behaviour,
 }
 
-/// One thing that was changed. A step or state that was added or removed includes what is in it and its transitions.
+/// One changed object. An added or removed step or state includes its contents and its transitions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Change {
-    /// What happened to it.
+    /// The kind of change.
     pub kind: ChangeKind,
     /// Kind and name in the new chart (in the old one if it was removed), such as `step p1`.
     pub name: String,
     /// Its old name, if it was renamed.
     pub old_name: Option<String>,
-    /// What the old chart has of it and the new one does not; empty if nothing.
+    /// The text that only the old chart has; empty if there is none.
     pub old: Vec<String>,
-    /// What the new chart has of it and the old one does not.
+    /// The text that only the new chart has.
     pub new: Vec<String>,
-    /// Its old and new place, if its order among things of its kind changed.
+    /// Its old and new place, if its order among objects of its kind changed.
     pub moved: Option<(Place, Place)>,
 }
 
-/// What happened to a thing.
+/// The kind of a change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ChangeKind {
     /// Only the new chart has it.
     Added,
     /// Only the old chart has it.
     Removed,
-    /// It has another content.
+    /// Its contents changed.
     Changed,
-    /// It has another name; all that names it follows.
+    /// It has another name; all references to it follow.
     Renamed,
-    /// It has another place among things of its kind.
+    /// It has another place among objects of its kind.
     Moved,
 }
 
 impl ChangeKind {
-    /// The word for it.
+    /// The kind as a word.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -64,12 +64,12 @@ impl ChangeKind {
     }
 }
 
-/// A place among things of one kind that both charts have.
+/// A place among the objects of one kind that both charts have.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Place {
     /// Before all others.
     First,
-    /// Directly behind this one.
+    /// Directly after this one.
     After(String),
 }
 
@@ -82,18 +82,18 @@ impl std::fmt::Display for Place {
     }
 }
 
-/// Whether two charts do the same.
+/// Whether two charts behave equally.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Behaviour {
-    /// The answer, in the columns that both have.
+    /// The answer, for the columns that both have.
     Compared(Box<Common>, Answer),
     /// They cannot be compared.
     Incomparable(Incomparable),
 }
 
-/// Compares two designs; where nothing can be proved, with `random` random reactions.
+/// Compares two designs; if nothing can be proved, with `random` random reactions.
 ///
-/// Charts are compared as they are drawn. If one of the designs has no chart (`.net`, `.kiss2`), or if the charts read the same and the nets do not (properties
+/// Charts are compared as drawn. If one of the designs has no chart (`.net`, `.kiss2`), or if the charts are equal but the nets are not (properties
 /// of another file, costs of another machine), the texts of the nets are compared.
 #[must_use]
 pub fn diff(old: &NetDesign, new: &NetDesign, random: usize, seed: u64) -> Diff {

@@ -1,11 +1,11 @@
-//! What changed between the texts of two nets: for designs that were read without a chart.
+//! The changes between the texts of two nets: for designs that were read without a chart.
 
 use super::{Change, ChangeKind};
 use grafsynth_ir::net::Net;
 use grafsynth_ir::text;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The blocks that only one net has, or that read otherwise, in the order of the old net and then of the new one.
+/// The blocks that only one net has or whose text differs, in the order of the old net, followed by those of the new one.
 pub(super) fn changes(old: &Net, new: &Net) -> Vec<Change> {
     let (before, after) = (blocks(old), blocks(new));
     let later: BTreeMap<&str, &str> =
@@ -34,7 +34,7 @@ fn change(kind: ChangeKind, name: &str, old: Option<&str>, new: Option<&str>) ->
     }
 }
 
-/// The blocks of a net's text: a line that is not indented begins one; its first two words are its name.
+/// The blocks of a net's text: each begins with a line that is not indented; the first two words of that line are its name.
 fn blocks(net: &Net) -> Vec<(String, String)> {
     let mut blocks: Vec<(String, String)> = Vec::new();
     let mut seen: BTreeMap<String, usize> = BTreeMap::new();

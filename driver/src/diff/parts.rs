@@ -1,4 +1,4 @@
-//! A design as a list of parts: each with its text, its words, and the part that it is in.
+//! A design as a list of parts: each with its text, its words, and its parent.
 
 use grafsynth_frontend::graf::pieces::{ItemWriter, Word, words};
 use grafsynth_ir::chart::{
@@ -6,7 +6,7 @@ use grafsynth_ir::chart::{
     State, Transition,
 };
 
-/// What a part is. Parts of one kind in one parent are matched with each other, and most kinds have an order that is compared.
+/// The kind of a part. Parts of one kind in one parent are matched with each other, and for most kinds the order is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Kind {
     Import,
@@ -24,7 +24,7 @@ pub(super) enum Kind {
     Emergency,
     Property,
     Macro,
-    /// Everything that holds activity: steps, macro-steps, enclosing steps, states and uses of library charts.
+    /// Everything that can be active: steps, macro-steps, enclosing steps, states and uses of library charts.
     Step,
     Transition,
     Place,
@@ -32,7 +32,7 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// Whether the order of parts of this kind can change what a chart does or shows (semantics §1).
+    /// Whether the order of parts of this kind can change the behaviour or the trace of a chart (semantics §1).
     pub(super) fn is_ordered(self) -> bool {
         match self {
             Kind::Chart
@@ -61,29 +61,29 @@ impl Kind {
 pub(super) struct Parts<'a> {
     /// Parents before children, each in the order of the source.
     pub(super) list: Vec<Part<'a>>,
-    /// One for each chart and library chart.
+    /// One writer for each chart and library chart.
     writers: Vec<ItemWriter>,
 }
 
 /// One part of a design.
 pub(super) struct Part<'a> {
     pub(super) kind: Kind,
-    /// The part that it is in; none for charts and library charts.
+    /// The part that contains it; `None` for charts and library charts.
     pub(super) parent: Option<usize>,
-    /// Its name in its parent; none for what has no name.
+    /// Its name in its parent; `None` if it has no name.
     pub(super) key: Option<&'a str>,
     /// Word and path for people: `state heating.cooking`.
     pub(super) name: String,
-    /// Its text without the parts in it.
+    /// Its text without the parts inside it.
     pub(super) own: String,
     /// The words of `own`.
     pub(super) words: Vec<Word>,
-    /// For a transition.
+    /// The ends, for a transition.
     pub(super) ends: Option<Ends>,
     drawn: Drawn<'a>,
 }
 
-/// What a part is the text of.
+/// The source object of a part's text.
 enum Drawn<'a> {
     Import,
     Library(&'a Library),
@@ -91,7 +91,7 @@ enum Drawn<'a> {
     Item { item: &'a Item, is_region: bool, writer: usize },
 }
 
-/// Where a transition leads, and what else it says.
+/// The ends of a transition, and its other words.
 pub(super) struct Ends {
     /// The names of each path.
     pub(super) sources: Vec<Vec<String>>,
@@ -144,7 +144,7 @@ impl<'a> Parts<'a> {
         parts
     }
 
-    /// The text of a part with the parts in it.
+    /// The text of a part with the parts inside it.
     pub(super) fn whole(&self, at: usize) -> String {
         match self.list[at].drawn {
             Drawn::Import => self.list[at].own.clone(),
@@ -197,7 +197,7 @@ impl<'a> Parts<'a> {
     }
 }
 
-/// What is drawn in an item, and whether the parts in it are regions.
+/// The parts of an item, and whether they are regions.
 fn inner(item: &Item) -> (&[Item], bool) {
     match item {
         Item::State(state) => (&state.items, state.is_parallel),
@@ -217,7 +217,7 @@ fn inner(item: &Item) -> (&[Item], bool) {
     }
 }
 
-/// The item without what is drawn in it; none if nothing can be.
+/// The item without its parts; `None` if it cannot have any.
 fn without_parts(item: &Item) -> Option<Item> {
     match item {
         Item::State(state) => Some(Item::State(State {
@@ -267,7 +267,7 @@ fn ends(transition: &Transition, writer: &ItemWriter) -> Ends {
     }
 }
 
-/// `p1 & p2 -> p3`; what a transition without a name is called.
+/// `p1 & p2 -> p3`; the display name of a transition without a name.
 fn ends_text(transition: &Transition) -> String {
     let join =
         |paths: &[Path]| paths.iter().map(ToString::to_string).collect::<Vec<_>>().join(" & ");

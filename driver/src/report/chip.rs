@@ -1,7 +1,7 @@
-//! A chip as a page speaks of it: its signals and macrocells, gathered while it is built.
+//! The data of a chip for the report page: its signals and macrocells, collected while it is built.
 //!
-//! Of a fuse map everything comes from the fuses, decoded again: names and the meaning of pins are all that is taken from the design. Of equations it comes
-//! from the equations that were printed. A netlist has signals and no macrocells.
+//! For a fuse map, everything comes from the fuses, decoded again: only names and the meaning of pins are taken from the design. For equations, it comes
+//! from the printed equations. A netlist has signals and no macrocells.
 
 use crate::coding::{Coded, Encoding, EncodingChoice};
 use crate::output_report::Outcome;
@@ -18,46 +18,46 @@ use grafsynth_ir::net::Meta;
 use grafsynth_logic::minimise::{Budget, Minimum, sum_between};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// One output of a build that is a chip.
+/// An output of a build that is a chip.
 #[derive(Debug, Clone)]
 pub struct Chip {
     /// The name of its file.
     pub file: String,
     /// Its language.
     pub language: Language,
-    /// What was proved of it.
+    /// The result of its proof.
     pub outcome: Outcome,
-    /// The circuit that it was made from, with its codes and synchronisers.
+    /// The circuit that it was made from, with its encoding and synchronisers.
     pub circuit: Logic,
     /// Its synchronisers.
     pub chains: Vec<Chain>,
-    /// How its steps are coded; none for logic by others, of which it is not known what its registers stand for.
+    /// Its state encoding; `None` for logic by others, because the meaning of its registers is unknown.
     pub code: Option<Code>,
-    /// How it evolves until it is stable, for a chart that does.
+    /// How it evolves until it is stable, if the chart does.
     pub evolution: Option<String>,
-    /// The device that it is for; none for a netlist.
+    /// The device; `None` for a netlist.
     pub device: Option<&'static Device>,
     /// The exact part, if the user named one.
     pub part: Option<&'static str>,
     /// The package that its pins are of, for an FPGA.
     pub package: Option<&'static Package>,
-    /// Everything with a name, in no particular order.
+    /// All named signals, in no particular order.
     pub signals: Vec<Signal>,
     /// The macrocells in use, those with a pin first, by pin.
     pub cells: Vec<Cell>,
-    /// Why pins are open, where they are.
+    /// Why pins are not assigned, if so.
     pub misfit: Option<String>,
-    /// Test vectors or rows of its simulation.
+    /// The number of test vectors, or of rows of its simulation.
     pub n_vectors: usize,
-    /// What was burned.
+    /// The fuses.
     pub fuses: Option<FuseMap>,
-    /// The burned device at work: what the simulator of its fuses shows after power-up, by pin; none where the device does not drive the pin.
+    /// The values after power-up according to the fuse simulator, by pin; `None` if the device does not drive the pin.
     pub wakes: Vec<(u32, Option<bool>)>,
-    /// Pins that enable outputs while they are low, as burned or as the device is.
+    /// Active-low output-enable pins, as programmed or as fixed by the device.
     pub enables: Vec<u32>,
 }
 
-/// What a chip's text is written in.
+/// The language of a chip's text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Language {
     /// A fuse map.
@@ -66,25 +66,25 @@ pub enum Language {
     Text(Dialect),
 }
 
-/// How the steps of a chip are coded, and why so.
+/// The state encoding of a chip, and the reason for it.
 #[derive(Debug, Clone)]
 pub struct Code {
-    /// The code.
+    /// The encoding.
     pub encoding: Encoding,
-    /// What the user asked for.
+    /// The requested encoding.
     pub choice: EncodingChoice,
-    /// Steps that lost their flip-flop.
+    /// The number of steps without their own flip-flop.
     pub n_coded: usize,
-    /// Groups of steps that exclude each other.
+    /// The number of groups of mutually exclusive steps.
     pub n_groups: usize,
-    /// Why a flip-flop for each step would not do, where that was found out.
+    /// Why one flip-flop for each step does not fit, if that is known.
     pub why_not_one_hot: Option<String>,
-    /// Every illegal situation leads back to the initial one.
+    /// Every illegal situation returns to the initial one.
     pub is_safe: bool,
 }
 
 impl Code {
-    /// What was chosen.
+    /// The chosen encoding.
     #[must_use]
     pub fn of(coded: &Coded, choice: EncodingChoice, n_groups: usize, is_safe: bool) -> Self {
         let why_not_one_hot = None;
@@ -96,26 +96,26 @@ impl Code {
 /// A signal of a chip.
 #[derive(Debug, Clone)]
 pub struct Signal {
-    /// Its name in the chart; a signal of the chip alone has that of the text. Unique on its chip.
+    /// Its name in the chart; an internal signal has the name in the text. Unique on its chip.
     pub name: String,
-    /// Its name in the text, where that is another one.
+    /// Its name in the text, if it differs.
     pub printed: Option<String>,
     /// Its pin.
     pub pin: Option<u32>,
-    /// What it is.
+    /// Its kind.
     pub kind: Kind,
     /// The pin carries the complement.
     pub is_inverted: bool,
-    /// Label, tags and place.
+    /// Label, tags and location.
     pub meta: Meta,
 }
 
-/// What a signal is.
+/// The kind of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// The clock.
     Clock,
-    /// A reset that the text has beside the circuit.
+    /// A reset that the text has in addition to the circuit.
     Reset,
     /// An input bit.
     Input(PinInputId),
@@ -137,35 +137,35 @@ pub struct Cell {
     pub signals: Vec<usize>,
     /// Its pin.
     pub pin: Option<u32>,
-    /// What it does with its sum.
+    /// How it uses its sum.
     pub kind: CellKind,
     /// The sum gives the complement of the first signal.
     pub is_complemented: bool,
     /// The sum.
     pub sum: Vec<Literals>,
-    /// What its flip-flop does with the sum, where it has one.
+    /// The kind of its flip-flop, if it has one.
     pub flip_flop: FlipFlop,
     /// A product that inverts the sum while it is true.
     pub inverter: Option<Literals>,
-    /// Terms beside the sum, by their names: enable, clock, set, reset.
+    /// Other terms, by name: enable, clock, set, reset.
     pub terms: Vec<(&'static str, Literals)>,
-    /// How many products its sum may have; none where it has no pin.
+    /// How many products its sum may have; `None` if it has no pin.
     pub available: Option<u32>,
-    /// What is known of the number of its products.
+    /// What is known about the number of its products.
     pub count: Count,
 }
 
-/// What is known of the number of products of a function in the form and polarity that it has; one that inverts the sum counts too.
+/// What is known about the number of products of a function in its form and polarity; an inverter also counts as a product.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Count {
-    /// So many are needed at least, with the don't-cares that were used.
+    /// The lower bound, with the don't-cares that were used.
     pub least: Option<usize>,
-    /// The sum that was found without don't-cares, and so many are needed then at least.
+    /// The number of products found without don't-cares, and its lower bound.
     pub without: Option<(usize, usize)>,
 }
 
 impl Cell {
-    /// The product terms of the device that it takes.
+    /// The number of product terms of the device that it uses.
     #[must_use]
     pub fn n_terms(&self) -> usize {
         self.sum.len() + self.inverter.iter().count()
@@ -187,7 +187,7 @@ impl Cell {
     }
 }
 
-/// What a chip is made of beside its text: the same for all kinds.
+/// The data of a chip besides its text: the same for all kinds.
 #[derive(Debug, Clone)]
 pub(crate) struct Made<'a> {
     pub(crate) file: &'a str,
@@ -223,7 +223,7 @@ impl Chip {
         }
     }
 
-    /// A burned device: its macrocells are decoded from the fuses once more. `placement` is what was meant, of which only names are taken.
+    /// A fuse map: its macrocells are decoded from the fuses again. Only names are taken from the intended `placement`.
     pub(crate) fn burned(
         made: Made<'_>,
         map: &FuseMap,
@@ -248,7 +248,7 @@ impl Chip {
                 role.is_inverted,
             ));
         }
-        // The fuses were decoded before they were written, so they can be decoded.
+        // The fuses were decoded before they were written, so decoding succeeds.
         let cells = fuse::decode(map).map(|placement| placement.cells).unwrap_or_default();
         let literals = |product: &Product| -> Literals {
             let literal = |&(pin, value): &(u32, bool)| {
@@ -276,7 +276,7 @@ impl Chip {
                 kind: cell.kind,
                 is_complemented: cell.is_active_low != is_inverted,
                 sum,
-                // The devices whose fuses are known have no other flip-flops and no inverters.
+                // The devices with known fuse maps have only D flip-flops and no inverters.
                 flip_flop: FlipFlop::D,
                 inverter: None,
                 terms: terms
@@ -293,7 +293,7 @@ impl Chip {
         chip.count(circuit, dont_cares, budget);
         if let Ok(mut at_work) = fuse::sim::Chip::new(map) {
             chip.enables = at_work.enable_pins();
-            // Outputs show what they are only while they are enabled; what that settles to was run through before the file was written.
+            // Outputs must be enabled to show their values; their levels were simulated before the file was written.
             let low: Vec<(u32, u64)> = chip.enables.iter().map(|pin| (*pin, 0)).collect();
             let is_shown = at_work.put(&low).and_then(|()| at_work.power_up()).is_ok();
             let macrocells = if is_shown { device.macrocells } else { &[] };
@@ -308,7 +308,7 @@ impl Chip {
         chip
     }
 
-    /// The signals at a pin: the flip-flop first, for it is what the macrocell holds, then the outputs that it is.
+    /// The signals at a pin: the flip-flop in the macrocell first, then the outputs that share it.
     fn at_pin(&self, pin: u32) -> Vec<usize> {
         let mut all: Vec<usize> =
             (0..self.signals.len()).filter(|at| self.signals[*at].pin == Some(pin)).collect();
@@ -331,7 +331,7 @@ impl Chip {
         chip.misfit = crate::coding::misfit(equations).map(str::to_owned);
         let mut known = Known::of(circuit);
         for (named, signal) in equations.named(circuit).iter().zip(&equations.signals) {
-            // A flip-flop whose complement is printed is shown here as it is.
+            // A flip-flop whose complement is printed is shown uncomplemented here.
             let is_inverted = signal.is_pin_inverted != signal.is_complement;
             let mut own = known.signal(&named.object, signal.pin, &signal.name, is_inverted);
             if let equations::Source::Buried(_) = signal.source {
@@ -377,7 +377,7 @@ impl Chip {
         chip
     }
 
-    /// A netlist: it has signals, and what makes their functions is for other tools to choose.
+    /// A netlist: it has signals; other tools choose how their functions are built.
     pub(crate) fn of_netlist(made: Made<'_>, emitted: &Emitted, n_vectors: usize) -> Self {
         let mut chip = Chip::new(made, Language::Text(emitted.dialect));
         chip.n_vectors = n_vectors;
@@ -389,7 +389,7 @@ impl Chip {
         chip
     }
 
-    /// Gives a netlist the pins of a package: what its constraints (`.pcf`) say.
+    /// Assigns the pins of a package to a netlist, from its constraints (`.pcf`).
     pub(crate) fn place_on(&mut self, package: &'static Package, constraints: &str) {
         self.package = Some(package);
         for line in constraints.lines() {
@@ -404,7 +404,7 @@ impl Chip {
         }
     }
 
-    /// Flip-flops before inputs, as people write them.
+    /// Flip-flops come before inputs, as is usual.
     fn rank(&self, signal: usize) -> (u32, usize) {
         let kind = match self.signals[signal].kind {
             Kind::Flop(_) => 0,
@@ -419,7 +419,7 @@ impl Chip {
         product.iter().map(|&(signal, value)| (self.rank(signal), !value)).collect()
     }
 
-    /// Asks the minimiser of each function how many products it needs, with don't-cares and without.
+    /// Determines with the minimiser how many products each function needs, with and without don't-cares.
     fn count(&mut self, circuit: &Logic, dont_cares: bool, budget: Budget) {
         let open: Vec<NodeId> = if dont_cares {
             circuit.never.iter().chain(&circuit.unreachable).copied().collect()
@@ -448,32 +448,32 @@ impl Chip {
         }
     }
 
-    /// A literal as people write it.
+    /// A literal in the usual notation.
     #[must_use]
     pub fn literal(&self, (signal, value): (usize, bool)) -> String {
         format!("{}{}", if value { "" } else { "/" }, self.signals[signal].name)
     }
 
-    /// A product as people write it.
+    /// A product in the usual notation.
     #[must_use]
     pub fn product(&self, product: &Literals) -> String {
         if product.is_empty() {
             return "1".to_owned();
         }
-        // A term that is never true wants a level and its complement.
+        // A term that is never true contains a signal and its complement.
         if product.iter().any(|&(signal, value)| product.contains(&(signal, !value))) {
             return "0".to_owned();
         }
         product.iter().map(|literal| self.literal(*literal)).collect::<Vec<_>>().join(" * ")
     }
 
-    /// The names that a macrocell shows, the first being the one that its sum is of.
+    /// The names that a macrocell shows; the first one belongs to its sum.
     #[must_use]
     pub fn names(&self, cell: &Cell) -> Vec<&str> {
         cell.signals.iter().map(|signal| self.signals[*signal].name.as_str()).collect()
     }
 
-    /// Of each register and output what it reads: signals, through everything that is not clocked. Of a netlist the inputs that its functions read.
+    /// For each register and output, the signals that it reads, through combinational logic. For a netlist, the inputs that its functions read.
     #[must_use]
     pub fn reads(&self) -> Vec<Reads> {
         if self.cells.is_empty() { self.reads_of_circuit() } else { self.reads_of_cells() }
@@ -505,7 +505,7 @@ impl Chip {
         self.cells.iter().map(of_cell).collect()
     }
 
-    /// Of each signal the macrocell that shows it without a clock, if there is one.
+    /// For each signal, the combinational macrocell that shows it, if there is one.
     #[must_use]
     pub fn combinational(&self) -> Vec<Option<usize>> {
         let mut cells = vec![None; self.signals.len()];
@@ -519,7 +519,7 @@ impl Chip {
 
     fn reads_of_circuit(&self) -> Vec<Reads> {
         let circuit = &self.circuit;
-        // Nodes name earlier ones only, so one pass is enough. One bit for each input.
+        // Nodes refer only to earlier nodes, so one pass is enough. One bit for each input.
         let n_words = circuit.inputs.len().div_ceil(64);
         let mut sets: Vec<Vec<u64>> = Vec::with_capacity(circuit.nodes.len());
         for (_, node) in circuit.nodes.iter() {
@@ -563,7 +563,7 @@ impl Chip {
     }
 }
 
-/// What a circuit has under which name, and which names of its page are taken.
+/// The objects of a circuit by name, and the names used on its page.
 struct Known<'a> {
     circuit: &'a Logic,
     inputs: BTreeMap<(&'a str, PinRole), PinInputId>,
@@ -586,7 +586,7 @@ impl<'a> Known<'a> {
         }
     }
 
-    /// A signal of the page, under a name that no other has.
+    /// A signal of the page, with a unique name.
     fn signal(
         &mut self,
         object: &Object,
@@ -615,9 +615,9 @@ impl<'a> Known<'a> {
                 })
             }
         };
-        // Signals keep their places, by which the functions name them.
+        // Signals keep their indices, which the functions use.
         let (kind, source, meta) = found.unwrap_or((Kind::Buried, printed, &none));
-        // A stored output and its memory have one name in the chart; then the text's tells them apart, or a mark does.
+        // A stored output and its memory have one name in the chart; the name in the text distinguishes them, or else a mark.
         let mut name = plain(source);
         if self.taken.contains(&name) {
             let is_useless = printed.is_empty() || self.taken.contains(printed);
@@ -638,14 +638,14 @@ impl Signal {
         self.printed.as_deref().unwrap_or(&self.name)
     }
 
-    /// What its pin carries.
+    /// The signal on its pin.
     #[must_use]
     pub fn on_pin(&self) -> String {
         format!("{}{}", if self.is_inverted { "/" } else { "" }, self.name)
     }
 }
 
-/// A name on one line, without the sign that ends a block of Markdown.
+/// A name on one line, without the characters that end a Markdown block.
 pub(super) fn plain(name: &str) -> String {
     let plain = |c: char| match c {
         '`' => '\'',
@@ -655,19 +655,19 @@ pub(super) fn plain(name: &str) -> String {
     name.chars().map(plain).collect()
 }
 
-/// What a function reads.
+/// The signals that a function reads.
 #[derive(Debug, Clone)]
 pub struct Reads {
     /// The register or output.
     pub signal: usize,
     /// It is clocked.
     pub is_registered: bool,
-    /// What it reads.
+    /// The signals that it reads.
     pub signals: BTreeSet<usize>,
 }
 
-/// The function that the sum of a macrocell is, in the form that it has: of a T flip-flop where it changes, of a sum with an inverter the difference to that.
-/// None where that is no function of the circuit: parts of a function that was too wide, and sums over such parts.
+/// The function of a macrocell's sum, in its form: for a T flip-flop, when it toggles; for a sum with an inverter, the difference from the inverter.
+/// `None` if that is not a function of the circuit: parts of a function that was too wide, and sums over such parts.
 fn question(circuit: &mut Logic, signals: &[Signal], cell: &Cell) -> Option<NodeId> {
     let leaf = |kind: Kind| match kind {
         Kind::Flop(flop) => Some(Node::Flop(flop)),
@@ -701,8 +701,8 @@ fn question(circuit: &mut Logic, signals: &[Signal], cell: &Cell) -> Option<Node
     Some(node)
 }
 
-/// Products that a macrocell of this kind may have; on devices on which wide sums take macrocells beside their own, those of all that it takes. None for a
-/// function that still has no pin.
+/// The number of products for a macrocell of this kind; on devices where wide sums use adjacent macrocells, of all that it uses. `None` for a
+/// function that has no pin yet.
 fn available(device: &Device, pin: Option<u32>, kind: CellKind, n_terms: usize) -> Option<u32> {
     if let Some(blocks) = device.blocks {
         let n_terms = u32::try_from(n_terms).unwrap_or(u32::MAX);
@@ -715,7 +715,7 @@ fn available(device: &Device, pin: Option<u32>, kind: CellKind, n_terms: usize) 
     })
 }
 
-/// The control pins of a device that enable outputs: those that a shape of its fuse map names. The others load its registers.
+/// The control pins of a device that enable outputs: those that a shape of its fuse map names. The other control pins load its registers.
 fn enable_pins(device: &Device) -> Vec<u32> {
     use grafsynth_backend_pld::device::layout::Enable;
     let shapes = device.layout.iter().flat_map(|layout| layout.modes).flat_map(|mode| mode.shapes);

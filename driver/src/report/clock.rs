@@ -1,11 +1,11 @@
-//! What is clocked by what, what inputs have to keep to, and how many clocks a reaction takes.
+//! The clocks of the registers, the timing requirements of inputs, and the number of clocks of a reaction.
 
 use super::chip::{Chip, Kind, Reads, Signal};
 use super::{Subject, counted, table::Table, table::inline};
 use grafsynth_backend_pld::device::Clock;
 use grafsynth_ir::logic::PinRole;
 
-/// Lists of names are cut after so many.
+/// The maximum number of names in a list.
 const MOST_NAMES: usize = 12;
 
 pub(super) fn write(subject: &Subject<'_>, chip: &Chip) -> Option<String> {
@@ -64,11 +64,11 @@ fn clocks(chip: &Chip) -> String {
     let how = chip.evolution.as_ref().map_or(String::new(), |how| format!(" ({})", inline(how)));
     if is_busy {
         format!(
-            "A reaction takes one clock for each micro-step and one more; `busy` is high meanwhile, and outputs hold{how}."
+            "A reaction takes one clock for each micro-step and one more; meanwhile `busy` is high, and the outputs keep their values{how}."
         )
     } else {
         format!(
-            "A reaction takes 1 clock{how}: after the edge, with the inputs still held, outputs show it."
+            "A reaction takes 1 clock{how}: the outputs show its result after the edge, while the inputs are still held."
         )
     }
 }
@@ -77,15 +77,15 @@ fn synchronisers(chip: &Chip) -> Option<String> {
     let chain = chip.chains.first()?;
     let pins = chip.chains.iter().map(|chain| inline(&chip.circuit.inputs[chain.input].name));
     Some(format!(
-        "{} {} in front of {}: what they carry arrives {} later, and may change at any time.",
+        "{} {} in front of {}: these inputs arrive {} later, and may change at any time.",
         counted(chain.flops.len(), "synchroniser flip-flop", "synchroniser flip-flops"),
-        if chain.flops.len() == 1 { "stands" } else { "stand" },
+        if chain.flops.len() == 1 { "is" } else { "are" },
         pins.collect::<Vec<_>>().join(", "),
         counted(chain.flops.len(), "clock", "clocks"),
     ))
 }
 
-/// Ways from an input to an output that no register lies on.
+/// Combinational paths from an input to an output.
 fn paths(chip: &Chip, reads: &[Reads]) -> Option<String> {
     let is_input = |signal: &usize| matches!(chip.signals[*signal].kind, Kind::Input(_));
     let paths: Vec<String> = (reads.iter())
@@ -103,16 +103,16 @@ fn paths(chip: &Chip, reads: &[Reads]) -> Option<String> {
         return None;
     }
     Some(match paths.as_slice() {
-        [] => "No way leads from an input to an output without a register: between clocks outputs hold.".to_owned(),
+        [] => "There is no combinational path from an input to an output: outputs are stable between clocks.".to_owned(),
         paths => format!(
-            "Between clocks outputs follow inputs here{}: {}.",
-            if chip.code.is_some() { " (declare the output `registered` to hold it)" } else { "" },
+            "These outputs follow inputs between clocks{}: {}.",
+            if chip.code.is_some() { " (declare an output `registered` to keep it stable)" } else { "" },
             paths.join("; ")
         ),
     })
 }
 
-/// How often the longest way passes through the array.
+/// The number of passes through the array on the longest path.
 fn depth(chip: &Chip, reads: &[Reads]) -> Option<String> {
     chip.device?;
     let depths = depths(chip);
@@ -127,14 +127,17 @@ fn depth(chip: &Chip, reads: &[Reads]) -> Option<String> {
     let mut parts = Vec::new();
     if let Some(depth) = of(true) {
         parts.push(format!(
-            "a register's input passes the array {}: the clock period is at least the data sheet's clock-to-feedback, so many delays of the array, and the set-up time",
+            "a register's input passes through the array {}: the clock period is at least the clock-to-feedback delay of the data sheet, that many array delays, and the set-up time",
             passes(depth)
         ));
     }
     if let Some(depth) = of(false)
         && reads.iter().any(|one| !one.is_registered)
     {
-        parts.push(format!("a combinational output passes it {} after the clock", passes(depth)));
+        parts.push(format!(
+            "a combinational output passes through it {} after the clock",
+            passes(depth)
+        ));
     }
     let text = parts.join("; ");
     let mut letters = text.chars();
@@ -142,11 +145,11 @@ fn depth(chip: &Chip, reads: &[Reads]) -> Option<String> {
     Some(format!("{}{}.", first.to_uppercase(), letters.as_str()))
 }
 
-/// Of each macrocell how many sums lie on its longest way from a pin or register. Combinational macrocells never form a loop.
+/// For each macrocell, the number of sums on its longest path from a pin or register. Combinational macrocells never form a loop.
 fn depths(chip: &Chip) -> Vec<usize> {
     let cell_of = chip.combinational();
     let mut depths = vec![1; chip.cells.len()];
-    // A pass for each macrocell is enough for the longest chain that there can be.
+    // As many passes as macrocells are enough for the longest possible chain.
     for _ in 0..chip.cells.len() {
         let before = depths.clone();
         for (at, cell) in chip.cells.iter().enumerate() {
@@ -161,7 +164,7 @@ fn depths(chip: &Chip) -> Vec<usize> {
     depths
 }
 
-/// A row for each input: what it has to keep to, and who would see it differently.
+/// A row for each input: its timing requirement, and the registers that could see it differently.
 fn inputs(subject: &Subject<'_>, chip: &Chip, reads: &[Reads]) -> String {
     let mut table = Table::new(["Input", "It is", "Registers that read it"]);
     let mut is_exposed = false;
@@ -202,7 +205,7 @@ fn inputs(subject: &Subject<'_>, chip: &Chip, reads: &[Reads]) -> String {
     }
     let mut text = format!("\n{}", table.text());
     if is_exposed {
-        text += "\nAn input that must keep to the clock has to be still from the set-up time before the edge to the hold time after it. If it changes there, the registers that read it can take different values, and the chip can go where the chart never goes. Let the circuit around it change it after the edge, or put flip-flops in front of it: `--synchronise 1` or `2`.\n";
+        text += "\nAn input that must keep to the clock must be stable from the set-up time before the edge to the hold time after it. If it changes there, the registers that read it can store different values, and the chip can reach a state that the chart does not have. Make the external circuit change it after the edge, or add synchronisers: `--synchronise 1` or `2`.\n";
     }
     text
 }

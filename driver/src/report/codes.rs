@@ -1,4 +1,4 @@
-//! How the steps are coded, and why so.
+//! The state encoding, and the reason for it.
 
 use super::{Chip, Subject, counted, table::Table};
 use crate::coding::{Encoding, EncodingChoice};
@@ -10,7 +10,7 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
     let circuit = &chip.circuit;
     let code = chip.code.as_ref()?;
     if circuit.flops.is_empty() {
-        return Some("There are no flip-flops: the circuit remembers nothing.".to_owned());
+        return Some("There are no flip-flops: the circuit has no memory.".to_owned());
     }
     let name = match code.encoding {
         Encoding::OneHot => "one-hot",
@@ -20,18 +20,18 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
     let is_busy = circuit.outputs.values().any(|output| output.role == PinRole::Busy);
     let why = match (code.choice, &code.why_not_one_hot) {
         _ if is_busy => {
-            "a circuit that makes one micro-step a clock keeps a flip-flop for each step".to_owned()
+            "a circuit with one micro-step per clock uses a flip-flop for each step".to_owned()
         }
         (EncodingChoice::This(_), _) => "as asked".to_owned(),
         (EncodingChoice::Auto, Some(why)) if code.encoding == Encoding::OneHot => {
-            format!("no code makes it fit: {why}")
+            format!("no encoding makes it fit: {why}")
         }
         (EncodingChoice::Auto, Some(why)) => format!("one-hot does not fit: {why}"),
         (EncodingChoice::Auto, None) if code.n_groups == 0 => {
             "no steps are known to exclude each other".to_owned()
         }
         (EncodingChoice::Auto, None) if chip.device.is_none() => {
-            "a netlist has as many flip-flops as it likes".to_owned()
+            "a netlist has no limit of flip-flops".to_owned()
         }
         (EncodingChoice::Auto, None) => "the first choice, and it fits".to_owned(),
     };
@@ -40,7 +40,7 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
         counted(circuit.flops.len(), "flip-flop", "flip-flops")
     );
     if code.is_safe {
-        text += "Every situation that is never reached leads back to the initial one (`--safe`).\n";
+        text += "Every unreachable situation returns to the initial one (`--safe`).\n";
     }
     if circuit.decoded.is_empty() {
         return Some(text);

@@ -1,4 +1,4 @@
-//! What a reaction of emitted C costs at most, on machines whose constants are known, where it costs that, and why the C has the style that it has.
+//! The worst-case cost of a reaction of emitted C on machines with known constants, the worst-case path, and why the C code has its style.
 
 use super::{Subject, table::Table};
 pub use crate::built::Measured;
@@ -8,7 +8,7 @@ use grafsynth_ir::facts::Proof;
 use grafsynth_ir::net::PropertyRole;
 use std::collections::BTreeMap;
 
-/// The most rows of a path: what is left out is cheap.
+/// The maximum number of rows of a path: the rows left out are cheap.
 const ROWS: usize = 12;
 
 pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
@@ -33,10 +33,10 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
         let bound = match cost::bound(package, machine) {
             Ok(bound) => bound,
             Err(error) => {
-                text += &format!("No bound of time: {}.\n", error.what);
+                text += &format!("No time bound: {}.\n", error.what);
                 if let Some(n) = package.instructions {
                     text += &format!(
-                        "\nA reaction runs at most {n} instructions of the program; how long the engine takes for one was not counted.\n"
+                        "\nA reaction runs at most {n} instructions of the program; the time of the engine for one instruction was not counted.\n"
                     );
                     text += &rounds(subject);
                 }
@@ -86,11 +86,11 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
     text += &table.text();
     if !scans.is_empty() {
         let many = if bounds.iter().any(|(_, bound)| bound.ring > 0) {
-            "as many reactions as the event ring has places, each on one event at most"
+            "as many reactions as the event ring has entries, each with at most one event"
         } else {
             "one reaction"
         };
-        text += &format!("\nA whole scan beside interrupts, with {many}:\n\n{}", scans.text());
+        text += &format!("\nA whole scan, with {many}:\n\n{}", scans.text());
     }
     text += &ways(&bounds);
     if bounds.iter().any(|(_, bound)| bound.way == Way::Text) {
@@ -100,7 +100,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
         if let Some(machine) = cost::machine(it.machine) {
             let stack = it.stack.map_or_else(String::new, |n| format!(", {n} B of stack"));
             text += &format!(
-                "\nMeasured on {}: {} reactions on random inputs, at most {} {}; {} for the reset{stack}; {} B of text.\n",
+                "\nMeasured on {}: {} reactions on random inputs, at most {} {}; {} for the reset{stack}; {} B of code.\n",
                 machine.about, it.reactions, it.step, machine.unit, it.init, it.text
             );
         }
@@ -112,17 +112,17 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
     Some(text)
 }
 
-/// How the bounds were found, and why one is missing.
+/// How the bounds were found, or why one is missing.
 fn ways(bounds: &[(&Machine, Bound)]) -> String {
     let mut text = String::new();
     for (machine, bound) in bounds {
         let how = match bound.way {
-            Way::Each(1) => "every reaction from the only instance that is reached".to_owned(),
-            Way::Each(n) => format!("every reaction from each of the {n} instances that are reached"),
-            Way::Joined => "all instances at once: what each member can hold, each event with the dearest that can be done about it".to_owned(),
+            Way::Each(1) => "every reaction from the only reachable instance".to_owned(),
+            Way::Each(n) => format!("every reaction from each of the {n} reachable instances"),
+            Way::Joined => "all instances together: the possible values of each member, and the worst case of each event".to_owned(),
             Way::Text => {
                 let why = bound.open.as_ref().map_or_else(String::new, |why| format!(", because {why}"));
-                format!("the text alone, the dearest arm of each `if` and `switch`{why}")
+                format!("the text alone, with the most expensive branch of each `if` and `switch`{why}")
             }
         };
         text += &format!("\nCounted on {}: {how}.", machine.about);
@@ -134,13 +134,13 @@ fn ways(bounds: &[(&Machine, Bound)]) -> String {
     text
 }
 
-/// Which style was taken, and where that was a choice, what the others would have cost.
+/// The chosen style and, if there was a choice, the cost of the others.
 fn style(package: &Package) -> String {
     if package.tried.is_empty() {
         let why = if package.reason.is_empty() {
             String::new()
         } else {
-            format!(", because a `switch` does not carry {}", package.reason)
+            format!(", because a `switch` does not support {}", package.reason)
         };
         return format!("Style: {}{why}.\n\n", package.style);
     }
@@ -170,7 +170,7 @@ fn style(package: &Package) -> String {
     format!("{}\n", table.text())
 }
 
-/// What each task costs, who says so, and what the models say of it.
+/// The cost of each task, its source, and the estimates of the models.
 fn tasks(subject: &Subject<'_>, bounds: &[(&Machine, Bound)]) -> String {
     let net = subject.net;
     if net.steps.values().all(|step| step.tasks.is_empty()) {
@@ -203,10 +203,10 @@ fn tasks(subject: &Subject<'_>, bounds: &[(&Machine, Bound)]) -> String {
             table.add(&row);
         }
     }
-    format!("\nTasks, with what each takes at most:\n\n{}", table.text())
+    format!("\nTasks, with their worst-case cost:\n\n{}", table.text())
 }
 
-/// How often the loop over micro-steps was counted, and what that rests on.
+/// How often the loop over micro-steps is counted, and the proof.
 fn rounds(subject: &Subject<'_>) -> String {
     let Some(rounds) = &subject.rounds else { return String::new() };
     let net = subject.net;
@@ -222,9 +222,9 @@ fn rounds(subject: &Subject<'_>) -> String {
             let assumed = net.settings.events_exclusive
                 || net.properties.iter().any(|it| it.role == PropertyRole::Assume);
             let while_it_holds =
-                if assumed { ", as long as what the chart assumes holds" } else { "" };
+                if assumed { ", as long as the assumptions of the chart hold" } else { "" };
             format!(
-                "\nThe loop over micro-steps is counted {checks} times, the check that finds nothing among them: it is proved that no reaction takes more ({by}){while_it_holds}. \
+                "\nThe loop over micro-steps is counted {checks} times, including the check that finds nothing: it is proved that no reaction needs more ({by}){while_it_holds}. \
                  The chart would allow {}.\n",
                 micro_steps(rounds.limit)
             )
@@ -248,7 +248,7 @@ fn time(units: u64, machine: &Machine) -> String {
     format!("{}.{} us at {mhz} MHz", tenths / 10, tenths % 10)
 }
 
-/// The dearest path, by what of the chart its lines come from.
+/// The worst-case path, by the parts of the chart that its lines come from.
 fn path(subject: &Subject<'_>, package: &Package, machine: &Machine, bound: &Bound) -> String {
     let net = subject.net;
     let mut groups: BTreeMap<Vec<Object>, (u64, Vec<u32>)> = BTreeMap::new();
@@ -290,7 +290,7 @@ fn path(subject: &Subject<'_>, package: &Package, machine: &Machine, bound: &Bou
         table.row([time.to_string(), what, at, range]);
     }
     let mut text = format!(
-        "\nThe dearest reaction on {} goes here ({} {} in all; lines of `{}`):\n\n{}",
+        "\nThe worst-case reaction on {} takes this path ({} {} in total; lines of `{}`):\n\n{}",
         machine.about,
         bound.step,
         machine.unit,
@@ -298,7 +298,7 @@ fn path(subject: &Subject<'_>, package: &Package, machine: &Machine, bound: &Bou
         table.text()
     );
     if more > 0 {
-        text += &format!("\n{} more with {rest} {} together.\n", more, machine.unit);
+        text += &format!("\n{} more with {rest} {} in total.\n", more, machine.unit);
     }
     text
 }

@@ -1,4 +1,4 @@
-//! What the design is.
+//! The design in brief.
 
 use super::{Subject, counted, table::Table};
 use grafsynth_ir::facts::Proof;

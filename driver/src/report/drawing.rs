@@ -1,11 +1,11 @@
-//! The pin-out of a chip as a drawing, in characters and as SVG, from one model.
+//! The pin-out of a chip as a drawing, in characters and as SVG, from the same model.
 //!
 //! ```text
 //! Chip ──► Drawing { shape, pins, bars } ──► text()   between letters and lines
 //!                                       └──► svg()    with a bar of product terms for each macrocell
 //! ```
-//! A package of two rows is drawn with pin 1 at the upper left and numbers that go round against the clock; one of four rows begins in the middle of its
-//! upper side. A netlist has no package and is drawn as a symbol: inputs left, outputs right.
+//! A package with two rows has pin 1 at the upper left and is numbered counter-clockwise; a package with four rows begins in the middle of its
+//! upper side. A netlist has no package and is drawn as a symbol: inputs on the left, outputs on the right.
 
 use super::chip::{Chip, Kind};
 use super::svg::{Anchor, Pen, Svg, width};
@@ -13,29 +13,29 @@ use super::table;
 use grafsynth_backend_pld::device::{Clock, Device};
 use std::fmt::Write as _;
 
-/// Everything that a drawing shows.
+/// The contents of a drawing.
 #[derive(Debug, Clone)]
 pub struct Drawing {
-    /// What stands on the package.
+    /// The text on the package.
     pub title: String,
-    /// What stands below that: the name of the design.
+    /// The text below it: the name of the design.
     pub subtitle: String,
-    /// What it looks like.
+    /// The shape.
     pub shape: Shape,
-    /// The pins: those of a package in order, all of them; those of a symbol inputs first.
+    /// The pins: all pins of a package in order; for a symbol, inputs first.
     pub pins: Vec<PinMark>,
     /// The macrocells.
     pub bars: Vec<Bar>,
 }
 
-/// What is drawn.
+/// The shape to draw.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
     /// A package with two rows of pins.
     Dual,
     /// A package with pins on four sides, pin 1 in the middle of the upper one (PLCC).
     Quad,
-    /// The same with pin 1 at the upper left corner (QFP).
+    /// Like `Quad`, with pin 1 at the upper left corner (QFP).
     Flat,
     /// A symbol.
     Symbol,
@@ -46,15 +46,15 @@ pub enum Shape {
 pub struct PinMark {
     /// Its number, if it has one.
     pub number: Option<u32>,
-    /// What it carries; empty for one that is not used.
+    /// Its signal; empty if it is not used.
     pub name: String,
-    /// What the chart's author says of it.
+    /// Its label in the chart.
     pub label: String,
-    /// What it is for.
+    /// Its function.
     pub role: PinRole,
 }
 
-/// What a pin is for.
+/// The function of a pin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PinRole {
     /// The supply.
@@ -63,9 +63,9 @@ pub enum PinRole {
     Ground,
     /// The clock.
     Clock,
-    /// Enables outputs while it is low.
+    /// An active-low output enable.
     Enable,
-    /// Controls all registers of the device: it must be tied.
+    /// Controls all registers of the device: it must be tied to a level.
     Control,
     /// An input.
     Input,
@@ -73,16 +73,16 @@ pub enum PinRole {
     Output,
     /// A flip-flop that the pin shows.
     Register,
-    /// By it the soldered device is programmed.
+    /// Used to program the soldered device.
     Programming,
-    /// Nothing uses it, and the device does not drive it.
+    /// Not used, and not driven by the device.
     Idle,
-    /// Nothing uses it, and the device drives it: it must be left open.
+    /// Not used, but driven by the device: it must be left open.
     Driven,
 }
 
 impl PinRole {
-    /// In a word.
+    /// The role in a word.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -117,7 +117,7 @@ impl PinRole {
         matches!(self, PinRole::Output | PinRole::Register | PinRole::Driven)
     }
 
-    /// Fill of a pin, and of its arrow.
+    /// The fill colour of a pin and of its arrow.
     fn colour(self) -> &'static str {
         match self {
             PinRole::Supply => "#c0392b",
@@ -138,20 +138,20 @@ impl PinRole {
 pub struct Bar {
     /// Its pin.
     pub pin: Option<u32>,
-    /// What it shows; empty for a spare one.
+    /// Its signal; empty for a spare one.
     pub name: String,
     /// Terms of its sum.
     pub used: u32,
-    /// Terms that there are, where it is known which macrocell it is.
+    /// The number of available terms, if the macrocell is known.
     pub available: Option<u32>,
-    /// Terms that it would take without don't-cares, where that is known.
+    /// The number of terms without don't-cares, if known.
     pub without: Option<u32>,
     /// It has a flip-flop.
     pub is_registered: bool,
 }
 
 impl Bar {
-    /// Boxes that are drawn of it: one for each term that there is, that is used, or that was saved.
+    /// The number of boxes to draw: one for each term that is available, used or saved.
     fn n_drawn(&self) -> u32 {
         self.available.unwrap_or(0).max(self.used).max(self.without.unwrap_or(0))
     }
@@ -257,7 +257,7 @@ impl Drawing {
         text
     }
 
-    /// The place of the pin at the upper end of the left side; numbers go on downwards.
+    /// The position of the pin at the upper end of the left side; the numbers increase downwards.
     fn first_left(&self) -> usize {
         match self.shape {
             Shape::Flat => 0,
@@ -265,7 +265,7 @@ impl Drawing {
         }
     }
 
-    /// Sides one after the other: letters that stand on their side are hard to read.
+    /// One side after the other: rotated letters are hard to read.
     fn four_rows(&self) -> String {
         let n = self.pins.len();
         let side = n / 4;
@@ -327,7 +327,7 @@ impl Drawing {
         let top = MARGIN + 14;
         let height = n_rows * ROW + 12;
         let end = x + body;
-        // Bars stand beside their pins where all of those are on the right.
+        // Bars are beside their pins if all of those are on the right.
         let place_of =
             |bar: &Bar| right.iter().position(|pin| pin.number.is_some() && pin.number == bar.pin);
         let is_beside = is_package && self.bars.iter().all(|bar| place_of(bar).is_some());
@@ -372,7 +372,7 @@ impl Drawing {
         svg.finish()
     }
 
-    /// Device and design, around a point.
+    /// The names of device and design, around a point.
     fn titles(&self, svg: &mut Svg, (x, y): (u32, u32), room: u32) {
         let large = Pen { size: LARGE, colour: INK, is_bold: true };
         let small = Pen { size: SMALL, colour: INK, is_bold: false };
@@ -393,7 +393,7 @@ impl Drawing {
             (first..first + side).filter_map(|at| self.pins.get(at % n)).collect()
         };
         let [left, bottom, mut right, mut upper] = [0, 1, 2, 3].map(of_side);
-        // These two are numbered against the direction in which they are drawn.
+        // These two sides are numbered against the direction in which they are drawn.
         right.reverse();
         upper.reverse();
         let names = room(&self.pins.iter().collect::<Vec<_>>());
@@ -437,7 +437,7 @@ impl Drawing {
     }
 }
 
-/// A wire with its direction, where it has one.
+/// A wire with its direction, if it has one.
 fn wire(role: PinRole, inwards: &'static str, outwards: &'static str) -> &'static str {
     match role {
         PinRole::Supply | PinRole::Ground | PinRole::Programming => "---",
@@ -459,7 +459,7 @@ const INK: &str = "#222222";
 const GREY: &str = "#666666";
 const BODY: &str = "#f4f4f0";
 
-/// The room for the names of a row, not more than a drawing can have.
+/// The width for the names of a row, limited to what fits in a drawing.
 fn room(pins: &[&PinMark]) -> u32 {
     pins.iter().map(|pin| width(&pin.name, SMALL)).max().unwrap_or(0).min(MOST_ROOM)
 }
@@ -509,7 +509,7 @@ fn draw_pin(svg: &mut Svg, pin: &PinMark, (x, y): (u32, u32), side: Side, room: 
         Side::Bottom => ((x, y - 6), Anchor::Middle),
     };
     svg.text(at, anchor, small, &number, STUB * 2);
-    // The arrow: towards the package for what goes in.
+    // The arrow points towards the package for an input.
     let (near, far) = (10, STUB);
     let point = |distance: u32, aside: i64| {
         let shift = |base: u32| i64::from(base) + aside;
@@ -545,13 +545,13 @@ fn draw_pin(svg: &mut Svg, pin: &PinMark, (x, y): (u32, u32), side: Side, room: 
     }
 }
 
-/// How bars are drawn: all with boxes of one size.
+/// The layout of bars: all have boxes of the same size.
 struct Bars {
     /// The width of the box of one term.
     term: u32,
-    /// The room of the names; 0 where the pins beside them have names.
+    /// The width of the names; 0 if the adjacent pins have names.
     names: u32,
-    /// The most terms of a bar.
+    /// The maximum number of terms of a bar.
     most: u32,
     n_bars: u32,
 }
@@ -562,7 +562,7 @@ impl Bars {
         let names = bars.iter().map(name).max().unwrap_or(0).min(MOST_ROOM);
         let most = bars.iter().map(Bar::n_drawn).max().unwrap_or(0);
         Bars {
-            // A long bar gets narrow boxes.
+            // A long bar has narrow boxes.
             term: (280 / most.max(1)).clamp(3, 14),
             names: if is_named { names + 10 } else { 0 },
             most,
@@ -626,7 +626,7 @@ fn bar_name(bar: &Bar) -> String {
     }
 }
 
-/// Colours and what they mean: the roles that occur, in their order, and terms that were saved.
+/// Colours and their meanings: the roles that occur, in order, and saved terms.
 fn legend(pins: &[PinMark], bars: &[Bar]) -> Vec<(&'static str, &'static str)> {
     let mut roles: Vec<PinRole> = pins.iter().map(|pin| pin.role).collect();
     roles.sort_unstable();
@@ -737,7 +737,7 @@ fn bars(chip: &Chip) -> Vec<Bar> {
         is_registered: cell.is_registered(),
     };
     let mut bars: Vec<Bar> = chip.cells.iter().map(of_cell).collect();
-    // A device of logic blocks has many, and which of them a function takes is its fitter's choice.
+    // A device with logic blocks has many, and the fitter chooses which of them a function uses.
     let is_open = |device: &&Device| chip.misfit.is_none() && device.blocks.is_none();
     if let Some(device) = chip.device.filter(is_open) {
         for cell in device.macrocells {

@@ -1,4 +1,4 @@
-//! The equations of a chip, with the chart's names: of a fuse map those that its fuses are.
+//! The equations of a chip, with the chart's names; for a fuse map, the equations decoded from its fuses.
 
 use super::chip::{Cell, Chip, Kind, Language, plain};
 use super::{Subject, counted};
@@ -12,18 +12,18 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
         return netlist(chip);
     }
     let whence = match chip.language {
-        Language::Jedec => "As the fuses say, decoded from the file",
+        Language::Jedec => "Decoded from the fuses of the file",
         Language::Text(_) => "As in the file",
     };
     let source = if chip.code.is_some() { "chart" } else { "text" };
     let mut signs = "`*` and, `+` or, `/` not, `:=` at the clock".to_owned();
     if chip.cells.iter().any(|cell| cell.is_registered() && cell.flip_flop == FlipFlop::T) {
-        signs += ", `.T` changes where the sum is true";
+        signs += ", `.T` toggles if the sum is true";
     }
     if chip.cells.iter().any(|cell| cell.inverter.is_some()) {
-        signs += ", `:+: x` all of it is inverted while x is true";
+        signs += ", `:+: x` inverts the whole sum while x is true";
     }
-    let mut text = format!("{whence}; names are those of the {source}. {signs}.\n\n```text\n");
+    let mut text = format!("{whence}, with the names of the {source}. {signs}.\n\n```text\n");
     for (at, cell) in chip.cells.iter().enumerate() {
         if at > 0 {
             text.push('\n');
@@ -34,13 +34,13 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
     Some(text)
 }
 
-/// Pin, form, and what the chart says of it.
+/// The pin, the form, and the chart's label of the signal.
 fn heading(chip: &Chip, cell: &Cell) -> String {
     let mut parts = Vec::new();
     parts.push(match cell.pin {
         Some(pin) => format!("pin {pin}"),
         None if chip.misfit.is_some() => "no pin yet".to_owned(),
-        None => "inside, without a pin".to_owned(),
+        None => "buried, without a pin".to_owned(),
     });
     parts.push(form(cell).to_owned());
     parts.push(if cell.is_complemented {
@@ -68,7 +68,7 @@ fn heading(chip: &Chip, cell: &Cell) -> String {
     text
 }
 
-/// What the macrocell is.
+/// The configuration of the macrocell.
 pub(super) fn form(cell: &Cell) -> &'static str {
     match cell.kind {
         CellKind::Registered => match cell.flip_flop {
@@ -80,7 +80,7 @@ pub(super) fn form(cell: &Cell) -> &'static str {
     }
 }
 
-/// The equation, one product a line.
+/// The equation, one product per line.
 fn equation(chip: &Chip, cell: &Cell) -> String {
     let names = chip.names(cell);
     let Some((first, rest)) = names.split_first() else { return String::new() };
@@ -94,7 +94,7 @@ fn equation(chip: &Chip, cell: &Cell) -> String {
     match cell.sum.as_slice() {
         [] => text += " 0\n",
         sum => {
-            // The signs of the sum stand below the sign of the equation.
+            // The operators of the sum are aligned with the equals sign.
             let indent = " ".repeat(super::table::width(&head).saturating_sub(1));
             for (at, product) in sum.iter().enumerate() {
                 let lead = if at == 0 { " ".to_owned() } else { format!("{indent}+ ") };
@@ -113,7 +113,7 @@ fn equation(chip: &Chip, cell: &Cell) -> String {
         text += &format!("{first}.{name} = {}\n", chip.product(term));
     }
     for other in rest {
-        text += &format!("; its pin is {other} too\n");
+        text += &format!("; its pin is also {other}\n");
     }
     text
 }
@@ -137,7 +137,7 @@ fn netlist(chip: &Chip) -> Option<String> {
     let nodes = circuit.nodes.iter().filter(|(id, node)| is_needed[*id] && is_operation(node));
     let gates = nodes.count();
     Some(format!(
-        "The {language} text has the functions in several levels, as the source has them: {} and {}, made of {} over {} and {}. What they are in cells or lookup tables is for the synthesis tool to choose, so no product terms are counted here.",
+        "The {language} text contains the functions in several levels, as in the source: {} and {}, made of {} over {} and {}. The synthesis tool maps them to cells or lookup tables, so no product terms are counted here.",
         counted(circuit.flops.len(), "next state", "next states"),
         counted(circuit.outputs.len(), "output", "outputs"),
         counted(gates, "operation", "operations"),

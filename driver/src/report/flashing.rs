@@ -1,4 +1,4 @@
-//! How the C gets into a microcontroller: the commands, for one machine of each kind.
+//! How to flash the C program to a microcontroller: the commands, for one machine of each kind.
 
 use super::Subject;
 
@@ -13,7 +13,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
     let plain = subject.built.files.iter().any(|file| file.name.ends_with("-plain/Makefile"));
     if plain {
         text += &format!(
-            "In `{name}-plain`, `make TOOLCHAIN=avr flash` does this (`arm` and `sdcc` the others); the program around the chart is `example/board.c` there.\n\n"
+            "In `{name}-plain`, `make TOOLCHAIN=avr flash` does this (use `arm` and `sdcc` for the others); the program around the chart is `example/board.c`.\n\n"
         );
     } else {
         text += "`main.c` is your program around the chart; `--package plain` writes one, with a Makefile.\n\n";

@@ -1,4 +1,4 @@
-//! Product terms of each macrocell, and what don't-cares saved.
+//! The product terms of each macrocell, and the savings by don't-cares.
 
 use super::chip::{Cell, Chip};
 use super::equations::form;
@@ -54,12 +54,12 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
     text.push('\n');
     text += &summary(chip, spare.len());
     if let Some(misfit) = &chip.misfit {
-        text += &format!("It does not fit one device, so pins are left open: {misfit}.\n");
+        text += &format!("It does not fit one device, so pins are not assigned: {misfit}.\n");
     }
     Some(text)
 }
 
-/// All macrocells together, and what don't-cares saved.
+/// All macrocells together, and the savings by don't-cares.
 fn summary(chip: &Chip, n_spare: usize) -> String {
     let used: usize = chip.cells.iter().map(|cell| cell.n_terms()).sum();
     let available: u32 = chip.cells.iter().filter_map(|cell| cell.available).sum();
@@ -78,7 +78,7 @@ fn summary(chip: &Chip, n_spare: usize) -> String {
             let own = device.blocks.map_or(1, |blocks| blocks.own_terms.max(1));
             let taken: u32 = chip.cells.iter().filter_map(|cell| cell.available).sum();
             text += &format!(
-                "; with those that wide sums take beside their own they are {} of {}",
+                "; including those that wide sums use in addition, {} of {} macrocells",
                 taken / own,
                 device.n_cells()
             );
@@ -90,7 +90,7 @@ fn summary(chip: &Chip, n_spare: usize) -> String {
     text + &saved(chip)
 }
 
-/// What don't-cares saved, of the functions of which that is known.
+/// The savings by don't-cares, of the functions for which they are known.
 fn saved(chip: &Chip) -> String {
     let counted_cells: Vec<(&Cell, usize)> =
         (chip.cells.iter()).filter_map(|cell| Some((cell, cell.count.without?.0))).collect();
@@ -104,21 +104,21 @@ fn saved(chip: &Chip) -> String {
     match without.cmp(&with) {
         std::cmp::Ordering::Greater => {
             let sure = if bound == without {
-                "proved to be the least without them".to_owned()
+                "proved to be the minimum without them".to_owned()
             } else {
-                format!("the least without them is at least {bound}")
+                format!("the minimum without them is at least {bound}")
             };
             format!(
-                "Don't-cares saved {}: the same functions in the same form take {without} without them ({sure}).\n",
+                "Don't-cares saved {}: the same functions in the same form need {without} without them ({sure}).\n",
                 counted(without - with, "term", "terms"),
             )
         }
         std::cmp::Ordering::Equal => {
-            "The same functions in the same form take as many terms without don't-cares.\n"
+            "The same functions in the same form need as many terms without don't-cares.\n"
                 .to_owned()
         }
         std::cmp::Ordering::Less => {
-            let how = if chip.code.is_none() { "; `--refit` takes them" } else { "" };
+            let how = if chip.code.is_none() { "; use `--refit` to minimise them" } else { "" };
             format!(
                 "The same functions in the same form need {without} of these {with} terms{how}.\n"
             )
@@ -126,7 +126,7 @@ fn saved(chip: &Chip) -> String {
     }
 }
 
-/// Whether fewer products would do.
+/// Whether fewer products are possible.
 fn least(cell: &Cell) -> String {
     match cell.count.least {
         None => "not known".to_owned(),
@@ -135,7 +135,7 @@ fn least(cell: &Cell) -> String {
     }
 }
 
-/// What it takes without don't-cares.
+/// The number of terms without don't-cares.
 fn without(cell: &Cell) -> String {
     match cell.count.without {
         None => "not counted".to_owned(),

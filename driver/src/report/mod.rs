@@ -1,13 +1,13 @@
-//! What is said about the outputs of a build: a line for each ([`OutputReport`]), and with `build --report` a page with drawings ([`page()`]).
+//! Reports on the outputs of a build: a line for each ([`OutputReport`]), and with `build --report` a page with drawings ([`page()`]).
 //!
 //! ```text
 //! pipeline, jedec ──► Chip      what one output is made of, gathered while it is at hand
 //! net, facts, lines, chips ──► Subject ──► sections, one file each ──► NAME.report.md
 //!                                   └────► Drawing ──► NAME.report.md (characters), FILE.svg
 //! ```
-//! A section is a function from a [`Subject`] (or one [`Chip`] of it) to text, or to nothing where there is nothing to say. The lists `BEFORE`, `CHIP` and
-//! `AFTER` are the whole page, in order: another kind of target gets a list of its own beside `CHIP`. The page is Markdown that reads as plain
-//! text too; there is no date in it, so that the same chart gives the same bytes.
+//! A section is a function from a [`Subject`] (or one [`Chip`] of it) to text, or to nothing if there is nothing to report. The lists `BEFORE`, `CHIP` and
+//! `AFTER` are the whole page, in order: another kind of target gets its own list beside `CHIP`. The page is Markdown that is readable as plain
+//! text too; it contains no date, so the same chart gives the same bytes.
 
 pub mod chip;
 pub mod drawing;
@@ -45,15 +45,15 @@ use grafsynth_ir::facts::{Facts, Reach};
 use grafsynth_ir::net::Net;
 use grafsynth_verify::{Limits, PropertyVerdict};
 
-/// A section about the whole design: its title, and what it says.
+/// A section about the whole design: its title and its writer.
 type Whole = (&'static str, fn(&Subject<'_>) -> Option<String>);
 /// A section about one chip.
 type OfChip = (&'static str, fn(&Subject<'_>, &Chip) -> Option<String>);
 
-/// What stands first.
+/// The first sections.
 const BEFORE: [Whole; 2] = [("Design", design::write), ("What was proved", proofs::write)];
 
-/// What is said of each chip, under its own heading.
+/// The sections of each chip, under its own heading.
 const CHIP: [OfChip; 7] = [
     ("Codes", codes::write),
     ("Equations", equations::write),
@@ -64,32 +64,32 @@ const CHIP: [OfChip; 7] = [
     ("Programming", programming::write),
 ];
 
-/// What stands last, for it speaks of all outputs.
+/// The last sections, which cover all outputs.
 const AFTER: [Whole; 3] =
     [("CPU", cpu::write), ("Flashing", flashing::write), ("Requirements", requirements::write)];
 
-/// What a page is about.
+/// The subject of a page.
 pub struct Subject<'a> {
     /// The chart.
     pub net: &'a Valid<Net>,
-    /// What was built of it.
+    /// The results of the build.
     pub built: &'a Built,
-    /// Which of its tasks cost what a model says.
+    /// The tasks whose costs come from a model.
     pub counted: Option<&'a Counted>,
     /// How often its loop over micro-steps is counted.
     pub rounds: Option<Rounds>,
     /// The texts that it was read from: properties are shown as they were written.
     pub sources: &'a Sources,
-    /// The situations that are reached, as far as they could be counted.
+    /// The reachable situations, as far as they could be counted.
     pub reach: Option<Reach>,
-    /// Which of its properties hold.
+    /// The results of its properties.
     pub properties: Vec<PropertyVerdict>,
-    /// It is logic by others: the net has its pins and does nothing.
+    /// It is logic by others: the net has its pins and no behaviour.
     pub is_logic: bool,
 }
 
 impl Subject<'_> {
-    /// The lines of an output that carry a requirement tag, each once, and what stands there.
+    /// The lines of an output with a requirement tag, each once, with their contents.
     fn tagged<'m>(file: &'m OutputFile, tag: &str) -> Vec<&'m MapEntry> {
         let mut entries: Vec<&MapEntry> = Vec::new();
         for entry in &file.map {
@@ -124,7 +124,7 @@ pub fn page(
     write(&subject, stem)
 }
 
-/// The page of logic by others, called `stem`, and the drawing of each chip. `interface` has its columns ([`crate::logic::interface`]).
+/// The page of logic by others, named `stem`, and the drawing of each chip. `interface` has its columns ([`crate::logic::interface`]).
 #[must_use]
 pub fn page_of_logic(interface: &Valid<Net>, built: &Built, stem: &FileStem) -> Vec<OutputFile> {
     let sources = Sources::default();

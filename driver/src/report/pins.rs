@@ -51,12 +51,12 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
     let hidden = hidden.count();
     if hidden > 0 && chip.device.is_none() {
         let what = super::counted(hidden, "flip-flop lies", "flip-flops lie");
-        text += &format!("\n{what} inside, without a pin.\n");
+        text += &format!("\n{what} buried, without a pin.\n");
     }
     Some(text)
 }
 
-/// All pins of a small package; of others those that something uses.
+/// All pins of a small package; only the used pins of others.
 fn is_listed(pin: &PinMark, shape: Shape) -> bool {
     match shape {
         Shape::Dual | Shape::Symbol => true,

@@ -1,4 +1,4 @@
-//! What the registers wake up as, whence that is known, and that it is the initial situation.
+//! The values of registers after power-up, the source of this knowledge, and that they are the initial situation.
 
 use super::chip::{Chip, Kind, Language};
 use super::{Outcome, Subject, counted, table::Table, table::inline};
@@ -12,7 +12,7 @@ pub(super) fn write(subject: &Subject<'_>, chip: &Chip) -> Option<String> {
     let is_clocked = !circuit.flops.is_empty()
         || circuit.outputs.values().any(|output| output.registered.is_some());
     if !is_clocked {
-        return Some("There are no flip-flops, so nothing has to wake up.".to_owned());
+        return Some("There are no flip-flops, so there is no power-up state.".to_owned());
     }
     match chip.device {
         Some(device) => {
@@ -20,9 +20,9 @@ pub(super) fn write(subject: &Subject<'_>, chip: &Chip) -> Option<String> {
             for figure in device.figures.iter().filter(|figure| figure.what.contains("power-up")) {
                 let whence = match figure.source {
                     Source::Read(source) => format!("read: {source}"),
-                    Source::Memory(source) => format!("from memory, not read: {source}"),
+                    Source::Memory(source) => format!("from memory, not verified: {source}"),
                 };
-                text += &format!("\nThis rests on: {} ({whence}).\n", figure.what);
+                text += &format!("\nSource: {} ({whence}).\n", figure.what);
             }
         }
         None => text += &netlist(chip),
@@ -33,7 +33,7 @@ pub(super) fn write(subject: &Subject<'_>, chip: &Chip) -> Option<String> {
     Some(text)
 }
 
-/// The situation that the chart begins in, and whether it is proved that the chip does too.
+/// The initial situation of the chart, and whether it is proved that the chip starts in it.
 fn situation(subject: &Subject<'_>, chip: &Chip, is_safe: bool) -> String {
     let initial = Simulator::new(subject.net).reset().steps.clone();
     let names: Vec<&str> = initial
@@ -44,25 +44,24 @@ fn situation(subject: &Subject<'_>, chip: &Chip, is_safe: bool) -> String {
     let situation = if names.is_empty() { "no step".to_owned() } else { names.join(", ") };
     let mut text = format!("\nThe initial situation of the chart is **{}**. ", inline(&situation));
     text += &match chip.outcome {
-        Outcome::Proved => format!(
-            "That `{}` wakes in it is part of its proof, which begins with the registers as they wake.\n",
-            chip.file
-        ),
-        Outcome::NotChecked | Outcome::Open => {
-            format!("That `{}` wakes in it was not proved.\n", chip.file)
+        Outcome::Proved => {
+            format!("The proof of `{}` includes that it powers up in this situation.\n", chip.file)
         }
-        Outcome::Refuted => format!("`{}` does not do what the chart does.\n", chip.file),
+        Outcome::NotChecked | Outcome::Open => {
+            format!("It was not proved that `{}` powers up in this situation.\n", chip.file)
+        }
+        Outcome::Refuted => format!("`{}` does not behave like the chart.\n", chip.file),
     };
     if is_safe {
-        text += "A disturbed register leads back to it in one clock (`--safe`).\n";
+        text += "After a disturbance of a register, it returns to this situation in one clock (`--safe`).\n";
     }
     text
 }
 
-/// A row for each register: what the device does, and what the chart wants.
+/// A row for each register: its value on the device, and its value in the chart.
 fn registers(chip: &Chip, device: &grafsynth_backend_pld::device::Device) -> String {
     let circuit = &chip.circuit;
-    let mut table = Table::new(["Register", "Pin", "Pin wakes", "So it wakes as", "Wanted"]);
+    let mut table = Table::new(["Register", "Pin", "Pin level", "Power-up value", "Wanted"]);
     let level = |value: bool| if value { "high" } else { "low" };
     for cell in chip.cells.iter().filter(|cell| cell.is_registered()) {
         let Some(first) = cell.signals.first() else { continue };
@@ -72,7 +71,7 @@ fn registers(chip: &Chip, device: &grafsynth_backend_pld::device::Device) -> Str
             Kind::Output(output) => circuit.outputs[output].registered,
             Kind::Clock | Kind::Reset | Kind::Input(_) | Kind::Buried => None,
         };
-        // What the simulator of the fuses shows, or the rule of the device where there are none.
+        // The result of the fuse simulator, or the rule of the device if there are no fuses.
         let simulated = chip.wakes.iter().find(|(pin, _)| Some(*pin) == cell.pin);
         let value = match simulated {
             Some((_, Some(level))) => *level != signal.is_inverted,
@@ -89,13 +88,13 @@ fn registers(chip: &Chip, device: &grafsynth_backend_pld::device::Device) -> Str
         ]);
     }
     let whence = match chip.language {
-        Language::Jedec => "as the simulator of the fuses shows it",
-        Language::Text(_) => "by the rule of the device, from the form of each equation",
+        Language::Jedec => "according to the fuse simulator",
+        Language::Text(_) => "according to the rule of the device and the form of each equation",
     };
     if table.is_empty() {
         return String::new();
     }
-    format!("{}\nEach wakes {whence}.\n", table.text())
+    format!("{}\nPower-up values {whence}.\n", table.text())
 }
 
 fn netlist(chip: &Chip) -> String {
@@ -104,20 +103,23 @@ fn netlist(chip: &Chip) -> String {
         .map(|flop| inline(&flop.name))
         .collect();
     let first = match ones.as_slice() {
-        [] => "All registers wake at 0".to_owned(),
+        [] => "All registers power up at 0".to_owned(),
         ones if ones.len() <= 16 => {
-            format!("These registers wake at 1, all others at 0: {}", ones.join(", "))
+            format!("These registers power up at 1, all others at 0: {}", ones.join(", "))
         }
         ones => {
-            format!("{} wake at 1, all others at 0", counted(ones.len(), "register", "registers"))
+            format!(
+                "{} power up at 1, all others at 0",
+                counted(ones.len(), "register", "registers")
+            )
         }
     };
     let how = match (chip.language, chip.package) {
         (_, Some(_)) => {
-            "An iCE40 wakes with all registers at 0, and yosys inverts those that have to wake at 1; the bitstream is read back and compared where it is made."
+            "All registers of an iCE40 power up at 0, and yosys inverts those that must start at 1; the bitstream, if it is made, is read back and compared."
         }
         (Language::Text(Dialect::Verilog), None) => {
-            "The text gives each register its initial value (`reg x = 1'b1;`): FPGAs keep that. A target that does not know initial values needs a reset (`--reset NAME`)."
+            "The text gives each register its initial value (`reg x = 1'b1;`), which FPGAs support. A target without initial values needs a reset (`--reset NAME`)."
         }
         (Language::Text(Dialect::Blif), None) => "The text gives each latch its initial value.",
         (
@@ -128,7 +130,7 @@ fn netlist(chip: &Chip) -> String {
     let reset = chip.signals.iter().find(|signal| signal.kind == Kind::Reset);
     let reset = reset.map_or(String::new(), |reset| {
         format!(
-            " The input `{}` brings all of them there too, while it is high.",
+            " The input `{}` also sets all of them to these values while it is high.",
             inline(&reset.name)
         )
     });

@@ -1,4 +1,4 @@
-//! How the chip is burned, and by what it can be told afterwards.
+//! How to program the chip, and how to identify it afterwards.
 
 use super::chip::{Chip, Language};
 use super::{Subject, counted, table::Table};
@@ -39,7 +39,7 @@ fn fuses(chip: &Chip) -> Option<String> {
         "not set: it can be read out and compared"
     };
     say("security fuse", secured.to_owned());
-    say("test vectors", format!("{}; the first is the device as it wakes", chip.n_vectors));
+    say("test vectors", format!("{}; the first is the power-up state", chip.n_vectors));
     let mut text = table.text();
     text += &match crate::jedec::command_for(device, chip.part, &chip.file) {
         Some(command) => {
@@ -73,7 +73,7 @@ fn text(chip: &Chip, dialect: Dialect) -> Option<String> {
     };
     if chip.n_vectors > 0 {
         let rows = counted(chip.n_vectors, "row", "rows");
-        text += &format!("Test vectors: {rows} of the stimulus, with what the chart gives.\n");
+        text += &format!("Test vectors: {rows} of the stimulus, with the outputs of the chart.\n");
     }
     (!text.is_empty()).then_some(text)
 }

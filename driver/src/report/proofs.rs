@@ -1,4 +1,4 @@
-//! What was proved of each output and of each property, how, and over how much.
+//! What was proved about each output and each property, how, and over how many states.
 
 use super::{OutputReport, Subject, table::inline};
 use grafsynth_ir::facts::Proof;
@@ -20,14 +20,14 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
     }
     if !assumptions.is_empty() {
         text += &format!(
-            "\nAll of this holds for inputs that meet what the chart assumes: {}.\n",
+            "\nAll of this holds for inputs that satisfy the assumptions of the chart: {}.\n",
             assumptions.join("; ")
         );
     }
     (!text.is_empty()).then_some(text)
 }
 
-/// An output: the parts of its line one by one.
+/// An output: the parts of its line as a list.
 fn of_line(line: &OutputReport) -> String {
     let mut text = format!("- **{}**: {}\n", inline(&line.name), line.outcome().name());
     for part in line.parts() {
@@ -48,7 +48,7 @@ pub(super) fn property(subject: &Subject<'_>, at: usize) -> String {
     }
 }
 
-/// What is known of a property.
+/// The result of a property.
 pub(super) fn said(outcome: &Verdict) -> String {
     match outcome {
         Verdict::Proved { by, states } => {
@@ -62,7 +62,7 @@ pub(super) fn said(outcome: &Verdict) -> String {
             format!("proved {how}{states}")
         }
         Verdict::Refuted { row, .. } => {
-            format!("refuted: it can be broken in row {row}; `check` prints a stimulus")
+            format!("refuted: it is violated in row {row}; `check` prints a stimulus")
         }
         Verdict::Open(why) => format!("open: {}", inline(&why.to_string())),
     }

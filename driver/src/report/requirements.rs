@@ -1,4 +1,4 @@
-//! Requirement tags: where each stands in the chart, where that came to in the outputs, and what shows that it holds.
+//! Requirement tags: where each occurs in the chart and in the outputs, and the evidence for it.
 
 use super::chip::{Chip, Kind};
 use super::table::Table;
@@ -10,16 +10,16 @@ use grafsynth_ir::walk::called_in_lists;
 use grafsynth_verify::Outcome as Verdict;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What carries a tag.
+/// The objects with a tag.
 #[derive(Debug, Default)]
 struct Tagged {
     /// Kinds and names, in the order of the net.
     elements: Vec<String>,
-    /// Steps whose registers stand for it.
+    /// Steps whose registers have the tag.
     steps: BTreeSet<StepId>,
-    /// Properties, by place.
+    /// Properties, by index.
     properties: Vec<usize>,
-    /// It stands at the emergency, which comes to all outputs.
+    /// The emergency has the tag; it affects all outputs.
     is_emergency: bool,
 }
 
@@ -29,7 +29,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
     }
     let tags = tags(subject);
     if tags.is_empty() {
-        return Some("No element of the chart carries a requirement tag (`req \"R1\"` behind a step, transition, input, output, emergency or property).".to_owned());
+        return Some("No element of the chart carries a requirement tag (`req \"R1\"` after a step, transition, input, output, emergency or property).".to_owned());
     }
     let mut table =
         Table::new(["Requirement", "In the chart", "In the output", "There it is", "Proved"]);
@@ -49,7 +49,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
     Some(table.text())
 }
 
-/// All tags, in the order of their names, with what carries them.
+/// All tags, sorted by name, with their objects.
 fn tags(subject: &Subject<'_>) -> BTreeMap<String, Tagged> {
     let net = subject.net;
     let mut tags: BTreeMap<String, Tagged> = BTreeMap::new();
@@ -84,7 +84,7 @@ fn tags(subject: &Subject<'_>) -> BTreeMap<String, Tagged> {
         }
     }
     for transition in net.transitions.values() {
-        // What a transition does is in the registers of the steps that it leaves and enters.
+        // A transition affects the registers of the steps that it leaves and enters.
         let entered = transition.enters.iter().filter_map(|enter| match enter {
             Enter::Step(step) => Some(*step),
             Enter::InitialContent(_) | Enter::History(_) => None,
@@ -99,7 +99,7 @@ fn tags(subject: &Subject<'_>) -> BTreeMap<String, Tagged> {
         add(&emergency.meta, "", "emergency", &[], None);
     }
     for (at, property) in net.properties.iter().enumerate() {
-        // As it was written, without the tag that stands in the column before.
+        // As it was written, without the tag, which is in the previous column.
         let name = super::proofs::property(subject, at);
         let name = name.split_once(" req ").map_or(name.as_str(), |(before, _)| before);
         add(&property.meta, "", name, &[], Some(at));
@@ -110,7 +110,7 @@ fn tags(subject: &Subject<'_>) -> BTreeMap<String, Tagged> {
     tags
 }
 
-/// A row for each property: output, place, whether it holds.
+/// A row for each property: output, location, result.
 fn properties(subject: &Subject<'_>, tagged: &Tagged) -> Vec<[String; 3]> {
     let row = |at: &usize| {
         let verdict = subject.properties.iter().find(|verdict| verdict.property == *at);
@@ -130,7 +130,7 @@ fn properties(subject: &Subject<'_>, tagged: &Tagged) -> Vec<[String; 3]> {
     tagged.properties.iter().map(row).collect()
 }
 
-/// A row for each output in which something of a tag stands: the equations of chips, and lines of texts. What is proved of a chip has it that the emergency dominates.
+/// A row for each output that contains a tag: the equations of chips, and lines of texts. The proof of a chip includes that the emergency dominates.
 fn outputs(subject: &Subject<'_>, tag: &str, tagged: &Tagged) -> Vec<[String; 3]> {
     let mut rows = Vec::new();
     for file in &subject.built.files {
@@ -155,7 +155,7 @@ fn outputs(subject: &Subject<'_>, tag: &str, tagged: &Tagged) -> Vec<[String; 3]
         if said.is_empty() {
             continue;
         }
-        // A header has no line of its own: it is proved with the file that includes it.
+        // A header has no result line: it is proved with the file that includes it.
         let stem =
             |name: &str| name.rsplit_once('.').map_or(name.to_owned(), |(stem, _)| stem.to_owned());
         let line = (subject.built.lines.iter()).find(|line| line.name == file.name).or_else(|| {
@@ -172,10 +172,10 @@ fn outputs(subject: &Subject<'_>, tag: &str, tagged: &Tagged) -> Vec<[String; 3]
     rows
 }
 
-/// The registers and outputs of a chip that carry a tag, or hold a step that does.
+/// The registers and outputs of a chip that have a tag, or store a step with it.
 fn equations(net: &Net, chip: &Chip, tag: &str, tagged: &Tagged) -> Vec<String> {
     let circuit = &chip.circuit;
-    // What lists call is no level, and is not forced.
+    // Functions called by lists have no level, so they are not forced.
     let called = called_in_lists(net);
     let is_forced = |pin: PinOutputId| {
         let PinRole::Output(output, _) = circuit.outputs[pin].role else { return false };
@@ -185,7 +185,7 @@ fn equations(net: &Net, chip: &Chip, tag: &str, tagged: &Tagged) -> Vec<String> 
         let (Origin::Step(step) | Origin::Region(step)) = origin else { return false };
         tagged.steps.contains(&step)
     };
-    // The flip-flops of a code that the step is a number of.
+    // The flip-flops of a code that includes the step.
     let mut coded = BTreeSet::new();
     for decoded in circuit.decoded.iter().filter(|decoded| is_of_step(decoded.holds.origin)) {
         let mut open = vec![decoded.node];

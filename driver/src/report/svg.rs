@@ -1,9 +1,9 @@
-//! SVG, as far as drawings need it: elements with attributes, text that is escaped, one picture on a white ground.
+//! A subset of SVG for drawings: elements with attributes, escaped text, one picture on a white background.
 //!
-//! Everything is in whole pixels and every attribute stands on its element, so that any viewer shows the same picture. Letters are those of a monospaced
-//! font: how wide a text is can then be told without the font.
+//! All coordinates are whole pixels and every attribute is on its element, so that all viewers show the same picture. The font is monospaced,
+//! so the width of a text is known without the font.
 
-/// A picture that is being drawn.
+/// A picture under construction.
 pub struct Svg {
     width: u32,
     height: u32,
@@ -11,30 +11,30 @@ pub struct Svg {
     body: String,
 }
 
-/// Where a text stands relative to its point.
+/// The position of a text relative to its point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
-    /// It begins there.
+    /// The text begins at the point.
     Start,
-    /// Its middle is there.
+    /// The middle of the text is at the point.
     Middle,
-    /// It ends there.
+    /// The text ends at the point.
     End,
 }
 
-/// How a text looks.
+/// The style of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pen<'a> {
     /// The height of letters, in pixels.
     pub size: u32,
     /// A colour of CSS.
     pub colour: &'a str,
-    /// Heavy letters.
+    /// Bold letters.
     pub is_bold: bool,
 }
 
 impl Svg {
-    /// An empty picture of so many pixels; the title is what readers of the page hear.
+    /// An empty picture of this size in pixels; the title is for screen readers.
     #[must_use]
     pub fn new(width: u32, height: u32, title: &str) -> Self {
         Svg { width, height, title: escape(title), body: String::new() }
@@ -60,7 +60,7 @@ impl Svg {
         }
     }
 
-    /// A filled rectangle, with a border where `stroke` is a colour.
+    /// A filled rectangle, with a border if `stroke` is a colour.
     pub fn rect(&mut self, x: u32, y: u32, width: u32, height: u32, fill: &str, stroke: &str) {
         self.element(
             "rect",
@@ -88,7 +88,7 @@ impl Svg {
         );
     }
 
-    /// A text at a point: its base line is there. One that is longer than `room` pixels is cut with an ellipsis, and its whole is the tooltip.
+    /// A text with its baseline at a point. A text longer than `room` pixels is cut with an ellipsis, and the full text is the tooltip.
     pub fn text(&mut self, at: (u32, u32), anchor: Anchor, pen: Pen<'_>, text: &str, room: u32) {
         self.write(at, anchor, pen, text, room, None);
     }
@@ -151,15 +151,15 @@ impl Svg {
     }
 }
 
-/// So many pixels a text of letters of this size is wide; rounded up.
+/// The width in pixels of a text with letters of this size, rounded up.
 #[must_use]
 pub fn width(text: &str, size: u32) -> u32 {
     let columns = u32::try_from(super::table::width(text)).unwrap_or(u32::MAX / 1024);
-    // A monospaced letter is 0.6 of its height wide, in all fonts that are asked for (0.602 in the widest).
+    // A monospaced letter is 0.6 of its height wide in all requested fonts (0.602 in the widest).
     columns.saturating_mul(size).saturating_mul(31).div_ceil(50)
 }
 
-/// A text that fits, with an ellipsis where something was left out.
+/// A text that fits, with an ellipsis if something was cut off.
 fn cut(text: &str, size: u32, room: u32) -> String {
     if width(text, size) <= room {
         return text.to_owned();
@@ -176,7 +176,7 @@ fn cut(text: &str, size: u32, room: u32) -> String {
     kept
 }
 
-/// A text as content or attribute of XML. Characters that XML does not know become U+FFFD.
+/// A text as content or attribute of XML. Characters that XML does not allow become U+FFFD.
 #[must_use]
 pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());

@@ -1,8 +1,8 @@
-//! Tables and inline text of a page: Markdown that is aligned, so that it reads as plain text too.
+//! Tables and inline text of a page: aligned Markdown, so that it is readable as plain text too.
 
 use grafsynth_ir::names::is_unseen;
 
-/// A table with a head; cells are made fit for Markdown when they are added.
+/// A table with a head; cells are escaped for Markdown when they are added.
 pub(super) struct Table {
     rows: Vec<Vec<String>>,
 }
@@ -13,29 +13,29 @@ impl Table {
         Table { rows: vec![head.iter().map(|title| (*title).to_owned()).collect()] }
     }
 
-    /// An empty table with as many columns as there are titles.
+    /// An empty table with these column titles.
     pub(super) fn of(head: Vec<String>) -> Self {
         Table { rows: vec![head] }
     }
 
-    /// Adds a row of as many cells as there are.
+    /// Adds a row with one cell for each column.
     pub(super) fn add(&mut self, cells: &[String]) {
         self.rows.push(cells.iter().map(|cell| inline(cell)).collect());
     }
 
-    /// Adds a row; what is missing at its end is empty.
+    /// Adds a row; missing cells at its end are empty.
     pub(super) fn row<const N: usize>(&mut self, cells: [String; N]) {
         self.add(&cells);
     }
 
-    /// Gives the last row this cell as it stands: text of ours, which may have signs of Markdown.
+    /// Replaces a cell of the last row by this text without escaping: our own text, which may contain Markdown.
     pub(super) fn set_last(&mut self, column: usize, text: &str) {
         if let Some(cell) = self.rows.last_mut().and_then(|row| row.get_mut(column)) {
             text.clone_into(cell);
         }
     }
 
-    /// True if it has no rows but its head.
+    /// True if it has no rows except its head.
     pub(super) fn is_empty(&self) -> bool {
         self.rows.len() <= 1
     }
@@ -67,7 +67,7 @@ impl Table {
     }
 }
 
-/// A text for one line of Markdown: no line breaks, and no sign of the user's that would begin a link, a tag, emphasis or a cell.
+/// A text for one line of Markdown: no line breaks, and no characters of the user that would begin a link, a tag, emphasis or a cell.
 pub(super) fn inline(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -83,12 +83,12 @@ pub(super) fn inline(text: &str) -> String {
     out
 }
 
-/// How many columns a text takes with letters of one width: ideographs and the like take two, marks none.
+/// The width of a text in columns of a monospaced font: ideographs and similar characters take two columns, combining marks none.
 pub(super) fn width(text: &str) -> usize {
     text.chars().map(char_width).sum()
 }
 
-/// Columns of one character. The ranges are the large ones of Unicode's East Asian Width (wide), and the combining marks.
+/// The columns of one character. The ranges are the large ones of Unicode's East Asian Width (wide), and the combining marks.
 fn char_width(c: char) -> usize {
     match u32::from(c) {
         0x0300..=0x036F | 0x200B..=0x200F | 0x20D0..=0x20FF | 0xFE00..=0xFE0F => 0,

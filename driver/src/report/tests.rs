@@ -1,4 +1,4 @@
-//! Pages and drawings of small charts: what stands in them is what was burned, and every drawing is XML.
+//! Pages and drawings of small charts: their contents match the fuses, and every drawing is XML.
 
 use super::chip::{Cell, Chip};
 use super::drawing::{Drawing, PinRole, Shape};
@@ -87,14 +87,14 @@ fn wide_letters_take_two_columns_in_tables() {
     assert!(text.contains("a\\|b"), "{text}");
 }
 
-/// Every device that holds the truck: the package has each pin once, every signal is drawn where it is, and the picture is XML within its own frame.
+/// Every device that holds the truck: the package has each pin once, every signal is drawn at its pin, and the picture is XML within its own frame.
 #[test]
 fn every_device_has_its_drawing() {
     let mut n_drawn = 0;
     for device in DEVICES {
         let (built, pages) = built(TRUCK, &[Target::Logic(Dialect::Palasm)], &on(device.name));
         let Some(chip) = built.chips.first() else {
-            // No flip-flops, or fewer than the chart has steps: that is said.
+            // No flip-flops, or fewer than the chart has steps: this is reported.
             assert!(!built.found.is_empty(), "{}", device.name);
             continue;
         };
@@ -116,7 +116,7 @@ fn every_device_has_its_drawing() {
     assert!(n_drawn >= 5, "{n_drawn}");
 }
 
-/// A picture is XML, and nothing in it lies outside its frame.
+/// A picture is XML, and nothing in it is outside its frame.
 fn check_svg(text: &str) {
     let parsed = document(text);
     let root = parsed.root_element();
@@ -151,7 +151,7 @@ fn check_svg(text: &str) {
     }
 }
 
-/// Labels may be anything: none ends a block of the page, breaks a line of it, or makes the drawing something else than XML.
+/// Labels may be anything: none ends a block of the page, breaks a line of it, or makes the drawing invalid XML.
 #[test]
 fn odd_labels_stay_on_their_lines() {
     let (net, sources) = net(TRUCK);
@@ -192,7 +192,7 @@ fn long_names_stay_inside_the_picture() {
     assert!(pages[0].text.contains(&format!("--> {long}")));
 }
 
-/// The truck wants three terms for its first step on a 22V10, one of them more without don't-cares: the figures of docs/forms.md.
+/// The truck needs three terms for its first step on a 22V10, and one more without don't-cares: the figures of docs/forms.md.
 #[test]
 fn terms_are_counted_with_and_without_dont_cares() {
     let (built, pages) = built(TRUCK, &[Target::Jedec], &on("gal22v10"));
@@ -233,7 +233,7 @@ fn requirements_are_traced_to_equations_and_proofs() {
     assert!(has("| | | truck.v | R; lines "), "{rows:#?}");
 }
 
-/// Registers wake as the chart begins, and the page says whence that is known.
+/// Registers start in the initial situation of the chart, and the page names the source of this knowledge.
 #[test]
 fn power_up_and_clock_are_said() {
     for (device, note) in [("gal16v8", "from memory"), ("gal22v10", "from memory")] {
@@ -256,7 +256,7 @@ fn power_up_and_clock_are_said() {
     assert!(!page.contains("must keep to the clock"), "{page}");
 }
 
-/// Why a code was taken: here since a flip-flop for each step has no room.
+/// The reason for an encoding: here a flip-flop for each step does not fit.
 #[test]
 fn a_code_has_its_reason() {
     let mut text = String::from("chart ring { input go\n output Q\n");
@@ -285,7 +285,7 @@ fn a_page_is_the_same_each_time() {
     assert_eq!(once.len(), 4, "a page, and a drawing of each chip");
 }
 
-/// The commands name the files that were written, and the Makefile where there is one.
+/// The commands name the files that were written, and the Makefile if there is one.
 #[test]
 fn the_page_says_how_the_c_is_flashed() {
     let targets = [Target::C(None)];

@@ -1,7 +1,7 @@
-//! What a reaction really takes: the emitted C on a simulated machine, each call of `NAME_step` measured by itself.
+//! Measures reactions: the emitted C on a simulated machine, each call of `NAME_step` separately.
 //!
-//! Nothing is added to the program: the host of the simulator knows where `NAME_init` and `NAME_step` begin, notes time and stack pointer there, and notes them again when
-//! the stack is back where it was before the call. What functions of the user take is left out, as in the bounds of `grafsynth_backend_c::cost`.
+//! Nothing is added to the program: the host of the simulator knows the addresses of `NAME_init` and `NAME_step`, records time and stack pointer there,
+//! and again when the stack is back at its level before the call. The time of user functions is excluded, as in the bounds of `grafsynth_backend_c::cost`.
 
 pub mod search;
 
@@ -13,25 +13,26 @@ use grafsynth_backend_c::{Options, Package};
 use grafsynth_ir::net::Net;
 use grafsynth_sim::Stimulus;
 
-/// What was measured, in the unit of the machine.
+/// The results, in the unit of the machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Measured {
     /// `NAME_init`, from the call to the return.
     pub init: u64,
-    /// The dearest `NAME_step`.
+    /// The worst `NAME_step`.
     pub step: u64,
-    /// The most bytes of stack of either, the return address among them; none on a Cortex-M3 where functions of the user are called, whose stack can't be told from it.
+    /// The maximum stack of either in bytes, including the return address; `None` on a Cortex-M3 if user functions are called, because their stack cannot
+    /// be separated.
     pub stack: Option<u64>,
-    /// Reactions that were measured.
+    /// The number of measured reactions.
     pub reactions: u64,
     /// Bytes of text and constant tables of `NAME.c`.
     pub text: u64,
 }
 
-/// The cycles of a call instruction and of its return address: the machine is first looked at behind it.
+/// The cycles of a call instruction and its return address: the machine is first observed after it.
 const CALL: u64 = 4;
 
-/// Runs the firmware too, and prints each call of `NAME_init` (0) and `NAME_step` (1): its time and its stack.
+/// Runs the firmware and prints each call of `NAME_init` (0) and `NAME_step` (1): its time and its stack.
 const HOST: &str = r#"int main(int argc, char **argv)
 {
     avr_t *avr = argc >= 7 ? machine(argv) : NULL;
@@ -88,18 +89,18 @@ const HOST: &str = r#"int main(int argc, char **argv)
 }
 "#;
 
-/// A machine that reactions can be measured on.
+/// A machine on which reactions can be measured.
 pub trait Meter {
-    /// Its name, as `grafsynth_backend_c::cost::machine` knows it.
+    /// Its name in `grafsynth_backend_c::cost::machine`.
     fn machine(&self) -> &'static str;
 
-    /// The C that these options give, compiled, and ready to run the stimulus of `job` and others.
+    /// Compiles the C with these options, ready to run the stimulus of `job` and others.
     ///
     /// # Errors
-    /// As an engine: what the back end or the machine refuses, and what a tool says.
+    /// The errors of an engine: constructs that the back end or the machine does not support, and failures of tools.
     fn prepare(&self, job: &Job<'_>, options: &Options) -> Result<Box<dyn Prepared>, EngineError>;
 
-    /// Each reaction of the stimulus of `job`, with the C that these options give.
+    /// Measures each reaction of the stimulus of `job`, with the C for these options.
     ///
     /// # Errors
     /// As [`Meter::prepare`].
@@ -110,14 +111,14 @@ pub trait Meter {
 
 /// Compiled C on a machine.
 pub trait Prepared {
-    /// Each reaction of a stimulus, from reset on: all together, and where the machine tells them apart the time of each.
+    /// Measures each reaction of a stimulus, from reset: the total results, and the time of each reaction if the machine can separate them.
     ///
     /// # Errors
-    /// What the simulator says.
+    /// The output of the simulator.
     fn run(&self, net: &Net, stimulus: &Stimulus) -> Result<(Measured, Vec<u64>), EngineError>;
 }
 
-/// The machines whose tools are here.
+/// The machines whose tools are installed.
 #[must_use]
 pub fn meters() -> Vec<Box<dyn Meter>> {
     let mut all: Vec<Box<dyn Meter>> = Vec::new();
@@ -211,13 +212,14 @@ impl Prepared for OnAvr {
     }
 }
 
-/// Measures a Cortex-M3, in instructions: each reaction is run again and again from the same instance, and the timer of the processor, which under qemu's `-icount shift=0` counts one
-/// for 40 instructions, tells how many it takes; an empty function with the same arguments is subtracted. For the stack, the memory below the stack pointer is painted before one more call, and what is no longer painted
-/// after it was used: a word that a function reserves and never writes is not seen. Functions of the user count as empty ones.
+/// Measures a Cortex-M3, in instructions: each reaction is repeated many times from the same instance, and the timer of the processor, which under qemu's
+/// `-icount shift=0` counts one for 40 instructions, gives its length; an empty function with the same arguments is subtracted. For the stack, the memory
+/// below the stack pointer is filled with a pattern before one more call, and what has changed afterwards was used: a word that a function reserves but
+/// never writes is not detected. User functions count as empty.
 #[derive(Debug, Default)]
 pub struct ArmMeter;
 
-/// Bytes below the stack pointer that are painted on a Cortex-M3; whether a chart that uses them all needs more is not seen.
+/// Bytes below the stack pointer that are filled with a pattern on a Cortex-M3; use beyond them is not detected.
 const DEEP: u64 = 32_768;
 
 /// What counts the reactions: `NAME_step` becomes a macro in the bench. A macro is not expanded within itself.
@@ -333,7 +335,7 @@ impl Prepared for OnArm {
         };
         match (run.is_success, number(0), number(4), number(8)) {
             (true, _, _, Some(stack)) if stack >= DEEP && !self.calls_user => {
-                Err(EngineError::Failed(format!("it needs {DEEP} bytes of stack or more")))
+                Err(EngineError::Failed(format!("the chart needs {DEEP} bytes of stack or more")))
             }
             (true, Some(init), Some(step), Some(stack)) => {
                 let stack = (!self.calls_user).then_some(stack);
@@ -345,7 +347,7 @@ impl Prepared for OnArm {
     }
 }
 
-/// The chart's own text; an engine's would be another.
+/// The chart's own text; an engine's text would be another file.
 fn own_source(bench: &Bench) -> Result<&str, EngineError> {
     match &bench.sources[..] {
         [source] => Ok(source),
@@ -382,7 +384,7 @@ fn addresses(symbols: &str, prefix: &str) -> Option<Vec<String>> {
     Some(found)
 }
 
-/// Text and constant tables in what `size -A` prints.
+/// Text and constant tables in the output of `size -A`.
 pub(crate) fn text_bytes(printed: &[u8]) -> u64 {
     let mut sum = 0;
     for line in String::from_utf8_lossy(printed).lines() {

@@ -1,4 +1,4 @@
-//! Looks for the dearest reaction: random and directed runs, then small changes of the rows that led to the dearest ones.
+//! Searches the worst-case reaction: random and directed runs, then small changes of the rows that led to the worst ones.
 
 use super::{Measured, Prepared};
 use crate::EngineError;
@@ -7,14 +7,14 @@ use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::Net;
 use grafsynth_sim::{Directed, InputRow, MAX_DT, Start, Stimulus, breaks_assumption};
 
-/// How long to look.
+/// The effort of the search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
     /// Rows of each random run.
     pub rows: usize,
-    /// Reactions that are directed at transitions which have not fired.
+    /// The number of reactions that are directed at transitions that have not fired.
     pub directed: usize,
-    /// Runs that change a row of the dearest ones.
+    /// The number of runs that change a row of the worst ones.
     pub changes: usize,
 }
 
@@ -24,22 +24,22 @@ impl Default for Effort {
     }
 }
 
-/// The dearest reaction that was found.
+/// The worst reaction found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Dearest {
-    /// All reactions together.
+    /// The results over all reactions.
     pub measured: Measured,
-    /// The rows from reset to the dearest one, which is the last.
+    /// The rows from reset to the worst reaction, which is the last.
     pub rows: Vec<InputRow>,
 }
 
-/// Runs that are changed.
+/// The number of runs that are kept for changes.
 const CHANGED: usize = 4;
 
-/// Looks for the dearest reaction on a machine that tells reactions apart; on one that does not, the runs are made and nothing is changed.
+/// Searches the worst reaction on a machine that can separate reactions; on another machine, the runs are measured but not changed.
 ///
 /// # Errors
-/// What the simulator says.
+/// The output of the simulator.
 pub fn dearest(
     prepared: &dyn Prepared,
     net: &Valid<Net>,
@@ -83,7 +83,7 @@ pub fn dearest(
     Ok(Dearest { measured: all, rows: best.into_iter().next().map(|it| it.1).unwrap_or_default() })
 }
 
-/// Runs these rows; the time of the dearest, which is kept if it is among the best.
+/// Runs these rows; returns the time of the worst reaction, and keeps the run if it is among the worst.
 fn try_rows(
     prepared: &dyn Prepared,
     net: &Net,
@@ -99,7 +99,7 @@ fn try_rows(
         reactions: all.reactions + measured.reactions,
         text: measured.text,
     };
-    // The first of the dearest: its way is the shortest.
+    // The first of the worst reactions: it has the shortest path.
     let dearest = times.iter().copied().max().unwrap_or(0);
     let place = times.iter().position(|time| *time == dearest);
     let Some(place) = place.filter(|_| times.len() == rows.len()) else { return Ok(dearest) };
@@ -116,7 +116,7 @@ fn try_rows(
     Ok(dearest)
 }
 
-/// The runs of a directed search, each from reset on.
+/// The runs of a directed search, each from reset.
 fn directed(net: &Valid<Net>, reactions: usize) -> Vec<Vec<InputRow>> {
     let mut directed = Directed::new(net, 1, MAX_DT);
     let mut runs = Vec::new();
@@ -133,7 +133,7 @@ fn directed(net: &Valid<Net>, reactions: usize) -> Vec<Vec<InputRow>> {
     runs
 }
 
-/// A row with one thing changed, in all ways that what the chart assumes allows.
+/// A row with one change, in all ways that satisfy the chart's assumptions.
 fn changed(net: &Net, row: &InputRow) -> Vec<InputRow> {
     let mut all = Vec::new();
     let mut add = |row: InputRow| {
@@ -154,7 +154,7 @@ fn changed(net: &Net, row: &InputRow) -> Vec<InputRow> {
         for value in values.into_iter().filter(|value| *value != row.value(id)) {
             let other = row.clone().with(id, value);
             let is_alone = !net.settings.events_exclusive || !input.kind.is_event();
-            // In place of another event, where one comes at a time.
+            // Replaces another event if events are exclusive.
             let others = net
                 .inputs
                 .iter()

@@ -1,4 +1,5 @@
-//! Board files: the device and its pins, apart from the chart, so that one chart serves several boards. `place` is read and refused when it is lowered.
+//! Board files: the device and its pins, separate from the chart, so that one chart can be used with several boards. `place` is parsed here
+//! and rejected during lowering.
 //!
 //! ```text
 //! device gal22v10 {
@@ -8,7 +9,7 @@
 //! }
 //! ```
 //!
-//! The items are those of the chart language, and may stand in a chart as well.
+//! The items are those of the chart language and are allowed in a chart as well.
 
 use grafsynth_ir::FileId;
 use grafsynth_ir::chart::{Board, Place};
@@ -19,12 +20,12 @@ use crate::graf::parser::{Abandoned, Parse, Parser, short};
 use crate::graf::token::Kind;
 use crate::graf::{Limits, sorted, too_large};
 
-/// What a board file says.
+/// The contents of a board file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct BoardFile {
-    /// `device … { … }`, in order; more than one is an error of whoever uses them.
+    /// `device … { … }` items in order; the caller reports more than one.
     pub boards: Vec<Board>,
-    /// `place … on …`, in order.
+    /// `place … on …` items in order.
     pub places: Vec<Place>,
 }
 
@@ -34,7 +35,7 @@ pub fn parse(file: FileId, text: &str) -> (BoardFile, Vec<Diagnostic>) {
     parse_within(file, text, &Limits::default())
 }
 
-/// Reads a board file within these limits.
+/// Reads a board file with the given limits.
 #[must_use]
 pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> (BoardFile, Vec<Diagnostic>) {
     let mut found = BoardFile::default();
@@ -62,7 +63,7 @@ fn item(parser: &mut Parser<'_>, found: &mut BoardFile) -> Parse<()> {
             parser.report(|| {
                 let finding = Diagnostic::error(
                     codes::UNKNOWN_WORD,
-                    format!("no item of a board begins with `{}`", short(word)),
+                    format!("unknown board item `{}`", short(word)),
                 );
                 match near {
                     Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),

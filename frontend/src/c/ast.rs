@@ -1,4 +1,4 @@
-//! The tree of a C source, close to the text: names are not resolved, types are as written.
+//! Syntax tree of a C source, close to the text: names are not resolved, types are as written.
 
 use grafsynth_ir::{Name, Span};
 
@@ -6,19 +6,19 @@ use grafsynth_ir::{Name, Span};
 #[derive(Debug, Default)]
 pub(super) struct Source {
     pub(super) items: Vec<External>,
-    /// Comments with their signs, in the order of the text.
+    /// Comments with their delimiters, in source order.
     pub(super) comments: Vec<Span>,
     /// `#define NAME constant`.
     pub(super) constants: Vec<(Name, i64)>,
-    /// Constants that whoever reads the source gives, as `-D` does.
+    /// Constants given by the caller, like `-D`.
     pub(super) given: Vec<(String, i64)>,
-    /// Lines that a library needs word for word: includes, and defines that are no constants.
+    /// Lines that a library needs verbatim: includes, and defines that are not constants.
     pub(super) lines: Vec<Span>,
-    /// Names of the defines that are no constants.
+    /// Names of the defines that are not constants.
     pub(super) opaque_macros: Vec<String>,
 }
 
-/// Something at the level of the file.
+/// A declaration or definition at file level.
 #[derive(Debug)]
 pub(super) enum External {
     Function(Box<Function>),
@@ -26,7 +26,7 @@ pub(super) enum External {
 }
 
 impl External {
-    /// True for the items of a file that only a library needs: types and prototypes.
+    /// Whether only a library needs this item: types and prototypes.
     pub(super) fn is_type_or_prototype(&self) -> bool {
         match self {
             External::Function(_) => false,
@@ -50,11 +50,11 @@ pub(super) struct Function {
     pub(super) declarator: Declarator,
     pub(super) params: Vec<Param>,
     pub(super) body: Stmt,
-    /// From the first specifier to the closing brace.
+    /// The span from the first specifier to the closing brace.
     pub(super) span: Span,
 }
 
-/// A parameter, of either style of definition.
+/// A parameter, in either style of definition.
 #[derive(Debug, Clone)]
 pub(super) struct Param {
     pub(super) name: Name,
@@ -62,7 +62,7 @@ pub(super) struct Param {
     pub(super) declarator: Declarator,
 }
 
-/// What stands before the declarators.
+/// The specifiers before the declarators.
 #[derive(Debug, Clone)]
 pub(super) struct Specifiers {
     pub(super) base: Base,
@@ -71,16 +71,16 @@ pub(super) struct Specifiers {
     pub(super) is_typedef: bool,
     pub(super) is_const: bool,
     pub(super) is_volatile: bool,
-    /// The words of the type, without storage class; empty where nothing was written (`int` is meant).
+    /// The span of the type, without the storage class; empty if no type was written (`int` is implied).
     pub(super) span: Span,
 }
 
-/// The type that specifiers name.
+/// The type named by the specifiers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Base {
     Void,
     Bool,
-    /// Width in the order char, short, int, long, long long; sign as written.
+    /// The types in the order char, short, int, long, long long; with the sign as written.
     Char(Option<bool>),
     Short {
         is_signed: bool,
@@ -93,30 +93,30 @@ pub(super) enum Base {
     },
     /// `long long` and 64-bit types.
     LongLong,
-    /// Of a fixed width.
+    /// A type of fixed width.
     Fixed {
         bits: u32,
         is_signed: bool,
     },
     /// `enum ..`
     Enum,
-    /// What a typedef of this source means is put in its place when it is read; what stands here is opaque: `float`, structures, unknown names.
+    /// An opaque type: `float`, structures, unknown names. Typedefs of this source are already replaced by their types.
     Opaque,
 }
 
-/// A declared name with what surrounds it.
+/// A declared name with its pointers, array lengths and parameters.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Declarator {
     pub(super) name: Name,
-    /// Stars before the name.
+    /// Number of stars before the name.
     pub(super) n_pointers: u32,
-    /// Lengths of an array, outermost first; none for `[]`.
+    /// Lengths of an array, outermost first; `None` for `[]`.
     pub(super) lengths: Vec<Option<Expr>>,
-    /// True for a function (`f()`), or a pointer to one.
+    /// Whether this is a function (`f()`) or a pointer to one.
     pub(super) is_function: bool,
-    /// Too intricate to be more than text, such as a pointer to a function.
+    /// Whether the declarator is too complex to analyse, such as a pointer to a function; only its text is kept.
     pub(super) is_opaque: bool,
-    /// From the first star to the last bracket.
+    /// The span from the first star to the last bracket.
     pub(super) span: Span,
 }
 
@@ -132,7 +132,7 @@ pub(super) struct Declaration {
 #[derive(Debug)]
 pub(super) enum Init {
     One(Expr),
-    /// `{ .. }`; designators make it opaque.
+    /// `{ .. }`; an initialiser with designators is opaque.
     List(Vec<Init>, Span),
 }
 
@@ -186,9 +186,9 @@ pub(super) enum ExprKind {
     Name(String),
     Index(Box<Expr>, Box<Expr>),
     Call(Name, Vec<Expr>),
-    /// A member of a structure, a call through a pointer, and what else only a C compiler understands.
+    /// A member of a structure, a call through a pointer, or another construct that only a C compiler handles.
     Opaque(Vec<Expr>),
-    /// `++` and `--`: by how much, whether before.
+    /// `++` and `--`: the increment, and whether it is a prefix.
     Step {
         operand: Box<Expr>,
         by: i64,
@@ -201,7 +201,7 @@ pub(super) enum ExprKind {
     SizeofType(Box<TypeName>),
     Sizeof(Box<Expr>),
     Binary(BinaryOp, Box<Expr>, Box<Expr>),
-    /// `&&` (true) and `||` (false), flat.
+    /// A flat chain of `&&` (true) or `||` (false).
     Junction(bool, Vec<Expr>),
     Conditional(Box<Expr>, Box<Expr>, Box<Expr>),
     Assign(Option<BinaryOp>, Box<Expr>, Box<Expr>),
@@ -226,7 +226,7 @@ pub(super) enum UnaryOp {
     Not,
 }
 
-/// Operators with two operands that are both evaluated.
+/// Binary operators that evaluate both operands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum BinaryOp {
     Add,
@@ -248,7 +248,7 @@ pub(super) enum BinaryOp {
 }
 
 impl Expr {
-    /// The direct operands, left to right.
+    /// The direct operands, from left to right.
     pub(super) fn operands(&self) -> Vec<&Expr> {
         match &self.kind {
             ExprKind::Number { .. }
@@ -274,7 +274,7 @@ impl Expr {
         }
     }
 
-    /// Calls `visit` on it and everything in it, outermost first; `sizeof` is not entered, for its operand is not evaluated.
+    /// Calls `visit` on the expression and all its parts, outermost first. Skips the operand of `sizeof`, which is not evaluated.
     pub(super) fn each<'e>(&'e self, visit: &mut impl FnMut(&'e Expr)) {
         visit(self);
         if matches!(self.kind, ExprKind::Sizeof(_)) {

@@ -1,4 +1,4 @@
-//! Functions among each other: which one the chart runs, that none calls itself, and what parameters that are pointers refer to.
+//! Relations between functions: which one the chart runs, that none is recursive, and what pointer parameters refer to.
 
 use super::resolve::{FunctionId, Home, PointerUse, Reference, Resolver, VarId};
 use super::types::Type;
@@ -65,9 +65,9 @@ impl Resolver<'_, '_> {
         Some(())
     }
 
-    /// Refuses a function that calls itself, also through others: each function is a macro-step, and a macro-step cannot contain itself.
+    /// Refuses recursion, also through other functions: each function is a macro-step, and a macro-step cannot contain itself.
     pub(super) fn recursion(&mut self) {
-        // Colours of a depth-first search with its own stack: 0 new, 1 open, 2 done.
+        // Colours of a depth-first search with an explicit stack: 0 new, 1 open, 2 done.
         let mut colour = vec![0_u8; self.program.functions.len()];
         let mut stack = vec![(self.program.entry, 0_usize)];
         colour[self.program.entry] = 1;
@@ -112,9 +112,9 @@ impl Resolver<'_, '_> {
         }
     }
 
-    /// What parameters that are pointers refer to.
+    /// Determines what pointer parameters refer to.
     pub(super) fn references(&mut self) {
-        // Handed on, a pointer is what the other function makes of it: until nothing changes.
+        // The use of a pointer that is passed on depends on the called function, so this repeats until nothing changes.
         loop {
             let mut changed = false;
             let uses: Vec<(VarId, PointerUse)> =
@@ -181,7 +181,7 @@ impl Resolver<'_, '_> {
         }
     }
 
-    /// Lengths of array parameters: as written, as the longest argument, or as the option says.
+    /// Determines the lengths of array parameters: as written, or that of the longest argument, or the default from the options.
     pub(super) fn lengths(&mut self) {
         let default = self.program.options.array_length.max(1);
         let entry = self.program.entry;
@@ -200,7 +200,7 @@ impl Resolver<'_, '_> {
                 });
             }
         }
-        // Callers come before those they call: without recursion as many rounds as there are functions are enough.
+        // Callers precede callees; without recursion, as many rounds as there are functions are enough.
         for _ in 0..self.program.functions.len() {
             let mut changed = false;
             for (param, length) in self.argument_lengths() {
@@ -222,7 +222,7 @@ impl Resolver<'_, '_> {
         }
     }
 
-    /// For each array that is handed on: the parameter and the number of rows.
+    /// For each array that is passed on: the parameter and the number of rows.
     fn argument_lengths(&self) -> Vec<(VarId, u32)> {
         let mut found = Vec::new();
         for (var, uses) in &self.pointer_uses {

@@ -1,13 +1,13 @@
-//! Constant expressions: case labels, lengths of arrays, values of `#define` and `enum`.
+//! Constant expressions: case labels, array lengths, values of `#define` and `enum`.
 
 use super::ast::{BinaryOp, Expr, ExprKind, UnaryOp};
 use grafsynth_ir::Span;
 use std::collections::BTreeMap;
 
-/// The value of a constant expression, by exact arithmetic.
+/// The value of a constant expression, in exact arithmetic.
 ///
 /// # Errors
-/// The smallest part that is no constant, or has no value (a division by 0, more than 64 bits).
+/// The smallest part that is not constant or has no value (a division by 0, more than 64 bits).
 pub(super) fn value(expr: &Expr, names: &BTreeMap<String, i64>) -> Result<i64, Span> {
     let span = expr.span;
     let of = |expr: &Expr| value(expr, names);

@@ -1,4 +1,4 @@
-//! Declarations: the words of a type, declarators, initial values, and the definitions of constants by `enum`.
+//! Declarations: specifiers, declarators, initial values, and the constants of `enum`.
 
 use super::ast::{Base, Declaration, Declarator, Init, Param, Specifiers, TypeName};
 use super::constant;
@@ -8,7 +8,7 @@ use crate::codes;
 use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
 
-/// Types that the standard headers define; wider ones and those that no number stands for are opaque.
+/// Types that the standard headers define. Wider types, and types that are not numbers, are opaque.
 fn known_type(name: &str) -> Option<Base> {
     let fixed = |bits, is_signed| Some(Base::Fixed { bits, is_signed });
     match name {
@@ -27,7 +27,7 @@ fn known_type(name: &str) -> Option<Base> {
 }
 
 impl Parser<'_> {
-    /// True if a declaration begins here.
+    /// Whether a declaration begins here.
     pub(super) fn begins_declaration(&self) -> bool {
         let token = self.here();
         if token.kind != Kind::Word {
@@ -40,7 +40,7 @@ impl Parser<'_> {
         if !self.is_name(token) {
             return false;
         }
-        // A name in front of a name is an unknown type; `name * name ;` too where the first one is no variable that we could know of.
+        // A name before a name is an unknown type. `name * name ;` is a declaration too, if the first name is not a known variable.
         self.is_name(self.ahead(1))
     }
 
@@ -74,7 +74,7 @@ impl Parser<'_> {
             || (known_type(word).is_some() && !self.constants.contains_key(word))
     }
 
-    /// The words in front of declarators. `implicit` allows none at all (`int` is meant then, as in K&R definitions).
+    /// Parses the specifiers before declarators. With `implicit`, there may be none (`int` is implied, as in K&R definitions).
     pub(super) fn specifiers(&mut self, implicit: bool) -> Read<Specifiers> {
         let start = self.here().span;
         let mut found = Specifiers {
@@ -163,7 +163,7 @@ impl Parser<'_> {
         Ok(found)
     }
 
-    /// Behind `struct`, `union` or `enum`: the tag and the body. The constants of an `enum` are known from here on.
+    /// Parses the tag and the body after `struct`, `union` or `enum`. The constants of an `enum` are known from here on.
     fn tagged(&mut self, is_enum: bool) -> Read<Base> {
         if self.is_name(self.here()) {
             self.take();
@@ -183,7 +183,7 @@ impl Parser<'_> {
                     "}" => depth -= 1,
                     _ if token.kind == Kind::End => {
                         self.findings.report(|| {
-                            Diagnostic::error(codes::C_SYNTAX, "the `{` here has no `}`")
+                            Diagnostic::error(codes::C_SYNTAX, "this `{` is not closed")
                                 .at(open, "opened here")
                         });
                         return Err(Failed);
@@ -217,13 +217,13 @@ impl Parser<'_> {
 
     pub(super) fn not_constant(&mut self, span: Span, what: &str) {
         self.findings.report(|| {
-            Diagnostic::error(codes::C_CONSTANT, format!("{what} is no constant"))
-                .at(span, "not known before the program runs")
+            Diagnostic::error(codes::C_CONSTANT, format!("{what} is not constant"))
+                .at(span, "not a constant expression")
                 .help("use numbers, characters, and names from `#define` and `enum`")
         });
     }
 
-    /// A declarator; of a function also its parameters. `named` asks for a name.
+    /// Parses a declarator, with its parameters if it is a function. `named` requires a name.
     pub(super) fn declarator(&mut self, named: bool) -> Read<(Declarator, Vec<Param>)> {
         self.deeper(|p| p.declarator_inner(named))
     }
@@ -274,7 +274,7 @@ impl Parser<'_> {
         Ok((found, params))
     }
 
-    /// Behind `(`: the parameters of a prototype, or the names of a K&R head.
+    /// Parses the parameters of a prototype or the names of a K&R head, after `(`.
     fn parameters(&mut self) -> Read<Vec<Param>> {
         let mut params = Vec::new();
         if self.accept(")") {
@@ -361,7 +361,7 @@ impl Parser<'_> {
         let mut values = Vec::new();
         while !self.is("}") {
             if self.is(".") || self.is("[") {
-                return self.unexpected("a value (designators are not read)");
+                return self.unexpected("a value (designators are not supported)");
             }
             values.push(self.initial(level + 1)?);
             if !self.accept(",") {

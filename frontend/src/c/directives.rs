@@ -1,7 +1,7 @@
-//! Lines of the preprocessor: names of constants, and text that is there or not (C99 6.10.1, 6.10.3).
+//! Preprocessor directives: names of constants, and conditional text (C99 6.10.1, 6.10.3).
 //!
-//! Conditions are computed with the constants of the file and those given by `-D`. What a condition leaves out is no longer there when the file is read:
-//! neither its tokens, nor its comments, nor what the lexer found in it.
+//! Conditions are evaluated with the constants of the file and those given by `-D`. Excluded text is removed before parsing: its tokens,
+//! its comments and the findings of the lexer in it.
 
 use grafsynth_ir::Name;
 use grafsynth_ir::Span;
@@ -17,11 +17,11 @@ use crate::codes;
 /// An `#if` that is not closed yet.
 struct Open {
     span: Span,
-    /// The text around it is there.
+    /// Whether the surrounding text is included.
     is_outer_active: bool,
-    /// The text of the present branch is there.
+    /// Whether the text of the current branch is included.
     is_active: bool,
-    /// Some branch was taken, or none may be any more.
+    /// Whether a branch was already taken, or no further branch may be taken.
     was_taken: bool,
     has_else: bool,
 }
@@ -30,7 +30,7 @@ struct Open {
 const KNOWN_HEADERS: [&str; 4] = ["<stdbool.h>", "<stdint.h>", "<limits.h>", "<stddef.h>"];
 
 impl Parser<'_> {
-    /// Reads all lines, and takes out what they say is not there.
+    /// Processes all directives and removes the excluded text.
     pub(super) fn directives(&mut self, lines: &[Line], defines: &[(String, i64)]) {
         for (name, value) in defines {
             self.constants.insert(name.clone(), *value);
@@ -39,7 +39,7 @@ impl Parser<'_> {
             self.source.given.push((name.clone(), *value));
         }
         let mut open: Vec<Open> = Vec::new();
-        // Places that are left out, in order.
+        // Excluded ranges in source order.
         let mut absent: Vec<(u32, u32)> = Vec::new();
         let mut absent_from: Option<u32> = None;
         for line in lines {
@@ -60,7 +60,7 @@ impl Parser<'_> {
         }
         for one in open {
             self.findings.report(|| {
-                Diagnostic::error(codes::C_DIRECTIVE, "this condition has no `#endif`")
+                Diagnostic::error(codes::C_DIRECTIVE, "this conditional has no `#endif`")
                     .at(one.span, "begins here")
             });
         }
@@ -93,12 +93,12 @@ impl Parser<'_> {
                         self.findings.report(|| {
                             Diagnostic::error(
                                 codes::NESTING,
-                                format!("conditions lie more than {nesting} deep in each other"),
+                                format!("conditionals are nested deeper than {nesting} levels"),
                             )
                             .at(line.span, "")
                         });
                     }
-                    // Still counted, so that each `#endif` closes its own.
+                    // Still counted, so that each `#endif` closes its own conditional.
                     let (is_outer_active, was_taken) = (false, true);
                     let (span, is_active, has_else) = (line.span, false, false);
                     open.push(Open { span, is_outer_active, is_active, was_taken, has_else });
@@ -126,10 +126,10 @@ impl Parser<'_> {
                     self.findings.report(|| {
                         Diagnostic::error(
                             codes::C_DIRECTIVE,
-                            format!("#{word} stands behind the `#else` of its condition"),
+                            format!("#{word} after the `#else` of its conditional"),
                         )
                         .at(line.span, "")
-                        .at(first, "the condition")
+                        .at(first, "the conditional")
                     });
                     return;
                 }
@@ -152,7 +152,7 @@ impl Parser<'_> {
         }
     }
 
-    /// A line that is no condition, in text that is there.
+    /// Processes a directive that is not a conditional, in included text.
     fn active_line(&mut self, line: Line, word: &str, body: &str, rest: usize) {
         match word {
             "include" => {
@@ -161,8 +161,8 @@ impl Parser<'_> {
                 if !KNOWN_HEADERS.contains(&name.as_str()) {
                     self.findings.report(|| {
                         Diagnostic::note(codes::C_INCLUDE, format!("{name} is not read"))
-                            .at(line.span, "what it declares is not known here")
-                            .help("declare in this file what it uses of it, or hand over the output of `cc -E`")
+                            .at(line.span, "its declarations are unknown here")
+                            .help("declare the names that this file uses, or pass the output of `cc -E`")
                     });
                 }
             }
@@ -175,29 +175,29 @@ impl Parser<'_> {
                 let text = body["error".len()..].trim().to_owned();
                 self.findings.report(|| {
                     Diagnostic::error(codes::C_DIRECTIVE, format!("#error: {text}"))
-                        .at(line.span, "this text is there")
-                        .help("the conditions around it are computed with the constants of the file and those given by -D NAME=VALUE")
+                        .at(line.span, "this directive is active")
+                        .help("the conditions around it are evaluated with the constants of the file and those given by -D NAME=VALUE")
                 });
             }
-            // Line markers of a preprocessor's output, an empty directive, and what only a compiler heeds.
+            // Line markers in the output of a preprocessor, an empty directive, and directives that only affect a compiler.
             "" | "pragma" | "line" | "ident" | "warning" => {}
             _ if word.bytes().all(|byte| byte.is_ascii_digit()) => {}
             _ => self.findings.report(|| {
-                Diagnostic::error(codes::C_DIRECTIVE, format!("#{word} is not read"))
+                Diagnostic::error(codes::C_DIRECTIVE, format!("#{word} is not supported"))
                     .at(line.span, "")
-                    .help("hand over the output of `cc -E`, in which such lines are done")
+                    .help("pass the output of `cc -E`, which processes such lines")
             }),
         }
     }
 
     fn without_if(&mut self, word: &str, line: Line) {
         self.findings.report(|| {
-            Diagnostic::error(codes::C_DIRECTIVE, format!("#{word} without a condition before it"))
+            Diagnostic::error(codes::C_DIRECTIVE, format!("#{word} without an `#if` before it"))
                 .at(line.span, "")
         });
     }
 
-    /// Reads a line behind its first word, with tokens of its own.
+    /// Parses a directive after its first word, with its own tokens.
     fn on_line<T>(&mut self, line: Line, from: usize, read: impl FnOnce(&mut Self) -> T) -> T {
         let lexed = lexer::lex(
             self.file,
@@ -214,26 +214,25 @@ impl Parser<'_> {
         result
     }
 
-    /// The name behind `#ifdef` is defined.
+    /// Whether the name after `#ifdef` is defined.
     fn is_defined(&mut self, line: Line, from: usize) -> bool {
         self.on_line(line, from, |parser| {
             let name = parser.here();
             if parser.is_name(name) {
                 return parser.defined.contains(parser.word_of(name));
             }
-            let _: Read<()> = parser.unexpected("the name that may be defined");
+            let _: Read<()> = parser.unexpected("a macro name");
             false
         })
     }
 
-    /// The condition of `#if` or `#elif` is not 0.
+    /// Whether the condition of `#if` or `#elif` is not 0.
     fn decides(&mut self, line: Line, from: usize) -> bool {
         self.on_line(line, from, |parser| {
             let asked = parser.replace_defined();
             if parser.here().kind == Kind::End {
                 parser.findings.report(|| {
-                    Diagnostic::error(codes::C_DIRECTIVE, "no condition stands here")
-                        .at(line.span, "")
+                    Diagnostic::error(codes::C_DIRECTIVE, "missing condition").at(line.span, "")
                 });
                 return false;
             }
@@ -249,9 +248,12 @@ impl Parser<'_> {
                 Ok(value) => value != 0,
                 Err(span) => {
                     parser.findings.report(|| {
-                        Diagnostic::error(codes::C_DIRECTIVE, "the condition has no value here")
-                            .at(span, "no constant")
-                            .help("give it by -D NAME=VALUE, or hand over the output of `cc -E`")
+                        Diagnostic::error(
+                            codes::C_DIRECTIVE,
+                            "the condition is not a constant expression",
+                        )
+                        .at(span, "not a constant")
+                        .help("define it with -D NAME=VALUE, or pass the output of `cc -E`")
                     });
                     false
                 }
@@ -259,7 +261,7 @@ impl Parser<'_> {
         })
     }
 
-    /// `defined NAME` and `defined(NAME)` become 1 or 0. Gives the names.
+    /// Replaces `defined NAME` and `defined(NAME)` by 1 or 0. Returns the names.
     fn replace_defined(&mut self) -> BTreeSet<String> {
         let mut asked = BTreeSet::new();
         let mut all: Vec<Token> = Vec::with_capacity(self.tokens.len());
@@ -287,7 +289,7 @@ impl Parser<'_> {
         asked
     }
 
-    /// Names that nothing defines are 0 in a condition (C99 6.10.1), which is said.
+    /// Replaces undefined names in a condition by 0 (C99 6.10.1) and reports them.
     fn unknown_are_zero(
         &mut self,
         expr: &Expr,
@@ -314,13 +316,13 @@ impl Parser<'_> {
                         format!("{name} is not defined, so it is 0 in this condition"),
                     )
                     .at(span, "")
-                    .help(format!("write `#define {name} ..`, or give it by -D {name}=VALUE"))
+                    .help(format!("write `#define {name} ..`, or define it with -D {name}=VALUE"))
                 });
             }
         }
     }
 
-    /// `#define NAME constant`; anything else is kept as text for the library, and is opaque where it is used.
+    /// Processes `#define NAME constant`. Any other define is kept as text for the library, and its uses are opaque.
     fn define(&mut self, line: Line, from: usize) {
         let lexed = lexer::lex(
             self.file,
@@ -335,7 +337,7 @@ impl Parser<'_> {
         if self.is_name(name) {
             self.take();
             let text = self.word_of(name).to_owned();
-            // The bracket of a parameter list touches the name.
+            // The parenthesis of a parameter list follows the name without a blank.
             let is_function = self.is("(") && self.here().span.start == name.span.end;
             let is_empty = self.here().kind == Kind::End;
             let value = (!is_function && !is_empty && self.here().kind != Kind::Text)
@@ -348,16 +350,16 @@ impl Parser<'_> {
                 .flatten();
             self.defined.insert(text.clone());
             match value.and_then(|value| constant::value(&value, &self.constants).ok()) {
-                // A name stands for one number in the whole file.
+                // A name has one value in the whole file.
                 Some(value) if self.constants.get(&text).is_some_and(|old| *old != value) => {
                     let old = self.constants[&text];
                     self.findings.report(|| {
                         Diagnostic::error(
                             codes::C_DIRECTIVE,
-                            format!("{text} is defined again, as {value} instead of {old}"),
+                            format!("{text} is redefined as {value}; it was {old}"),
                         )
                         .at(name.span, "")
-                        .help("give the second number a name of its own, or hand over the output of `cc -E`")
+                        .help("use a different name for the second value, or pass the output of `cc -E`")
                     });
                 }
                 Some(value) => {
@@ -378,7 +380,7 @@ impl Parser<'_> {
         self.at = at;
     }
 
-    /// Runs `read` without keeping what it reports.
+    /// Runs `read` and discards its findings.
     fn quietly<T>(&mut self, read: impl FnOnce(&mut Self) -> Read<T>) -> Option<T> {
         let (kept, rest) = (self.findings.kept.len(), self.findings.rest);
         let result = read(self).ok();

@@ -1,11 +1,11 @@
-//! Graphs to a chart: each function a macro, each call a macro-step, each node a step.
+//! Turns graphs into a chart: each function becomes a macro, each call a macro-step, each node a step.
 //!
 //! ```text
 //! int twice(int n) { return 2 * n; }   =>   macro twice { var n, result  entry step enter  step return_ {..}  exit step end }
 //!                                           ready -> run when start do { run.n := n }     run -> finished do { result := run.result }
 //! ```
 //!
-//! Parameters are latched when the macro-step is entered; every `return` leads to its one exit step.
+//! Parameters are latched when the macro-step is entered. Every `return` leads to its single exit step.
 
 use super::flow::{self, Context, Externs, Graph, Names, Next, NodeId, Question};
 use super::frame::{comment_at, frame, globals};
@@ -24,7 +24,7 @@ use grafsynth_ir::net::{Meta, Policy};
 use grafsynth_ir::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Draws a source; with the text of its library, if it needs one.
+/// Builds the chart of a source, and the text of its library if it needs one.
 pub(super) fn draw(
     program: &Program<'_>,
     findings: &mut Findings,
@@ -32,7 +32,7 @@ pub(super) fn draw(
     let used = used_functions(program);
     let mut top = Names::default();
     let mut var_names = BTreeMap::new();
-    // What other files and other functions know by its name keeps it.
+    // Names that other files and functions use are kept.
     for (id, var) in program.vars.iter().enumerate() {
         if var.home == Home::Global && !var.in_library && is_current(program, id) {
             var_names.insert(id, top.plain(&var.name.text));
@@ -42,7 +42,7 @@ pub(super) fn draw(
         used.iter().map(|id| (*id, top.fresh(&program.functions[*id].def.name.text))).collect();
     let shared = shared_steps(program, &used, &mut top);
     let mut externs = Externs::default();
-    // Extern functions lie in one namespace with the globals, seen from inside the macros.
+    // Extern functions share one namespace with the globals, as seen from inside the macros.
     for id in &used {
         externs.names.fresh(&program.functions[*id].def.name.text);
     }
@@ -105,7 +105,7 @@ pub(super) fn draw(
         }));
     }
     items.extend(frame(program, &var_names, &macros, &shared, top, bodies));
-    // Not the function's own name: `build --target c` writes NAME.c, which must not be the file that the function stands in.
+    // The chart needs another name than the function: `build --target c` writes NAME.c, which must not overwrite the source file.
     let function = &program.functions[program.entry].def.name;
     let name = Name::new(format!("{function}_chart"), function.span);
     let chart = Chart {
@@ -118,13 +118,13 @@ pub(super) fn draw(
     Some((Design { charts: vec![chart], ..Design::default() }, library))
 }
 
-/// True for the variable that its name stands for (an `extern` declaration may have been overtaken by the definition).
+/// Whether this is the variable that its name refers to. A definition may have replaced an `extern` declaration.
 fn is_current(program: &Program<'_>, id: VarId) -> bool {
     program.uses.values().any(|used| *used == id)
         || program.vars[id].is_extern && program.vars[id].is_volatile
 }
 
-/// The functions that the chart needs, in the order of the text.
+/// The functions that the chart needs, in source order.
 fn used_functions(program: &Program<'_>) -> Vec<FunctionId> {
     let mut seen = BTreeSet::from([program.entry]);
     let mut open = vec![program.entry];
@@ -138,7 +138,7 @@ fn used_functions(program: &Program<'_>) -> Vec<FunctionId> {
     seen.into_iter().collect()
 }
 
-/// With `--calls share`: a macro-step for each function with several calls.
+/// With `--calls share`: one macro-step for each function with several calls.
 fn shared_steps(
     program: &Program<'_>,
     used: &[FunctionId],
@@ -184,7 +184,7 @@ fn extern_items(externs: &Externs) -> Vec<Item> {
     items
 }
 
-/// Comments go to the statement behind them, or to the one on whose line they stand.
+/// Attaches each comment to the following statement, or to the statement on its line.
 fn attach_comments(program: &Program<'_>, id: FunctionId, graph: &mut Graph) {
     let body = program.functions[id].def.body.span;
     let inside = program
@@ -192,7 +192,7 @@ fn attach_comments(program: &Program<'_>, id: FunctionId, graph: &mut Graph) {
         .comments
         .iter()
         .filter(|comment| comment.start >= body.start && comment.end <= body.end);
-    // Statements without statements in them, and conditions, as they stand in the text: they do not overlap.
+    // Simple statements and conditions in source order; they do not overlap.
     let mut places: Vec<(u32, u32, NodeId)> = Vec::new();
     for (id, node) in graph.nodes.iter().enumerate() {
         if node.span.end > node.span.start && (!node.text.is_empty() || node.is_test) {
@@ -204,7 +204,7 @@ fn attach_comments(program: &Program<'_>, id: FunctionId, graph: &mut Graph) {
         let next = places.partition_point(|(start, ..)| *start < comment.start);
         let behind = places.get(next).map(|(_, _, id)| *id);
         let before = next.checked_sub(1).map(|at| places[at]);
-        // A statement that goes on behind the comment holds it; one that ends on its line is meant by it.
+        // A statement that continues after the comment contains it. A comment belongs to the statement that ends on its line.
         let is_before = |(_, end, _): &(u32, u32, NodeId)| {
             let gap = program.text.get(*end as usize..comment.start as usize);
             *end >= comment.end || gap.is_some_and(|gap| !gap.contains('\n'))
@@ -216,7 +216,7 @@ fn attach_comments(program: &Program<'_>, id: FunctionId, graph: &mut Graph) {
     }
 }
 
-/// One function on its way to items.
+/// State of the translation of one function into items.
 struct Drawing<'p, 's> {
     program: &'p Program<'s>,
     graph: Graph,
@@ -224,11 +224,11 @@ struct Drawing<'p, 's> {
     macros: &'p BTreeMap<FunctionId, String>,
     /// The step of each node.
     steps: BTreeMap<NodeId, String>,
-    /// Macro-step and macro of each part that is one.
+    /// Names of the macro-step and the macro of each part that is one.
     part_names: BTreeMap<usize, (String, String)>,
-    /// Nodes of each part, with those of the parts in it.
+    /// Nodes of each part, including those of its inner parts.
     members: BTreeMap<usize, BTreeSet<NodeId>>,
-    /// What the first and the last step of every level are called.
+    /// Names of the first and last step of every level.
     ends: (String, String),
 }
 
@@ -242,7 +242,7 @@ impl Drawing<'_, '_> {
             else {
                 continue;
             };
-            // Nobody asks for what a function returns that never does.
+            // The result of a function that never returns is not needed.
             let is_result = matches!(var.home, Home::Result(_));
             if is_result && id == self.program.entry && !self.is_used(name) {
                 continue;
@@ -267,7 +267,7 @@ impl Drawing<'_, '_> {
         }
         self.parts();
         let order = self.order();
-        // Every level begins with `enter` and ends with `end`, so no other step is called so.
+        // Every level begins with `enter` and ends with `end`, so no other step gets these names.
         let (enter, end) = (self.names.fresh("enter"), self.names.fresh("end"));
         for part in 1..self.graph.parts.len() {
             if self.members.contains_key(&part) {
@@ -324,7 +324,7 @@ impl Drawing<'_, '_> {
         })
     }
 
-    /// Nodes as they stand in the text, the beginning first and the end last.
+    /// The nodes in source order, with the beginning first and the end last.
     fn order(&self) -> Vec<NodeId> {
         let mut all: Vec<NodeId> = (0..self.graph.nodes.len()).collect();
         all.sort_by_key(|id| {
@@ -334,7 +334,8 @@ impl Drawing<'_, '_> {
         all
     }
 
-    /// Which parts are macro-steps: those with two nodes or more, one way in and one way out. The nodes of others belong to the part around.
+    /// Decides which parts become macro-steps: those with at least two nodes, one entry and one exit. The nodes of other parts belong to
+    /// the enclosing part.
     fn parts(&mut self) {
         for part in (1..self.graph.parts.len()).rev() {
             let members: BTreeSet<NodeId> = (0..self.graph.nodes.len())
@@ -380,7 +381,7 @@ impl Drawing<'_, '_> {
         }
     }
 
-    /// Where ways lead into a set of nodes, and where they lead out of it.
+    /// The entry nodes of a set of nodes, and the nodes outside to which it leads.
     fn border(&self, members: &BTreeSet<NodeId>) -> (BTreeSet<NodeId>, BTreeSet<NodeId>) {
         let (mut entries, mut exits) = (BTreeSet::new(), BTreeSet::new());
         for (id, node) in self.graph.nodes.iter().enumerate() {
@@ -399,7 +400,7 @@ impl Drawing<'_, '_> {
         (entries, exits)
     }
 
-    /// The items of one level: the function, or a part of it.
+    /// The items of one level: the function or a part of it.
     fn level(&mut self, part: usize, order: &[NodeId]) -> Vec<Item> {
         let mut macros = Vec::new();
         let mut steps = Vec::new();
@@ -451,7 +452,7 @@ impl Drawing<'_, '_> {
         macros
     }
 
-    /// The part directly inside `part` that a group lies in.
+    /// The part directly inside `part` that contains a group.
     fn child_of(&self, group: usize, part: usize) -> Option<usize> {
         let mut at = group;
         while at != 0 {
@@ -464,7 +465,7 @@ impl Drawing<'_, '_> {
         None
     }
 
-    /// The step or macro-step of a level that stands for a node; the end of the level where the node lies outside.
+    /// The step or macro-step that represents a node on a level; the end of the level if the node is outside.
     fn target(&self, node: NodeId, part: usize, end: &str) -> String {
         let group = self.graph.nodes[node].group;
         if group == part {
@@ -485,7 +486,7 @@ impl Drawing<'_, '_> {
         span: Span,
     ) -> Item {
         let path = |name: &str| Path::from(Name::new(name, span));
-        // Entered from itself, a step must run its statements again.
+        // A step that is entered from itself must run its statements again.
         let restart = from == to;
         Item::Transition(Transition {
             sources: vec![path(from)],

@@ -1,8 +1,8 @@
-//! A function as a flow graph: one node for each statement, as NBS88 gives each one a step; conditions between them.
+//! A function as a flow graph with one node per statement, as in NBS88, and conditions between the nodes.
 //!
-//! Every statement of C is made of conditional and unconditional jumps here: `while`, `do`, `for`, `switch`, `break`, `continue` and `goto` only decide
-//! which node comes next. Effects under a condition (`a && i++`, a call in `?:`) become branches of the graph too, so the statements of a node always
-//! run all, in order.
+//! Here every statement of C consists of conditional and unconditional jumps: `while`, `do`, `for`, `switch`, `break`, `continue` and
+//! `goto` only decide which node is next. Side effects under a condition (`a && i++`, a call in `?:`) become branches of the graph too. So
+//! the statements of a node always all run, in order.
 
 use super::ast::{Declaration, Expr, ExprKind, Function, Init, Stmt, StmtKind};
 use super::number::Num;
@@ -18,39 +18,39 @@ use grafsynth_ir::expr::Type as NetType;
 use grafsynth_ir::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Number of a node in [`Graph::nodes`].
+/// Index of a node in [`Graph::nodes`].
 pub(super) type NodeId = usize;
 
-/// One step to be.
+/// A node, which becomes a step.
 #[derive(Debug)]
 pub(super) struct Node {
-    /// What to call it; empty for a join that stands for nothing in the text.
+    /// Proposed name; empty for a join that corresponds to nothing in the text.
     pub(super) hint: String,
-    /// Its C text; empty for what has none.
+    /// Its C text; may be empty.
     pub(super) text: String,
-    /// The C text of the condition behind it.
+    /// The C text of the condition after it.
     pub(super) test: String,
     pub(super) comments: Vec<String>,
     pub(super) span: Span,
     pub(super) body: chart::Block,
     pub(super) next: Next,
-    /// It must be a step of its own: an empty statement, the step at which a function begins, one that a label names.
+    /// Whether it must remain a separate step: an empty statement, the first step of a function, or a labelled step.
     pub(super) is_kept: bool,
-    /// Evaluating a condition only: may join the step in front of it.
+    /// Whether it only evaluates a condition and may be merged into the preceding step.
     pub(super) is_test: bool,
-    /// Innermost group that it belongs to; 0 is the function.
+    /// The innermost group that contains it; 0 is the function.
     pub(super) group: usize,
 }
 
-/// What comes behind a node.
+/// The continuation after a node.
 #[derive(Debug, Clone)]
 pub(super) enum Next {
-    /// Nothing yet, or nothing ever.
+    /// None yet, or none at all.
     None,
     Goto(NodeId),
-    /// The first way whose condition holds; the last one otherwise.
+    /// The first way whose condition is true, otherwise the last node.
     Branch(Vec<Way>, NodeId),
-    /// A macro-step; then the node.
+    /// A macro-step, and then the node.
     Call(Box<CallSite>, NodeId),
     /// The end of the function.
     Exit,
@@ -68,16 +68,16 @@ pub(super) struct Way {
 #[derive(Debug, Clone)]
 pub(super) struct CallSite {
     pub(super) callee: FunctionId,
-    /// The macro-step.
+    /// Name of the macro-step.
     pub(super) step: String,
     /// The step that waits for a shared macro-step.
     pub(super) wait: Option<String>,
-    /// What hands over the arguments.
+    /// The statements that pass the arguments.
     pub(super) latches: chart::Block,
     pub(super) span: Span,
 }
 
-/// A macro-step to be, inside the function.
+/// A part of the function that becomes a macro-step.
 #[derive(Debug)]
 pub(super) struct Part {
     pub(super) parent: usize,
@@ -85,26 +85,26 @@ pub(super) struct Part {
     pub(super) text: String,
 }
 
-/// A function as a graph.
+/// The flow graph of a function.
 #[derive(Debug)]
 pub(super) struct Graph {
     pub(super) nodes: Vec<Node>,
     pub(super) start: NodeId,
     pub(super) parts: Vec<Part>,
-    /// Variables that the lowering needed.
+    /// Variables that the translation needed.
     pub(super) temps: Vec<(String, NetType)>,
 }
 
-/// Names of one namespace of the chart; what is handed out is never handed out again.
+/// Names of one namespace of the chart. No name is returned twice.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Names {
     taken: BTreeSet<String>,
-    /// The number that a name got last.
+    /// The last number appended to each name.
     numbers: BTreeMap<String, usize>,
 }
 
 impl Names {
-    /// As [`Names::fresh`], for what never stands behind the dot of a macro-step.
+    /// Like [`Names::fresh`], for names that are never used after the dot of a macro-step.
     pub(super) fn plain(&mut self, wanted: &str) -> String {
         if !wanted.is_empty() && self.taken.insert(wanted.to_owned()) {
             wanted.to_owned()
@@ -113,7 +113,7 @@ impl Names {
         }
     }
 
-    /// The name itself, or with the first free number behind it.
+    /// Returns the name itself, or the name with the first unused number.
     pub(super) fn fresh(&mut self, wanted: &str) -> String {
         let mut base: String = wanted
             .chars()
@@ -125,7 +125,7 @@ impl Names {
         if base.is_empty() || base.starts_with(|first: char| first.is_ascii_digit()) {
             base.insert(0, 's');
         }
-        // What asks a step for something cannot name what stands in a macro-step.
+        // These words after a dot denote a property of a step, so they cannot name an item inside a macro-step.
         if ["active", "t", "T", "done"].contains(&base.as_str()) {
             base.push('_');
         }
@@ -139,20 +139,20 @@ impl Names {
     }
 }
 
-/// What the lowering of one function needs of the others.
+/// What the translation of one function needs to know about the others.
 pub(super) struct Context<'p, 's> {
     pub(super) program: &'p Program<'s>,
-    /// The name in the chart of every variable, without the macro-step it lies in.
+    /// The name of every variable in the chart, without its macro-step.
     pub(super) var_names: &'p BTreeMap<VarId, String>,
     /// Names of shared macro-steps.
     pub(super) shared: &'p BTreeMap<FunctionId, String>,
 }
 
-/// The extern functions that the units of a chart became.
+/// The extern functions made from the opaque units of a chart.
 #[derive(Debug, Default)]
 pub(super) struct Externs {
     pub(super) names: Names,
-    /// Name, C text of the body.
+    /// Name, C text of the body, and span.
     pub(super) actions: Vec<(String, String, Span)>,
     pub(super) conditions: Vec<Question>,
 }
@@ -163,12 +163,12 @@ pub(super) struct Question {
     pub(super) name: String,
     /// C text of the body.
     pub(super) text: String,
-    /// The range of a number, or none for a truth value.
+    /// The range of a number; `None` for a Boolean.
     pub(super) range: Option<(i64, i64)>,
     pub(super) span: Span,
 }
 
-/// Builds the graph of a function.
+/// Builder of the graph of a function.
 pub(super) struct Flow<'p, 's> {
     pub(super) context: &'p Context<'p, 's>,
     pub(super) function: FunctionId,
@@ -176,14 +176,14 @@ pub(super) struct Flow<'p, 's> {
     pub(super) externs: &'p mut Externs,
     pub(super) findings: &'p mut Findings,
     pub(super) nodes: Vec<Node>,
-    /// None where control never comes.
+    /// The current node; `None` in unreachable code.
     pub(super) current: Option<NodeId>,
     pub(super) temps: Vec<(String, NetType)>,
-    /// Temporaries by what they are for; how many the present full expression uses.
+    /// Temporaries by purpose and type, and the number used by the current full expression.
     pub(super) pool: BTreeMap<(String, NetType), (Vec<String>, usize)>,
-    /// Numbers that lie in a temporary already: what was put there, in which range, and what reads it. Forgotten at every effect.
+    /// Numbers that are already in a temporary: the value, its range, and the number that reads it. Cleared at every side effect.
     pub(super) clamped: Vec<(chart::Expr, (i64, i64), Num)>,
-    /// Values of calls in the present opaque unit: place of the call, text that replaces it.
+    /// Values of calls in the current opaque unit: span of the call, and the text that replaces it.
     pub(super) replaced: Vec<(Span, String)>,
     parts: Vec<Part>,
     part: usize,
@@ -194,7 +194,7 @@ pub(super) struct Flow<'p, 's> {
     exit: NodeId,
 }
 
-/// A `switch` that is being read.
+/// A `switch` that is being translated.
 struct Switch {
     cases: Vec<(i64, NodeId, Span, String)>,
     default: Option<(NodeId, Span)>,
@@ -262,7 +262,7 @@ impl<'s> Flow<'_, 's> {
         self.nodes.len() - 1
     }
 
-    /// A node for nothing: where ways meet.
+    /// Creates an empty node where ways meet.
     pub(super) fn join(&mut self, span: Span) -> NodeId {
         self.node("", "", Span { end: span.start, ..span })
     }
@@ -275,26 +275,26 @@ impl<'s> Flow<'_, 's> {
         }
     }
 
-    /// Goes on at `node`, from where we are and from wherever else jumps there.
+    /// Continues at `node`, from the current node and from all jumps to it.
     pub(super) fn go_on(&mut self, node: NodeId) {
         self.forget();
         self.end_with(Next::Goto(node));
         self.current = Some(node);
     }
 
-    /// Ends the statements up to here: what a temporary holds may differ behind.
+    /// Ends the current statements: the values in temporaries may differ afterwards.
     fn forget(&mut self) {
         self.clamped.clear();
     }
 
-    /// A node behind the present one.
+    /// Creates a node after the current one.
     pub(super) fn open(&mut self, hint: &str, text: &str, span: Span) -> NodeId {
         let node = self.node(hint, text, span);
         self.go_on(node);
         node
     }
 
-    /// The node that statements go to.
+    /// The node to which statements are added.
     pub(super) fn here(&mut self) -> NodeId {
         match self.current {
             Some(node) => node,
@@ -321,7 +321,7 @@ impl<'s> Flow<'_, 's> {
         self.emit(chart::StmtKind::Assign { target, index, value }, span);
     }
 
-    /// Ends the present node with two ways.
+    /// Ends the current node with two ways.
     pub(super) fn branch(
         &mut self,
         guard: chart::Expr,
@@ -338,7 +338,7 @@ impl<'s> Flow<'_, 's> {
         self.forget();
     }
 
-    /// A call ends the present node; the value is there in the next one.
+    /// Ends the current node with a call. The value is available in the next node.
     pub(super) fn call_site(&mut self, site: CallSite) {
         let here = self.here();
         let (hint, text, span, is_test) = {
@@ -353,7 +353,7 @@ impl<'s> Flow<'_, 's> {
         self.forget();
     }
 
-    /// A new full expression begins: temporaries of the last one are free.
+    /// Begins a new full expression: the temporaries of the previous one are free.
     pub(super) fn full_expression(&mut self) {
         for (_, n_used) in self.pool.values_mut() {
             *n_used = 0;
@@ -420,7 +420,7 @@ impl<'s> Flow<'_, 's> {
             StmtKind::Default(inner) => {
                 let node = self.join(inner.span);
                 match self.switches.last_mut() {
-                    None => self.jump_error(span, "default stands in no switch"),
+                    None => self.jump_error(span, "`default` outside of a switch"),
                     Some(Switch { default: Some((_, first)), .. }) => {
                         let first = *first;
                         self.findings.report(|| {
@@ -447,24 +447,24 @@ impl<'s> Flow<'_, 's> {
             }
             StmtKind::Break => match self.breaks.last().copied() {
                 Some(node) => self.end_with(Next::Goto(node)),
-                None => self.jump_error(span, "break stands in no loop and no switch"),
+                None => self.jump_error(span, "`break` outside of a loop or switch"),
             },
             StmtKind::Continue => match self.continues.last().copied() {
                 Some(node) => self.end_with(Next::Goto(node)),
-                None => self.jump_error(span, "continue stands in no loop"),
+                None => self.jump_error(span, "`continue` outside of a loop"),
             },
             StmtKind::Return(value) => self.return_statement(span, &text, value.as_ref()),
         }
     }
 
-    /// What a label stands before. At the end of a block that is nothing, and nothing is drawn for it.
+    /// Translates a labelled statement. A label at the end of a block has no statement, and no step is created for it.
     fn labelled(&mut self, inner: &'s Stmt) {
         if inner.span.start < inner.span.end {
             self.statement(inner);
         }
     }
 
-    /// The node at which a condition is evaluated.
+    /// Creates the node that evaluates a condition.
     fn test_node(&mut self, hint: &str, condition: &Expr) -> NodeId {
         let node = self.open(hint, "", condition.span);
         self.nodes[node].is_test = true;
@@ -496,7 +496,7 @@ impl<'s> Flow<'_, 's> {
         self.continues.pop();
     }
 
-    /// A statement under a condition: with `--group blocks` its block is a macro-step.
+    /// Translates a statement under a condition. With `--group blocks`, its block becomes a macro-step.
     fn under(&mut self, statement: &'s Stmt, name: &str) {
         let is_part = self.program().options.group == Group::Blocks
             && matches!(statement.kind, StmtKind::Block(_));
@@ -507,7 +507,7 @@ impl<'s> Flow<'_, 's> {
         }
     }
 
-    /// What `build` makes belongs to a macro-step of this name.
+    /// Puts the nodes that `build` creates into a macro-step with this name.
     fn in_part(&mut self, name: &str, text: &str, build: impl FnOnce(&mut Self)) {
         let outer = self.part;
         self.parts.push(Part { parent: outer, name: name.to_owned(), text: text.to_owned() });
@@ -524,7 +524,7 @@ impl<'s> Flow<'_, 's> {
         last: Option<&'s Expr>,
         body: &'s Stmt,
     ) {
-        // NBS88: an expression that is missing is a null statement, a missing condition is true.
+        // NBS88: a missing expression is a null statement; a missing condition is true.
         match first {
             Some(first) => self.statement(first),
             None => {
@@ -570,7 +570,7 @@ impl<'s> Flow<'_, 's> {
         let behind = self.join(span);
         self.switches.push(Switch { cases: Vec::new(), default: None });
         self.breaks.push(behind);
-        // What stands before the first label is never reached, unless a goto leads there.
+        // Statements before the first label are unreachable, unless a goto leads there.
         self.statement(body);
         self.end_with(Next::Goto(behind));
         self.breaks.pop();
@@ -578,7 +578,7 @@ impl<'s> Flow<'_, 's> {
         let default = match switch.default {
             Some((node, _)) => node,
             None => {
-                // NBS88: without a default a null statement stands behind `otherwise`.
+                // NBS88: without a default, a null statement follows `otherwise`.
                 let null = self.node("null", "", Span { end: span.start, ..span });
                 self.nodes[null].next = Next::Goto(behind);
                 null
@@ -614,8 +614,8 @@ impl<'s> Flow<'_, 's> {
             Ok(constant) => constant,
             Err(span) => {
                 self.findings.report(|| {
-                    Diagnostic::error(codes::C_CONSTANT, "a case label is no constant")
-                        .at(span, "not known before the program runs")
+                    Diagnostic::error(codes::C_CONSTANT, "a case label must be constant")
+                        .at(span, "not a constant expression")
                         .help("use numbers, characters, and names from `#define` and `enum`")
                 });
                 return;
@@ -624,7 +624,7 @@ impl<'s> Flow<'_, 's> {
         let text = format!("case {}", one_line(self.program().text_of(value.span)));
         match self.switches.last_mut() {
             Some(switch) => switch.cases.push((constant, node, value.span, text)),
-            None => self.jump_error(value.span, "case stands in no switch"),
+            None => self.jump_error(value.span, "`case` outside of a switch"),
         }
     }
 
@@ -636,7 +636,7 @@ impl<'s> Flow<'_, 's> {
         if let Some((node, is_defined, first)) = self.labels.get(&name.text).copied() {
             if is_definition && is_defined {
                 self.findings.report(|| {
-                    Diagnostic::error(codes::C_JUMP, format!("the label {name} stands twice"))
+                    Diagnostic::error(codes::C_JUMP, format!("duplicate label {name}"))
                         .at(name.span, "again here")
                         .at(first, "first here")
                 });
@@ -648,7 +648,7 @@ impl<'s> Flow<'_, 's> {
             return node;
         }
         let node = self.join(name.span);
-        // The statement behind the label becomes a step of its name.
+        // The labelled statement becomes a step with the name of the label.
         self.nodes[node].hint.clone_from(&name.text);
         self.labels.insert(name.text.clone(), (node, is_definition, name.span));
         node
@@ -688,7 +688,7 @@ impl<'s> Flow<'_, 's> {
                 None => self.findings.report(|| {
                     Diagnostic::error(codes::C_TYPE, "a void function returns a value")
                         .at(value.span, "")
-                        .help("write the type of the value in front of the function's name")
+                        .help("declare the type of the value before the function name")
                 }),
             }
         }
@@ -766,7 +766,7 @@ impl<'s> Flow<'_, 's> {
         }
     }
 
-    /// The comment on lines of its own right in front of a statement, as a heading.
+    /// The comment on its own lines directly before a statement, used as a heading.
     fn heading(&self, before: Option<Span>, statement: Span) -> Option<String> {
         let program = self.program();
         let text = program.text;
@@ -775,7 +775,7 @@ impl<'s> Flow<'_, 's> {
         if before.is_some_and(|before| comment.start < before.end) {
             return None;
         }
-        // Between the comment and the statement, and between the line's beginning and the comment, only blanks stand.
+        // Only blanks may separate the comment from the statement and from the beginning of its line.
         let gap = text.get(comment.end as usize..statement.start as usize)?;
         let line_start = text[..comment.start as usize].rfind('\n').map_or(0, |at| at + 1);
         let lead = text.get(line_start..comment.start as usize)?;

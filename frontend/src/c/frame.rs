@@ -1,4 +1,4 @@
-//! What stands around the functions of a chart: variables of the file, and how the function that the chart runs is started and left.
+//! The context of the functions in a chart: variables of the file, and how the chart starts and ends the function that it runs.
 
 use super::ast::{ExprKind, Init};
 use super::flow::Names;
@@ -18,7 +18,7 @@ use grafsynth_ir::expr::{Expr as GenericExpr, ExprKind as NetKind, Type as NetTy
 use grafsynth_ir::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The level of the chart: how the function is started, and what it leaves.
+/// The top level of the chart: starts the function and shows its results.
 pub(super) fn frame(
     program: &Program<'_>,
     var_names: &BTreeMap<VarId, String>,
@@ -55,7 +55,7 @@ pub(super) fn frame(
     let path = |name: &str| Path::from(Name::new(name, span));
     let name_of = |var: &VarId| var_names.get(var).cloned().unwrap_or_default();
     if is_program {
-        // NBS88: the one main program stands at the top, the others are macro-steps.
+        // NBS88: the main program is at the top, the other functions are macro-steps.
         for body in bodies {
             let is_main =
                 matches!(&body, Item::Macro(one) if one.name.text == macros[&program.entry]);
@@ -180,7 +180,8 @@ pub(super) fn frame(
     items
 }
 
-/// The items of a macro as those of a chart: it begins where the macro is entered, and stays at its end, if it has one.
+/// Turns the items of a macro into items of a chart. The chart begins where the macro is entered, and stays at the end of the macro if it
+/// has one.
 fn at_top(items: Vec<Item>) -> Vec<Item> {
     let targets: BTreeSet<String> = items
         .iter()
@@ -207,7 +208,7 @@ fn at_top(items: Vec<Item>) -> Vec<Item> {
     top
 }
 
-/// Variables of the file: what others write is an input, what others read an output.
+/// Variables of the file: a variable that others write is an input; a variable that others read is an output.
 pub(super) fn globals(
     program: &Program<'_>,
     var_names: &BTreeMap<VarId, String>,
@@ -241,7 +242,7 @@ pub(super) fn globals(
     items
 }
 
-/// The comment behind a declaration on its line.
+/// The comment after a declaration on the same line.
 pub(super) fn comment_at(program: &Program<'_>, span: Span) -> Option<String> {
     let comment = program.source.comments.iter().find(|comment| comment.start >= span.end)?;
     let gap = program.text.get(span.end as usize..comment.start as usize)?;
@@ -285,9 +286,9 @@ fn initial_values(
                 findings.report(|| {
                     Diagnostic::error(
                         codes::C_CONSTANT,
-                        format!("the initial value of {} is no constant", var.name),
+                        format!("the initial value of {} is not constant", var.name),
                     )
-                    .at(span, "not known before the program runs")
+                    .at(span, "not a constant expression")
                 });
                 constant_expr(0, scalar, span)
             }

@@ -1,4 +1,4 @@
-//! Characters to tokens: C99 and K&R, with the byte span of every token; comments and preprocessor lines go to side lists.
+//! Lexer for C99 and K&R. Every token has its byte span; comments and preprocessor lines are kept in separate lists.
 
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::{FileId, Span};
@@ -6,57 +6,57 @@ use grafsynth_ir::{FileId, Span};
 use crate::codes;
 use crate::graf::parser::Findings;
 
-/// What a token is.
+/// Kinds of tokens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// A name or a keyword.
     Word,
     /// An integer, with its value and suffixes.
     Number { value: u64, is_unsigned: bool, n_long: u8, is_decimal: bool },
-    /// A number with a point or an exponent.
+    /// A number with a decimal point or an exponent.
     Float,
-    /// A character constant, with its value in `int`.
+    /// A character constant, with its value as `int`.
     Char(i64),
     /// A string.
     Text,
-    /// A sign of one to three characters.
+    /// An operator or punctuator of one to three characters.
     Sign,
-    /// Behind the last token.
+    /// The end of the text.
     End,
 }
 
-/// A token with its place.
+/// A token with its span.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Token {
     pub(super) kind: Kind,
     pub(super) span: Span,
 }
 
-/// A preprocessor line, from its `#` to the end of the (continued) line.
+/// A preprocessor line, from `#` to the end of the (continued) line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Line {
     pub(super) span: Span,
 }
 
-/// What the lexer makes of a source.
+/// The result of the lexer.
 #[derive(Debug, Default)]
 pub(super) struct Lexed {
-    /// Ends with one [`Kind::End`].
+    /// The tokens; the last one is [`Kind::End`].
     pub(super) tokens: Vec<Token>,
-    /// In the order of the text, with their signs.
+    /// The comments with their delimiters, in source order.
     pub(super) comments: Vec<Span>,
-    /// In the order of the text.
+    /// The preprocessor lines in source order.
     pub(super) lines: Vec<Line>,
 }
 
-/// The signs of C, longest first.
+/// The operators and punctuators of C, longest first.
 const SIGNS: [&str; 45] = [
     "<<=", ">>=", "...", "->", "++", "--", "<<", ">>", "<=", ">=", "==", "!=", "&&", "||", "*=",
     "/=", "%=", "+=", "-=", "&=", "^=", "|=", "[", "]", "(", ")", "{", "}", ".", "&", "*", "+",
     "-", "~", "!", "/", "%", "<", ">", "^", "|", "?", ":", ";", "=",
 ];
 
-/// Reads the bytes `range` of a text.
+/// Lexes the bytes `range` of a text.
 pub(super) fn lex(
     file: FileId,
     text: &str,
@@ -97,7 +97,7 @@ impl Lexer<'_, '_> {
         self.findings.report(|| Diagnostic::error(codes::C_CHARACTERS, message()).at(span, ""));
     }
 
-    /// Goes on to the end of a line; a backslash before the break continues it.
+    /// Reads to the end of a line; a backslash before the line break continues it.
     fn rest_of_line(&mut self, lexed: &mut Lexed) {
         while self.at < self.end && self.byte(0) != b'\n' {
             if self.byte(0) == b'/' && self.byte(1) == b'*' {
@@ -123,7 +123,7 @@ impl Lexer<'_, '_> {
         } else {
             self.at = self.end;
             let open = Span::new(self.file, start, start + 2);
-            self.refuse(open, || "the comment that begins here does not end".to_owned());
+            self.refuse(open, || "unterminated comment".to_owned());
         }
         lexed.comments.push(self.span(start));
     }
@@ -173,7 +173,7 @@ impl Lexer<'_, '_> {
                     let letter = self.text[start..].chars().next().unwrap_or('?');
                     self.at += letter.len_utf8();
                     let span = self.span(start);
-                    self.refuse(span, || format!("{letter:?} has no meaning in C"));
+                    self.refuse(span, || format!("unexpected character {letter:?}"));
                     return self.token_behind(lexed);
                 }
             }
@@ -181,7 +181,7 @@ impl Lexer<'_, '_> {
         Some(Token { kind, span: self.span(start) })
     }
 
-    /// The token behind a run of characters without a meaning: taken in a loop, so that a thousand of them need no stack.
+    /// Reads the token after a run of unexpected characters, in a loop, so that a long run needs no stack.
     fn token_behind(&mut self, lexed: &mut Lexed) -> Option<Token> {
         while self.at < self.end {
             let byte = self.byte(0);
@@ -238,7 +238,7 @@ impl Lexer<'_, '_> {
             _ => {
                 let span = self.span(start);
                 let word = word.to_owned();
-                self.refuse(span, || format!("{word} is no number that C knows"));
+                self.refuse(span, || format!("{word} is not a valid C number"));
                 0
             }
         };
@@ -246,7 +246,7 @@ impl Lexer<'_, '_> {
         Kind::Number { value, is_unsigned: n_unsigned > 0, n_long, is_decimal: radix == 10 }
     }
 
-    /// One character of a constant or string, at the backslash or the character itself; none at the end of the line.
+    /// Reads one character of a constant or string, starting at the backslash or the character itself; `None` at the end of the line.
     fn escaped(&mut self) -> Option<i64> {
         let byte = self.byte(0);
         if self.at >= self.end || byte == b'\n' {
@@ -294,7 +294,7 @@ impl Lexer<'_, '_> {
                     self.text.get(self.at..).and_then(|rest| rest.chars().next()).unwrap_or('?');
                 self.at = (self.at + letter.len_utf8()).min(self.end);
                 let span = self.span(start);
-                self.refuse(span, || format!("\\{letter} is no escape of C"));
+                self.refuse(span, || format!("unknown escape \\{letter}"));
                 0
             }
         })
@@ -314,7 +314,7 @@ impl Lexer<'_, '_> {
             }
             let span = self.span(start);
             self.refuse(span, || {
-                "a character constant holds one character and ends with '".to_owned()
+                "a character constant must contain one character and end with '".to_owned()
             });
         }
         let value = value.unwrap_or(0);
@@ -330,9 +330,7 @@ impl Lexer<'_, '_> {
         while self.byte(0) != b'"' || self.at >= self.end {
             if self.escaped().is_none() {
                 let span = self.span(start);
-                self.refuse(span, || {
-                    "the string that begins here does not end on its line".to_owned()
-                });
+                self.refuse(span, || "unterminated string".to_owned());
                 return Kind::Text;
             }
         }
@@ -341,7 +339,7 @@ impl Lexer<'_, '_> {
     }
 }
 
-/// The characters of a string token, without the quotes and with escapes resolved; without the 0 behind them.
+/// The characters of a string token, without quotes, with escapes resolved, and without the terminating 0.
 pub(super) fn characters(
     file: FileId,
     text: &str,
@@ -356,7 +354,7 @@ pub(super) fn characters(
         Lexer { file, text, at: range.start + 1, end, is_unsigned_char: false, findings };
     let mut all = Vec::new();
     while let Some(value) = lexer.escaped() {
-        // A string is bytes: what lies beyond ASCII counts as its UTF-8.
+        // A string consists of bytes; a character outside ASCII counts as its UTF-8 bytes.
         match u32::try_from(value).ok().and_then(char::from_u32) {
             Some(letter) if value > 255 => {
                 let mut buffer = [0; 4];

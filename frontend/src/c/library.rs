@@ -1,7 +1,7 @@
-//! What the net cannot say: extern functions of the chart, and the C text behind them.
+//! Code that the net cannot express: the extern functions of the chart, and the C text behind them.
 //!
-//! An opaque statement becomes an extern action, an opaque condition an extern condition. Their text is that of the source; local variables become
-//! variables of the library's file (there is no recursion, so one of each is enough), parameters and results too.
+//! An opaque statement becomes an extern action, an opaque condition an extern condition. The text is taken from the source. Local
+//! variables, parameters and results become variables of the library file; without recursion, one of each is enough.
 
 use super::ast::{Expr, ExprKind, External};
 use super::flow::{Externs, Flow, Question};
@@ -34,7 +34,7 @@ fn library_name(program: &Program<'_>, id: VarId) -> String {
     format!("{}_{plain}{number}", program.functions[owner].def.name)
 }
 
-/// A piece of the source with the names of the library in it; `replaced` are calls of the chart whose value lies elsewhere.
+/// A part of the source with library names. `replaced` lists calls of the chart whose values are stored elsewhere.
 fn rewritten(program: &Program<'_>, span: Span, replaced: &[(Span, String)]) -> String {
     let mut silent = Findings { kept: Vec::new(), limit: 0, rest: 0 };
     let lexed = lexer::lex(
@@ -69,7 +69,7 @@ fn rewritten(program: &Program<'_>, span: Span, replaced: &[(Span, String)]) -> 
     one_whole_line(&text)
 }
 
-/// Comments and line breaks out: the text stands in one line of the library.
+/// Removes comments and line breaks, so that the text fits on one line of the library.
 fn one_whole_line(text: &str) -> String {
     if text.contains('\n') || text.contains("/*") {
         let mut line = String::new();
@@ -77,7 +77,7 @@ fn one_whole_line(text: &str) -> String {
             if !line.is_empty() {
                 line.push(' ');
             }
-            // A `//` comment would swallow what follows on the one line.
+            // A `//` comment would hide the rest of the line.
             let part = if part.contains('"') || part.contains('\'') {
                 part
             } else {
@@ -91,7 +91,7 @@ fn one_whole_line(text: &str) -> String {
 }
 
 impl<'s> Flow<'_, 's> {
-    /// Runs the calls of the chart inside an opaque unit; their values lie in the library then.
+    /// Runs the calls of the chart inside an opaque unit first; the library gets their values.
     fn calls_before(&mut self, expr: &'s Expr) {
         let mut open = vec![expr];
         let mut calls: Vec<(&'s Expr, FunctionId)> = Vec::new();
@@ -113,8 +113,8 @@ impl<'s> Flow<'_, 's> {
                         codes::C_TYPE,
                         "two calls of one function in an expression that is left to the library",
                     )
-                    .at(span, "the second one")
-                    .help("write two statements")
+                    .at(span, "second call")
+                    .help("split the expression into two statements")
                 });
                 return;
             }
@@ -152,7 +152,7 @@ impl<'s> Flow<'_, 's> {
         self.emit(StmtKind::Call { function: Name::new(name, span), arguments: Vec::new() }, span);
     }
 
-    /// An opaque expression statement.
+    /// Translates an opaque expression statement.
     pub(super) fn library_effect(&mut self, expr: &'s Expr) {
         self.calls_before(expr);
         let is_call = matches!(&expr.kind, ExprKind::Call(name, _) if self.program().callee(&name.text).is_some());
@@ -162,7 +162,7 @@ impl<'s> Flow<'_, 's> {
         }
     }
 
-    /// `var = expr` where both lie in the library.
+    /// Translates `var = expr` if both are in the library.
     pub(super) fn library_assign(&mut self, var: VarId, expr: &'s Expr) {
         self.calls_before(expr);
         let name = library_name(self.program(), var);
@@ -170,7 +170,7 @@ impl<'s> Flow<'_, 's> {
         self.action(text, expr.span);
     }
 
-    /// The initial value of an array or structure in the library.
+    /// Translates the initial value of an array or structure in the library.
     pub(super) fn library_init(&mut self, var: VarId, list: Span) {
         let program = self.program();
         let name = library_name(program, var);
@@ -182,7 +182,7 @@ impl<'s> Flow<'_, 's> {
         self.action(text, list);
     }
 
-    /// An opaque condition.
+    /// Translates an opaque condition.
     pub(super) fn library_condition(&mut self, expr: &'s Expr) -> chart::Expr {
         self.calls_before(expr);
         let text =
@@ -190,7 +190,7 @@ impl<'s> Flow<'_, 's> {
         self.question(text, None, expr.span)
     }
 
-    /// The number that a `switch` of the library looks at.
+    /// Translates the selector of a `switch` in the library.
     pub(super) fn library_number(&mut self, expr: &'s Expr) -> chart::Expr {
         self.calls_before(expr);
         let range = self.int_type().range();
@@ -207,7 +207,7 @@ impl<'s> Flow<'_, 's> {
         } else {
             "condition".to_owned()
         };
-        // The same text may be asked twice in one reaction only where it has no effect, so every place gets a function of its own.
+        // Repeating the same text in one reaction is only safe without side effects, so every use gets its own function.
         let name = self.externs.names.fresh(&format!("{function}_{kind}"));
         self.externs.conditions.push(Question { name: name.clone(), text, range, span });
         chart::Expr::leaf(Leaf::Name(Path::from(Name::new(name, span))), span)
@@ -225,7 +225,7 @@ fn declared_as(program: &Program<'_>, id: VarId, name: &str) -> Option<String> {
         return Some(format!("{} {stars}{name}", if ty.is_empty() { "int" } else { ty }));
     };
     let ty = program.text_of(specifiers.span);
-    // A body of a structure is written once, with the types.
+    // The body of a structure is written only once, with the types.
     let ty = ty.find('{').map_or(ty, |at| ty[..at].trim_end());
     let words: Vec<&str> = ty.split_whitespace().filter(|word| *word != "const").collect();
     let ty = if words.is_empty() { "int".to_owned() } else { words.join(" ") };
@@ -260,7 +260,7 @@ fn rewritten_plain(text: &str) -> String {
     text.trim().to_owned()
 }
 
-/// The text of the library of a chart; none where the chart has no extern functions.
+/// The text of the library of a chart; `None` if the chart has no extern functions.
 pub(super) fn write(
     program: &Program<'_>,
     chart: &str,
@@ -276,7 +276,7 @@ pub(super) fn write(
         text.push('\n');
     };
     line(format_args!(
-        "/* What stays C of the functions that the chart {chart} runs. Local variables are variables of this file: one call at a time. */"
+        "/* Parts of the functions of chart {chart} that stay C. Local variables are variables of this file: one call at a time. */"
     ));
     line(format_args!("#include \"{chart}_user.h\""));
     line(format_args!("#include <string.h>"));
@@ -287,7 +287,7 @@ pub(super) fn write(
         line(format_args!("{}", program.text_of(*directive)));
     }
     for (name, value) in &program.source.constants {
-        // Constants of `enum` come with its declaration.
+        // Constants of an `enum` are declared with it.
         let at = name.span.start as usize;
         let is_define =
             program.text.get(..at).is_some_and(|before| before.trim_end().ends_with("define"));
@@ -344,7 +344,7 @@ pub(super) fn write(
     for info in program.functions.iter().filter(|info| info.is_kept) {
         line(format_args!(""));
         let body = program.text_of(info.def.span);
-        // A prototype of the source has said how it is linked.
+        // A prototype in the source already defines the linkage.
         let has_prototype = program.source.items.iter().any(|item| match item {
             External::Declaration(declaration) => declaration
                 .declared
@@ -363,12 +363,12 @@ pub(super) fn write(
         let plain = &program.vars[id].name.text;
         if is_param {
             if let Some(declared) = declared_as(program, id, plain) {
-                line(format_args!("/* The caller's: before the chart starts. */"));
+                line(format_args!("/* For the caller, before the chart starts. */"));
                 line(format_args!("void {chart}_set_{plain}({declared});"));
                 line(format_args!("void {chart}_set_{plain}({declared}) {{ {name} = {plain}; }}"));
             }
         } else if let Some(declared) = declared_as(program, id, &format!("{chart}_get_result")) {
-            line(format_args!("/* The caller's: when the chart has ended. */"));
+            line(format_args!("/* For the caller, after the chart has ended. */"));
             line(format_args!("{declared}(void);"));
             line(format_args!("{declared}(void) {{ return {name}; }}"));
         }

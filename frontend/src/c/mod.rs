@@ -1,5 +1,6 @@
-//! C to Grafcet (`.c`): the control flow of functions as steps and transitions, after B. H. Thomas, *A Scheme for Translating Control Flow in the C
-//! Programming Language to Grafcet with Examples*, NBSIR 88-3741, 1988 (NBS88 below). `docs/formats.md` says what is read.
+//! C to Grafcet (`.c`): translates the control flow of functions to steps and transitions, after B. H. Thomas, *A Scheme for Translating
+//! Control Flow in the C Programming Language to Grafcet with Examples*, NBSIR 88-3741, 1988 (NBS88 below). `docs/formats.md` lists what is
+//! supported.
 //!
 //! ```
 //! use grafsynth_frontend::c;
@@ -10,16 +11,20 @@
 //! assert_eq!(parsed.design.map(|design| design.charts[0].name.text.clone()), Some("twice_chart".to_owned()));
 //! ```
 //!
-//! The way of a source, one file for each part:
+//! The stages of the translation, by file:
 //!
-//! 1. `lexer`, `parser`, `declarations`, `parse_expr`: text to tree (`ast`), with recovery;
-//! 2. `resolve`, `calls`, `units`: names to variables and functions, which parameter is an array, what stands in no net and so is left to a library;
-//! 3. `flow`, `value`, `operators`: a function becomes a flow graph whose nodes hold statements of the net, by the rules of C's arithmetic;
-//! 4. `shorten`: empty joins disappear; with `Options::fuse` straight-line code becomes one step;
-//! 5. `draw`: the graph becomes a macro, calls become macro-steps; `frame`: what stands around them; `library` writes the C text of what the net cannot say.
+//! 1. `lexer`, `parser`, `declarations`, `parse_expr`: text to tree (`ast`), with error recovery;
+//! 2. `resolve`, `calls`, `units`: resolve names to variables and functions, classify array parameters, and find the code that no net can
+//!    express and that is left to a library;
+//! 3. `flow`, `value`, `operators`: each function becomes a flow graph whose nodes contain statements of the net, by the rules of C
+//!    arithmetic;
+//! 4. `shorten`: removes empty joins; with `Options::fuse`, straight-line code becomes one step;
+//! 5. `draw`: the graph becomes a macro, calls become macro-steps; `frame`: their context; `library` writes the C text of code that the net
+//!    cannot express.
 //!
-//! **Time.** Each step lasts one reaction, so a loop takes at least one reaction a turn. The chart computes what the function computes as long as the
-//! function's behaviour is defined; where C leaves it undefined (a signed overflow, an index outside its array) the chart saturates.
+//! **Time.** Each step lasts one reaction, so each iteration of a loop takes at least one reaction. The chart computes the same as the
+//! function as long as the behaviour of the function is defined. If it is undefined in C (a signed overflow, an index outside its array),
+//! the chart saturates.
 
 mod ast;
 mod calls;
@@ -53,49 +58,49 @@ use grafsynth_ir::chart::Design;
 use grafsynth_ir::diag::{Diagnostic, any_error};
 use grafsynth_ir::{FileId, Span};
 
-/// How calls of one function share its chart.
+/// How several calls of one function are translated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Calls {
-    /// One macro-step for each call: the calls of a function need nothing from each other.
+    /// One macro-step per call: the calls of a function are independent.
     #[default]
     Copy,
-    /// One macro-step for all calls. In a C program they always exclude each other (there is no recursion), so a caller forks into the macro-step and a
-    /// step of its own that waits, and joins both: the waiting step remembers whose call it is.
+    /// One macro-step for all calls. In a C program without recursion, the calls exclude each other. The caller activates the macro-step
+    /// together with a waiting step of its own and joins both, so the waiting step identifies the caller.
     Share,
 }
 
-/// What macro-steps are made of, besides functions.
+/// What becomes a macro-step, besides functions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Group {
     /// Nothing else.
     #[default]
     Nothing,
-    /// The statements behind a comment, up to the next one of the same block, as in the appendix of NBS88.
+    /// The statements after a comment, up to the next comment of the same block, as in the appendix of NBS88.
     Comments,
     /// The blocks of loops and branches.
     Blocks,
 }
 
-/// How a C source becomes a chart.
+/// Options of the translation from C to a chart.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Options {
     /// Bits of `int`: 16 or 32.
     pub int_bits: u32,
-    /// Plain `char` is unsigned.
+    /// Whether plain `char` is unsigned.
     pub is_unsigned_char: bool,
-    /// Straight-line code becomes one step.
+    /// Whether straight-line code becomes one step.
     pub fuse: bool,
-    /// Functions that stay C.
+    /// Functions that are kept as C.
     pub keep: Vec<String>,
     /// What else becomes a macro-step.
     pub group: Group,
-    /// How calls of one function share its chart.
+    /// How several calls of one function are translated.
     pub calls: Calls,
-    /// The function that the chart runs; `main`, or the one that no other calls.
+    /// The function that the chart runs. Default: `main`, or the function that no other calls.
     pub entry: Option<String>,
-    /// Elements of an array parameter whose length nothing says.
+    /// Number of elements of an array parameter of unknown length.
     pub array_length: u32,
-    /// Names that stand for a number, as `-D NAME=VALUE` gives them to a compiler.
+    /// Names with numeric values, like `-D NAME=VALUE` of a compiler.
     pub defines: Vec<(String, i64)>,
 }
 
@@ -115,14 +120,14 @@ impl Default for Options {
     }
 }
 
-/// What was found in a source.
+/// The result of reading a source.
 #[derive(Debug, Clone, Default)]
 pub struct Parsed {
-    /// The chart; none after an error.
+    /// The chart; `None` after an error.
     pub design: Option<Design>,
-    /// In the order of the text.
+    /// The findings in source order.
     pub diagnostics: Vec<Diagnostic>,
-    /// C text for what no net says: the definitions of the extern functions of the chart. None where the chart needs none.
+    /// C text for code that no net can express: the definitions of the extern functions of the chart. `None` if the chart needs none.
     pub library: Option<String>,
 }
 
@@ -132,7 +137,7 @@ pub fn parse(file: FileId, text: &str) -> Parsed {
     parse_within(file, text, &Limits::default(), &Options::default())
 }
 
-/// Reads a C source.
+/// Reads a C source with the given limits and options.
 #[must_use]
 pub fn parse_within(file: FileId, text: &str, limits: &Limits, options: &Options) -> Parsed {
     if let Some(finding) = graf::too_large(file, text, limits) {
@@ -151,7 +156,7 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits, options: &Options
     if any_error(&findings.kept) || drawn.is_none() {
         if !any_error(&findings.kept) {
             findings.report(|| {
-                Diagnostic::error(codes::C_NO_FUNCTION, "no function stands in this file")
+                Diagnostic::error(codes::C_NO_FUNCTION, "no function in this file")
                     .at(Span::new(file, 0, 0), "")
             });
         }

@@ -1,4 +1,4 @@
-//! Numbers of C as expressions of the net, each with the interval that the net finds for it.
+//! Numbers of C as expressions of the net, each with the interval that the net infers for it.
 
 use super::types::Scalar;
 use grafsynth_ir::Span;
@@ -7,7 +7,7 @@ use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type as NetType};
 use grafsynth_ir::interval::type_of;
 use grafsynth_ir::{Name, expr};
 
-/// A number of the net with the interval that the net finds for it.
+/// A number of the net with the interval that the net infers for it.
 #[derive(Debug, Clone)]
 pub(super) struct Num {
     pub(super) expr: Expr,
@@ -15,10 +15,10 @@ pub(super) struct Num {
     pub(super) hi: i64,
 }
 
-/// How a value stands in the net.
+/// How a value is represented in the net.
 #[derive(Debug, Clone)]
 pub(super) enum Repr {
-    /// 0 or 1 as a truth value.
+    /// 0 or 1 as a Boolean.
     Bool(Expr),
     Num(Num),
 }
@@ -39,7 +39,7 @@ impl Num {
         matches!(self.expr.kind, ExprKind::Int(_))
     }
 
-    /// True if writing it twice costs nothing.
+    /// Whether the expression is small enough to be written twice.
     pub(super) fn is_small(&self) -> bool {
         matches!(self.expr.kind, ExprKind::Int(_) | ExprKind::Leaf(_))
     }
@@ -48,7 +48,7 @@ impl Num {
         self.lo >= lo && self.hi <= hi
     }
 
-    /// The operation, or none where 64 bits do not hold its interval or the divisor's contains 0.
+    /// The result of the operation; `None` if its interval exceeds 64 bits or the divisor's interval contains 0.
     pub(super) fn op(&self, op: ArithOp, other: &Num) -> Option<Num> {
         let span = self.expr.span.to(other.expr.span);
         if self.is_constant() && other.is_constant() {
@@ -65,7 +65,7 @@ impl Num {
         if self.is_constant() && self.lo == neutral && matches!(op, ArithOp::Add | ArithOp::Mul) {
             return Some(other.clone());
         }
-        // x mod n where x lies in 0..n already
+        // x mod n, if x is already in 0..n.
         if op == ArithOp::Mod && other.is_constant() && self.lo >= 0 && self.hi < other.lo {
             return Some(self.clone());
         }
@@ -125,7 +125,7 @@ impl Num {
     }
 }
 
-/// The expression without its places, to be compared with others.
+/// The expression without spans, for comparisons.
 pub(super) fn unplaced(expr: &Expr) -> Expr {
     let none = Span::default();
     let plain = |leaf: &Leaf| {
@@ -161,7 +161,7 @@ fn clear(expr: &mut Expr) {
     }
 }
 
-/// Levels of an expression's tree.
+/// Depth of an expression tree.
 pub(super) fn depth(expr: &Expr) -> usize {
     1 + expr.operands().map(depth).max().unwrap_or(0)
 }
@@ -171,7 +171,7 @@ impl Value {
         Value { repr: Repr::Num(Num::constant(value, span)), ty }
     }
 
-    /// As a number.
+    /// The value as a number.
     pub(super) fn num(&self) -> Num {
         match &self.repr {
             Repr::Num(num) => num.clone(),
@@ -186,7 +186,7 @@ impl Value {
         }
     }
 
-    /// As a truth value: not 0.
+    /// The value as a Boolean: not 0.
     pub(super) fn truth(&self) -> Expr {
         match &self.repr {
             Repr::Bool(expr) => expr.clone(),

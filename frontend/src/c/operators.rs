@@ -1,7 +1,7 @@
-//! The arithmetic of C, exactly, in expressions of the net: exact integers with `+ - * / mod`, comparisons and choices.
+//! The arithmetic of C in expressions of the net: exact integers with `+ - * / mod`, comparisons and choices.
 //!
-//! Unsigned results wrap (`mod 2^n`), conversions to narrower types keep the low bits, `>>` of a negative number rounds down, division truncates.
-//! Signed arithmetic is exact as long as 64 bits hold it; what C leaves undefined saturates when it is stored.
+//! Unsigned results wrap (`mod 2^n`), conversions to narrower types keep the low bits, `>>` of a negative number rounds down, division
+//! truncates. Signed arithmetic is exact within 64 bits; results that are undefined in C saturate when they are stored.
 
 use super::ast::{BinaryOp, UnaryOp};
 use super::flow::Flow;
@@ -12,7 +12,7 @@ use grafsynth_ir::Span;
 use grafsynth_ir::chart::{Expr, Leaf, Path};
 use grafsynth_ir::expr::{ArithOp, CompareOp, Type as NetType};
 
-/// Deeper expressions are cut by a variable: the chart language reads 256 levels, and a lowering adds some.
+/// Deeper expressions are split by a variable: the chart language allows 256 levels, and lowering adds some.
 const DEEPEST: usize = 48;
 
 impl Flow<'_, '_> {
@@ -24,7 +24,7 @@ impl Flow<'_, '_> {
         Value { repr: Repr::Bool(expr), ty: self.int_type() }
     }
 
-    /// A variable for `what`, free until the end of the full expression.
+    /// A variable for `what`, in use until the end of the full expression.
     pub(super) fn temp(&mut self, what: &str, ty: NetType) -> String {
         let key = (what.to_owned(), ty);
         if let Some((names, n_used)) = self.pool.get_mut(&key)
@@ -41,7 +41,7 @@ impl Flow<'_, '_> {
         name
     }
 
-    /// Puts a number into a variable of that range (it saturates there) and reads it from there.
+    /// Stores a number in a variable of this range, which saturates it, and reads it back.
     pub(super) fn through(&mut self, what: &str, num: &Num, lo: i64, hi: i64) -> Num {
         let span = num.expr.span;
         let name = self.temp(what, NetType::Int { lo, hi });
@@ -50,7 +50,7 @@ impl Flow<'_, '_> {
         Num { expr: Expr::leaf(Leaf::Name(path), span), lo, hi }
     }
 
-    /// As [`Flow::through`], once for each number of a full expression as long as nothing changes.
+    /// Like [`Flow::through`], but reuses the variable for the same number until a side effect or the end of the full expression.
     pub(super) fn clamp(&mut self, what: &str, num: &Num, lo: i64, hi: i64) -> Num {
         let key = unplaced(&num.expr);
         let known = self.clamped.iter().find(|(expr, range, _)| *range == (lo, hi) && *expr == key);
@@ -62,7 +62,7 @@ impl Flow<'_, '_> {
         clamped
     }
 
-    /// The value held in a variable of its type.
+    /// The value, stored in a variable of its type.
     pub(super) fn held(&mut self, value: &Value, what: &str) -> Value {
         match &value.repr {
             Repr::Bool(expr) => {
@@ -89,7 +89,7 @@ impl Flow<'_, '_> {
         held.num()
     }
 
-    /// What a variable of this type stores for a number of this type.
+    /// The number that a variable of this type stores for this number.
     pub(super) fn stored(&mut self, num: &Num, ty: Scalar) -> Num {
         if !ty.is_folded() || num.within((0, i64::from(i32::MAX))) {
             return num.clone();
@@ -108,7 +108,7 @@ impl Flow<'_, '_> {
         folded.unwrap_or_else(|| num.clone())
     }
 
-    /// The low bits of a number as a value of the type (C99 6.3.1.3; for signed types as all compilers that we know do).
+    /// The low bits of a number as a value of the type (C99 6.3.1.3; for signed types as all known compilers do).
     fn wrap(&mut self, num: &Num, ty: Scalar) -> Num {
         let Scalar::Int { bits, is_signed } = ty else { return num.clone() };
         if num.within(ty.range()) {
@@ -116,7 +116,7 @@ impl Flow<'_, '_> {
         }
         let n = 1_i64 << bits;
         let offset = if is_signed { n / 2 } else { 0 };
-        // A multiple of 2^n that makes everything positive, so that one `mod` is enough.
+        // Adds a multiple of 2^n that makes the number non-negative, so that one `mod` is enough.
         let low = num.lo.saturating_add(offset);
         let lift = if low < 0 {
             (low.unsigned_abs().div_ceil(n.unsigned_abs())).saturating_mul(n.unsigned_abs())
@@ -145,7 +145,7 @@ impl Flow<'_, '_> {
             return Value { repr: value.repr.clone(), ty };
         }
         let num = value.num();
-        // A signed value beyond its own range is an overflow, so only its own range has to be right.
+        // A signed value outside its own range is an overflow, so only its own range must be correct.
         let (lo, hi) = value.ty.range();
         let (to_lo, to_hi) = ty.range();
         let is_signed = matches!(ty, Scalar::Int { is_signed: true, .. });
@@ -153,7 +153,7 @@ impl Flow<'_, '_> {
         Value { repr: Repr::Num(num), ty }
     }
 
-    /// Keeps an expression within the levels that every reader takes.
+    /// Limits the depth of an expression to what every reader accepts.
     pub(super) fn shallow(&mut self, value: Value) -> Value {
         let levels = match &value.repr {
             Repr::Bool(expr) | Repr::Num(Num { expr, .. }) => depth(expr),
@@ -171,7 +171,7 @@ impl Flow<'_, '_> {
         let result = match op {
             UnaryOp::Plus | UnaryOp::Not => num,
             UnaryOp::Minus => self.exact(ArithOp::Sub, &zero, &num, ty),
-            // ~x = -1 - x, and for an unsigned type its largest value less x.
+            // ~x = -1 - x; for an unsigned type, its largest value minus x.
             UnaryOp::Complement => {
                 let top = Num::constant(
                     if matches!(ty, Scalar::Int { is_signed: false, .. }) {
@@ -188,13 +188,13 @@ impl Flow<'_, '_> {
         self.shallow(Value { repr: Repr::Num(num), ty })
     }
 
-    /// An operation whose operands are put into variables where 64 bits would not hold the result.
+    /// Performs an operation. Stores the operands in variables if the result would exceed 64 bits.
     fn exact(&mut self, op: ArithOp, a: &Num, b: &Num, ty: Scalar) -> Num {
         if let Some(result) = a.op(op, b) {
             return result;
         }
         let (lo, hi) = ty.range();
-        // Only signed operands leave their range; back in it, 32 bits each, they fit.
+        // Only signed operands can exceed their range; stored in it, 32 bits each, they fit.
         let (a, b) = if ty.is_folded() {
             (a.clone(), b.clone())
         } else {
@@ -211,7 +211,7 @@ impl Flow<'_, '_> {
         }
     }
 
-    /// An operator with two evaluated operands.
+    /// A binary operator with evaluated operands.
     pub(super) fn binary(&mut self, op: BinaryOp, a: &Value, b: &Value, span: Span) -> Value {
         let widths = self.program().widths;
         let compare = match op {
@@ -297,7 +297,7 @@ impl Flow<'_, '_> {
         if !ty.is_folded() {
             return self.exact(ArithOp::Mul, x, y, ty);
         }
-        // 32 × 32 bits unsigned, modulo 2^32: x · y = x · low(y) + (x · high(y) mod 2^16) · 2^16
+        // Unsigned 32 × 32 bits, modulo 2^32: x · y = x · low(y) + (x · high(y) mod 2^16) · 2^16
         let (x, y) = (self.small(x, ty), self.small(y, ty));
         let half = 1_i64 << 16;
         let whole = || {
@@ -311,7 +311,7 @@ impl Flow<'_, '_> {
         whole().unwrap_or_else(|| x.clone())
     }
 
-    /// Quotient or remainder. A divisor that might be 0 goes through variables that cannot: C leaves the division by 0 undefined.
+    /// Quotient or remainder. A divisor that may be 0 is stored in variables that exclude 0: division by 0 is undefined in C.
     fn quotient(&mut self, is_quotient: bool, x: &Num, y: &Num, ty: Scalar) -> Num {
         let op = if is_quotient { ArithOp::Div } else { ArithOp::Mod };
         if let Some(result) = x.op(op, y) {
@@ -332,7 +332,7 @@ impl Flow<'_, '_> {
             return Num::select(y.compare_with(CompareOp::Gt, 0), &by_positive, &by_negative);
         }
         if y.hi > most {
-            // A divisor above 2^31 goes into a number of 32 bits once at most.
+            // A 32-bit number contains a divisor above 2^31 at most once.
             let zero = Num::constant(0, x.expr.span);
             let one = Num::constant(1, x.expr.span);
             let is_larger = x.compare(CompareOp::Ge, &y);
@@ -377,7 +377,7 @@ impl Flow<'_, '_> {
         if x.lo >= 0 {
             return x.op(ArithOp::Div, &factor).unwrap_or_else(|| x.clone());
         }
-        // Rounding down: (x - (2^n - 1)) / 2^n where x is negative.
+        // Rounding down: (x - (2^n - 1)) / 2^n if x is negative.
         let x = self.small(x, ty);
         let floor = || {
             let below = x.op(ArithOp::Sub, &factor.by(ArithOp::Sub, 1)?)?;
@@ -400,7 +400,7 @@ impl Flow<'_, '_> {
             return Num::constant(value, x.expr.span);
         }
         let unsigned = Scalar::Int { bits, is_signed: false };
-        // Two's complement, at most so many bits as both need.
+        // Two's complement with as many bits as both operands need.
         let (x, y) = (self.wrap(x, unsigned), self.wrap(y, unsigned));
         let (x, y) = if x.is_constant() { (y, x) } else { (x, y) };
         let x = self.small(&x, unsigned);
@@ -433,7 +433,7 @@ impl Flow<'_, '_> {
             all.and_then(|all| all.op(ArithOp::Sub, &both.by(ArithOp::Mul, n_times)?))
         };
         let result = result.unwrap_or(both);
-        // The exact result lies in the unsigned range, though its interval may not; a signed type reads its bits as signed.
+        // The exact result is in the unsigned range, but its interval may be wider. A signed type reads its bits as signed.
         let result = if result.within(unsigned.range()) {
             result
         } else {
@@ -444,7 +444,7 @@ impl Flow<'_, '_> {
         self.wrap(&result, ty)
     }
 
-    /// `x & mask`, as a sum over the runs of ones of the mask.
+    /// `x & mask`, as a sum over the runs of ones in the mask.
     fn masked(&mut self, x: &Num, mask: i64) -> Num {
         let mut terms = Vec::new();
         let mut bit = 0_u32;
@@ -478,7 +478,7 @@ fn sum(mut terms: Vec<Num>, span: Span) -> Num {
     terms.pop().unwrap_or_else(|| Num::constant(0, span))
 }
 
-/// The number that a variable of this type holds, as it is stored there.
+/// The number in a variable of this type, as it is stored there.
 pub(super) fn loaded(raw: &Num, ty: Scalar) -> Num {
     if !ty.is_folded() || raw.lo >= 0 {
         return raw.clone();

@@ -1,11 +1,11 @@
-//! Expressions of C: a Pratt parser, with chains of `&&`, `||` and `,` flat.
+//! Expressions of C: a Pratt parser. Chains of `&&`, `||` and `,` stay flat.
 
 use super::ast::{BinaryOp, Expr, ExprKind, UnaryOp};
 use super::lexer::Kind;
 use super::parser::{Failed, Parser, Read};
 use grafsynth_ir::{Name, Span};
 
-/// Binding powers, weakest first: `,` 1, assignment 2, `?:` 3, `||` 4, `&&` 5, then these.
+/// Binding powers, lowest first: `,` 1, assignment 2, `?:` 3, `||` 4, `&&` 5, then these.
 fn binary(sign: &str) -> Option<(BinaryOp, u8)> {
     Some(match sign {
         "|" => (BinaryOp::Or, 6),
@@ -28,7 +28,7 @@ fn binary(sign: &str) -> Option<(BinaryOp, u8)> {
     })
 }
 
-/// What `op=` computes; `None` inside for the plain assignment.
+/// The operator of `op=`; the inner `None` is the plain assignment.
 fn assignment(sign: &str) -> Option<Option<BinaryOp>> {
     if sign == "=" {
         return Some(None);
@@ -43,7 +43,7 @@ fn assignment(sign: &str) -> Option<Option<BinaryOp>> {
 }
 
 impl Parser<'_> {
-    /// The whole expression, commas included.
+    /// Parses a whole expression, including commas.
     pub(super) fn expression(&mut self) -> Read<Expr> {
         let first = self.assignment()?;
         if !self.is(",") {
@@ -57,7 +57,7 @@ impl Parser<'_> {
         Ok(Expr { kind: ExprKind::Comma(all), span: self.since(start) })
     }
 
-    /// An expression without a comma at the top.
+    /// Parses an expression without a comma at its top level.
     pub(super) fn assignment(&mut self) -> Read<Expr> {
         let left = self.conditional()?;
         let token = self.here();
@@ -89,12 +89,12 @@ impl Parser<'_> {
         Ok(Expr { kind, span })
     }
 
-    /// What stands in brackets: a whole expression takes the stack of two levels.
+    /// Parses a whole expression in brackets, which uses the stack of two levels.
     fn inside<T>(&mut self, read: impl FnOnce(&mut Self) -> Read<T>) -> Read<T> {
         self.deeper(|p| p.deeper(read))
     }
 
-    /// A chain of `||`, or of `&&`.
+    /// Parses a chain of `||` or of `&&`.
     fn junction(&mut self, is_and: bool) -> Read<Expr> {
         let sign = if is_and { "&&" } else { "||" };
         let operand = |p: &mut Self| if is_and { p.binary(6) } else { p.junction(true) };
@@ -110,12 +110,12 @@ impl Parser<'_> {
         Ok(Expr { kind: ExprKind::Junction(is_and, all), span: self.since(start) })
     }
 
-    /// Operators that bind at least as strongly as `least`.
+    /// Parses operators with at least the binding power `least`.
     fn binary(&mut self, least: u8) -> Read<Expr> {
         let outside = std::mem::replace(&mut self.reach, self.depth);
         let mut left = self.unary()?;
         while let Some((op, power)) = self.operator().filter(|(_, power)| *power >= least) {
-            // The tree of a chain grows to the left, one level for each operand.
+            // The tree of a chain grows to the left, one level per operand.
             if !self.pushed_down() {
                 return self.too_long();
             }
@@ -133,7 +133,7 @@ impl Parser<'_> {
         if token.kind == Kind::Sign { binary(self.word_of(token)) } else { None }
     }
 
-    /// Reports as nesting what has no level left.
+    /// Reports that the nesting limit is exceeded.
     fn too_long<T>(&mut self) -> Read<T> {
         let depth = std::mem::replace(&mut self.depth, self.nesting);
         let result = self.deeper(|_| Err(Failed));
@@ -141,7 +141,7 @@ impl Parser<'_> {
         result
     }
 
-    // One small function for each form: the stack of a deep expression is the sum of their frames.
+    // One small function per form: the stack of a deep expression is the sum of their frames.
 
     fn unary(&mut self) -> Read<Expr> {
         let start = self.here().span;
@@ -266,7 +266,7 @@ impl Parser<'_> {
         let start = self.take().span;
         let mut inner = self.inside(Self::expression)?;
         self.expect(")")?;
-        // A bare name keeps its own place, by which it is looked up.
+        // A bare name keeps its own span, by which it is looked up.
         if !matches!(inner.kind, ExprKind::Name(_)) {
             inner.span = self.since(start);
         }
@@ -287,7 +287,7 @@ impl Parser<'_> {
             Kind::Float => ExprKind::Float,
             Kind::Text => {
                 self.take();
-                // Strings side by side are one.
+                // Adjacent strings are concatenated.
                 while self.here().kind == Kind::Text {
                     self.take();
                 }

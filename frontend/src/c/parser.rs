@@ -1,4 +1,5 @@
-//! Tokens to the tree: declarations and statements. A hand-written recursive descent that goes on behind each error at the next `;` or `}`.
+//! Parser for declarations and statements: hand-written recursive descent. After an error it continues after the next `;` or at the next
+//! `}`.
 
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::{FileId, Name, Span};
@@ -10,7 +11,7 @@ use crate::codes;
 use crate::graf::Limits;
 use crate::graf::parser::Findings;
 
-/// The words that C99 keeps for itself.
+/// The keywords of C99.
 pub(super) const KEYWORDS: [&str; 37] = [
     "auto",
     "break",
@@ -51,13 +52,13 @@ pub(super) const KEYWORDS: [&str; 37] = [
     "_Imaginary",
 ];
 
-/// A part could not be read; the finding is reported.
+/// A part could not be parsed; the error is reported.
 #[derive(Debug)]
 pub(super) struct Failed;
-/// What reading a part gives.
+/// Result of parsing a part.
 pub(super) type Read<T> = Result<T, Failed>;
 
-/// Reads one source.
+/// Parser of one source.
 pub(super) struct Parser<'t> {
     pub(super) file: FileId,
     pub(super) text: &'t str,
@@ -65,19 +66,19 @@ pub(super) struct Parser<'t> {
     pub(super) at: usize,
     pub(super) findings: Findings,
     pub(super) depth: u32,
-    /// The lowest level that the tree of the present expression has a node at: chains push down what stands in front of them.
+    /// Depth of the deepest node in the tree of the current expression. A chain moves the operands before it one level down.
     pub(super) reach: u32,
     pub(super) nesting: u32,
     pub(super) is_unsigned_char: bool,
-    /// What a name means where an expression or a declaration begins: constants of `#define` and `enum`.
+    /// The constants of `#define` and `enum`, which matter where an expression or a declaration begins.
     pub(super) constants: BTreeMap<String, i64>,
-    /// Names that `#ifdef` finds.
+    /// Names that count as defined for `#ifdef`.
     pub(super) defined: BTreeSet<String>,
     pub(super) typedefs: BTreeMap<String, Base>,
     pub(super) source: Source,
 }
 
-/// Reads a source into its tree; what could not be read is left out and reported.
+/// Parses a source into its tree. Reports and omits parts that cannot be parsed.
 pub(super) fn parse(
     file: FileId,
     text: &str,
@@ -130,7 +131,7 @@ impl<'t> Parser<'t> {
         token
     }
 
-    /// True if this sign or word is next.
+    /// Whether this sign or word is next.
     pub(super) fn is(&self, sign: &str) -> bool {
         let token = self.here();
         matches!(token.kind, Kind::Sign | Kind::Word) && self.word_of(token) == sign
@@ -148,7 +149,7 @@ impl<'t> Parser<'t> {
         token.kind == Kind::Word && !KEYWORDS.contains(&self.word_of(token))
     }
 
-    /// The span from `start` to the token taken last.
+    /// The span from `start` to the last consumed token.
     pub(super) fn since(&self, start: Span) -> Span {
         let last = self.tokens[self.at.saturating_sub(1)];
         if last.span.end >= start.end { start.to(last.span) } else { start }
@@ -188,7 +189,7 @@ impl<'t> Parser<'t> {
         }
     }
 
-    /// Runs `read` one level deeper.
+    /// Runs `read` one nesting level deeper.
     pub(super) fn deeper<T>(&mut self, read: impl FnOnce(&mut Self) -> Read<T>) -> Read<T> {
         if self.depth >= self.nesting {
             let (span, most) = (self.here().span, self.nesting);
@@ -209,14 +210,14 @@ impl<'t> Parser<'t> {
         result
     }
 
-    /// Says that the tree read so far lies one level lower, below an operator behind it; false where no level is left.
+    /// Records that the last subtree is one level lower, below an operator after it; false if the nesting limit is reached.
     pub(super) fn pushed_down(&mut self) -> bool {
         let has_room = self.reach < self.nesting;
         self.reach += u32::from(has_room);
         has_room
     }
 
-    /// Goes behind the next `;` or to the next `}` of this level.
+    /// Skips to after the next `;`, or to the next `}` of this level.
     fn recover(&mut self) {
         let mut open = 0_usize;
         loop {
@@ -303,7 +304,7 @@ impl<'t> Parser<'t> {
         Ok(())
     }
 
-    /// The declarations between the head and the body of a K&R definition; those without are `int`.
+    /// Parses the declarations between the head and the body of a K&R definition. Parameters without a declaration are `int`.
     fn old_style(&mut self, mut params: Vec<Param>) -> Read<Vec<Param>> {
         while !self.is("{") && self.here().kind != Kind::End {
             let start = self.here().span;
@@ -344,7 +345,7 @@ impl<'t> Parser<'t> {
 
     fn condition(&mut self) -> Read<super::ast::Expr> {
         self.expect("(")?;
-        // A second pair of parentheses says that the assignment is meant, as for C compilers.
+        // As for C compilers, a second pair of parentheses marks an intended assignment.
         let is_meant = self.is("(");
         let condition = self.expression()?;
         if let (ExprKind::Assign(None, target, value), false) = (&condition.kind, is_meant) {
@@ -376,7 +377,7 @@ impl<'t> Parser<'t> {
         });
     }
 
-    /// Warns of a semicolon that is the whole body of the statement with this word.
+    /// Warns of a semicolon that is the whole body of a statement with this keyword.
     fn empty_body(&mut self, word: &str) {
         let semicolon = self.here().span;
         self.findings.report(|| {
@@ -387,7 +388,7 @@ impl<'t> Parser<'t> {
         });
     }
 
-    /// A `;` directly behind `)` with a block behind it: the block looks like the body and is none.
+    /// Whether a `;` directly after `)` is followed by a block, which looks like the body but is not.
     fn is_cut_off(&self) -> bool {
         let semicolon = self.here().span.start as usize;
         self.is(";")
@@ -422,7 +423,7 @@ impl<'t> Parser<'t> {
         }
     }
 
-    /// One small function for each statement: the stack of deep nesting is the sum of their frames.
+    /// Parses a statement. One small function per form: the stack of deep nesting is the sum of their frames.
     fn statement_inner(&mut self) -> Read<Stmt> {
         let start = self.here().span;
         let token = self.here();
@@ -558,7 +559,7 @@ impl<'t> Parser<'t> {
         Ok(kind)
     }
 
-    /// What a label stands before; at the end of a block nothing (C23 allows it, and so do most compilers).
+    /// Parses a labelled statement. A label at the end of a block has none (C23 and most compilers allow it).
     fn labelled(&mut self) -> Read<Stmt> {
         if self.is("}") {
             let at = self.here().span;
@@ -570,7 +571,7 @@ impl<'t> Parser<'t> {
         self.statement()
     }
 
-    /// True for a cast or a compound type in brackets: `(` is next.
+    /// Whether a cast or a compound literal begins here; `(` is next.
     pub(super) fn begins_cast(&self) -> bool {
         let next = self.ahead(1);
         if next.kind != Kind::Word {

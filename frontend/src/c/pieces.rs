@@ -1,4 +1,4 @@
-//! Pieces of a chart that come from a place in a C text.
+//! Constructors for parts of a chart with a span in a C text.
 
 use grafsynth_ir::chart::{Declaration, DeclarationKind, Item};
 use grafsynth_ir::net::Meta;

@@ -1,9 +1,9 @@
-//! What each name stands for, what each parameter is, and what stands in no net.
+//! Resolves names and parameters, and finds the code that no net can express.
 //!
-//! A source is cut into *units*: an expression statement, a condition, an initial value, an argument, a returned value. A unit that the net cannot say
-//! (floating point, pointers, structures, calls of functions that are not in the source) is *opaque*: it becomes an extern function of the chart, whose
-//! text is the unit's own. Variables that an opaque unit touches must lie in the library, and so a unit that touches such a variable is opaque too: the
-//! rule is applied until nothing changes.
+//! A source is divided into *units*: an expression statement, a condition, an initial value, an argument, a returned value. A unit that the
+//! net cannot express (floating point, pointers, structures, calls of functions outside the source) is *opaque*: it becomes an extern
+//! function of the chart with the text of the unit. Variables used by an opaque unit must be in the library, so every other unit that uses
+//! such a variable is opaque too. This rule is applied until nothing changes.
 
 use super::Options;
 use super::ast::{
@@ -18,32 +18,32 @@ use grafsynth_ir::diag::{Diagnostic, any_error, nearest};
 use grafsynth_ir::{FileId, Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Number of a variable in [`Program::vars`].
+/// Index of a variable in [`Program::vars`].
 pub(super) type VarId = usize;
-/// Number of a function in [`Program::functions`].
+/// Index of a function in [`Program::functions`].
 pub(super) type FunctionId = usize;
 
-/// Where a variable lives.
+/// Where a variable is declared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Home {
-    /// At the level of the file, or `static` in a function: one for the whole chart.
+    /// At file level, or `static` in a function: one for the whole chart.
     Global,
     /// In a function: one for each of its macro-steps.
     Local(FunctionId),
     /// A parameter, latched at entry.
     Param(FunctionId, usize),
-    /// What a function returns.
+    /// The return value of a function.
     Result(FunctionId),
 }
 
-/// How a parameter refers to what the caller has.
+/// How a parameter refers to a variable of the caller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reference {
     /// It is a copy.
     None,
-    /// `int *p` that is used as `*p` only: copied in and out.
+    /// `int *p` that is only used as `*p`: copied in and out.
     Scalar,
-    /// An array: copied in, and out if the function writes it.
+    /// An array: copied in, and copied out if the function writes it.
     Array,
 }
 
@@ -54,20 +54,20 @@ pub(super) struct Var<'s> {
     pub(super) ty: Type,
     pub(super) home: Home,
     pub(super) reference: Reference,
-    /// The function in which a `static` one is declared.
+    /// The function that declares a `static` variable.
     pub(super) owner: Option<FunctionId>,
     pub(super) init: Option<&'s Init>,
     pub(super) is_volatile: bool,
     pub(super) is_extern: bool,
     pub(super) is_written: bool,
-    /// It lies in the library, not in the net.
+    /// Whether it is in the library, not in the net.
     pub(super) in_library: bool,
-    /// As it was declared; none for what a function returns.
+    /// Its declaration; `None` for the return value of a function.
     pub(super) declared: Option<(&'s Specifiers, &'s Declarator)>,
 }
 
 impl Var<'_> {
-    /// The scalar that it is or is made of.
+    /// The scalar type of the variable or of its elements.
     pub(super) fn scalar(&self) -> Option<Scalar> {
         match self.ty {
             Type::Scalar(scalar) | Type::Array(scalar, ..) | Type::Pointer(scalar) => Some(scalar),
@@ -75,7 +75,7 @@ impl Var<'_> {
         }
     }
 
-    /// The number of elements of an array, all dimensions together.
+    /// The number of elements of an array in all dimensions.
     pub(super) fn length(&self) -> Option<u32> {
         match &self.ty {
             Type::Array(_, first, rest) => Some(
@@ -91,15 +91,15 @@ impl Var<'_> {
 pub(super) struct FunctionInfo<'s> {
     pub(super) def: &'s Function,
     pub(super) params: Vec<VarId>,
-    /// None for a `void` function.
+    /// `None` for a `void` function.
     pub(super) result: Option<VarId>,
-    /// It stays C.
+    /// Whether it is kept as C.
     pub(super) is_kept: bool,
-    /// Functions of the source that it calls, with the place of each call.
+    /// The functions of the source that it calls, with the span of each call.
     pub(super) calls: Vec<(FunctionId, Span)>,
 }
 
-/// A source whose names are known.
+/// A source with resolved names.
 #[derive(Debug)]
 pub(super) struct Program<'s> {
     pub(super) file: FileId,
@@ -109,24 +109,24 @@ pub(super) struct Program<'s> {
     pub(super) widths: Widths,
     pub(super) constants: BTreeMap<String, i64>,
     pub(super) vars: Vec<Var<'s>>,
-    /// First byte of a name in an expression → its variable.
+    /// The variable of each name in an expression, by the offset of the name.
     pub(super) uses: BTreeMap<u32, VarId>,
-    /// First byte of the name in a declaration → its variable.
+    /// The variable of each declaration, by the offset of the name.
     pub(super) declared: BTreeMap<u32, VarId>,
     pub(super) functions: Vec<FunctionInfo<'s>>,
     pub(super) by_name: BTreeMap<String, FunctionId>,
     pub(super) entry: FunctionId,
-    /// Places of the units that are opaque.
+    /// Spans of the opaque units.
     pub(super) opaque: BTreeSet<(u32, u32)>,
 }
 
 impl<'s> Program<'s> {
-    /// The variable that a name in an expression stands for.
+    /// The variable that a name in an expression refers to.
     pub(super) fn var_at(&self, span: Span) -> Option<VarId> {
         self.uses.get(&span.start).copied()
     }
 
-    /// True for a unit that the library does.
+    /// Whether the unit is left to the library.
     pub(super) fn is_opaque(&self, span: Span) -> bool {
         self.opaque.contains(&(span.start, span.end))
     }
@@ -136,12 +136,12 @@ impl<'s> Program<'s> {
         self.by_name.get(name).copied().filter(|id| !self.functions[*id].is_kept)
     }
 
-    /// The text of a place.
+    /// The source text of a span.
     pub(super) fn text_of(&self, span: Span) -> &'s str {
         self.text.get(span.range()).unwrap_or("")
     }
 
-    /// True if the expression calls a function of the chart.
+    /// Whether the expression calls a function of the chart.
     pub(super) fn has_call(&self, expr: &Expr) -> bool {
         let mut found = false;
         expr.each(&mut |inner| {
@@ -151,7 +151,7 @@ impl<'s> Program<'s> {
         found
     }
 
-    /// True if evaluating the expression changes something.
+    /// Whether evaluating the expression has side effects.
     pub(super) fn has_effect(&self, expr: &Expr) -> bool {
         let mut found = false;
         expr.each(&mut |inner| {
@@ -164,7 +164,7 @@ impl<'s> Program<'s> {
     }
 }
 
-/// Finds out everything that the drawing needs to know; none if the source has no function.
+/// Collects everything that the translation needs; `None` if the source has no function.
 pub(super) fn resolve<'s>(
     file: FileId,
     text: &'s str,
@@ -209,7 +209,7 @@ pub(super) fn resolve<'s>(
     resolver.references();
     resolver.lengths();
     resolver.report_unknown_constants();
-    // Notes about a source with errors would speak of what is mended next.
+    // Notes about a source with errors would refer to code that is about to be fixed.
     if !any_error(&resolver.findings.kept) {
         resolver.units();
     }
@@ -218,17 +218,17 @@ pub(super) fn resolve<'s>(
 
 pub(super) struct Resolver<'s, 'f> {
     pub(super) program: Program<'s>,
-    /// Innermost last; the first one is the file.
+    /// Scopes, innermost last; the first one is the file.
     pub(super) scopes: Vec<BTreeMap<String, VarId>>,
     pub(super) function: Option<FunctionId>,
     pub(super) findings: &'f mut Findings,
     /// Functions that are declared without a body.
     pub(super) prototypes: BTreeSet<String>,
-    /// Names that were reported: each is told once.
+    /// Names that are already reported; each is reported once.
     undeclared: BTreeSet<String>,
-    /// Those of them in capitals, which are constants by custom, with their first places.
+    /// Those of them in capitals, which are constants by convention, with their first uses.
     unknown_constants: Vec<(String, Span)>,
-    /// How parameters that are pointers are used.
+    /// How pointer parameters are used.
     pub(super) pointer_uses: BTreeMap<VarId, PointerUse>,
 }
 
@@ -236,9 +236,9 @@ pub(super) struct Resolver<'s, 'f> {
 #[derive(Debug, Clone, Default)]
 pub(super) struct PointerUse {
     pub(super) is_indexed: bool,
-    /// Compared, moved, stored: a pointer indeed.
+    /// It is compared, moved or stored, so it is a real pointer.
     pub(super) is_other: bool,
-    /// Handed on as this argument of that function.
+    /// It is passed on as this argument of that function.
     pub(super) passed: Vec<(FunctionId, usize)>,
 }
 
@@ -305,7 +305,7 @@ impl<'s> Resolver<'s, '_> {
         self.kept_callees();
     }
 
-    /// What a kept function calls is kept too: its text needs it.
+    /// The callees of a kept function are kept too, because its text needs them.
     fn kept_callees(&mut self) {
         let mut open: Vec<FunctionId> = (0..self.program.functions.len())
             .filter(|id| self.program.functions[*id].is_kept)
@@ -336,7 +336,7 @@ impl<'s> Resolver<'s, '_> {
             &self.program.constants,
         );
         let ty = result.unwrap_or(Type::Opaque);
-        // `f() { .. }` of K&R returns an `int` that nobody looks at unless it says `return e`.
+        // `f() { .. }` in K&R style returns an unused `int`, unless it contains `return e`.
         let is_silent =
             def.specifiers.span.start == def.specifiers.span.end && !returns_value(&def.body);
         if ty != Type::Void && !is_silent {
@@ -492,7 +492,7 @@ impl<'s> Resolver<'s, '_> {
                 }
                 _ => Home::Global,
             };
-            // The name is known in its own initial value.
+            // A name is visible in its own initial value.
             self.declare(
                 &declarator.name,
                 ty,
@@ -580,7 +580,7 @@ impl<'s> Resolver<'s, '_> {
         self.names(expr);
     }
 
-    /// Looks up the names of an expression, and notes how pointers are used and what is written.
+    /// Resolves the names of an expression, and records the uses of pointers and the written variables.
     fn names(&mut self, expr: &'s Expr) {
         match &expr.kind {
             ExprKind::Name(name) => {
@@ -650,7 +650,7 @@ impl<'s> Resolver<'s, '_> {
         }
     }
 
-    /// The array or pointer that brackets or a star stand on.
+    /// Resolves the array or pointer before brackets or after a star.
     fn base(&mut self, expr: &'s Expr, is_indexed: bool) {
         if let ExprKind::Name(name) = &expr.kind {
             if let Some(var) = self.name(name, expr.span) {
@@ -691,7 +691,7 @@ impl<'s> Resolver<'s, '_> {
             || self.program.by_name.contains_key(name)
             || self.prototypes.contains(name)
             || self.program.source.opaque_macros.iter().any(|known| known == name)
-            // A header that we do not read may declare it.
+            // A header that is not read may declare it.
             || self.program.source.lines.iter().any(|line| self.program.text_of(*line).contains("include"));
         if !is_known && self.undeclared.insert(name.to_owned()) {
             let names = self
@@ -701,7 +701,7 @@ impl<'s> Resolver<'s, '_> {
                 .chain(self.program.constants.keys())
                 .chain(self.program.by_name.keys());
             let near = nearest(name, names.map(String::as_str)).map(str::to_owned);
-            // By custom, names in capitals are macros.
+            // By convention, names in capitals are macros.
             let is_constant = name
                 .bytes()
                 .all(|byte| byte.is_ascii_uppercase() || byte.is_ascii_digit() || byte == b'_');
@@ -722,10 +722,10 @@ impl<'s> Resolver<'s, '_> {
         None
     }
 
-    /// Reports the undeclared names in capitals together: they are the constants of one header.
+    /// Reports the undeclared names in capitals together, because they usually come from one header.
     fn report_unknown_constants(&mut self) {
         let unknown = std::mem::take(&mut self.unknown_constants);
-        // More names than one reads in a line get a finding of their own each.
+        // With more names than fit a readable line, each gets its own finding.
         for names in unknown.chunks(if unknown.len() > 8 { 1 } else { 8 }) {
             let shown: Vec<String> = names.iter().map(|(name, _)| format!("`{name}`")).collect();
             let message = match shown.split_last() {

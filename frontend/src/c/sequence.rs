@@ -1,4 +1,4 @@
-//! Unsequenced effects: C99 6.5 leaves `i = i++` and `v[i] = i++` undefined, so there is nothing that a chart could agree with.
+//! Unsequenced side effects: `i = i++` and `v[i] = i++` are undefined (C99 6.5), so no chart can agree with them.
 
 use super::ast::{Expr, ExprKind};
 use crate::codes;
@@ -7,7 +7,7 @@ use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
 use std::collections::BTreeMap;
 
-/// Variables that a part of an expression reads, and those that its effects write, with a place.
+/// Variables that a part of an expression reads, and those that its side effects write, with a span.
 #[derive(Default)]
 struct Effects {
     reads: BTreeMap<String, Span>,
@@ -21,12 +21,12 @@ impl Effects {
     }
 }
 
-/// Reports what one expression does to a variable in two places between which C prescribes no order.
+/// Reports two accesses of an expression to one variable if C defines no order between them.
 pub(super) fn check(expr: &Expr, findings: &mut Findings) {
     effects(expr, findings);
 }
 
-/// Operands without an order between them.
+/// Operands without a defined order.
 fn unordered(operands: &[&Expr], findings: &mut Findings) -> Effects {
     let mut all = Effects::default();
     for operand in operands {
@@ -57,15 +57,15 @@ fn report(name: &str, written: Span, other: Span, findings: &mut Findings) {
     findings.report(|| {
         Diagnostic::error(
             codes::C_UNSEQUENCED,
-            format!("{name} is changed and used in one expression, in no order that C prescribes"),
+            format!("{name} is changed and used in one expression, without a defined order"),
         )
         .at(written, "changed here")
         .at(other, "used here")
-        .help("write two statements")
+        .help("split the expression into two statements")
     });
 }
 
-/// The name of a target, where it is a variable by itself.
+/// The name of an assignment target that is a plain variable.
 fn target(expr: &Expr) -> Option<&str> {
     if let ExprKind::Name(name) = &expr.kind { Some(name) } else { None }
 }
@@ -89,7 +89,7 @@ fn effects(expr: &Expr, findings: &mut Findings) -> Effects {
         ExprKind::Assign(op, left, right) => match target(left) {
             Some(name) => {
                 found = effects(right, findings);
-                // `n = n + 1` reads before it writes; an effect on n inside the right side has no order to this one.
+                // `n = n + 1` reads before it writes. A side effect on n inside the right side has no defined order relative to this write.
                 if let Some(written) = found.writes.get(name) {
                     report(name, *written, expr.span, findings);
                 }

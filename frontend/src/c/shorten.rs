@@ -1,20 +1,20 @@
-//! Fewer steps for the same computation.
+//! Reduces the number of steps of a computation.
 //!
 //! ```text
-//! always          joins that stand for nothing disappear; a condition behind one step stands on the transitions of that step, as NBS88 draws `if`;
-//!                 what is never reached goes
-//! with --fuse     a step and its only successor, of which it is the only predecessor, become one; a condition at which several ways meet is copied
-//!                 to the steps that they come from
+//! always          empty joins disappear; a condition after one step moves to the transitions of that step, as NBS88 draws `if`;
+//!                 unreachable nodes are removed
+//! with --fuse     a step and its only successor are merged if it is the only predecessor; a condition where several ways meet is copied
+//!                 to the steps before it
 //! ```
 
 use super::flow::{Graph, Next, Node, NodeId};
 use grafsynth_ir::chart::{Expr, Leaf, Stmt, StmtKind};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Copies of the statements that prepare a condition: no more than so many for each way that leads to it.
+/// Maximum number of copied statements that prepare a condition, for each way that leads to it.
 const COPIED: usize = 4;
 
-/// Shortens a graph. `lasting` names what the outside sees: two accesses to one of these stay in two steps.
+/// Shortens a graph. `lasting` lists the externally visible names: two accesses to one of them stay in two steps.
 pub(super) fn shorten(graph: &mut Graph, fuse: bool, lasting: &BTreeSet<String>) {
     constants(&mut graph.nodes);
     joins(graph);
@@ -41,7 +41,7 @@ pub(super) fn shorten(graph: &mut Graph, fuse: bool, lasting: &BTreeSet<String>)
     reachable(graph);
 }
 
-/// Branches whose condition is a constant.
+/// Resolves branches with constant conditions.
 fn constants(nodes: &mut [Node]) {
     for node in nodes {
         if let Next::Branch(ways, otherwise) = &mut node.next {
@@ -57,7 +57,7 @@ fn constants(nodes: &mut [Node]) {
     }
 }
 
-/// Every place where a node names another one.
+/// All references of a node to other nodes.
 pub(super) fn targets(next: &mut Next) -> Vec<&mut NodeId> {
     match next {
         Next::None | Next::Exit => Vec::new(),
@@ -68,7 +68,7 @@ pub(super) fn targets(next: &mut Next) -> Vec<&mut NodeId> {
     }
 }
 
-/// The nodes that a node leads to.
+/// The successors of a node.
 pub(super) fn successors(next: &Next) -> Vec<NodeId> {
     match next {
         Next::None | Next::Exit => Vec::new(),
@@ -106,7 +106,7 @@ fn joins(graph: &mut Graph) {
             }
             at = to;
         }
-        // A circle of joins alone is an endless loop that does nothing: one of them stays.
+        // A cycle of joins only is an endless loop that does nothing; one join of it stays.
         for passed in way {
             end_of[passed] = at;
             is_known[passed] = true;
@@ -126,7 +126,7 @@ fn joins(graph: &mut Graph) {
     }
 }
 
-/// How many ways lead to each node from what can be reached.
+/// The number of ways to each node from reachable nodes.
 fn predecessors(graph: &Graph) -> Vec<usize> {
     let mut n_ways = vec![0; graph.nodes.len()];
     n_ways[graph.start] = 1;
@@ -151,7 +151,7 @@ fn reached(graph: &Graph) -> BTreeSet<NodeId> {
     seen
 }
 
-/// Takes nodes into the one before them, as long as `may` allows.
+/// Merges nodes into their predecessors, as long as `may` allows it.
 fn merge(graph: &mut Graph, may: &dyn Fn(&Node, &Node) -> bool) {
     let n_ways = predecessors(graph);
     for id in reached(graph) {
@@ -172,7 +172,7 @@ fn merge(graph: &mut Graph, may: &dyn Fn(&Node, &Node) -> bool) {
             let span = graph.nodes[to].span;
             let is_start = id == graph.start;
             let node = &mut graph.nodes[id];
-            // Statements keep their text; the first one gives the step its name, a function's beginning keeps its own.
+            // Statements keep their text. The first one names the step; the first step of a function keeps its name.
             if !text.is_empty() && !node.text.contains(&text) {
                 node.text =
                     if node.text.is_empty() { text } else { format!("{} {text}", node.text) };
@@ -191,7 +191,7 @@ fn merge(graph: &mut Graph, may: &dyn Fn(&Node, &Node) -> bool) {
 
 fn copy_tests(graph: &mut Graph, temps: &BTreeSet<String>, lasting: &BTreeSet<String>) {
     for id in reached(graph) {
-        // A condition may lead to another one.
+        // A condition may lead to another condition.
         for _ in 0..8 {
             let Next::Goto(to) = graph.nodes[id].next else { break };
             let test = &graph.nodes[to];
@@ -217,7 +217,7 @@ fn copy_tests(graph: &mut Graph, temps: &BTreeSet<String>, lasting: &BTreeSet<St
     }
 }
 
-/// Removes what cannot be reached.
+/// Removes unreachable nodes.
 fn reachable(graph: &mut Graph) {
     let mut kept = reached(graph);
     // A macro has an exit step even if its function never returns.

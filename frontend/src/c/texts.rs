@@ -1,8 +1,8 @@
-//! Comments and statements as the labels of a chart.
+//! Turns comments and statements into labels of a chart.
 
 use super::ast::{Expr, ExprKind};
 
-/// A comment without its signs, on one line.
+/// A comment without its delimiters, on one line.
 pub(super) fn comment_text(comment: &str) -> String {
     let inner = comment.strip_prefix("/*").map_or_else(
         || comment.trim_start_matches('/'),
@@ -12,12 +12,12 @@ pub(super) fn comment_text(comment: &str) -> String {
     lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
-/// A text on one line, blanks and comments as single blanks; at most 200 characters.
+/// A text on one line, at most 200 characters; blanks and comments become single blanks.
 pub(super) fn one_line(text: &str) -> String {
     let mut without = String::new();
     let mut rest = text;
     while let Some(at) = rest.find("/*").into_iter().chain(rest.find("//")).min() {
-        // Inside a string the signs mean nothing; a label that is cut there is only a label.
+        // Comment signs inside a string are not recognised; this may only shorten the label.
         without.push_str(&rest[..at]);
         without.push(' ');
         let comment = &rest[at..];
@@ -33,7 +33,7 @@ pub(super) fn one_line(text: &str) -> String {
     if line.chars().count() > 200 { line.chars().take(199).chain(['…']).collect() } else { line }
 }
 
-/// What to call the step of an expression statement, as the appendix of NBS88 does: `set_n`, `inc_i`, `call_f`.
+/// A name for the step of an expression statement, as in the appendix of NBS88: `set_n`, `inc_i`, `call_f`.
 pub(super) fn hint(expr: &Expr) -> String {
     let target = |expr: &Expr| {
         let mut expr = expr;

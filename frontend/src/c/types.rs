@@ -1,4 +1,4 @@
-//! The types that the net can hold: Booleans, integers of 8, 16 and 32 bits, arrays of them.
+//! The types that nets support: Booleans, integers of 8, 16 and 32 bits, and arrays of them.
 
 use super::ast::{Base, Declarator, Specifiers};
 use super::constant;
@@ -6,12 +6,12 @@ use grafsynth_ir::Span;
 use grafsynth_ir::expr::Type as NetType;
 use std::collections::BTreeMap;
 
-/// The widths that C leaves open.
+/// The sizes that C leaves to the implementation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Widths {
-    /// Bits of `int`: 16 or 32. `short` has 16, `long` 32, `long long` is opaque.
+    /// Bits of `int`: 16 or 32. `short` has 16, `long` has 32, `long long` is opaque.
     pub(super) int: u32,
-    /// Plain `char` is unsigned, as on ARM.
+    /// Whether plain `char` is unsigned, as on ARM.
     pub(super) is_unsigned_char: bool,
 }
 
@@ -27,19 +27,19 @@ pub(super) enum Scalar {
 pub(super) enum Type {
     Void,
     Scalar(Scalar),
-    /// Lengths outermost first; the first is none where it was not written.
+    /// The lengths, outermost first; the first is `None` if it was not written.
     Array(Scalar, Option<u32>, Vec<u32>),
-    /// A pointer to values, which a parameter may be.
+    /// A pointer to values, which is possible for a parameter.
     Pointer(Scalar),
-    /// What only a C compiler understands.
+    /// A type that only a C compiler can handle.
     Opaque,
 }
 
-/// The longest array that the net has.
+/// The maximum length of an array in a net.
 const MAX_LENGTH: i64 = 65_536;
 
 impl Scalar {
-    /// Smallest and largest value.
+    /// The smallest and largest value.
     pub(super) fn range(self) -> (i64, i64) {
         match self {
             Scalar::Bool => (0, 1),
@@ -48,12 +48,13 @@ impl Scalar {
         }
     }
 
-    /// True for the unsigned type of 32 bits, whose values the net's variables hold as two's complement: their bounds lie within 32 bits, signed.
+    /// Whether this is the unsigned 32-bit type. Variables of the net store its values as two's complement, because their bounds are signed
+    /// 32-bit numbers.
     pub(super) fn is_folded(self) -> bool {
         self == Scalar::Int { bits: 32, is_signed: false }
     }
 
-    /// The type of a variable of the net that holds such values.
+    /// The type of a net variable that stores such values.
     pub(super) fn stored(self) -> NetType {
         match self {
             Scalar::Bool => NetType::Bool,
@@ -75,8 +76,8 @@ impl Scalar {
         }
     }
 
-    /// The usual arithmetic conversions (C99 6.3.1.8). A wider type holds all values of a narrower unsigned one, since ranks of one width differ in
-    /// name alone here.
+    /// The usual arithmetic conversions (C99 6.3.1.8). A wider type contains all values of a narrower unsigned type, because here types of
+    /// the same width differ only in name.
     pub(super) fn common(self, other: Scalar, widths: Widths) -> Scalar {
         match (self.promoted(widths), other.promoted(widths)) {
             (Scalar::Int { bits: a, is_signed: sa }, Scalar::Int { bits: b, is_signed: sb }) => {
@@ -90,7 +91,7 @@ impl Scalar {
         }
     }
 
-    /// Its size in bytes, as `sizeof` says.
+    /// The size in bytes, as for `sizeof`.
     pub(super) fn size(self) -> i64 {
         match self {
             Scalar::Bool => 1,
@@ -99,7 +100,7 @@ impl Scalar {
     }
 }
 
-/// The scalar type that specifiers name; none for `void` and what is opaque.
+/// The scalar type of the specifiers; `None` for `void` and opaque types.
 pub(super) fn scalar(base: &Base, widths: Widths) -> Option<Scalar> {
     let int = |bits, is_signed| Some(Scalar::Int { bits, is_signed });
     match *base {
@@ -117,7 +118,7 @@ pub(super) fn scalar(base: &Base, widths: Widths) -> Option<Scalar> {
 /// The type of a declared name.
 ///
 /// # Errors
-/// The length of an array that is no constant between 1 and 65 536.
+/// The length of an array, if it is not a constant between 1 and 65 536.
 pub(super) fn of(
     specifiers: &Specifiers,
     declarator: &Declarator,

@@ -1,4 +1,5 @@
-//! What the net can say, unit by unit, and what therefore is left to the library: the rule of [`super::resolve`], applied until nothing changes.
+//! Decides for each unit whether the net can express it or it is left to the library: applies the rule of [`super::resolve`] until nothing
+//! changes.
 
 use super::ast::{Base, Declaration, Expr, ExprKind, Init, Stmt, StmtKind};
 use super::resolve::{FunctionId, Home, Program, Reference, Resolver, VarId};
@@ -9,12 +10,12 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::{Name, Span};
 use std::collections::BTreeSet;
 
-/// A piece of the source that is said by the net as a whole, or not at all.
+/// A part of the source that the net expresses either completely or not at all.
 struct Unit<'s> {
     span: Span,
     exprs: Vec<&'s Expr>,
     touched: BTreeSet<VarId>,
-    /// Why the net cannot say it.
+    /// The reason why the net cannot express it.
     reason: Option<(Span, String)>,
 }
 
@@ -31,7 +32,7 @@ impl<'s> Resolver<'s, '_> {
         for var in &mut self.program.vars {
             var.in_library |= matches!(var.ty, Type::Opaque);
         }
-        // A kept function reads and writes globals by their names.
+        // A kept function accesses globals by their names.
         let in_kept: Vec<VarId> = self
             .program
             .functions
@@ -76,8 +77,8 @@ impl<'s> Resolver<'s, '_> {
             if let Some((span, reason)) = &unit.reason {
                 self.findings.report(|| {
                     Diagnostic::note(codes::C_OPAQUE, format!("left to the C library: {reason}"))
-                        .at(*span, "no engine but C runs this")
-                        .help("the chart is for the CPU; what this touches is in no trace and in no proof")
+                        .at(*span, "only the C engine can run this")
+                        .help("the chart runs on a CPU only; traces and proofs do not cover the variables used here")
                 });
             }
             for expr in &unit.exprs {
@@ -86,7 +87,7 @@ impl<'s> Resolver<'s, '_> {
         }
     }
 
-    /// A call of the chart inside `&&`, `||` or `?:` of an opaque unit has no place in the chart: it may or may not happen.
+    /// Reports a call of the chart inside `&&`, `||` or `?:` of an opaque unit: the chart cannot run it, because it is conditional.
     fn conditional_call(&mut self, expr: &'s Expr) {
         let mut inner: Option<Span> = None;
         let program = &self.program;
@@ -105,9 +106,12 @@ impl<'s> Resolver<'s, '_> {
         });
         if let Some(span) = inner {
             self.findings.report(|| {
-                Diagnostic::error(codes::C_TYPE, "a call that may not happen stands in an expression that is left to the library")
-                    .at(span, "")
-                    .help("write the condition as an `if`, or leave the function in C with --keep")
+                Diagnostic::error(
+                    codes::C_TYPE,
+                    "an expression that is left to the library contains a conditional call",
+                )
+                .at(span, "")
+                .help("write the condition as an `if`, or keep the function as C with --keep")
             });
         }
     }
@@ -225,7 +229,7 @@ impl<'s> Collector<'_, 's> {
                     && !matches!(expr.kind, ExprKind::Char(_))
                 {
                     Self::refuse(unit, span, || {
-                        "the size of a type that the net does not have".to_owned()
+                        "the size of a type that nets do not support".to_owned()
                     });
                 }
             }
@@ -238,7 +242,7 @@ impl<'s> Collector<'_, 's> {
                         || program.vars[var].reference == Reference::Scalar
                     {
                         Self::refuse(unit, span, || {
-                            format!("{name} is used as a whole, or its type is none of the net")
+                            format!("{name} is used as a whole, or nets do not support its type")
                         });
                     }
                 }
@@ -246,9 +250,7 @@ impl<'s> Collector<'_, 's> {
                     if !program.constants.contains_key(name)
                         && !matches!(name.as_str(), "true" | "false" | "NULL")
                     {
-                        Self::refuse(unit, span, || {
-                            format!("{name} means something only to a C compiler")
-                        });
+                        Self::refuse(unit, span, || format!("only a C compiler knows {name}"));
                     }
                 }
             },
@@ -271,7 +273,7 @@ impl<'s> Collector<'_, 's> {
                     || ty.specifiers.base == Base::Void;
                 if !is_plain || !is_known {
                     Self::refuse(unit, span, || {
-                        "a cast to a type that the net does not have".to_owned()
+                        "a cast to a type that nets do not support".to_owned()
                     });
                 }
                 self.look(inner, unit);
@@ -288,10 +290,12 @@ impl<'s> Collector<'_, 's> {
         }
     }
 
-    /// `a[i]`, `a[i][j]`, `*p`, `*(p + i)`.
+    /// Handles `a[i]`, `a[i][j]`, `*p`, `*(p + i)`.
     fn element(&mut self, expr: &'s Expr, unit: &mut Unit<'s>) {
         let Some((base, indices)) = value::element(expr) else {
-            Self::refuse(unit, expr.span, || "an element of something that is no array".to_owned());
+            Self::refuse(unit, expr.span, || {
+                "an element of something that is not an array".to_owned()
+            });
             expr.operands().into_iter().for_each(|operand| self.look(operand, unit));
             return;
         };
@@ -312,7 +316,7 @@ impl<'s> Collector<'_, 's> {
         };
         if !is_known {
             Self::refuse(unit, expr.span, || {
-                "an element of something that is no array of the net".to_owned()
+                "an element of something that is not an array of the net".to_owned()
             });
         }
         indices.into_iter().for_each(|index| self.look(index, unit));
@@ -322,9 +326,9 @@ impl<'s> Collector<'_, 's> {
         let program = self.program;
         let Some(callee) = program.callee(&name.text) else {
             let what = if program.by_name.contains_key(&name.text) {
-                "which is kept"
+                "which is kept as C"
             } else {
-                "which has no body here"
+                "which has no body in this file"
             };
             Self::refuse(unit, expr.span, || format!("a call of {name}, {what}"));
             if let Some(var) = program.var_at(name.span) {
@@ -347,7 +351,7 @@ impl<'s> Collector<'_, 's> {
                         .is_some_and(|var| argument_fits(program, param, var));
                     if !matches {
                         Self::refuse(&mut own, argument.span, || {
-                            "a pointer that is no array of the net".to_owned()
+                            "a pointer that is not an array of the net".to_owned()
                         });
                     }
                     self.units.push(own);
@@ -362,7 +366,7 @@ impl<'s> Collector<'_, 's> {
                     };
                     self.look(argument, &mut own);
                     Self::refuse(&mut own, argument.span, || {
-                        "a pointer that is no array of the net".to_owned()
+                        "a pointer that is not an array of the net".to_owned()
                     });
                     self.units.push(own);
                 }
@@ -371,13 +375,13 @@ impl<'s> Collector<'_, 's> {
         }
     }
 
-    /// Arguments of a library function may be arrays and addresses: they touch what they name.
+    /// Handles an argument of a library function, which may be an array or an address. The function may use the variable.
     fn library_argument(&mut self, argument: &'s Expr, unit: &mut Unit<'s>) {
         self.look(argument, unit);
     }
 }
 
-/// True if an array or pointer of the net can be handed to the parameter.
+/// Whether an array or pointer of the net can be passed to the parameter.
 fn argument_fits(program: &Program<'_>, param: Option<VarId>, var: VarId) -> bool {
     let Some(param) = param else { return false };
     match (&program.vars[param].ty, &program.vars[var].ty) {

@@ -1,4 +1,4 @@
-//! Expressions of C as expressions of the net, and what their evaluation does as statements of the present node.
+//! Translates expressions of C to expressions of the net, and their side effects to statements of the current node.
 
 use super::ast::{BinaryOp, Expr, ExprKind, Init, UnaryOp};
 use super::flow::{CallSite, Flow};
@@ -14,17 +14,17 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{CompareOp, ExprKind as NetKind, Type as NetType};
 use grafsynth_ir::{Name, Span};
 
-/// A place that can be assigned to.
+/// A target of an assignment.
 pub(super) struct Place {
     path: Path,
     index: Option<Num>,
     ty: Scalar,
 }
 
-/// The value that a `switch` looks at.
+/// The selector of a `switch`.
 pub(super) struct Selected(Value);
 
-/// Array and indices of `a[i][j]`, `*p` (no index) and `*(p + i)`.
+/// The array and the indices of `a[i][j]`, `*p` (no index) and `*(p + i)`.
 pub(super) fn element(expr: &Expr) -> Option<(&Expr, Vec<&Expr>)> {
     if matches!(expr.kind, ExprKind::Name(_)) {
         return Some((expr, Vec::new()));
@@ -42,7 +42,7 @@ pub(super) fn element(expr: &Expr) -> Option<(&Expr, Vec<&Expr>)> {
     matches!(a.kind, ExprKind::Name(_)).then(|| (a.as_ref(), vec![b.as_ref()]))
 }
 
-/// What `sizeof` gives, where it can be known.
+/// The value of `sizeof`, if it is known.
 pub(super) fn size_of(program: &Program<'_>, expr: &Expr) -> Option<i64> {
     if let ExprKind::SizeofType(ty) = &expr.kind {
         let is_plain = ty.declarator.n_pointers == 0
@@ -70,7 +70,7 @@ pub(super) fn size_of(program: &Program<'_>, expr: &Expr) -> Option<i64> {
 }
 
 impl Selected {
-    /// The constant converted to the selected type, as C does with a case label.
+    /// The constant converted to the type of the selector, as C does with a case label.
     pub(super) fn fold(&self, constant: i64) -> i64 {
         match self.0.ty {
             Scalar::Int { bits, is_signed } => {
@@ -91,7 +91,7 @@ impl Selected {
 impl<'s> Flow<'_, 's> {
     // Variables
 
-    /// The name of a variable, seen from this function.
+    /// The path to a variable, as seen from this function.
     pub(super) fn path(&self, var: VarId, span: Span) -> Path {
         let name = self.context.var_names.get(&var).cloned().unwrap_or_default();
         Path::from(Name::new(name, span))
@@ -116,7 +116,7 @@ impl<'s> Flow<'_, 's> {
         Value { repr: Repr::Num(loaded(&Num { expr, lo, hi }, ty)), ty }
     }
 
-    /// What is assigned to a place for a value.
+    /// The expression that is assigned to a place of this type.
     fn raw(&mut self, value: &Value, ty: Scalar) -> chart::Expr {
         let value = self.converted(value, ty);
         match &value.repr {
@@ -141,15 +141,15 @@ impl<'s> Flow<'_, 's> {
         Value::int(0, self.int_type(), span)
     }
 
-    /// The place that an expression names; none (reported) if it names none.
+    /// The place that an expression refers to; `None` (with a report) if it is not assignable.
     fn place(&mut self, expr: &'s Expr) -> Option<Place> {
         let span = expr.span;
         let Some((base, indices)) = element(expr) else {
-            self.error(span, || "a variable or an element is needed here".to_owned());
+            self.error(span, || "expected a variable or an array element".to_owned());
             return None;
         };
         let Some(var) = self.program().var_at(base.span) else {
-            self.error(span, || format!("{} is no variable", one_line("a constant")));
+            self.error(span, || format!("{} is not a variable", one_line("a constant")));
             return None;
         };
         let path = self.path(var, base.span);
@@ -187,7 +187,7 @@ impl<'s> Flow<'_, 's> {
                 if flat.lo == flat.hi && !(0..length).contains(&flat.lo) {
                     self.error(span, || {
                         format!(
-                            "element {} of {what}, which has the elements 0..{}",
+                            "element {} of {what} does not exist; its elements are 0..{}",
                             flat.lo,
                             length - 1
                         )
@@ -206,7 +206,7 @@ impl<'s> Flow<'_, 's> {
                 Some(Place { path, index: Some(index), ty })
             }
             Type::Void | Type::Pointer(_) | Type::Opaque => {
-                self.error(span, || "the net has no variable of this type".to_owned());
+                self.error(span, || "nets do not support variables of this type".to_owned());
                 None
             }
         }
@@ -214,7 +214,7 @@ impl<'s> Flow<'_, 's> {
 
     // Expressions
 
-    /// The value of an expression; its effects go to the present node.
+    /// Evaluates an expression. Its side effects are added to the current node.
     pub(super) fn eval(&mut self, expr: &'s Expr) -> Value {
         let span = expr.span;
         let int = self.int_type();
@@ -250,7 +250,7 @@ impl<'s> Flow<'_, 's> {
                     Some(value) => value,
                     None => self.error(span, || format!("{name} returns nothing")),
                 },
-                None => self.error(span, || format!("{name} is no function of this chart")),
+                None => self.error(span, || format!("this chart has no function {name}")),
             },
             ExprKind::Step { operand, by, is_prefix } => self.step(operand, *by, *is_prefix, span),
             ExprKind::Unary(op, operand) => {
@@ -291,12 +291,12 @@ impl<'s> Flow<'_, 's> {
                 self.eval(last)
             }
             ExprKind::Float | ExprKind::Text | ExprKind::Opaque(_) | ExprKind::AddressOf(_) => {
-                self.error(span, || "the net has no such value".to_owned())
+                self.error(span, || "nets do not support this value".to_owned())
             }
         }
     }
 
-    /// C99 6.4.4.1: the first type that holds the value.
+    /// The type of a literal (C99 6.4.4.1): the first type that can represent the value.
     fn literal_type(
         &self,
         value: i64,
@@ -321,7 +321,7 @@ impl<'s> Flow<'_, 's> {
         Scalar::Int { bits: 32, is_signed: true }
     }
 
-    /// Evaluates for the effects alone.
+    /// Evaluates an expression only for its side effects.
     fn discard(&mut self, expr: &'s Expr) {
         let program = self.program();
         if !program.has_effect(expr) {
@@ -332,7 +332,7 @@ impl<'s> Flow<'_, 's> {
         {
             self.call(callee, arguments, expr.span);
         } else if let ExprKind::Step { operand, by, .. } = &expr.kind {
-            // Nobody asks for the old value.
+            // The old value is not used.
             self.step(operand, *by, true, expr.span);
         } else if let ExprKind::Cast(_, inner) = &expr.kind {
             self.discard(inner);
@@ -354,7 +354,7 @@ impl<'s> Flow<'_, 's> {
         }
     }
 
-    /// An expression statement.
+    /// Translates an expression statement.
     pub(super) fn effect(&mut self, expr: &'s Expr) {
         self.full_expression();
         if self.program().is_opaque(expr.span) {
@@ -364,7 +364,7 @@ impl<'s> Flow<'_, 's> {
         self.discard(expr);
     }
 
-    /// `var = expr`, where a variable gets its first value, a parameter its argument, or a function its result.
+    /// Translates `var = expr` for the initial value of a variable, an argument, or the return value of a function.
     pub(super) fn initialise(&mut self, var: VarId, expr: &'s Expr) {
         self.full_expression();
         if self.program().is_opaque(expr.span) {
@@ -394,7 +394,7 @@ impl<'s> Flow<'_, 's> {
         right: &'s Expr,
         span: Span,
     ) -> Value {
-        // The value first: a call in it may end the node, and the index of the target must be that of the node behind.
+        // The value first: a call in it may end the node, and the index of the target must be evaluated in the next node.
         let is_element = !matches!(left.kind, ExprKind::Name(_));
         let early =
             if is_element && self.program().has_effect(left) { self.place(left) } else { None };
@@ -425,7 +425,7 @@ impl<'s> Flow<'_, 's> {
             }
             return self.of_truth(chart::Expr::leaf(Leaf::Name(path), span));
         }
-        // No effect on the right: evaluating it too changes nothing, since every operator of the net has a value.
+        // The right side has no side effects. It can always be evaluated, because every operator of the net has a value.
         let truths: Vec<chart::Expr> = all.iter().map(|one| self.eval(one).truth()).collect();
         let truth = if is_and { chart::Expr::and(truths) } else { chart::Expr::or(truths) };
         let value = self.of_truth(chart::Expr { span: expr.span, ..truth });
@@ -475,7 +475,7 @@ impl<'s> Flow<'_, 's> {
 
     // Conditions
 
-    /// Ends the present node with two ways, after what evaluating the condition does.
+    /// Evaluates a condition with its side effects, and ends the current node with two ways.
     pub(super) fn condition(&mut self, expr: &'s Expr, then: usize, otherwise: usize) {
         self.full_expression();
         if self.program().is_opaque(expr.span) {
@@ -513,7 +513,7 @@ impl<'s> Flow<'_, 's> {
         }
     }
 
-    /// The value that a `switch` looks at, promoted.
+    /// Evaluates the selector of a `switch`, promoted.
     pub(super) fn selector(&mut self, expr: &'s Expr) -> Selected {
         self.full_expression();
         let int = self.int_type();
@@ -525,14 +525,14 @@ impl<'s> Flow<'_, 's> {
         let value = self.eval(expr);
         let ty = value.ty.promoted(self.program().widths);
         let value = self.converted(&value, ty);
-        // Every case compares it.
+        // Every case compares it, so it must be small.
         let is_small = matches!(&value.repr, Repr::Num(Num { expr, .. }) if matches!(expr.kind, NetKind::Leaf(_) | NetKind::Element(..) | NetKind::Int(_)));
         Selected(if is_small { value } else { self.held(&value, "selected") })
     }
 
     // Calls
 
-    /// Calls a function of the chart; the value where it returns one.
+    /// Calls a function of the chart. Returns its value, if it has one.
     pub(super) fn call(
         &mut self,
         callee: FunctionId,
@@ -590,11 +590,11 @@ impl<'s> Flow<'_, 's> {
         let ty = self.program().vars[result].scalar()?;
         let path = self.inside(&step, result, span);
         let value = self.loaded(chart::Expr::leaf(Leaf::Name(path), span), ty);
-        // The next call of a shared macro-step would overwrite it.
+        // The next call of a shared macro-step would overwrite the value.
         Some(if is_shared { self.held(&value, &format!("{name}_value")) } else { value })
     }
 
-    /// A variable of a macro-step, seen from outside.
+    /// A variable of a macro-step, as seen from outside.
     fn inside(&self, step: &str, var: VarId, span: Span) -> Path {
         let mut path = Path::from(Name::new(step, span));
         path.names.extend(self.path(var, span).names);
@@ -674,7 +674,7 @@ impl<'s> Flow<'_, 's> {
         }
     }
 
-    /// A global variable that a function gets by reference and uses by its name too would have two values at once.
+    /// Reports a global variable that a function receives by reference and also uses by name: it would have two values at once.
     fn aliases(&mut self, callee: FunctionId, target: &Expr, span: Span) {
         let Some(var) = element(target).and_then(|(base, _)| self.program().var_at(base.span))
         else {
@@ -691,7 +691,9 @@ impl<'s> Flow<'_, 's> {
             if self.program().uses.range(body.start..body.end).any(|(_, used)| *used == var) {
                 let name = self.program().vars[var].name.text.clone();
                 let function = info.def.name.text.clone();
-                self.error(span, || format!("{name} is handed over by its address, and {function} uses it by its name too"));
+                self.error(span, || {
+                    format!("{name} is passed by its address, but {function} also uses it by name")
+                });
                 return;
             }
             for (next, _) in &info.calls {
@@ -722,7 +724,7 @@ impl<'s> Flow<'_, 's> {
                     self.error(span, || format!("{n} values for {length} elements"));
                     return;
                 }
-                // What is not written is 0.
+                // Missing values are 0.
                 values.resize(length as usize, None);
             }
             (Some(_), _) => {}
@@ -758,7 +760,7 @@ impl<'s> Flow<'_, 's> {
     }
 }
 
-/// The values of nested lists in the order of the elements; none where a row is shorter than it could be.
+/// The values of nested lists in the order of the elements; `None` for the elements that a short row omits.
 pub(super) fn flatten<'s>(all: &'s [Init], rest: &[u32], values: &mut Vec<Option<&'s Expr>>) {
     for one in all {
         match one {

@@ -1,4 +1,4 @@
-//! Which chart or macro each object of a net belongs to, and what it is called there.
+//! Assigns each object of a net to its chart or macro, and gives it its local name.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,30 +9,30 @@ use grafsynth_ir::net::{Net, PartId, StepId, StepKind, TransitionId, TransitionK
 
 use super::cannot;
 
-/// One of the bodies of a net.
+/// Index of a body of a net.
 pub(super) type BodyId = usize;
 
-/// Something that brings steps, and may bring transitions of its own.
+/// An object that contains steps and may contain transitions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Unit {
     /// A step and its reactions.
     Step(StepId),
-    /// A macro-step with all that is in it, or an enclosing step with all that it encloses.
+    /// A macro-step with its contents, or an enclosing step with the chart that it encloses.
     Inner(BodyId),
 }
 
-/// A chart, the expansion of a macro-step, or what an enclosing step encloses.
+/// A chart, the expansion of a macro-step, or the contents of an enclosing step.
 #[derive(Debug)]
 struct Body {
     part: PartId,
     parent: Option<BodyId>,
-    /// The body whose names it has: its own, but for an enclosed one (semantics C25).
+    /// The body whose namespace it uses: its own, except for an enclosed body (semantics C25).
     names: BodyId,
-    /// The enclosing step whose body it is.
+    /// The enclosing step, if this is its body.
     enclosing: Option<StepId>,
-    /// What stands before local names in full names; with its dot.
+    /// The prefix of local names in full names, with its dot.
     prefix: String,
-    /// The macro-step's own name in its body.
+    /// The name of the macro-step in its body.
     local: String,
     /// Index into the net's list of macro-steps.
     macro_step: Option<usize>,
@@ -46,12 +46,12 @@ pub(super) struct Bodies {
     by_prefix: BTreeMap<String, BodyId>,
     /// Bodies of enclosing steps.
     of_step: BTreeMap<StepId, BodyId>,
-    /// Last parts of all names, which the names of macros must not be.
+    /// The last parts of all names, which names of macros must avoid.
     taken: BTreeSet<String>,
 }
 
 impl Bodies {
-    /// Finds the charts and macro-steps of a net; a part that is neither is reported.
+    /// Finds the charts and macro-steps of a net. Reports other parts.
     pub(super) fn of(net: &Net, findings: &mut Vec<Diagnostic>) -> Self {
         let macros: BTreeMap<&str, usize> = net
             .macros
@@ -80,7 +80,7 @@ impl Bodies {
                 let (parent, enclosing, macro_step) = (None, None, None);
                 Body { part, parent, names: id, enclosing, prefix, local, macro_step }
             } else if let Some(index) = macros.get(name.as_str()) {
-                // The nearest body around, by its name and by the step around it: parents come first.
+                // The innermost surrounding body, by name and by enclosing step. Parents come first.
                 let by_name = found.nearest(name).or((!several && id > 0).then_some(0));
                 let around = net.steps[net.macros[*index].entry].parent;
                 let parent = match (by_name, around.and_then(|step| found.of_step.get(&step))) {
@@ -132,7 +132,7 @@ impl Bodies {
         found
     }
 
-    /// The innermost body that a full name lies in, by its prefixes.
+    /// The innermost body that contains a full name, by its prefixes.
     fn nearest(&self, full: &str) -> Option<BodyId> {
         let mut end = full.len();
         while let Some(dot) = full[..end].rfind('.') {
@@ -150,7 +150,7 @@ impl Bodies {
         (0..self.bodies.len()).filter(|body| self.bodies[*body].parent.is_none()).collect()
     }
 
-    /// The macro-steps directly in a body.
+    /// The macro-steps directly inside a body.
     pub(super) fn inner(&self, body: BodyId) -> Vec<BodyId> {
         let is_inner = |inner: &BodyId| {
             let inner = &self.bodies[*inner];
@@ -159,17 +159,17 @@ impl Bodies {
         (0..self.bodies.len()).filter(is_inner).collect()
     }
 
-    /// The enclosing step whose body this is.
+    /// The enclosing step of this body.
     pub(super) fn enclosing(&self, body: BodyId) -> Option<StepId> {
         self.bodies[body].enclosing
     }
 
-    /// The body around one.
+    /// The parent of a body.
     pub(super) fn parent(&self, body: BodyId) -> Option<BodyId> {
         self.bodies[body].parent
     }
 
-    /// True for bodies that see each other's names alone, without a path.
+    /// Whether two bodies use each other's names without a path.
     pub(super) fn share_names(&self, one: BodyId, other: BodyId) -> bool {
         self.bodies[one].names == self.bodies[other].names
     }
@@ -183,12 +183,12 @@ impl Bodies {
         self.bodies[body].macro_step
     }
 
-    /// The name of a macro-step in the body that it stands in.
+    /// The name of a macro-step in the body that contains it.
     pub(super) fn local_name(&self, body: BodyId) -> &str {
         &self.bodies[body].local
     }
 
-    /// A name for the macro that a macro-step is an expansion of: macros and steps share their names, so it gets `_body` behind it.
+    /// A name for the macro of a macro-step. Macros and steps share one namespace, so `_body` is appended.
     pub(super) fn macro_name(&self, body: BodyId) -> String {
         let mut text = format!("{}_body", self.bodies[body].local);
         while self.taken.contains(&text) {
@@ -197,9 +197,9 @@ impl Bodies {
         text
     }
 
-    /// The name that something has in a body, if it is declared there.
+    /// The local name of an object, if it is declared in this body.
     pub(super) fn local(&self, body: BodyId, full: &Name) -> Option<Name> {
-        // Names of what is enclosed are those of the body around, which declares them.
+        // The names of enclosed objects are declared in the surrounding body.
         if self.nearest(&full.text)? != body {
             return None;
         }
@@ -208,13 +208,13 @@ impl Bodies {
             .map(|text| Name::new(text, full.span))
     }
 
-    /// The name of something that a part has for sure.
+    /// The local name of an object that certainly belongs to this part.
     pub(super) fn own(&self, body: BodyId, full: &Name) -> Name {
         let text = full.text.strip_prefix(self.bodies[body].prefix.as_str()).unwrap_or(&full.text);
         Name::new(text, full.span)
     }
 
-    /// The path of something with this full name, seen from a body.
+    /// The path of the object with this full name, as seen from a body.
     pub(super) fn path(&self, full: &Name, from: BodyId) -> Path {
         let Some(home) = self.nearest(&full.text) else { return Path::from(full.clone()) };
         let own = self.own(home, full);
@@ -236,12 +236,12 @@ impl Bodies {
         Path { names }
     }
 
-    /// True where a body declares what has this name.
+    /// Whether a body declares the object with this name.
     pub(super) fn has_home(&self, full: &Name) -> bool {
         self.nearest(&full.text).is_some()
     }
 
-    /// The chart after which something is called, where there are several.
+    /// The chart whose name is the prefix of this name, if there are several charts.
     pub(super) fn root_called_in(&self, full: &str) -> Option<BodyId> {
         self.roots().into_iter().find(|root| {
             let prefix = self.bodies[*root].prefix.as_str();
@@ -256,7 +256,7 @@ impl Bodies {
         body
     }
 
-    /// The body directly inside `outer` in which `part` lies, or `outer` itself; none if it lies elsewhere.
+    /// The body directly inside `outer` that contains `part`, or `outer` itself; `None` if `part` is elsewhere.
     fn child_with(&self, outer: BodyId, part: PartId) -> Option<BodyId> {
         let mut body = *self.of_part.get(&part)?;
         if body == outer {
@@ -271,7 +271,7 @@ impl Bodies {
         }
     }
 
-    /// The steps and macro-steps of a body, in the order of steps.
+    /// The steps and macro-steps of a body, in the order of their steps.
     pub(super) fn units(&self, net: &Net, body: BodyId) -> Vec<Unit> {
         let mut units: Vec<Unit> = Vec::new();
         for (id, step) in net.steps.iter() {
@@ -287,12 +287,12 @@ impl Bodies {
         units
     }
 
-    /// A step directly in a body, with what it encloses.
+    /// A step directly inside a body, with the chart that it encloses.
     fn unit_of_step(&self, step: StepId) -> Unit {
         self.of_step.get(&step).map_or(Unit::Step(step), |inner| Unit::Inner(*inner))
     }
 
-    /// All transitions of a body and of what is in it, in order.
+    /// All transitions of a body and its contents, in order.
     pub(super) fn transitions_within(&self, net: &Net, body: BodyId) -> Vec<TransitionId> {
         net.transitions
             .iter()
@@ -301,7 +301,7 @@ impl Bodies {
             .collect()
     }
 
-    /// The unit that brings a transition; none for a transition that stands for itself.
+    /// The unit that contains a transition; `None` for a separate transition.
     pub(super) fn unit_of(&self, net: &Net, body: BodyId, id: TransitionId) -> Option<Unit> {
         let transition = &net.transitions[id];
         match self.child_with(body, transition.part) {
@@ -321,7 +321,7 @@ impl Bodies {
     }
 }
 
-/// The enclosing step around each part: that of the steps in it; of an empty one, that of its name.
+/// The enclosing step of each part: that of its steps, or for an empty part, that of its name.
 fn enclosing(net: &Net) -> BTreeMap<PartId, StepId> {
     let mut found = BTreeMap::new();
     for step in net.steps.values() {

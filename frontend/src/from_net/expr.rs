@@ -1,4 +1,4 @@
-//! Expressions of a net in the words of the chart.
+//! Converts expressions of a net to expressions of the chart.
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ use super::bodies::BodyId;
 use super::{Writer, cannot};
 
 impl Writer<'_> {
-    /// An expression seen from a body; `receptivity` is the transition whose `otherwise` it may hold.
+    /// An expression as seen from a body. `receptivity` is the transition whose `otherwise` it may contain.
     pub(super) fn expr(
         &mut self,
         expr: &Expr<Leaf>,
@@ -31,7 +31,7 @@ impl Writer<'_> {
         )
     }
 
-    /// The expression of a property, seen from a chart.
+    /// The expression of a property, as seen from a chart.
     pub(super) fn property_expr(&mut self, expr: &Expr<PropertyLeaf>, from: BodyId) -> Drawn {
         self.convert(
             expr,
@@ -45,7 +45,7 @@ impl Writer<'_> {
         )
     }
 
-    /// One level of an expression.
+    /// Converts one level of an expression.
     fn convert<L: AsTime>(
         &mut self,
         expr: &Expr<L>,
@@ -65,7 +65,7 @@ impl Writer<'_> {
             ExprKind::And(all) => ExprKind::And(all.iter().map(|one| inner(self, one)).collect()),
             ExprKind::Or(all) => ExprKind::Or(all.iter().map(|one| inner(self, one)).collect()),
             ExprKind::Compare(op, a, b) => {
-                // The constant beside a time is a number of ticks.
+                // The constant next to a time is a number of ticks.
                 let is_time =
                     |expr: &Expr<L>| matches!(&expr.kind, ExprKind::Leaf(leaf) if leaf.is_time());
                 let mut side = |writer: &mut Self, one: &Expr<L>, other: &Expr<L>| match &one.kind {
@@ -100,7 +100,7 @@ impl Writer<'_> {
         Drawn::new(kind, span)
     }
 
-    /// A number of ticks; the number itself where the duration has no spelling.
+    /// A number of ticks as a duration; the plain number if the duration cannot be written.
     fn duration(&self, ticks: i64, span: Span) -> Drawn {
         let ns = u64::try_from(ticks)
             .ok()
@@ -118,7 +118,7 @@ impl Writer<'_> {
             .filter(|ns| i64::try_from(*ns).is_ok());
         ns.unwrap_or_else(|| {
             self.findings
-                .push(cannot(format!("{ticks} ticks, which are too long to be written"), span));
+                .push(cannot(format!("a duration of {ticks} ticks, which is too long"), span));
             0
         })
     }
@@ -142,7 +142,7 @@ impl Writer<'_> {
             Leaf::Fireable(id) => {
                 let name = &net.transitions[id].name;
                 self.findings.push(cannot(
-                    format!("whether {name} is fireable, other than by `otherwise`"),
+                    format!("whether {name} is fireable, except by `otherwise`"),
                     span,
                 ));
                 name
@@ -154,7 +154,7 @@ impl Writer<'_> {
 
     fn of_step(&self, id: StepId, attribute: &str, from: BodyId) -> DrawnLeaf {
         let step = &self.net.steps[id];
-        // A step lies in its part's body whatever dots its name has.
+        // A step belongs to the body of its part, even if its name contains dots.
         let home = self.bodies.home(step.part);
         let mut path = if self.bodies.share_names(home, from) {
             Path::from(self.bodies.own(home, &step.name))
@@ -165,7 +165,7 @@ impl Writer<'_> {
         DrawnLeaf::Name(path)
     }
 
-    /// True for what `otherwise` of this transition is lowered to.
+    /// Whether this is the lowered form of `otherwise` for this transition.
     fn is_otherwise(&self, expr: &Expr<Leaf>, transition: TransitionId) -> bool {
         let ExprKind::Not(inner) = &expr.kind else { return false };
         let mut named = BTreeSet::new();
@@ -204,7 +204,7 @@ impl Writer<'_> {
     }
 }
 
-/// Leaves that are times.
+/// Leaves that may be times.
 pub(super) trait AsTime {
     fn is_time(&self) -> bool;
 }

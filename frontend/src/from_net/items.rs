@@ -1,4 +1,4 @@
-//! Steps, macros, transitions and lists of a net as items of a chart.
+//! Turns steps, macros, transitions and lists of a net into items of a chart.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use grafsynth_ir::{Name, Span};
 use super::bodies::BodyId;
 use super::{Writer, cannot, timers};
 
-/// True for the qualifiers that do not make an action controlled by themselves.
+/// Whether the qualifier alone does not make an action controlled.
 pub(super) fn is_plain(qualifier: Qualifier) -> bool {
     match qualifier {
         Qualifier::N | Qualifier::L | Qualifier::D => true,
@@ -42,7 +42,8 @@ pub(super) fn is_timed(qualifier: Qualifier) -> bool {
     }
 }
 
-/// The extern action that steps name with qualifiers, as lowering makes a controlled action of it: one call, named after it.
+/// The extern action that steps use with qualifiers, in the form into which lowering turns it: a controlled action with one call and the
+/// same name.
 pub(super) fn called_by_qualifiers<'n>(
     net: &'n net::Net,
     action: &'n net::ControlledAction,
@@ -61,7 +62,7 @@ pub(super) fn called_by_qualifiers<'n>(
 }
 
 impl Writer<'_> {
-    /// What outputs, controlled actions, forcings and reactions put into the bodies of steps.
+    /// Adds outputs, controlled actions, forcings and reactions to the bodies of steps.
     pub(super) fn actions(&mut self) {
         let net = self.net;
         let mut driven: BTreeMap<usize, ()> = BTreeMap::new();
@@ -70,7 +71,7 @@ impl Writer<'_> {
                 Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
                     if self.is_iec && !emissions.is_empty() {
                         self.findings.push(cannot(
-                            format!("the continuous output {} beside actions that only `actions iec` makes", output.name),
+                            format!("the continuous output {} together with actions that need `actions iec`", output.name),
                             output.name.span,
                         ));
                     }
@@ -134,7 +135,7 @@ impl Writer<'_> {
         for forcing in &net.forcings {
             self.forcing(forcing);
         }
-        // In a statechart they compete with the other transitions of their state, so they are drawn with them, in order.
+        // In a statechart they compete with the other transitions of their state, so they are written with them, in order.
         for (_, transition) in net.transitions.iter().filter(|(_, one)| {
             one.kind == TransitionKind::Reaction && !net.settings.policy.is_statechart()
         }) {
@@ -167,7 +168,7 @@ impl Writer<'_> {
         self.push(step, StepItemKind::Action { target, arguments, how, condition }, span);
     }
 
-    /// An event that a list raises or sends: none that only the completion of a state raises.
+    /// An event that a list raises or sends; an error if it is the completion of a state.
     fn joining(&mut self, event: net::InputId, from: BodyId) -> Name {
         let name = &self.net.inputs[event].name;
         if self.completed.contains_key(&event) {
@@ -177,7 +178,7 @@ impl Writer<'_> {
         self.one_name(name, from)
     }
 
-    /// A name where the language takes no path: everything around is seen, other charts are not.
+    /// A name where the language allows no path: surrounding objects are visible, other charts are not.
     pub(super) fn one_name(&mut self, full: &Name, from: BodyId) -> Name {
         let mut path = self.bodies.path(full, from);
         if path.names.len() != 1 {
@@ -195,7 +196,7 @@ impl Writer<'_> {
         let mut of_timers: BTreeMap<net::ActionId, std::slice::Iter<'_, net::ActionUse>> =
             BTreeMap::new();
         for one in &action.uses {
-            // What a further duration brings stands where it is asked for.
+            // Uses of a further duration are written where its timer is used.
             let timer = timers::asked(one).filter(|timer| self.timers.get(timer) == Some(&id));
             let (of, one) = match timer {
                 Some(timer) => {
@@ -227,7 +228,7 @@ impl Writer<'_> {
                     .collect(),
             ),
         };
-        // Charts are named as they are from everywhere.
+        // Names of charts are the same everywhere.
         let target = Name::new(self.net.parts[*first].name.text.clone(), forcing.span).into();
         self.push(forcing.step, StepItemKind::Force { target, order }, forcing.span);
     }
@@ -235,7 +236,7 @@ impl Writer<'_> {
     fn reaction(&mut self, transition: &net::Transition) {
         let [step] = transition.requires.as_slice() else {
             self.findings.push(cannot(
-                format!("the reaction {} of no single step", transition.name),
+                format!("the reaction {}, which does not belong to a single step", transition.name),
                 transition.meta.span,
             ));
             return;
@@ -306,7 +307,7 @@ impl Writer<'_> {
         Step { name, role, activation_link, body: items, meta, ..Step::default() }
     }
 
-    /// A macro-step, or an enclosing step with what it encloses.
+    /// A macro-step, or an enclosing step with its contents.
     pub(super) fn inner(&mut self, inner: BodyId) -> Item {
         let around = self.bodies.parent(inner);
         let (Some(id), Some(around)) = (self.bodies.enclosing(inner), around) else {
@@ -315,7 +316,7 @@ impl Writer<'_> {
         let step = self.step(id, around);
         let part = &self.net.parts[self.bodies.part(inner)];
         let mut items = Vec::new();
-        // Where it says nothing it has that of the chart around.
+        // Without its own priority it has that of the surrounding chart.
         let outer = self.net.parts[self.bodies.part(around)].priority;
         if let Some(priority) = part.priority.filter(|own| Some(*own) != outer) {
             let kind = SettingKind::Priority(priority);
@@ -325,7 +326,7 @@ impl Writer<'_> {
         Item::Enclosing(Enclosing { step, items })
     }
 
-    /// The macro that a macro-step is an expansion of; it has a name of its own.
+    /// The macro of a macro-step, under a generated name.
     pub(super) fn macro_body(&mut self, body: BodyId) -> Item {
         let part = &self.net.parts[self.bodies.part(body)];
         let (span, meta) = (part.name.span, part.meta.clone());
@@ -346,7 +347,7 @@ impl Writer<'_> {
         let local = self.bodies.local_name(inner).to_owned();
         let drawn = |body| self.bodies.macro_step(body).map(|index| &self.net.macros[index]);
         let (meta, role) = match (drawn(inner), outer.and_then(drawn)) {
-            // A macro may begin or end with another one.
+            // A macro may begin or end with another macro.
             (Some(one), Some(around)) if one.entry == around.entry && one.exit == around.exit => {
                 (one.meta.clone(), StepRole::MacroEntryExit)
             }
@@ -363,7 +364,7 @@ impl Writer<'_> {
             (None, _) => (net::Meta::default(), StepRole::Plain),
         };
         let span = meta.span;
-        // The entry step's priority is written in its body.
+        // The priority of the entry step is written in its body.
         Item::MacroStep(MacroStep {
             name: Name::new(local, span),
             body: name,
@@ -381,7 +382,7 @@ impl Writer<'_> {
                 Enter::Step(step) => targets.push(self.end(*step, body, false)),
                 Enter::InitialContent(_) | Enter::History(_) => {
                     self.findings.push(cannot(
-                        format!("what {} enters", transition.name),
+                        format!("the steps that {} enters", transition.name),
                         transition.meta.span,
                     ));
                 }
@@ -417,7 +418,8 @@ impl Writer<'_> {
         Item::Transition(item)
     }
 
-    /// The receptivity without what lowering adds to that of a source transition in an enclosed chart: that the enclosing step is active (C4).
+    /// The receptivity, without the condition that lowering adds to a source transition of an enclosed chart: that the enclosing step is
+    /// active (C4).
     fn drawn_guard(&self, transition: &net::Transition, body: BodyId) -> net::Expr {
         let guard = transition.guard.clone();
         let Some(around) = self.bodies.enclosing(body).filter(|_| transition.requires.is_empty())
@@ -437,7 +439,7 @@ impl Writer<'_> {
         guard
     }
 
-    /// A step at a transition: the entry and exit of a macro-step are the macro-step there, if the transition is outside of it.
+    /// A step at the end of a transition. Outside a macro-step, its entry and exit steps are written as the macro-step itself.
     fn end(&self, step: StepId, body: BodyId, is_source: bool) -> grafsynth_ir::chart::Path {
         let data = &self.net.steps[step];
         let home = self.bodies.home(data.part);

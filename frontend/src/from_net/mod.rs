@@ -1,7 +1,8 @@
-//! A net as the chart that lowers to it, where the chart language can say it: what shrinkers and `convert` print.
+//! Turns a net into a chart that lowers to the same net, if the chart language can express it. Shrinkers and `convert` print this chart.
 //!
-//! Macro-steps are folded back (one macro for each, named after it), enclosing steps and states are drawn again, full names become local ones, ticks become durations, `otherwise` is found again.
-//! Lowering the result gives the same net, but for names that lowering makes, places in the source, and the order of outputs' shares within a step.
+//! Macro-steps are folded back (one macro for each, named after it), enclosing steps and states are restored, full names become local ones,
+//! ticks become durations, and `otherwise` is recognised. Lowering the result gives the same net, except for names that lowering generates,
+//! spans, and the order of outputs' shares within a step.
 
 mod bodies;
 mod expr;
@@ -31,13 +32,13 @@ use states::States;
 /// The design that lowers to `net`.
 ///
 /// # Errors
-/// Everything in the net that a chart cannot say, each with its place.
+/// Everything in the net that a chart cannot express, with its location.
 pub(crate) fn design(net: &Net) -> Result<Design, Vec<Diagnostic>> {
     let mut findings = Vec::new();
     refuse(net, &mut findings);
     let bodies = Bodies::of(net, &mut findings);
     for name in declared(net).filter(|name| !bodies.has_home(name)) {
-        let finding = format!("{name}, which is called after none of the charts");
+        let finding = format!("{name}, whose name does not begin with the name of a chart");
         findings.push(cannot(finding, name.span));
     }
     let is_statechart = net.settings.policy.is_statechart();
@@ -66,26 +67,26 @@ struct Writer<'a> {
     net: &'a Net,
     bodies: Bodies,
     findings: Vec<Diagnostic>,
-    /// What outputs and reactions put into the bodies of steps, by the steps' indices.
+    /// The items that outputs and reactions add to the bodies of steps, by step index.
     step_items: BTreeMap<usize, Vec<StepItem>>,
     is_iec: bool,
-    /// Controlled actions that are drawn as such.
+    /// Controlled actions that are written as such.
     drawn: Vec<ActionId>,
-    /// Actions that are a further duration of another one, which they come before.
+    /// Actions that are a further duration of another action, and that other action.
     timers: BTreeMap<ActionId, ActionId>,
     /// The states of a statechart.
     states: States,
-    /// The states whose completion an event is.
+    /// Completion events and their states.
     completed: BTreeMap<InputId, StepId>,
 }
 
-fn cannot(message: impl Into<String>, span: Span) -> Diagnostic {
-    Diagnostic::error(codes::CANNOT_WRITE, message)
+fn cannot(message: impl std::fmt::Display, span: Span) -> Diagnostic {
+    Diagnostic::error(codes::CANNOT_WRITE, format!("a chart cannot express {message}"))
         .at(span, "this")
-        .help("print the net itself (`.net`), which can say everything")
+        .help("write the net itself (`.net`), which can express everything")
 }
 
-/// What no chart of this version says.
+/// Reports everything that no chart of this version can express.
 fn refuse(net: &Net, findings: &mut Vec<Diagnostic>) {
     let is_statechart = net.settings.policy.is_statechart();
     for step in net.steps.values() {
@@ -105,7 +106,7 @@ fn refuse(net: &Net, findings: &mut Vec<Diagnostic>) {
             findings.push(cannot(format!("the hidden step {}", step.name), step.name.span));
         }
     }
-    // Parents stand before what lies in them, so that one pass is enough.
+    // Parents precede their contents, so one pass is enough.
     let mut active = vec![false; net.steps.len()];
     for (id, step) in net.steps.iter().filter(|_| !is_statechart) {
         let around = step.parent.map(|parent| active[parent.index()]);
@@ -119,23 +120,23 @@ fn refuse(net: &Net, findings: &mut Vec<Diagnostic>) {
     }
     for timer in net.timers.values().filter(|timer| timer.starts_expired) {
         findings.push(cannot(
-            format!("timer {} stands at its largest value from the start", timer.name),
+            format!("timer {}, which starts at its largest value", timer.name),
             timer.name.span,
         ));
     }
     let written = written(net);
     for output in net.outputs.values() {
         let Driver::Stored(var) = output.driver else { continue };
-        // An output is stored because some list writes it; any other one has no memory that could be read or begin with a value.
+        // An output is stored because a list writes it; any other output has no memory that could be read or have an initial value.
         if !written.contains(&var) {
             findings.push(cannot(
-                format!("the stored output {}, which no list writes", output.name),
+                format!("the stored output {}, which is never assigned", output.name),
                 output.name.span,
             ));
         }
     }
     if !net.unspecified.is_empty() {
-        findings.push(cannot("cells that are left open", Span::default()));
+        findings.push(cannot("unspecified cells", Span::default()));
     }
     let names = net
         .steps
@@ -151,7 +152,7 @@ fn refuse(net: &Net, findings: &mut Vec<Diagnostic>) {
         .chain(std::iter::once(&net.name));
     for name in names.filter(|name| !is_writable(&name.text)) {
         findings.push(cannot(
-            format!("a name that is empty or has a backquote or line break in it: {:?}", name.text),
+            format!("a name that is empty or contains a backquote or line break: {:?}", name.text),
             name.span,
         ));
     }
@@ -186,7 +187,7 @@ fn written(net: &Net) -> BTreeSet<VarId> {
     found
 }
 
-/// The names of everything that a chart declares.
+/// The names of all objects that a chart declares.
 fn declared(net: &Net) -> impl Iterator<Item = &Name> {
     let values = net.inputs.values().map(|it| &it.name);
     let values = values.chain(net.outputs.values().map(|it| &it.name));
@@ -195,7 +196,7 @@ fn declared(net: &Net) -> impl Iterator<Item = &Name> {
     values.chain(net.actions.values().map(|it| &it.name))
 }
 
-/// True when some action is controlled only because the chart says `actions iec`.
+/// Whether an action is controlled only because of the setting `actions iec`.
 fn needs_iec(net: &Net) -> bool {
     let drives = |id: ActionId| {
         net.outputs.values().any(|output| match output.driver {
@@ -207,7 +208,7 @@ fn needs_iec(net: &Net) -> bool {
         })
     };
     net.actions.iter().any(|(id, action)| {
-        // An action that is drawn as such is controlled whatever the chart says.
+        // An action that is written as such is always controlled.
         let is_output = drives(id) || items::called_by_qualifiers(net, action).is_some();
         is_output
             && !action.uses.is_empty()
@@ -234,7 +235,7 @@ impl Writer<'_> {
             }
             self.properties(&mut items, root, index == 0);
             if index == 0 {
-                // What belongs to no part stands in the first chart.
+                // Objects that belong to no part are written in the first chart.
                 self.emergency(&mut items, root);
                 self.placements(&mut items, root);
                 self.board(&mut items);
@@ -290,14 +291,14 @@ impl Writer<'_> {
             .collect()
     }
 
-    /// Declarations, macros, steps and transitions of a chart or macro, in an order that gives the net's order back.
+    /// The declarations, macros, steps and transitions of a chart or macro, in an order from which lowering restores the order of the net.
     fn body(&mut self, body: BodyId) -> Vec<Item> {
         let mut items = self.declarations(body);
         let inner = self.bodies.inner(body);
         for macro_body in &inner {
             items.push(self.macro_body(*macro_body));
         }
-        // Two orders must both come out: that of steps (macro-steps stand for theirs) and that of transitions.
+        // Two orders must be restored: that of steps (macro-steps represent their steps) and that of transitions.
         let moves: Vec<(TransitionId, Option<bodies::Unit>)> = self
             .bodies
             .transitions_within(self.net, body)
@@ -311,13 +312,13 @@ impl Writer<'_> {
         let mut next = 0;
         for unit in self.bodies.units(self.net, body) {
             if let Some(n_own) = of_unit.get(&unit) {
-                // Transitions of this body that come before those of the unit.
+                // Transitions of this body that precede those of the unit.
                 while let Some((id, None)) = moves.get(next) {
                     items.push(self.transition(*id, body));
                     next += 1;
                 }
                 let own = moves.get(next..next + n_own);
-                // Reactions of an enclosing step stand before what it encloses.
+                // Reactions of an enclosing step precede the items that it encloses.
                 let is_own =
                     |id: &TransitionId| self.bodies.home(self.net.transitions[*id].part) == body;
                 let is_mixed = own.is_none_or(|own| {
@@ -328,8 +329,7 @@ impl Writer<'_> {
                     let span = moves
                         .get(next)
                         .map_or(Span::default(), |(id, _)| self.net.transitions[*id].meta.span);
-                    self.findings
-                        .push(cannot("an order of transitions that no chart brings", span));
+                    self.findings.push(cannot("this order of transitions", span));
                     return items;
                 }
                 next += n_own;
@@ -348,7 +348,7 @@ impl Writer<'_> {
     fn declarations(&mut self, body: BodyId) -> Vec<Item> {
         let net = self.net;
         let mut declarations = Vec::new();
-        // The completion of a state is declared by the state.
+        // The completion event of a state is declared by the state.
         for (_, input) in net.inputs.iter().filter(|(id, _)| !self.completed.contains_key(id)) {
             let Some(name) = self.bodies.local(body, &input.name) else { continue };
             let kind = match input.kind {
@@ -429,7 +429,7 @@ impl Writer<'_> {
         items
     }
 
-    /// Controlled actions with lists, each before the output whose action comes next in the net, so that lowering finds the same order.
+    /// Controlled actions with lists, each before the output whose action is next in the net, so that lowering restores the same order.
     fn drawn_actions(&mut self, body: BodyId, items: &mut Vec<Item>) {
         let net = self.net;
         for id in self.drawn.clone() {
@@ -457,7 +457,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The properties that are called after a chart; those that are called after none stand in the first one.
+    /// The properties whose names begin with the name of a chart. Properties without such a name are written in the first chart.
     fn properties(&mut self, items: &mut Vec<Item>, root: BodyId, is_first: bool) {
         for property in &self.net.properties {
             let home = self.bodies.root_called_in(&property.name);
@@ -497,7 +497,7 @@ impl Writer<'_> {
             if let PlacedItem::Transition(id) = placement.item
                 && net.transitions[id].kind == TransitionKind::Reaction
             {
-                self.findings.push(cannot("a reaction that is placed", placement.span));
+                self.findings.push(cannot("the placement of a reaction", placement.span));
             }
             let path = self.bodies.path(name, root);
             items.push(Item::Place(Place {
@@ -520,7 +520,7 @@ impl Writer<'_> {
     }
 }
 
-/// A value of a type as an expression.
+/// A constant of a type as an expression.
 fn constant(ty: Type, value: i64) -> Expr {
     let kind = if ty.is_bool() { ExprKind::Bool(value != 0) } else { ExprKind::Int(value) };
     Expr::new(kind, Span::default())

@@ -1,9 +1,9 @@
-//! The states of a statechart's net as states of a chart: hierarchy, regions, histories, and what each transition is drawn to.
+//! Turns the states of a statechart net into states of a chart: hierarchy, regions, histories, and the targets of each transition.
 //!
-//! A net says of each transition what it leaves and, in order, what it enters. The fewest targets are drawn that bring the same lists back: a composite
-//! state that is entered as its initial transition says is named alone, else what lies in it is. Where the initial transition of a state is drawn to is
-//! read from the places that must take it (its content runs there, or a history enters it again), else it is what the state is entered with most often.
-//! A transition stands in the innermost state where the order of the net allows it.
+//! For each transition, a net lists what it leaves and, in order, what it enters. The fewest targets that restore these lists are written:
+//! a composite state entered by its initial transition is named alone; otherwise its inner states are named. The target of the initial
+//! transition of a state is taken from the entries that must use it (its content runs there, or a history enters it again), otherwise from
+//! its most frequent entry. A transition is written in the innermost state where the order of the net allows it.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -18,10 +18,10 @@ use grafsynth_ir::{Diagnostic, Name, net};
 use super::bodies::BodyId;
 use super::{Writer, cannot};
 
-/// As many states may lie in each other as bodies of a chart.
+/// Maximum nesting depth of states, the same as for the bodies of a chart.
 const MAX_DEPTH: usize = 250;
 
-/// What a transition is drawn to.
+/// A target of a transition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Goal {
     State(StepId),
@@ -31,28 +31,28 @@ enum Goal {
 /// The forest of states of a net.
 #[derive(Debug, Default)]
 pub(super) struct States {
-    /// Per step, its children in document order.
+    /// For each step, its children in document order.
     children: Vec<Vec<StepId>>,
-    /// Per part, its outermost states.
+    /// For each part, its outermost states.
     roots: Vec<Vec<StepId>>,
-    /// Per step, one past the last one that lies in it.
+    /// For each step, the index after its last descendant.
     end: Vec<usize>,
-    /// Per step, its histories.
+    /// For each step, its histories.
     histories: BTreeMap<StepId, Vec<HistoryId>>,
-    /// What follows a composite in the lists of what is entered when its initial transition is taken, without the mark of its content.
+    /// The entries after a composite state when its initial transition is taken, without the mark of its content.
     defaults: BTreeMap<StepId, Vec<Enter>>,
-    /// States that are drawn as initial.
+    /// States that are marked as initial.
     pub(super) marked: BTreeSet<StepId>,
-    /// Transitions that some `otherwise` looks at.
+    /// Transitions that an `otherwise` refers to.
     looked_at: BTreeSet<TransitionId>,
-    /// Reactions that are drawn in the body of their state: no `otherwise` counts them.
+    /// Reactions that are written in the body of their state; no `otherwise` counts them.
     pub(super) in_bodies: BTreeSet<TransitionId>,
-    /// Transitions of the present chart that are not drawn yet.
+    /// Transitions of the current chart that are not written yet.
     waiting: VecDeque<TransitionId>,
 }
 
 impl States {
-    /// The forest of a statechart; what no chart brings is reported.
+    /// The forest of a statechart. Reports what no chart can express.
     pub(super) fn of(net: &Net, findings: &mut Vec<Diagnostic>) -> States {
         let mut states = States {
             children: vec![Vec::new(); net.steps.len()],
@@ -75,7 +75,10 @@ impl States {
             }
             if depth[id.index()] == MAX_DEPTH {
                 findings.push(cannot(
-                    format!("the state {}, which lies in more than {MAX_DEPTH} others", step.name),
+                    format!(
+                        "the state {}, which is nested more than {MAX_DEPTH} levels deep",
+                        step.name
+                    ),
                     step.name.span,
                 ));
                 return States::default();
@@ -98,7 +101,7 @@ impl States {
         states
     }
 
-    /// A state stands directly before what lies in it, and charts stand one behind the other.
+    /// Checks that a state directly precedes its descendants, and that the states of different charts are not mixed.
     fn check_order(&self, net: &Net, findings: &mut Vec<Diagnostic>) {
         let mut expected = 0;
         let mut todo: Vec<StepId> = self.roots.iter().flatten().rev().copied().collect();
@@ -118,7 +121,7 @@ impl States {
         state < step && step.index() < self.end[state.index()]
     }
 
-    /// One past the last thing in a list that belongs to the state that is entered at `at`.
+    /// The index after the last entry of a list that belongs to the state entered at `at`.
     fn end_of(&self, net: &Net, list: &[Enter], at: usize, state: StepId) -> usize {
         let belongs = |enter: &Enter| match *enter {
             Enter::Step(step) => self.lies_in(step, state),
@@ -133,7 +136,7 @@ impl States {
 
     fn find_defaults(&mut self, net: &Net, findings: &mut Vec<Diagnostic>) {
         let mut sure: BTreeMap<StepId, Vec<Enter>> = BTreeMap::new();
-        // How often a composite is entered with each list, and in which order they come.
+        // For each composite state: its entry lists with their number of occurrences, in order.
         let mut seen: BTreeMap<StepId, Vec<(Vec<Enter>, usize)>> = BTreeMap::new();
         let mut note = |state: StepId, rest: &[Enter]| match sure.get(&state) {
             None => {
@@ -154,7 +157,7 @@ impl States {
             lists.push(&history.default);
             for case in &history.cases {
                 lists.push(&case.enters);
-                // A shallow history enters the child as if a transition led to it.
+                // A shallow history enters the child as a transition to it would.
                 if net.steps[case.step].parent == Some(history.owner)
                     && net.steps[case.step].kind == StepKind::Composite
                     && case.enters.first() == Some(&Enter::Step(case.step))
@@ -184,7 +187,7 @@ impl States {
                     let lists = seen.entry(state).or_default();
                     match lists.iter().position(|(known, _)| known == rest) {
                         Some(place) => lists[place].1 += 1,
-                        // A state that is entered in so many ways has none that is worth looking for.
+                        // With so many different entries, searching for the initial transition is pointless.
                         None if lists.len() >= 64 => {}
                         None => lists.push((rest.to_vec(), 1)),
                     }
@@ -192,7 +195,7 @@ impl States {
             }
         }
         for (state, mut lists) in seen {
-            // The sort is stable: of two that are equally frequent the earlier one stays first.
+            // The sort is stable: of two equally frequent lists, the earlier one stays first.
             lists.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
             if let Some((list, _)) = lists.into_iter().next() {
                 sure.entry(state).or_insert(list);
@@ -201,7 +204,7 @@ impl States {
         self.defaults = sure;
     }
 
-    /// The parts of a list that belong to each child of a parallel state; none where it is not one for each.
+    /// The parts of a list that belong to each child of a parallel state; `None` if it does not contain one part per child.
     fn regions<'l>(
         &self,
         net: &Net,
@@ -221,7 +224,7 @@ impl States {
         (at == inner.len()).then_some(found)
     }
 
-    /// True where a state that is entered and nothing more said brings this list.
+    /// Whether entering this state without further targets gives this list.
     fn is_default(&self, net: &Net, state: StepId, inner: &[Enter]) -> bool {
         match net.steps[state].kind {
             StepKind::Leaf | StepKind::Final | StepKind::Enclosing => inner.is_empty(),
@@ -239,7 +242,7 @@ impl States {
         }
     }
 
-    /// The fewest targets that bring a list back; none where no targets do.
+    /// The fewest targets that restore a list; `None` if no targets do.
     fn goals(&self, net: &Net, list: &[Enter], out: &mut Vec<Goal>) -> Option<()> {
         let mut at = 0;
         while let Some(enter) = list.get(at) {
@@ -280,7 +283,7 @@ impl States {
             return Some(());
         }
         for (child, inner) in self.regions(net, state, inner)? {
-            // What no target lies in is entered by default anyway.
+            // Children without a target inside are entered by default.
             if !self.is_default(net, child, inner) {
                 self.goals_of(net, child, inner, out)?;
             }
@@ -288,7 +291,7 @@ impl States {
         Some(())
     }
 
-    /// The innermost composite state (none: the chart) around the source that holds all targets, as lowering looks for it.
+    /// The innermost composite state around the source that contains all targets, as determined by lowering; `None` for the chart.
     fn domain(&self, net: &Net, from: StepId, goals: &[Goal], is_internal: bool) -> Option<StepId> {
         let mut next = if is_internal { Some(from) } else { net.steps[from].parent };
         while let Some(state) = next {
@@ -332,21 +335,22 @@ impl States {
         let is_internal = domain == Some(*from);
         let mut goals = Vec::new();
         self.goals(net, &transition.enters, &mut goals)?;
-        // To a history of a state around its source alone, what is left would depend on what is recorded (semantics C35).
+        // If the only target is a history of a state around the source, the states that are left would depend on the recorded ones
+        // (semantics C35).
         let is_inner = |history: HistoryId| {
             let owner = net.histories[history].owner;
             self.lies_in(*from, owner) && (is_internal || net.steps[*from].parent != Some(owner))
         };
         let depends = matches!(*goals.as_slice(), [Goal::History(history)] if is_inner(history));
         if depends || self.domain(net, *from, &goals, is_internal) != domain {
-            // Named too, the outermost state that is entered keeps the transition from being one inside of it.
+            // Naming the outermost entered state too prevents the transition from becoming internal to it.
             let Enter::Step(outermost) = *first else { return None };
             goals.insert(0, Goal::State(outermost));
         }
         (self.domain(net, *from, &goals, is_internal) == domain).then_some((goals, is_internal))
     }
 
-    /// True for the cases that lowering gives to a history, and whether it is deep.
+    /// Whether a history is deep; `None` if its cases differ from those that lowering creates.
     fn kind_of(&self, net: &Net, history: &net::History) -> Option<bool> {
         let children = &self.children[history.owner.index()];
         let is_case = |case: &net::HistoryCase, step: &StepId| {
@@ -381,10 +385,10 @@ impl States {
 }
 
 fn order_of_states(name: &Name) -> String {
-    format!("the place of the state {name}, which no chart brings")
+    format!("the position of the state {name}")
 }
 
-/// Adds the transitions whose being fireable an expression asks for.
+/// Collects the transitions whose fireability an expression refers to.
 fn looked_at(expr: &net::Expr, out: &mut BTreeSet<TransitionId>) {
     expr.for_each_leaf(&mut |leaf| {
         if let net::Leaf::Fireable(id) = leaf {
@@ -394,7 +398,7 @@ fn looked_at(expr: &net::Expr, out: &mut BTreeSet<TransitionId>) {
 }
 
 impl Writer<'_> {
-    /// A statechart: what reset enters, and everything in it.
+    /// A statechart: the states that a reset enters, and its items.
     pub(super) fn statechart(&mut self, body: BodyId) -> (Vec<Path>, Vec<Item>) {
         let net = self.net;
         let part = self.bodies.part(body);
@@ -412,15 +416,17 @@ impl Writer<'_> {
         (initial, items)
     }
 
-    /// The states that reset enters, where marking one of the outermost does not say it.
+    /// The states that a reset enters, if a mark at an outermost state cannot express them.
     fn initial_of_chart(&mut self, part: PartId, body: BodyId) -> Vec<Path> {
         let net = self.net;
         let data = &net.parts[part];
         let mut goals = Vec::new();
         let mut expected = data.initial.as_slice();
         if self.states.goals(net, expected, &mut goals).is_none() {
-            self.findings
-                .push(cannot(format!("what {} enters at reset", data.name), data.name.span));
+            self.findings.push(cannot(
+                format!("the states that {} enters at reset", data.name),
+                data.name.span,
+            ));
             expected = &[];
         }
         match goals.as_slice() {
@@ -450,7 +456,7 @@ impl Writer<'_> {
         goals.iter().map(path).collect()
     }
 
-    /// A history's name in its state.
+    /// The name of a history in its state.
     fn history_name(&self, id: HistoryId) -> Name {
         let history = &self.net.histories[id];
         let owner = &self.net.steps[history.owner].name.text;
@@ -460,7 +466,7 @@ impl Writer<'_> {
         Name::new(text, history.name.span)
     }
 
-    /// Draws the next transitions, in their order, as long as they begin where `belongs` says.
+    /// Writes the next transitions in order, as long as `belongs` accepts their source.
     fn drain(
         &mut self,
         items: &mut Vec<Item>,
@@ -478,13 +484,13 @@ impl Writer<'_> {
         }
     }
 
-    /// A state with all that lies in it.
+    /// A state with its contents.
     fn state(&mut self, id: StepId, body: BodyId) -> Item {
         let net = self.net;
         let data = &net.steps[id];
         let initial = self.initial_of(id, body);
         let mut step = self.step(id, body);
-        // The first reactions stand in the body of the state; they are the first of what it does there.
+        // The first reactions of the state are written in its body.
         let mut reactions = Vec::new();
         while let Some(next) = self.states.waiting.front().copied()
             && let Some(item) = self.reaction_in_body(id, next, body)
@@ -502,7 +508,7 @@ impl Writer<'_> {
                 if let Some(history) = self.states.histories.get(&id).and_then(|all| all.first()) {
                     let name = &net.histories[*history].name;
                     self.findings.push(cannot(
-                        format!("the history {name} of a state without states"),
+                        format!("the history {name} of a state without child states"),
                         name.span,
                     ));
                 }
@@ -523,7 +529,7 @@ impl Writer<'_> {
                 let is_parallel = data.kind == StepKind::Parallel;
                 if self.states.children[id.index()].is_empty() {
                     self.findings.push(cannot(
-                        format!("the state {}, in which no states lie", data.name),
+                        format!("the composite state {} without child states", data.name),
                         data.name.span,
                     ));
                 }
@@ -532,7 +538,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The initial transition of a composite state; none where a mark at a child says it, or nothing ever takes it.
+    /// The initial transition of a composite state; `None` if a mark at a child expresses it, or it is never taken.
     fn initial_of(
         &mut self,
         id: StepId,
@@ -548,7 +554,7 @@ impl Writer<'_> {
             Some(default) => {
                 if self.states.goals(net, default, &mut goals).is_none() {
                     self.findings.push(cannot(
-                        format!("what {} enters by default", data.name),
+                        format!("the states that {} enters by default", data.name),
                         data.name.span,
                     ));
                     return None;
@@ -587,7 +593,7 @@ impl Writer<'_> {
             };
             let (Some(is_deep), Some(())) = (is_deep, known) else {
                 self.findings.push(cannot(
-                    format!("what the history {} records or enters", data.name),
+                    format!("the states that the history {} records or enters", data.name),
                     data.name.span,
                 ));
                 continue;
@@ -603,7 +609,7 @@ impl Writer<'_> {
         all
     }
 
-    /// A reaction as an item of its state's body, if it is one of this state that no `otherwise` looks at.
+    /// A reaction as an item in the body of its state, if it belongs to this state and no `otherwise` refers to it.
     fn reaction_in_body(
         &mut self,
         state: StepId,
@@ -611,7 +617,7 @@ impl Writer<'_> {
         body: BodyId,
     ) -> Option<StepItem> {
         let transition = &self.net.transitions[id];
-        // A name that the designer gave would be lost there.
+        // A name given by the designer would be lost there.
         let stem = format!("{}_on", self.net.steps[state].name);
         let fits = transition.kind == TransitionKind::Reaction
             && transition.name.text.starts_with(&stem)
@@ -638,7 +644,7 @@ impl Writer<'_> {
         !found.is_empty()
     }
 
-    /// Events by the names that a chart has for them: the completion of a state is called after the state.
+    /// The chart names of events: the completion event of a state is named after the state.
     pub(super) fn events(&mut self, events: &[net::InputId], body: BodyId) -> Vec<Name> {
         let net = self.net;
         let mut all = Vec::new();
@@ -663,13 +669,13 @@ impl Writer<'_> {
         let (goals, is_internal) = match transition.kind {
             TransitionKind::Reaction => (Vec::new(), true),
             TransitionKind::Move => self.states.targets(net, transition).unwrap_or_else(|| {
-                let finding = format!("what {} leaves and enters", transition.name);
+                let finding = format!("the states that {} leaves and enters", transition.name);
                 self.findings.push(cannot(finding, span));
                 (Vec::new(), false)
             }),
         };
         if transition.requires.len() != 1 || transition.priority.is_some() {
-            let finding = format!("{}, which is no transition of a state", transition.name);
+            let finding = format!("{}, which is not a transition of a state", transition.name);
             self.findings.push(cannot(finding, span));
         }
         let guard =
@@ -696,7 +702,7 @@ impl Writer<'_> {
     }
 }
 
-/// Which state each completion event belongs to; one that no transition is on is reported, for no chart brings it.
+/// The state of each completion event. Reports an event that triggers no transition, because no chart can express it.
 pub(super) fn completed(
     net: &Net,
     findings: &mut Vec<Diagnostic>,
@@ -709,7 +715,7 @@ pub(super) fn completed(
         if !waited.contains(&event) || all.insert(event, id).is_some() {
             let name = &net.inputs[event].name;
             findings.push(cannot(
-                format!("the event {name}, which is not the completion of one state that some transition is on"),
+                format!("the event {name}, which is not the completion of a single state or triggers no transition"),
                 name.span,
             ));
         }

@@ -1,4 +1,4 @@
-//! Charts lowered, written back, and lowered again.
+//! Tests that lower charts, write them back, and lower them again.
 
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{FileId, lower};
@@ -13,7 +13,7 @@ fn lowered(text: &str) -> Net {
     net.unwrap_or_else(|| panic!("{findings:#?}\n{text}")).into_inner()
 }
 
-/// A net as lines without its places.
+/// A net as lines of text, without spans.
 fn shape(net: &Net) -> String {
     let text = format!("{net:#?}");
     let mut out = String::new();
@@ -28,7 +28,7 @@ fn shape(net: &Net) -> String {
     out
 }
 
-/// Lowers, writes, lowers, and compares; gives the text in between.
+/// Lowers, writes and lowers again, and compares both nets. Returns the text in between.
 #[track_caller]
 fn round(text: &str) -> String {
     let net = lowered(text);
@@ -155,7 +155,7 @@ fn delays_that_begin_expired_are_refused_by_name() {
         lowered("chart c { input a initial step s step r s -> r when 3 s/a/2 s r -> s when a }");
     let findings = graf::write_net(&net).unwrap_err();
     assert_eq!(findings.iter().map(|finding| finding.code.id).collect::<Vec<_>>(), ["G0120"]);
-    // An on-delay is a free timer.
+    // An on-delay becomes a free timer.
     let net = lowered("chart c { input a initial step s step r s -> r when 3 s/a r -> s when a }");
     assert!(graf::write_net(&net).unwrap().contains("timer a_on_delay while a"));
 }

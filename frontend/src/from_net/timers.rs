@@ -1,4 +1,4 @@
-//! Further durations of an action, which lowering makes actions of their own.
+//! Further durations of an action, which lowering turns into separate actions.
 //!
 //! ```text
 //! action Q_timed duration 2        step s { Q D 40 ms; Q D 20 ms }
@@ -16,7 +16,7 @@ use grafsynth_ir::walk::for_each_expr;
 
 use super::items::is_timed;
 
-/// The action that this use asks for and nothing else.
+/// The action that this use refers to and nothing else.
 pub(super) fn asked(one: &ActionUse) -> Option<ActionId> {
     match (one.qualifier, one.condition.as_ref().map(|condition| &condition.kind)) {
         (Qualifier::N, Some(ExprKind::Leaf(Leaf::Controlled(action)))) => Some(*action),
@@ -24,7 +24,7 @@ pub(super) fn asked(one: &ActionUse) -> Option<ActionId> {
     }
 }
 
-/// The actions that are a further duration of another one, with that one: lowering the chart that has their durations there gives them back.
+/// Maps each action that is a further duration to its main action. Lowering a chart with these durations restores them.
 pub(super) fn of(net: &Net) -> BTreeMap<ActionId, ActionId> {
     let mut n_reads: BTreeMap<ActionId, usize> = BTreeMap::new();
     let mut read = |leaf: &Leaf| {
@@ -43,10 +43,11 @@ pub(super) fn of(net: &Net) -> BTreeMap<ActionId, ActionId> {
     let drives =
         |id: ActionId| net.outputs.values().any(|output| output.driver == Driver::Controlled(id));
     let mut found = BTreeMap::new();
-    // The actions that stand before the one at hand and may be durations of it.
+    // Preceding actions that may be durations of the current one.
     let mut before: Vec<ActionId> = Vec::new();
     for (id, action) in net.actions.iter() {
-        // Durations in the order in which they first occur, as lowering makes actions of them; the first one stays.
+        // The durations in the order of their first occurrence, in which lowering creates the actions; the first duration stays in the main
+        // action.
         let mut timers: Vec<ActionId> = Vec::new();
         for timer in action.uses.iter().filter_map(asked) {
             if !timers.contains(&timer) {

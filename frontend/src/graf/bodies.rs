@@ -1,7 +1,7 @@
-//! Bodies that hold what a step does and what lies in it: enclosing steps, states, parallel states and their regions.
+//! Bodies with the actions and the contents of a step: enclosing steps, states, parallel states and their regions.
 #![expect(
     clippy::wildcard_enum_match_arm,
-    reason = "a parser names the tokens it takes; all others are one case"
+    reason = "a parser matches the tokens that it accepts; all others are one case"
 )]
 
 use grafsynth_ir::chart::{Block, Enclosing, History, Item, Path, State, Step, StepRole};
@@ -12,7 +12,7 @@ use super::parser::{Parse, Parser, RESERVED, Separators};
 use super::token::Kind;
 use crate::codes;
 
-/// What stands in such a body, apart from what the step itself does.
+/// The contents of such a body, apart from the actions of the step itself.
 #[derive(Default)]
 struct Content {
     items: Vec<Item>,
@@ -20,7 +20,7 @@ struct Content {
     histories: Vec<History>,
 }
 
-/// What kind of body is read: it decides what may stand in it.
+/// The kind of body, which decides what it may contain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Around {
     Enclosing,
@@ -29,7 +29,7 @@ enum Around {
 }
 
 impl Parser<'_> {
-    /// `enclosing step run * { … }`, at `step`.
+    /// Parses `enclosing step run * { … }`, at `step`.
     pub(crate) fn enclosing(
         &mut self,
         items: &mut Vec<Item>,
@@ -46,7 +46,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// `state a { … }`, `parallel p { … }`, `region r { … }`, at that word.
+    /// Parses `state a { … }`, `parallel p { … }` or `region r { … }`, at that word.
     pub(crate) fn state(&mut self, items: &mut Vec<Item>, start: u32, role: StepRole) -> Parse<()> {
         let is_parallel = self.word(0) == "parallel";
         let mut step = self.step_head(role)?;
@@ -62,7 +62,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// `final state f { … }`, at `state`: nothing lies in it, so it is a step.
+    /// Parses `final state f { … }`, at `state`. It contains no states, so it is a step.
     pub(crate) fn final_state(&mut self, start: u32) -> Parse<Step> {
         self.step(start, StepRole::Final)
     }
@@ -104,7 +104,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// `initial -> a & b do { … }`
+    /// Parses `initial -> a & b do { … }`.
     fn initial_transition(&mut self, content: &mut Content) -> Parse<()> {
         let start = self.advance().start;
         self.advance();
@@ -116,7 +116,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// `initial -> a.b & c.d` of a whole chart, which has no content: reset runs the lists of what it enters.
+    /// Parses `initial -> a.b & c.d` of a whole chart. It has no content: a reset runs the entry lists of the states it enters.
     pub(crate) fn initial_of_chart(&mut self, initial: &mut Option<Vec<Path>>) -> Parse<()> {
         let mut content = Content::default();
         let start = self.peek(0).start;
@@ -130,8 +130,8 @@ impl Parser<'_> {
                         codes::MISPLACED,
                         "the initial transition of a chart has no content",
                     )
-                    .at(place, "not here")
-                    .help("do it in the `entry` list of what is entered")
+                    .at(place, "not allowed here")
+                    .help("put it into the `entry` list of the state that is entered")
                 });
             }
             self.once(initial, targets, span, "initial ->");
@@ -139,7 +139,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// `history H -> a do { … }`, `history deep H`
+    /// Parses `history H -> a do { … }` or `history deep H`.
     fn history(&mut self, histories: &mut Vec<History>) -> Parse<()> {
         let start = self.advance().start;
         let is_deep = self.word(0) == "deep" && self.is_name_beside(1);
@@ -150,7 +150,7 @@ impl Parser<'_> {
         let mut meta = Meta::default();
         self.attributes(&mut meta)?;
         let mut default = Vec::new();
-        // On the next line an arrow begins a source transition.
+        // An arrow on the next line begins a source transition.
         if self.kind(0) == Kind::Arrow && !self.peek(0).new_line {
             self.advance();
             self.paths(&mut default)?;
@@ -163,7 +163,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// `do { … }`, where it is said.
+    /// Parses an optional `do { … }`.
     fn content(&mut self) -> Parse<Block> {
         if self.word(0) == "do" && self.kind(1) == Kind::OpenBrace {
             self.advance();
@@ -172,24 +172,25 @@ impl Parser<'_> {
         Ok(Block::new())
     }
 
-    /// What belongs to a state stands elsewhere: reported, read and left out.
+    /// Reports and skips an item that belongs inside a state.
     pub(crate) fn outside_of_states(&mut self) -> Parse<()> {
         let span = self.here();
         let (message, help) = match self.word(0) {
-            "region" => {
-                ("a region stands in a parallel state", "write `parallel NAME { … }` around it")
-            }
+            "region" => (
+                "a region must be inside a parallel state",
+                "write `parallel NAME { … }` around it",
+            ),
             "history" => (
-                "a history stands in a state",
-                "write it between the braces of the state whose past it keeps",
+                "a history must be inside a state",
+                "write it between the braces of the state that it remembers",
             ),
             _ => (
-                "an initial transition stands in a state or in a chart",
-                "a step that is called `initial` stands in backquotes",
+                "an initial transition must be inside a state or a chart",
+                "to name a step `initial`, write it in backquotes",
             ),
         };
         self.report(|| {
-            Diagnostic::error(codes::MISPLACED, message).at(span, "not here").help(help)
+            Diagnostic::error(codes::MISPLACED, message).at(span, "not allowed here").help(help)
         });
         let mut content = Content::default();
         match self.word(0) {
@@ -199,7 +200,7 @@ impl Parser<'_> {
         }
     }
 
-    /// True where, in a body that holds both, an item of a chart begins and not one of a step.
+    /// Whether an item of a chart, not of a step, begins here, in a body that contains both.
     fn begins_chart_item(&self) -> bool {
         if self.kind(0) == Kind::Arrow {
             return true;
@@ -208,10 +209,10 @@ impl Parser<'_> {
             return false;
         }
         match self.kind(1) {
-            // On the next line an arrow begins a source transition.
+            // An arrow on the next line begins a source transition.
             Kind::Arrow => return !self.peek(1).new_line,
             Kind::Ampersand | Kind::Colon => return true,
-            // `a.b -> c`, and not the output of another chart.
+            // `a.b -> c`, not an output of another chart.
             Kind::Dot => {
                 return match self.kind(3) {
                     Kind::Arrow => !self.peek(3).new_line,
@@ -229,7 +230,7 @@ impl Parser<'_> {
             | "synchronous" | "assert" | "assume" | "action" | "place" | "device" | "use"
             | "in" | "conflict" | "evolution" | "schedule" | "fire" | "assign" | "actions"
             | "events" | "shared" => then_name,
-            // No item of a body either, but what is said of it shall not be about an action of that name.
+            // Not an item of a body either, but the message should not be about an action of that name.
             "emergency" => {
                 then_name
                     && !matches!(next, "for" | "after")

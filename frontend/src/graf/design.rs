@@ -1,4 +1,4 @@
-//! A whole source: its edition, the files it uses, library charts with their certificates, charts.
+//! A whole source: its edition, imports, library charts with their certificates, and charts.
 
 use grafsynth_ir::Span;
 use grafsynth_ir::chart::{
@@ -13,7 +13,7 @@ use super::token::Kind;
 use crate::codes;
 
 impl Parser<'_> {
-    /// A whole source. None where it has no chart.
+    /// Parses a whole source. Returns `None` if it has no chart.
     pub(crate) fn design(&mut self) -> Option<Design> {
         let mut design = Design { edition: self.edition(), ..Design::default() };
         let mut certificates = Vec::new();
@@ -35,7 +35,7 @@ impl Parser<'_> {
                 continue;
             }
             if self.begins_library_part() {
-                // A file of library charts alone is a good file.
+                // A file that contains only library charts is valid.
                 has_chart = true;
                 reported_outside = false;
                 let result = match self.word(0) {
@@ -53,7 +53,7 @@ impl Parser<'_> {
                 reported_outside = true;
                 self.outside();
             }
-            // On to the next chart, which begins a line.
+            // Continue at the next chart, which begins a line.
             self.advance();
             while self.kind(0) != Kind::End
                 && !(self.peek(0).new_line
@@ -77,7 +77,7 @@ impl Parser<'_> {
         (has_chart || self.dry).then_some(design)
     }
 
-    /// Outside statecharts a transition without targets takes a step out of the chart for good.
+    /// Warns of transitions without targets outside of statecharts: they deactivate a step and activate none.
     fn forgotten_targets(&mut self, design: &Design) {
         let items = design.charts.iter().map(|chart| &chart.items);
         let mut items =
@@ -101,7 +101,7 @@ impl Parser<'_> {
         }
     }
 
-    /// The files that stand before the first chart or library chart, and nothing else.
+    /// Parses the imports before the first chart or library chart.
     pub(crate) fn imports(&mut self) -> Vec<Import> {
         let mut imports = Vec::new();
         self.edition();
@@ -111,7 +111,7 @@ impl Parser<'_> {
         imports
     }
 
-    /// True where something of libraries begins outside of charts.
+    /// Whether a library item begins here, outside of charts.
     fn begins_library_part(&self) -> bool {
         match self.word(0) {
             "use" => matches!(self.kind(1), Kind::Text | Kind::RawText),
@@ -121,7 +121,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Gives a certificate to the library chart of this file that it speaks of.
+    /// Attaches a certificate to the library chart of this file that it names.
     fn certify(&mut self, libraries: &mut [Library], certificate: Certificate) {
         if self.dry {
             return;
@@ -137,18 +137,18 @@ impl Parser<'_> {
         self.report(|| {
             let finding = Diagnostic::error(
                 codes::UNKNOWN_WORD,
-                format!("no library chart of this file is called `{}`", certificate.of),
+                format!("this file has no library chart `{}`", certificate.of),
             );
             match near {
                 Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
                 None => finding
                     .at(span, "unknown here")
-                    .help("put a certificate into the file of its library chart"),
+                    .help("move the certificate to the file that declares its library chart"),
             }
         });
     }
 
-    /// Something stands outside of all charts.
+    /// Reports text outside of all charts.
     fn outside(&mut self) {
         let token = self.peek(0);
         if token.kind == Kind::Unknown {
@@ -165,8 +165,8 @@ impl Parser<'_> {
             });
         } else if token.kind == Kind::CloseBrace {
             self.report(|| {
-                Diagnostic::error(codes::UNCLOSED_BLOCK, "a brace closes more than was opened")
-                    .at(span, "nothing is open here")
+                Diagnostic::error(codes::UNCLOSED_BLOCK, "unmatched closing brace")
+                    .at(span, "no block is open here")
             });
         } else {
             self.unexpected("`chart NAME {`");

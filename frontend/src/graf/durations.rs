@@ -1,4 +1,4 @@
-//! Durations: a number and a unit, and what other languages write instead.
+//! Durations: a number and a unit. Also recognises the notations of other languages.
 
 use grafsynth_ir::diag::Diagnostic;
 
@@ -9,7 +9,7 @@ use super::token::{Kind, Token};
 use crate::codes;
 
 impl Parser<'_> {
-    /// A duration such as `10 ms` or `1.5 s`, in nanoseconds.
+    /// Reads a duration such as `10 ms` or `1.5 s`, in nanoseconds.
     pub(crate) fn duration(&mut self) -> Parse<u64> {
         let token = self.peek(0);
         if let Some(ns) = self.iec_duration() {
@@ -42,8 +42,8 @@ impl Parser<'_> {
         Ok(self.nanoseconds(token, unit))
     }
 
-    /// `T#1.5s`, a duration as IEC 61131-3 writes it, of which `#1.5s` is a comment here. Reported, and taken as the duration, unless the text uses the word
-    /// otherwise too.
+    /// Reads `T#1.5s`, a duration in IEC 61131-3 notation, of which `#1.5s` is a comment here. Reports it and returns the duration, unless
+    /// the text also uses the word for something else.
     pub(crate) fn iec_duration(&mut self) -> Option<u64> {
         let token = self.peek(0);
         if self.text.as_bytes().get(token.end as usize) != Some(&b'#') {
@@ -81,7 +81,7 @@ impl Parser<'_> {
         Some(ns)
     }
 
-    /// The text has this word somewhere without `#` behind it.
+    /// Whether the text contains this word without a following `#`.
     fn has_word(&mut self, word: &str) -> bool {
         if let Some(known) = self.has_words.get(word) {
             return *known;
@@ -96,7 +96,7 @@ impl Parser<'_> {
         found
     }
 
-    /// The nanoseconds of the unit that stands ahead on the same line, if one does.
+    /// The nanoseconds of the unit at this lookahead, if it is a unit on the same line.
     pub(crate) fn unit(&self, ahead: usize) -> Option<u64> {
         if self.window[ahead].new_line {
             return None;
@@ -112,7 +112,7 @@ impl Parser<'_> {
         }
     }
 
-    /// A number and a unit as nanoseconds; reports what is out of range or finer than that.
+    /// Converts a number and a unit to nanoseconds. Reports a value that is out of range or has a fraction of a nanosecond.
     pub(crate) fn nanoseconds(&mut self, token: Token, unit: u64) -> u64 {
         let value = self.exact_nanoseconds(token, unit);
         match value {
@@ -140,7 +140,7 @@ impl Parser<'_> {
                     value.checked_mul(10)?.checked_add(u128::from(byte.wrapping_sub(b'0')))
                 })
             };
-            // Zeros at the end change nothing, and must not overflow the scale.
+            // Trailing zeros do not change the value and must not overflow the scale.
             let part = part.trim_end_matches(['0', '_']);
             let n_digits = u32::try_from(part.bytes().filter(|&b| b != b'_').count()).ok()?;
             let scale = 10u128.checked_pow(n_digits)?;
@@ -159,7 +159,7 @@ impl Parser<'_> {
     }
 }
 
-/// `1.5 s` for `1.5s`: a number and one unit that the chart language has.
+/// `1.5 s` for `1.5s`: a number and a single unit of the chart language.
 fn one_unit(literal: &str) -> Option<String> {
     let literal = literal.to_ascii_lowercase();
     let (number, unit) = literal.split_at(literal.find(|c: char| c.is_ascii_alphabetic())?);
@@ -171,7 +171,7 @@ fn one_unit(literal: &str) -> Option<String> {
     Some(format!("{number} {unit}"))
 }
 
-/// The nanoseconds of `1.5s`, `1m30s` or `250ms`.
+/// Nanoseconds of `1.5s`, `1m30s` or `250ms`.
 fn iec_nanoseconds(literal: &str) -> Option<u64> {
     const UNITS: [(&str, u64); 7] = [
         ("d", 86_400_000_000_000),

@@ -1,13 +1,13 @@
-//! Expressions: precedence climbing, with chains of one operator kept flat.
+//! Expression parser: precedence climbing. Chains of one operator stay flat.
 //!
-//! From loosest to tightest: `if c then a else b`; `or ∨`; `and ∧`; `not`; comparisons (they do not chain); `+ -`; `* · / mod`; the prefixes
-//! `/ ¬ - ↑ ↓`. The signs `+` and `*` join Booleans where no operand is a number (see [`super::numbers`]); their place in this order never depends on
-//! that. Where words and signs meet so that readers would differ, the parser asks for parentheses instead of choosing.
+//! Precedence from lowest to highest: `if c then a else b`; `or ∨`; `and ∧`; `not`; comparisons (they do not chain); `+ -`; `* · / mod`;
+//! the prefixes `/ ¬ - ↑ ↓`. The signs `+` and `*` join Booleans if no operand is a number (see [`super::numbers`]); their precedence is
+//! the same in both cases. If a mix of words and signs is ambiguous for a reader, the parser requires parentheses.
 //!
-//! A tree is never deeper than the limit of nesting, so everything that walks it may recurse.
+//! A tree is never deeper than the nesting limit, so functions that walk it may recurse.
 #![expect(
     clippy::wildcard_enum_match_arm,
-    reason = "a parser names the tokens it takes; all others are one case"
+    reason = "a parser matches the tokens that it accepts; all others are one case"
 )]
 
 use grafsynth_ir::chart::{Expr, Leaf, Path};
@@ -21,7 +21,7 @@ use super::steps::CLAUSES;
 use super::token::{Kind, Token};
 use crate::codes;
 
-/// What is known of the value of an expression without its declarations at hand.
+/// The kind of an expression's value, as far as it is known without its declarations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Sort {
     Number,
@@ -29,23 +29,23 @@ enum Sort {
     Unknown,
 }
 
-/// A Boolean junction written with signs and without parentheses around it.
+/// Whether a Boolean junction is written with signs and without parentheses around it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Loose {
     And,
     Or,
 }
 
-/// An expression that was read, with what decides how it may be joined to others.
+/// A parsed expression, with the information that decides how it may be combined with others.
 struct Operand {
     expr: Expr,
-    /// Of the tree.
+    /// Depth of the expression tree.
     depth: u32,
     sort: Sort,
     loose: Option<Loose>,
 }
 
-/// Binding strengths, loosest first.
+/// Operator precedence levels, lowest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Level {
     Or,
@@ -76,12 +76,12 @@ enum Infix {
     And,
     Compare(CompareOp),
     Arith(ArithOp),
-    /// `·`, which multiplies like `*`, but says `and` aloud.
+    /// `·`, which multiplies like `*`; between Booleans it is `and`.
     Dot,
 }
 
 impl<'a> Parser<'a> {
-    /// Reads an expression.
+    /// Parses an expression.
     pub(crate) fn expr(&mut self) -> Parse<Expr> {
         self.operand_at(Level::Or).map(|operand| operand.expr)
     }
@@ -111,7 +111,7 @@ impl<'a> Parser<'a> {
                 _ => return None,
             },
             Kind::OrSign => (Infix::Or, Level::Or),
-            // Reported by `junction`.
+            // `junction` reports these.
             Kind::AndSign | Kind::Ampersand => (Infix::And, Level::And),
             Kind::Equal => (Infix::Compare(CompareOp::Eq), Level::Compare),
             Kind::NotEqual => (Infix::Compare(CompareOp::Ne), Level::Compare),
@@ -162,7 +162,7 @@ impl<'a> Parser<'a> {
         })
     }
 
-    /// `a and b and c`, `a or b or c`: one flat list.
+    /// Parses `a and b and c` or `a or b or c` as one flat list.
     fn junction(&mut self, infix: Infix, first: Operand) -> Parse<Operand> {
         let is_and = infix == Infix::And;
         let level = if is_and { Level::And } else { Level::Or };
@@ -190,7 +190,7 @@ impl<'a> Parser<'a> {
         Ok(Operand { expr: Expr::new(kind, span), depth, sort: Sort::Truth, loose: None })
     }
 
-    /// Adds an operand of a junction of words. One that was joined with signs of the same meaning melts into it.
+    /// Adds an operand to a junction of words. An operand that is the same junction in signs is merged into it.
     fn take_into(&mut self, operands: &mut Vec<Expr>, operand: Operand, is_and: bool) {
         match (operand.loose, operand.expr.kind, is_and) {
             (Some(Loose::And), ExprKind::And(inner), true)
@@ -213,7 +213,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Operands joined by `+ -` or by `* · / mod`: arithmetic where a number takes part, else `or` and `and`.
+    /// Parses operands joined by `+ -` or by `* · / mod`: arithmetic if an operand is a number, otherwise `or` and `and`.
     fn chain(&mut self, level: Level, first: Operand) -> Parse<Operand> {
         let start = first.expr.span;
         let mut depth = first.depth;
@@ -270,7 +270,7 @@ impl<'a> Parser<'a> {
         }
         let span = self.span_from(start.start);
         if is_number || is_minus_or_mod || division.is_some() {
-            // A chain of arithmetic is a tree that leans to the left, one level for each operand.
+            // A chain of arithmetic is a left-leaning tree with one level per operand.
             let depth = self.deeper(depth.saturating_add(n_rest) - 1)?;
             let mut expr = first.expr;
             for (op, operand, _) in rest {
@@ -291,7 +291,8 @@ impl<'a> Parser<'a> {
         Ok(Operand { expr: Expr::new(kind, span), depth, sort: Sort::Truth, loose: Some(loose) })
     }
 
-    /// `t/X2/5s`, the time of a step as IEC 60848 wrote it before 2002: reported, and read as `5 s/X2.active`. True if there was one.
+    /// Reports `t/X2/5s`, the step time in the notation of IEC 60848 before 2002, and reads it as `5 s/X2.active`. Returns whether it was
+    /// one.
     fn old_delays(&mut self, first: &mut Operand, rest: &mut Vec<(ArithOp, Expr, Sort)>) -> bool {
         fn name(expr: &Expr) -> Option<&Path> {
             match &expr.kind {
@@ -353,7 +354,7 @@ impl<'a> Parser<'a> {
         found
     }
 
-    /// The depth of a tree above one that is `depth` deep, within the limit.
+    /// The depth of a tree whose deepest subtree has depth `depth`. Reports a depth beyond the limit.
     fn deeper(&mut self, depth: u32) -> Parse<u32> {
         if depth < self.limits.nesting { Ok(depth + 1) } else { Err(self.too_deep()) }
     }
@@ -364,7 +365,7 @@ impl<'a> Parser<'a> {
             Kind::Word => match self.word(0) {
                 "not" => {
                     self.advance();
-                    // Behind a tighter operator `not` takes only what such an operator would take.
+                    // After a tighter operator, `not` accepts only an operand that this operator would accept.
                     let operand = self.operand_at(if min <= Level::Not {
                         Level::Not
                     } else {
@@ -483,7 +484,7 @@ impl<'a> Parser<'a> {
         Ok(inner)
     }
 
-    /// `if c then a else b`
+    /// Parses `if c then a else b`.
     fn select(&mut self, token: Token) -> Parse<Operand> {
         self.advance();
         let condition = self.operand_at(Level::Or)?;
@@ -498,7 +499,7 @@ impl<'a> Parser<'a> {
         Ok(Operand { expr: Expr::new(kind, self.span_from(token.start)), depth, sort, loose: None })
     }
 
-    /// A number, a duration, or `3 s/E/2 s`.
+    /// Parses a number, a duration, or `3 s/E/2 s`.
     fn number(&mut self, is_negative: bool) -> Parse<Operand> {
         let token = self.peek(0);
         if token.kind == Kind::Fraction || self.unit(1).is_some() {
@@ -528,7 +529,7 @@ impl<'a> Parser<'a> {
         Ok(self.leaf_operand(ExprKind::Int(value), token.start, Sort::Number))
     }
 
-    /// `3 s/E/2 s` or `3 s/E`, behind its first duration: on-delay and off-delay of IEC 60848.
+    /// Parses the rest of `3 s/E/2 s` or `3 s/E` after its first duration: on-delay and off-delay of IEC 60848.
     fn delay(&mut self, token: Token, on_delay: u64) -> Parse<Operand> {
         self.advance();
         let operand = self.operand_at(Level::Prefix)?;
@@ -546,7 +547,7 @@ impl<'a> Parser<'a> {
         Ok(Operand { depth, ..self.leaf_operand(ExprKind::Leaf(leaf), token.start, Sort::Truth) })
     }
 
-    /// `m1.s3.active`, `f()`, `v[i]`
+    /// Parses `m1.s3.active`, `f()` or `v[i]`.
     fn named(&mut self) -> Parse<Operand> {
         let token = self.peek(0);
         if let Some(ns) = self.iec_duration() {
@@ -601,8 +602,8 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// True where a line ended before its last operand, so that the next line's first word would be taken for it. A word that can go on as an
-    /// expression with its clause (`step do {`) is an operand: what may be right is read.
+    /// Whether the line ended before its last operand, so that the first word of the next line would be taken for that operand. A word that
+    /// could continue as an expression with its clause (`step do {`) counts as an operand, so that valid text is accepted.
     fn looks_like_next_item(&self) -> bool {
         let goes_on = matches!(self.word(1), "then" | "else") || CLAUSES.contains(&self.word(1));
         self.peek(0).new_line
@@ -611,13 +612,13 @@ impl<'a> Parser<'a> {
                 || self.begins_outer_item() && !goes_on)
     }
 
-    /// A name with dots.
+    /// Parses a dotted name.
     pub(crate) fn path(&mut self, what: &str) -> Parse<Path> {
         let first = self.name(what)?;
         self.path_from(first)
     }
 
-    /// The rest of a name with dots.
+    /// Parses the rest of a dotted name.
     pub(crate) fn path_from(&mut self, first: Name) -> Parse<Path> {
         let mut names = vec![first];
         while self.kind(0) == Kind::Dot {
@@ -629,7 +630,7 @@ impl<'a> Parser<'a> {
         Ok(Path { names })
     }
 
-    /// A place for a label when there is no better one.
+    /// A fallback location for a label.
     pub(crate) fn here(&self) -> Span {
         self.span(self.peek(0))
     }

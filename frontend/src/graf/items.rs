@@ -1,4 +1,4 @@
-//! What stands in a chart beside steps and transitions: settings, declarations, properties, places, boards.
+//! Parser of the other items of a chart: settings, declarations, properties, places, boards.
 
 use grafsynth_ir::chart::{
     Action, Block, Board, Declaration, DeclarationKind, Emergency, Expr, Item, Macro, MacroStep,
@@ -13,7 +13,7 @@ use super::parser::{Abandoned, Parse, Parser, Separators, short};
 use super::token::Kind;
 use crate::codes;
 
-/// The words that begin an item of a chart, for messages that offer the nearest.
+/// The words that begin an item of a chart, for suggestions in messages.
 pub(crate) const ITEM_WORDS: &[&str] = &[
     "tick",
     "conflict",
@@ -58,11 +58,11 @@ pub(crate) const ITEM_WORDS: &[&str] = &[
     "device",
 ];
 
-/// What stands in for an integer type without a range.
+/// The replacement for an integer type without a range.
 const STAND_IN: Type = Type::Int { lo: i16::MIN as i64, hi: i16::MAX as i64 };
 
 impl Parser<'_> {
-    /// One item of a chart or macro; declarations bring several.
+    /// Parses one item of a chart or macro; a declaration list gives several items.
     pub(crate) fn item(&mut self, items: &mut Vec<Item>) -> Parse<()> {
         let start = self.peek(0).start;
         let named = self.is_name(0);
@@ -80,9 +80,9 @@ impl Parser<'_> {
         {
             return self.transition_item(items);
         }
-        // Those that hold items have frames of their own: with all in one, deep nesting would overflow the stack.
+        // Nested items have separate functions: a single large stack frame would overflow the stack on deep nesting.
         match self.word(0) {
-            // A step that is called `initial` needs backquotes before an arrow.
+            // A step named `initial` needs backquotes before an arrow.
             "initial" if self.kind(1) == Kind::Arrow => self.outside_of_states(),
             "region" | "history" if self.is_name_beside(1) => self.outside_of_states(),
             "step" | "initial" | "entry" | "exit" => self.step_or_macro_step(items),
@@ -105,7 +105,7 @@ impl Parser<'_> {
     }
 
     fn macro_or_macro_step(&mut self, items: &mut Vec<Item>, start: u32) -> Parse<()> {
-        // A macro may itself be called `step`, with a tag behind it.
+        // A macro may itself be named `step`, and have a tag.
         if self.word(1) == "step"
             && self.is_name(2)
             && !matches!(self.kind(3), Kind::Text | Kind::RawText)
@@ -120,7 +120,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// An item that holds no others.
+    /// Parses an item that contains no other items.
     fn other_item(&mut self, items: &mut Vec<Item>, start: u32) -> Parse<()> {
         let item = match self.word(0) {
             "use" => Item::Use(self.instance()?),
@@ -176,18 +176,18 @@ impl Parser<'_> {
     pub(crate) fn misplaced(&mut self, message: &str, help: &str) -> Abandoned {
         let span = self.here();
         self.report(|| {
-            Diagnostic::error(codes::MISPLACED, message).at(span, "not here").help(help)
+            Diagnostic::error(codes::MISPLACED, message).at(span, "not allowed here").help(help)
         });
         Abandoned
     }
 
-    /// `"label"` and `req "R12"`, in any order, as often as they come (one label).
+    /// Parses `"label"` and `req "R12"`, in any order and number (at most one label).
     pub(crate) fn attributes(&mut self, meta: &mut Meta) -> Parse<()> {
         while self.attribute(meta)? {}
         Ok(())
     }
 
-    /// One of them; false when none stands here.
+    /// Parses one attribute; false if there is none.
     pub(crate) fn attribute(&mut self, meta: &mut Meta) -> Parse<bool> {
         if matches!(self.kind(0), Kind::Text | Kind::RawText) {
             let token = self.peek(0);
@@ -197,7 +197,8 @@ impl Parser<'_> {
             } else {
                 let span = self.span(token);
                 self.report(|| {
-                    Diagnostic::error(codes::TWICE, "a second label").at(span, "it already has one")
+                    Diagnostic::error(codes::TWICE, "a second label")
+                        .at(span, "the item already has a label")
                 });
             }
             return Ok(true);
@@ -213,7 +214,7 @@ impl Parser<'_> {
 
     // Controlled actions
 
-    /// `action count { … }`, or without a list.
+    /// Parses `action count { … }`; the list is optional.
     fn controlled_action(&mut self, start: u32) -> Parse<Action> {
         self.advance();
         let name = self.name("the name of the action")?;
@@ -227,7 +228,7 @@ impl Parser<'_> {
 
     // Macros
 
-    /// `macro fill { … }`
+    /// Parses `macro fill { … }`.
     fn macro_body(&mut self, start: u32) -> Parse<Macro> {
         self.advance();
         let name = self.name("the name of the macro")?;
@@ -239,11 +240,11 @@ impl Parser<'_> {
         Ok(Macro { name, items, meta })
     }
 
-    /// `macro step m1 = fill`, at `step`.
+    /// Parses `macro step m1 = fill`, at `step`.
     pub(crate) fn macro_step(&mut self, start: u32, role: StepRole) -> Parse<MacroStep> {
         self.advance();
         let name = self.name("the name of the macro-step")?;
-        self.expect(Kind::Equal, "`=` and the macro it stands for")?;
+        self.expect(Kind::Equal, "`=` and the name of its macro")?;
         let body = self.name("the name of a macro")?;
         let mut meta = Meta::default();
         let mut priority = None;
@@ -265,12 +266,12 @@ impl Parser<'_> {
         Ok(MacroStep { name, body, role, priority, meta })
     }
 
-    /// Fills a clause that may stand once.
+    /// Stores a clause that is allowed once.
     pub(crate) fn once<T>(&mut self, slot: &mut Option<T>, value: T, span: Span, what: &str) {
         if slot.is_some() {
             self.report(|| {
                 Diagnostic::error(codes::TWICE, format!("`{what}` is given twice"))
-                    .at(span, "the second one")
+                    .at(span, "second occurrence")
                     .help("remove one of them")
             });
         } else {
@@ -325,7 +326,7 @@ impl Parser<'_> {
                 let mut names = Vec::new();
                 if self.is_name_beside(0) {
                     loop {
-                        // After a comma the list goes on, on the next line too.
+                        // After a comma, the list may continue on the next line.
                         let path = self.path("a variable")?;
                         self.keep(&mut names, path);
                         if !self.eat(Kind::Comma) {
@@ -340,7 +341,7 @@ impl Parser<'_> {
         Ok(Setting { kind, span: self.span_from(start) })
     }
 
-    /// One of the words given; hyphens belong to them.
+    /// Parses one of the given words, which may contain hyphens.
     fn choice<T: Copy>(&mut self, what: &str, among: &[(&str, T)]) -> Parse<T> {
         if self.kind(0) != Kind::Word || self.peek(0).new_line {
             let list = one_of(among.iter().map(|(word, _)| *word));
@@ -377,7 +378,7 @@ impl Parser<'_> {
 
     fn declarations(&mut self, items: &mut Vec<Item>) -> Parse<()> {
         let mut start = self.peek(0).start;
-        // Modifiers stand before the keyword or behind it: `mealy output Q`, `output mealy Q`.
+        // Modifiers are allowed before or after the keyword: `mealy output Q`, `output mealy Q`.
         let mut modifiers = Modifiers::default();
         while modifiers.add(self.word(0)) {
             self.advance();
@@ -407,7 +408,7 @@ impl Parser<'_> {
             let name = self.name("a name")?;
             let mut meta = Meta::default();
             self.attributes(&mut meta)?;
-            // What stands in for a declaration that cannot be read, so that its uses are no second mistake.
+            // The replacement for a declaration that cannot be parsed, so that its uses are not reported again.
             let is_number = self.kind(0) == Kind::Colon && self.word(1) == "int"
                 || self.numbers.is_some_and(|numbers| numbers.contains(&name.text));
             let list = DeclarationList { keyword, modifiers, is_condition };
@@ -430,7 +431,7 @@ impl Parser<'_> {
         }
     }
 
-    /// What stands behind a name that is declared.
+    /// Parses the part of a declaration after the name.
     fn declared(&mut self, list: DeclarationList<'_>) -> Parse<DeclarationKind> {
         let Modifiers { registered, mealy, synchronous, internal } = list.modifiers;
         Ok(match list.keyword {
@@ -460,7 +461,7 @@ impl Parser<'_> {
         })
     }
 
-    /// `safe on`, `safe 3`, on the line of its output; `on` and `off` are words for the two truth values here.
+    /// Parses `safe on` or `safe 3` on the line of its output. Here `on` and `off` are the two Booleans.
     fn safe_value(&mut self) -> Parse<Option<Expr>> {
         let is_transition =
             matches!(self.kind(1), Kind::Colon | Kind::Arrow | Kind::Ampersand | Kind::Dot);
@@ -482,7 +483,7 @@ impl Parser<'_> {
         if self.eat(Kind::Colon) { self.value_type() } else { Ok(Type::Bool) }
     }
 
-    /// Takes the `=` before an initial value, or reports that `:=` was written for it.
+    /// Consumes the `=` before an initial value; reports `:=` instead of it.
     fn initial_sign(&mut self) -> bool {
         if self.kind(0) == Kind::Assign {
             let span = self.here();
@@ -497,7 +498,7 @@ impl Parser<'_> {
         self.eat(Kind::Equal)
     }
 
-    /// `bool` or `int 0..9`
+    /// Parses `bool` or `int 0..9`.
     fn value_type(&mut self) -> Parse<Type> {
         if self.eat_word("bool") {
             return Ok(Type::Bool);
@@ -509,7 +510,7 @@ impl Parser<'_> {
             self.report(|| {
                 Diagnostic::error(codes::UNEXPECTED, format!("unknown type `{written}`"))
                     .at(span, "types are lower case")
-                    .help("write `bool`, or leave the type out")
+                    .help("write `bool`, or omit the type")
                     .fix(span, "bool")
             });
             return Ok(Type::Bool);
@@ -545,7 +546,7 @@ impl Parser<'_> {
         if lo > hi {
             self.report(|| {
                 Diagnostic::error(codes::RANGE, format!("the range {lo}..{hi} is empty"))
-                    .at(span, "the smaller bound comes first")
+                    .at(span, "the smaller bound must come first")
                     .fix(span, format!("{hi}..{lo}"))
             });
             return Ok(Type::Int { lo: hi, hi: lo });
@@ -555,7 +556,7 @@ impl Parser<'_> {
 
     fn bound(&mut self) -> Parse<i64> {
         let is_negative = self.eat(Kind::Minus);
-        let token = self.expect(Kind::Number, "a bound, which is a whole number")?;
+        let token = self.expect(Kind::Number, "a whole number as a bound")?;
         let value = self.number_at(token).and_then(|value| i64::try_from(value).ok());
         let value = value.unwrap_or_else(|| {
             let span = self.span(token);
@@ -567,7 +568,7 @@ impl Parser<'_> {
         Ok(if is_negative { -value } else { value })
     }
 
-    /// `: int 0..9[4] = 0`, `: bool[2] = [true, false]`
+    /// Parses `: int 0..9[4] = 0` or `: bool[2] = [true, false]`.
     fn variable(&mut self) -> Parse<DeclarationKind> {
         let ty = self.optional_type()?;
         let mut len = None;
@@ -601,7 +602,7 @@ impl Parser<'_> {
         Ok(DeclarationKind::Var { ty, len, init })
     }
 
-    /// `(int 0..9, on: bool)`
+    /// Parses `(int 0..9, on: bool)`.
     fn parameters(&mut self) -> Parse<Vec<(String, Type)>> {
         let mut params = Vec::new();
         if !self.eat(Kind::Open) {
@@ -627,7 +628,7 @@ impl Parser<'_> {
 
     // Properties, places, boards
 
-    /// `assume never (a and b)`, `assert safe: always x "label" req "R1"`
+    /// Parses `assume never (a and b)` or `assert safe: always x "label" req "R1"`.
     pub(crate) fn property(&mut self) -> Parse<Property> {
         let start = self.peek(0).start;
         let is_assumption = self.word(0) == "assume";
@@ -635,7 +636,7 @@ impl Parser<'_> {
         self.property_from(start, is_assumption)
     }
 
-    /// A property behind its `assume` or `assert`.
+    /// Parses a property after its `assume` or `assert`.
     pub(crate) fn property_from(&mut self, start: u32, is_assumption: bool) -> Parse<Property> {
         let name = if self.is_name(0) && self.kind(1) == Kind::Colon {
             let name = self.name("the name of the property")?;
@@ -657,7 +658,7 @@ impl Parser<'_> {
         Ok(Property { name, is_assumption, is_never, expr, meta })
     }
 
-    /// `emergency stop or not guard "label" req "R1"`
+    /// Parses `emergency stop or not guard "label" req "R1"`.
     fn emergency(&mut self) -> Parse<Emergency> {
         let start = self.advance().start;
         let condition = self.expr()?;
@@ -667,12 +668,12 @@ impl Parser<'_> {
         Ok(Emergency { condition, meta })
     }
 
-    /// `place p2, m1.s3 on chip`
+    /// Parses `place p2, m1.s3 on chip`.
     pub(crate) fn place(&mut self) -> Parse<Place> {
         let start = self.advance().start;
         let mut items = Vec::new();
         loop {
-            let item = self.path("what is placed")?;
+            let item = self.path("the name of a step or variable")?;
             self.keep(&mut items, item);
             if !self.eat(Kind::Comma) {
                 break;
@@ -683,7 +684,7 @@ impl Parser<'_> {
         Ok(Place { items, side, span: self.span_from(start) })
     }
 
-    /// `device gal22v10 { clock 1  m 2  n[0] 3 }`
+    /// Parses `device gal22v10 { clock 1  m 2  n[0] 3 }`.
     pub(crate) fn board(&mut self) -> Parse<Board> {
         let start = self.advance().start;
         let device = self.name("the name of a device")?;
@@ -702,7 +703,7 @@ impl Parser<'_> {
         Ok(Board { device, pins, span: self.span_from(start) })
     }
 
-    /// A signal as a board names it: with dots, and with the number of a bit or element.
+    /// Parses a signal of a board: a name with dots and an optional number of a bit or element.
     fn signal(&mut self) -> Parse<Name> {
         let path = self.path("the name of a signal")?;
         let mut name = Name { text: path.to_string(), span: path.span() };
@@ -716,7 +717,7 @@ impl Parser<'_> {
     }
 }
 
-/// The words that may stand before a keyword of a declaration.
+/// The modifiers of a declaration.
 #[derive(Debug, Clone, Copy, Default)]
 struct Modifiers {
     registered: bool,
@@ -726,7 +727,7 @@ struct Modifiers {
 }
 
 impl Modifiers {
-    /// Adds the modifier of this word; false when it is none.
+    /// Adds the modifier with this name; false if it is not a modifier.
     fn add(&mut self, word: &str) -> bool {
         let modifier = match word {
             "registered" => &mut self.registered,
@@ -739,7 +740,7 @@ impl Modifiers {
         true
     }
 
-    /// True when all of them may stand at declarations of this keyword.
+    /// Whether all modifiers are allowed with this keyword.
     fn fit(self, keyword: &str) -> bool {
         let is = |word: &str| keyword == word;
         (is("output") || !(self.registered || self.mealy))
@@ -748,17 +749,17 @@ impl Modifiers {
     }
 }
 
-/// What all declarations behind one keyword share.
+/// Properties shared by all declarations after one keyword.
 #[derive(Debug, Clone, Copy)]
 struct DeclarationList<'k> {
     keyword: &'k str,
     modifiers: Modifiers,
-    /// For `extern`: a condition rather than an action.
+    /// For `extern`: whether it is a condition, not an action.
     is_condition: bool,
 }
 
 impl DeclarationList<'_> {
-    /// A declaration of this kind with the least said.
+    /// The simplest declaration of this kind.
     fn stand_in(self, is_number: bool) -> DeclarationKind {
         let Modifiers { registered, mealy, synchronous, internal } = self.modifiers;
         let ty = if is_number { Type::Int { lo: 1, hi: 1 } } else { Type::Bool };
@@ -776,7 +777,7 @@ impl DeclarationList<'_> {
     }
 }
 
-/// The conflict policies by their words.
+/// The conflict policies and their keywords.
 pub(crate) const POLICIES: [(&str, Policy); 5] = [
     ("all", Policy::All),
     ("priority", Policy::Priority),
@@ -785,7 +786,7 @@ pub(crate) const POLICIES: [(&str, Policy); 5] = [
     ("outer-first", Policy::OuterFirst),
 ];
 
-/// The schedules by their words.
+/// The schedules and their keywords.
 pub(crate) const SCHEDULES: [(&str, Schedule); 3] = [
     ("declared", Schedule::Declared),
     ("level", Schedule::Level),

@@ -1,44 +1,44 @@
-//! Text to tokens, one at a time and on demand: a source of 60 MB needs no list of tokens.
+//! Lexer: produces one token at a time, on demand, so that a source of 60 MB needs no list of tokens.
 //!
-//! The lexer reports what cannot be a token ([`LexError`]) and goes on behind it. It knows no words of the language.
+//! The lexer reports text that is not a token ([`LexError`]) and continues after it. It does not know the keywords of the language.
 
 use super::token::{Kind, Token};
 
-/// Something that is no token.
+/// Text that is not a valid token.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum LexError {
-    /// Characters without a meaning, from and to.
+    /// Unexpected characters: start and end.
     Character(u32, u32),
-    /// A string without its closing quote, from and to the end of the line or text.
+    /// A string without its closing quote: start, and end of the line or text.
     Text(u32, u32),
-    /// A name without its closing backquote, or an empty one.
+    /// A name without its closing backquote, or an empty name: start and end.
     Name(u32, u32),
-    /// The quotes of a typesetter, from the first to behind the last of a line.
+    /// Typographic quotes: from the first to the end of the last one on the line.
     Quotes(u32, u32),
-    /// An operator of C, which is read as the one of this language: from and to.
+    /// A C operator, which is read as the corresponding operator of this language: start and end.
     Operator(u32, u32),
-    /// A comment as C has it: from, behind its first sign, and to.
+    /// A comment in C syntax: start, end of the opening sign, and end.
     Comment(u32, u32, u32),
 }
 
-/// Reads one text.
+/// Lexer over one text.
 #[derive(Debug, Clone)]
 pub(crate) struct Lexer<'a> {
     text: &'a str,
     bytes: &'a [u8],
     at: usize,
     new_line: bool,
-    /// The quotes of a typesetter up to here were reported.
+    /// Typographic quotes before this position are already reported.
     quotes_until: usize,
 }
 
 impl<'a> Lexer<'a> {
-    /// A lexer at the start of `text`; a byte order mark is skipped.
+    /// Creates a lexer at the start of `text`; skips a byte order mark.
     pub(crate) fn new(text: &'a str) -> Self {
         Self::starting_at(text, if text.starts_with('\u{feff}') { 3 } else { 0 })
     }
 
-    /// A lexer that begins at byte `at`, which must lie between two tokens.
+    /// Creates a lexer at byte `at`, which must be between two tokens.
     pub(crate) fn starting_at(text: &'a str, at: usize) -> Self {
         Lexer { text, bytes: text.as_bytes(), at, new_line: true, quotes_until: 0 }
     }
@@ -51,7 +51,7 @@ impl<'a> Lexer<'a> {
         self.text.get(self.at..).unwrap_or("")
     }
 
-    /// The next token. Comments are given to `comment` as ranges without their line break, errors to `error`.
+    /// Returns the next token. Passes comments to `comment` as ranges without the line break, and errors to `error`.
     pub(crate) fn next(
         &mut self,
         comment: &mut dyn FnMut(u32, u32),
@@ -77,7 +77,7 @@ impl<'a> Lexer<'a> {
                     let start = self.at;
                     let line = memchr_newline(&self.bytes[self.at..]);
                     self.at += line;
-                    // A carriage return belongs to the line break.
+                    // A carriage return is part of the line break.
                     let end =
                         if self.bytes[..self.at].ends_with(b"\r") { self.at - 1 } else { self.at };
                     comment(cut(start), cut(end));
@@ -96,7 +96,7 @@ impl<'a> Lexer<'a> {
                 }
                 byte if byte >= 0x80 => match self.rest().chars().next() {
                     Some(c) if c.is_whitespace() => {
-                        // U+0085, U+2028 and U+2029 break lines too.
+                        // U+0085, U+2028 and U+2029 are line breaks too.
                         self.new_line |= matches!(c, '\u{85}' | '\u{2028}' | '\u{2029}');
                         self.at += c.len_utf8();
                     }
@@ -107,7 +107,8 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// `/*`, which no expression has, and `//` before a blank or the end of the line: `//b` is a double negation.
+    /// Whether a C comment begins here: `/*`, which no expression contains, or `//` before a blank or the end of the line. `//b` is a
+    /// double negation.
     fn begins_comment_of_c(&self) -> bool {
         match self.byte(1) {
             b'*' => true,
@@ -165,7 +166,7 @@ impl<'a> Lexer<'a> {
         kind
     }
 
-    /// A word: UAX #31, with `_` as a first letter and without the middle dot, which is an operator of Grafcet.
+    /// Reads a word: an identifier of UAX #31 that may begin with `_` and excludes the middle dot, which is an operator of Grafcet.
     fn word(&mut self) -> Kind {
         loop {
             match self.byte(0) {
@@ -226,7 +227,7 @@ impl<'a> Lexer<'a> {
                     self.at += 1;
                     return Kind::Text;
                 }
-                // A backslash takes its neighbour along, unless that is the line break or the end.
+                // A backslash escapes the next character, except a line break or the end of the text.
                 b'\\' if self.at + 1 < self.bytes.len() && self.byte(1) != b'\n' => self.at += 2,
                 b'\n' | 0 if self.byte(0) == b'\n' || self.at >= self.bytes.len() => {
                     error(LexError::Text(cut(start), cut(self.at)));
@@ -258,7 +259,7 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// An operator of C: the one that it stands for, and an error.
+    /// Reads a C operator as the operator that it corresponds to, and reports an error.
     fn of_c(&mut self, kind: Kind, length: usize, error: &mut dyn FnMut(LexError)) -> Kind {
         let start = self.at;
         self.at += length;
@@ -266,7 +267,7 @@ impl<'a> Lexer<'a> {
         kind
     }
 
-    /// A text between the quotes of a typesetter, up to the next quote of any kind on the line.
+    /// Reads a text between typographic quotes, up to the next quote of any kind on the line.
     fn typeset_string(&mut self, error: &mut dyn FnMut(LexError)) -> Kind {
         let start = self.at;
         let line = &self.rest()[..memchr_newline(&self.bytes[start..])];
@@ -304,7 +305,7 @@ impl<'a> Lexer<'a> {
         kind
     }
 
-    /// A run of characters without a meaning: one token and one error, however long.
+    /// Reads a run of unexpected characters of any length as one token with one error.
     fn unknown(&mut self, error: &mut dyn FnMut(LexError)) -> Kind {
         let start = self.at;
         for c in self.rest().chars() {
@@ -323,20 +324,20 @@ impl<'a> Lexer<'a> {
     }
 }
 
-/// The double quotes of a typesetter, for which `"` is written.
+/// Whether `c` is a typographic double quote, which must be written `"`.
 pub(crate) fn is_typeset_quote(c: char) -> bool {
     matches!(c, '“' | '”' | '„' | '‟' | '«' | '»')
 }
 
-/// The first characters of tokens that are no words, and the comment sign.
+/// First characters of tokens other than words, and the comment sign.
 const KNOWN: &str = "\"`@(){}[],;:.&+-*/=<>#·⋅→↑↓≤≥≠¬∧∨“”„‟«»";
 
-/// True for what may stand inside a word after its first letter.
+/// Whether `c` is allowed inside a word after its first letter.
 pub(crate) fn is_word_part(c: char) -> bool {
     c != '·' && unicode_ident::is_xid_continue(c)
 }
 
-/// True when `name` is a word as it stands, so that it needs no backquotes (it may still be a word of the language).
+/// Whether `name` is a complete word and needs no backquotes. It may still be a keyword.
 pub(crate) fn is_word(name: &str) -> bool {
     let mut chars = name.chars();
     chars.next().is_some_and(|c| c == '_' || unicode_ident::is_xid_start(c))
@@ -347,7 +348,7 @@ fn cut(n: usize) -> u32 {
     u32::try_from(n).unwrap_or(u32::MAX)
 }
 
-/// The number of bytes before the next line break, or all.
+/// Number of bytes before the next line break, or of all bytes if there is none.
 fn memchr_newline(bytes: &[u8]) -> usize {
     bytes.iter().position(|&b| b == b'\n').unwrap_or(bytes.len())
 }

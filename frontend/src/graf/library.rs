@@ -1,7 +1,7 @@
-//! Library charts, their uses and certificates, and the files that they come from.
+//! Library charts, their instances and certificates, and imports.
 #![expect(
     clippy::wildcard_enum_match_arm,
-    reason = "a parser names the tokens it takes; all others are one case"
+    reason = "a parser matches the tokens that it accepts; all others are one case"
 )]
 
 use grafsynth_ir::chart::{
@@ -19,14 +19,14 @@ use crate::codes;
 const PARAMETERS: &[&str] = &["input", "output", "var", "event", "const"];
 
 impl Parser<'_> {
-    /// `use "conveyors.graf"`, at `use`.
+    /// Parses `use "conveyors.graf"`, at `use`.
     pub(crate) fn import(&mut self) -> Parse<Import> {
         let start = self.advance().start;
         let file = self.text("the name of a file in quotes")?;
         Ok(Import { file, span: self.span_from(start) })
     }
 
-    /// `library chart conveyor(input start, output run) { … }`, at `library`.
+    /// Parses `library chart conveyor(input start, output run) { … }`, at `library`.
     pub(crate) fn library(&mut self) -> Parse<Library> {
         let start = self.advance().start;
         self.advance();
@@ -44,7 +44,7 @@ impl Parser<'_> {
         Ok(Library { name, parameters, items, certificate: None, span, meta })
     }
 
-    /// `(input start, n: int 0..9 = 3, output run, const limit = 5)`: a keyword holds until the next.
+    /// Parses `(input start, n: int 0..9 = 3, output run, const limit = 5)`. A keyword applies up to the next one.
     fn parameters_of_library(&mut self, parameters: &mut Vec<Parameter>) -> Parse<()> {
         self.advance();
         let mut keyword = "";
@@ -88,8 +88,8 @@ impl Parser<'_> {
             if !takes_default {
                 self.report(|| {
                     Diagnostic::error(codes::MISPLACED, "only inputs and constants have a default")
-                        .at(span, "not here")
-                        .help("without an argument each instance has one of its own")
+                        .at(span, "not allowed here")
+                        .help("remove the default; without an argument, each instance gets its own")
                 });
             }
             Some(value).filter(|_| takes_default)
@@ -112,7 +112,7 @@ impl Parser<'_> {
                 if value.is_none() && !self.dry {
                     return Err(self.missing(
                         "a constant parameter needs its value",
-                        "write `const limit = 5`; a use may say another one",
+                        "write `const limit = 5`; an instance may override it",
                     ));
                 }
                 DeclarationKind::Const { value: value.unwrap_or_else(|| Expr::int(0)) }
@@ -121,7 +121,7 @@ impl Parser<'_> {
         Ok((kind, default))
     }
 
-    /// `certificate conveyor by "0.1.0" sha256 "…" proves a, b`, at `certificate`.
+    /// Parses `certificate conveyor by "0.1.0" sha256 "…" proves a, b`, at `certificate`.
     pub(crate) fn certificate(&mut self) -> Parse<Certificate> {
         let start = self.advance().start;
         let of = self.name("the name of a library chart")?;
@@ -142,12 +142,12 @@ impl Parser<'_> {
         Ok(Certificate { of, version, hash, properties, span: self.span_from(start) })
     }
 
-    /// `use conveyor as c1(start = m, done -> x)`, at `use`.
+    /// Parses `use conveyor as c1(start = m, done -> x)`, at `use`.
     pub(crate) fn instance(&mut self) -> Parse<Use> {
         let start = self.advance().start;
         if matches!(self.kind(0), Kind::Text | Kind::RawText) {
             return Err(self.misplaced(
-                "files are named before the first chart",
+                "a file must be imported before the first chart",
                 "write `use \"FILE\"` at the top of the file, and `use CHART as NAME` here",
             ));
         }
@@ -188,12 +188,12 @@ impl Parser<'_> {
                 let span = self.here();
                 self.report(|| {
                     Diagnostic::error(codes::UNEXPECTED, "expected `=` or `->`, found `:=`")
-                        .at(span, "`=` says what stands for the parameter")
+                        .at(span, "an argument is given with `=`")
                         .fix(span, "=")
                 });
                 return Err(Abandoned);
             }
-            _ => return Err(self.unexpected("`=` and a value, or `->` and what is driven")),
+            _ => return Err(self.unexpected("`=` and a value, or `->` and what it drives")),
         };
         Ok(Argument { parameter, value, span: self.span_from(start) })
     }

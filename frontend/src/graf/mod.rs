@@ -9,8 +9,8 @@
 //! assert_eq!(parsed.design.map(|design| design.charts.len()), Some(1));
 //! ```
 //!
-//! The parser is a hand-written recursive descent over an on-demand lexer. It reports every error of a file, goes on behind each, never recurses deeper
-//! than [`Limits::nesting`], and takes time linear in the text.
+//! The parser is a hand-written recursive descent parser with an on-demand lexer. It reports every error of a file and continues after each
+//! one. It never recurses deeper than [`Limits::nesting`]. Its running time is linear in the length of the text.
 
 pub(crate) mod bodies;
 mod design;
@@ -40,14 +40,14 @@ use crate::codes;
 use numbers::Numbers;
 use parser::Parser;
 
-/// What a reader accepts at most.
+/// Limits of a reader.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
-    /// Bytes of a source.
+    /// Maximum size of a source in bytes.
     pub source: usize,
-    /// Levels of nesting: blocks within blocks and the depth of an expression's tree together.
+    /// Maximum nesting depth. Nested blocks and the depth of an expression tree count together.
     pub nesting: u32,
-    /// Findings that are kept; the rest is counted.
+    /// Maximum number of findings that are kept. Further findings are only counted.
     pub diagnostics: usize,
 }
 
@@ -60,22 +60,23 @@ impl Default for Limits {
 /// A comment of a source: from its `#` to the end of the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Comment {
-    /// Where it stands; its text is that of the source.
+    /// The location. The text is in the source.
     pub span: Span,
 }
 
-/// What a reader found in a source.
+/// The result of reading a source.
 #[derive(Debug, Clone, Default)]
 pub struct Parsed {
-    /// The charts. Present with errors too, then without what could not be read; none where there is no chart, or a large source has errors.
+    /// The charts. With errors, it lacks the parts that could not be read. `None` if the text has no chart, or if a large source has
+    /// errors.
     pub design: Option<Design>,
-    /// In the order of the text, at most [`Limits::diagnostics`] and one that counts the rest.
+    /// The findings in source order: at most [`Limits::diagnostics`], and one more that counts the rest.
     pub diagnostics: Vec<Diagnostic>,
-    /// In the order of the text.
+    /// The comments in source order.
     pub comments: Vec<Comment>,
 }
 
-/// Sources above this size are checked before anything of them is kept, so that a broken one costs no memory.
+/// Sources above this size in bytes are first checked without building a tree, so that an invalid source costs no memory.
 pub(crate) const CHECK_FIRST: usize = 1 << 20;
 
 /// Reads a chart with the default limits.
@@ -84,7 +85,7 @@ pub fn parse(file: FileId, text: &str) -> Parsed {
     parse_within(file, text, &Limits::default())
 }
 
-/// Reads a chart.
+/// Reads a chart with the given limits.
 #[must_use]
 pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
     if let Some(finding) = too_large(file, text, limits) {
@@ -104,7 +105,7 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
     Parsed { design, diagnostics: sorted(parser.findings.finish()), comments: parser.comments }
 }
 
-/// The files that a chart names at its top, as far as it can be read there.
+/// The files that a chart imports at its top, as far as they can be parsed.
 #[must_use]
 pub fn imports(file: FileId, text: &str) -> Vec<Import> {
     let limits = Limits::default();
@@ -114,7 +115,8 @@ pub fn imports(file: FileId, text: &str) -> Vec<Import> {
     Parser::new(file, text, None, limits, false).imports()
 }
 
-/// SHA-256 of a library chart's canonical text, without comments and certificate: layout does not change it, everything else does. 64 hexadecimal digits.
+/// SHA-256 of the canonical text of a library chart, as 64 hexadecimal digits. Layout, comments and the certificate do not affect it; any
+/// other change does.
 #[must_use]
 pub fn fingerprint(library: &Library) -> String {
     use sha2::Digest;
@@ -124,24 +126,24 @@ pub fn fingerprint(library: &Library) -> String {
     hash.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// A certificate as it stands in a chart, without indentation and line break at its end.
+/// The text of a certificate in a chart, without indentation and without a final line break.
 #[must_use]
 pub fn write_certificate(certificate: &Certificate) -> String {
     write_library::certificate_text(certificate)
 }
 
-/// Brings a chart into its one canonical form: comments stay, blank lines too (at most one), nothing changes its meaning.
+/// Formats a chart in the canonical form. Comments and single blank lines are kept; the meaning does not change.
 ///
 /// # Errors
-/// The findings of a source that has errors: it is not touched.
+/// The findings of the source if it has errors. The source is not changed.
 pub fn format(file: FileId, text: &str) -> Result<String, Vec<Diagnostic>> {
     format_within(file, text, &Limits::default())
 }
 
-/// As [`format()`], within these limits.
+/// Like [`format()`], with the given limits.
 ///
 /// # Errors
-/// The findings of a source that has errors: it is not touched.
+/// The findings of the source if it has errors. The source is not changed.
 pub fn format_within(file: FileId, text: &str, limits: &Limits) -> Result<String, Vec<Diagnostic>> {
     let parsed = parse_within(file, text, limits);
     match parsed.design {
@@ -153,8 +155,10 @@ pub fn format_within(file: FileId, text: &str, limits: &Limits) -> Result<String
     }
 }
 
-/// Writes a design in the canonical form, with blank lines between the kinds of items. A name that no backquotes can hold (with a backquote or a line
-/// break in it) is written with apostrophes there.
+/// Writes a design in the canonical form, with blank lines between the kinds of items.
+///
+/// In a name that contains a backquote or a line break, these characters are replaced by apostrophes, because backquotes cannot contain
+/// them.
 #[must_use]
 pub fn write_design(design: &Design) -> String {
     write::write(design, None)
@@ -163,12 +167,12 @@ pub fn write_design(design: &Design) -> String {
 /// Writes a net as the chart that lowers to it.
 ///
 /// # Errors
-/// Everything in the net that the chart language cannot say.
+/// Everything in the net that the chart language cannot express.
 pub fn write_net(net: &Net) -> Result<String, Vec<Diagnostic>> {
     crate::from_net::design(net).map(|design| write_design(&design))
 }
 
-/// Findings in the order of the text: what the lexer saw ahead of the parser comes to its place. The count of the rest stays last.
+/// Sorts findings in source order, because the lexer reports ahead of the parser. The finding that counts the rest stays last.
 pub(crate) fn sorted(mut findings: Vec<Diagnostic>) -> Vec<Diagnostic> {
     findings.sort_by_key(|finding| {
         (finding.code == codes::MORE, finding.labels.first().map_or(0, |label| label.span.start))
@@ -176,15 +180,15 @@ pub(crate) fn sorted(mut findings: Vec<Diagnostic>) -> Vec<Diagnostic> {
     findings
 }
 
-/// The finding for a source beyond the limit.
+/// The finding for a source that exceeds the size limit.
 pub(crate) fn too_large(file: FileId, text: &str, limits: &Limits) -> Option<Diagnostic> {
     (text.len() > limits.source).then(|| {
         let (is, most) = (text.len(), limits.source);
         Diagnostic::error(
             codes::TOO_LARGE,
-            format!("the source has {is} bytes, more than the {most} that are read"),
+            format!("the source has {is} bytes; the limit is {most}"),
         )
-        .at(Span::new(file, most, most), "the limit lies here")
+        .at(Span::new(file, most, most), "the limit is here")
         .help("split it into several files, or raise the limit with --source-limit")
     })
 }

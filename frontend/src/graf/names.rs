@@ -1,4 +1,4 @@
-//! How names are written: plain where they can be read back, else in backquotes.
+//! How names are written: plain if they can be read back, otherwise in backquotes.
 
 use grafsynth_ir::chart::Path;
 
@@ -6,12 +6,12 @@ use super::lexer::is_word;
 use super::parser::RESERVED;
 use super::steps::{CLAUSES, DONE, SINK};
 
-/// Where a name stands: which words of the language would be taken for something else there.
+/// The position of a name. It decides which words would be read as keywords.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Position {
-    /// Only the reserved words are.
+    /// Only reserved words need backquotes.
     Anywhere,
-    /// Behind the keyword of a declaration.
+    /// After the keyword of a declaration.
     Declared,
     /// The first word of an item in a step's body.
     Action,
@@ -19,15 +19,15 @@ pub(crate) enum Position {
     Target,
     /// The name of a step where it is declared.
     Step,
-    /// Behind `after`.
+    /// After `after`.
     Length,
-    /// The first word of a transition, where `initial ->` is one of the language.
+    /// The first word of a transition, where `initial ->` has its own meaning.
     Source,
-    /// Behind `history`.
+    /// After `history`.
     History,
 }
 
-/// The words that begin something else in a step's body, or look like the next item of the chart.
+/// Words that begin something else in the body of a step, or look like the next item of the chart.
 const ACTION_WORDS: &[&str] = &[
     "entry",
     "exit",
@@ -81,13 +81,13 @@ const ACTION_WORDS: &[&str] = &[
     "initial",
 ];
 
-/// The name as the chart language writes it.
+/// The name in the syntax of the chart language.
 pub(crate) fn name(text: &str, position: Position) -> String {
     let taken = match position {
         Position::Anywhere => false,
         Position::Declared => matches!(text, "synchronous" | "registered" | "mealy" | "internal"),
         Position::Action => ACTION_WORDS.contains(&text),
-        // Without backquotes it leads nowhere.
+        // Without backquotes, `sink` would mean a transition without a target.
         Position::Target => CLAUSES.contains(&text) || text == SINK,
         Position::Step => text == SINK,
         Position::Length => CLAUSES.contains(&text),
@@ -97,13 +97,13 @@ pub(crate) fn name(text: &str, position: Position) -> String {
     if is_word(text) && !RESERVED.contains(&text) && !taken {
         return text.to_owned();
     }
-    // A backquote or a line break has no spelling inside of backquotes.
+    // Backquotes cannot contain a backquote or a line break.
     let inner: String =
         text.chars().map(|c| if c == '`' || c == '\n' { '\'' } else { c }).collect();
     if inner.is_empty() { "`_`".to_owned() } else { format!("`{inner}`") }
 }
 
-/// A name that may be one of another chart, with its dots.
+/// A name that may belong to another chart, with its dots.
 pub(crate) fn dotted(text: &str, position: Position) -> String {
     let parts: Vec<&str> = text.split('.').collect();
     if parts.iter().any(|part| part.is_empty()) {
@@ -115,25 +115,25 @@ pub(crate) fn dotted(text: &str, position: Position) -> String {
     names.join(".")
 }
 
-/// An event as `on` names it: `p.done` for the completion of a state.
+/// An event in the syntax of `on`: `p.done` for the completion of a state.
 pub(crate) fn event(text: &str, position: Position) -> String {
     match text.strip_prefix(DONE) {
         Some(owner) if !owner.split('.').any(str::is_empty) => {
             format!("{}.done", dotted(owner, position))
         }
-        // What would be read as a completion and is none stands in backquotes.
+        // A name that would be read as a completion but is not one needs backquotes.
         Some(_) => name(text, position),
         None if text.ends_with(".done") => name(text, position),
         None => dotted(text, position),
     }
 }
 
-/// True when the name can be written so that it reads back as it is.
+/// Whether the name reads back unchanged when it is written.
 pub(crate) fn is_writable(text: &str) -> bool {
     !text.is_empty() && !text.contains(['`', '\n'])
 }
 
-/// A name with dots.
+/// A dotted name.
 pub(crate) fn path(path: &Path, first: Position) -> String {
     let mut out = String::new();
     for (index, part) in path.names.iter().enumerate() {
@@ -145,7 +145,7 @@ pub(crate) fn path(path: &Path, first: Position) -> String {
     out
 }
 
-/// A signal of a board: dots and the number of a bit or element are part of its name.
+/// A signal of a board. Dots and the number of a bit or element are part of its name.
 pub(crate) fn signal(text: &str) -> String {
     let (stem, index) = match text.strip_suffix(']').and_then(|text| text.rsplit_once('[')) {
         Some((stem, digits))
@@ -156,7 +156,7 @@ pub(crate) fn signal(text: &str) -> String {
         _ => (text, None),
     };
     let is_plain = stem.split('.').all(|part| is_word(part) && !RESERVED.contains(&part));
-    // A number that reads back otherwise (`007`, or too large) keeps its backquotes.
+    // A number that would read back differently (`007`, or too large) keeps its backquotes.
     let reads_back =
         index.is_none_or(|digits| digits.parse::<u32>().is_ok_and(|n| n.to_string() == digits));
     if is_plain && reads_back { text.to_owned() } else { name(text, Position::Anywhere) }

@@ -1,10 +1,10 @@
-//! Which names of a file are numbers: the only thing that the parser must know of the declarations.
+//! Finds the names of a file that are numbers. The parser needs no other information about declarations.
 //!
-//! `*` and `+` are `and` and `or` between Booleans, as in Grafcet, and arithmetic where a number takes part. Declarations may stand below their use,
-//! so one quick pass over the tokens collects the names that are declared as integers; it neither reports nor keeps anything else.
+//! `*` and `+` are `and` and `or` between Booleans, as in Grafcet, and arithmetic if an operand is a number. A declaration may follow its
+//! use, so a quick first pass over the tokens collects the names that are declared as integers. It does not report or keep anything else.
 #![expect(
     clippy::wildcard_enum_match_arm,
-    reason = "a parser names the tokens it takes; all others are one case"
+    reason = "a parser matches the tokens that it accepts; all others are one case"
 )]
 
 use super::lexer::Lexer;
@@ -14,15 +14,15 @@ use super::token::{Kind, Token};
 /// The names that a source declares as integers (inputs, outputs, variables, extern conditions, timers, constants).
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Numbers<'a> {
-    /// Sorted.
+    /// The integer names, sorted.
     names: Vec<&'a str>,
-    /// The names in lists of outputs, sorted.
+    /// The names in output lists, sorted.
     outputs: Vec<&'a str>,
-    /// A step is declared that is called `sink`, without backquotes.
+    /// Whether a step named `sink` is declared without backquotes.
     pub(crate) has_sink: bool,
 }
 
-/// A constant whose value is being looked at.
+/// A constant whose value is being examined.
 struct Const<'a> {
     name: &'a str,
     has_number: bool,
@@ -30,7 +30,7 @@ struct Const<'a> {
 }
 
 impl<'a> Numbers<'a> {
-    /// The names given, which need not be sorted.
+    /// Creates the set from names in any order.
     pub(crate) fn of(names: impl IntoIterator<Item = &'a str>) -> Self {
         let mut names: Vec<&str> = names.into_iter().collect();
         names.sort_unstable();
@@ -38,7 +38,7 @@ impl<'a> Numbers<'a> {
         Numbers { names, ..Numbers::default() }
     }
 
-    /// Collects the names that `text` declares.
+    /// Collects the integer names that `text` declares.
     pub(crate) fn declared_in(text: &'a str) -> Self {
         let mut names = Vec::new();
         let mut outputs = Vec::new();
@@ -70,7 +70,7 @@ impl<'a> Numbers<'a> {
                     names.push(name_of(text, last[0]));
                 }
             }
-            // `n: INT`, which is reported where it stands.
+            // `n: INT`; the parser reports it.
             if d.kind == Kind::Colon
                 && is_name(c)
                 && is_foreign_integer(word(e))
@@ -96,7 +96,7 @@ impl<'a> Numbers<'a> {
             }
             has_sink |=
                 word(f) == SINK && matches!(word(e), "step" | "state" | "parallel" | "region");
-            // `timer T while`, `, U while`; what stands behind may be a name that is spelled as the word.
+            // `timer T while`, `, U while`. The condition after `while` may itself be a name spelled `while`.
             let declares = word(d) == "timer" || d.kind == Kind::Comma;
             was_while = word(f) == "while" && is_name(e) && declares && !was_while;
             if was_while {
@@ -125,7 +125,8 @@ impl<'a> Numbers<'a> {
                     Kind::Word | Kind::Quoted => {
                         constant.has_truth |=
                             matches!(word(f), "true" | "false" | "not" | "and" | "or");
-                        // A constant made of constants; those above are known. Looked up from the end, where a neighbour stands.
+                        // A constant made of constants. Earlier constants are known; the search runs from the end, because neighbours
+                        // usually refer to each other.
                         let name = name_of(text, f);
                         constant.has_number |=
                             names.iter().rev().take(64).any(|known| *known == name);
@@ -149,18 +150,18 @@ impl<'a> Numbers<'a> {
         }
     }
 
-    /// True when `name` is in a list of outputs.
+    /// Whether `name` is in a list of outputs.
     pub(crate) fn is_output(&self, name: &str) -> bool {
         self.outputs.binary_search(&name).is_ok()
     }
 
-    /// True when `name` is declared as an integer.
+    /// Whether `name` is declared as an integer.
     pub(crate) fn contains(&self, name: &str) -> bool {
         self.names.binary_search(&name).is_ok()
     }
 }
 
-/// True for the integer types of other languages.
+/// Whether `word` is an integer type of another language.
 pub(crate) fn is_foreign_integer(word: &str) -> bool {
     word != "int"
         && [
@@ -176,7 +177,7 @@ pub(crate) fn slice(text: &str, token: Token) -> &str {
     text.get(token.start as usize..token.end as usize).unwrap_or("")
 }
 
-/// The name that a token stands for: without its backquotes.
+/// The name that a token denotes, without backquotes.
 pub(crate) fn name_of(text: &str, token: Token) -> &str {
     let text = slice(text, token);
     if token.kind == Kind::Quoted { text.trim_matches('`') } else { text }

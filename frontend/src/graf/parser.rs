@@ -1,7 +1,7 @@
-//! The part of the parser that knows no grammar: tokens ahead, findings, limits, names, numbers, and how to go on after an error.
+//! The grammar-independent part of the parser: lookahead, findings, limits, names, numbers and error recovery.
 #![expect(
     clippy::wildcard_enum_match_arm,
-    reason = "a parser names the tokens it takes; all others are one case"
+    reason = "a parser matches the tokens that it accepts; all others are one case"
 )]
 
 use grafsynth_ir::diag::Diagnostic;
@@ -13,21 +13,21 @@ use super::token::{Kind, Token};
 use super::{Comment, Limits};
 use crate::codes;
 
-/// The finding was reported; the caller goes on at the next place where it can.
+/// Proof that an error was reported. The caller continues at the next place where parsing can resume.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Abandoned;
 
-/// What a grammar rule gives.
+/// Result of a grammar rule.
 pub(crate) type Parse<T> = Result<T, Abandoned>;
 
-/// Words that are never names; everything else is a word of the language only where its neighbours say so.
+/// Reserved words, which are never names. All other keywords depend on their context.
 pub(crate) const RESERVED: &[&str] =
     &["and", "or", "not", "mod", "true", "false", "otherwise", "if"];
 
-/// At most so many tokens are looked at before one is taken.
+/// Maximum lookahead in tokens.
 const AHEAD: usize = 4;
 
-/// Findings up to a limit, and the number of the rest.
+/// Findings up to a limit, and the number of further ones.
 #[derive(Debug, Default)]
 pub(crate) struct Findings {
     pub(crate) kept: Vec<Diagnostic>,
@@ -36,7 +36,7 @@ pub(crate) struct Findings {
 }
 
 impl Findings {
-    /// Keeps a finding, or counts it. It is only made if it is kept: a broken file of 60 MB may have millions.
+    /// Keeps or counts a finding. It is built only if it is kept: an invalid file of 60 MB may have millions.
     pub(crate) fn report(&mut self, make: impl FnOnce() -> Diagnostic) {
         if self.kept.len() < self.limit {
             self.kept.push(make());
@@ -45,13 +45,13 @@ impl Findings {
         }
     }
 
-    /// All findings, and a last one that counts those not shown.
+    /// Returns all findings; if some were only counted, a final one gives their number.
     pub(crate) fn finish(mut self) -> Vec<Diagnostic> {
         if self.rest > 0 {
             let (rest, limit) = (self.rest, self.limit);
             let noun = if rest == 1 { "finding is" } else { "findings are" };
             let mut last = Diagnostic::note(codes::MORE, format!("{rest} more {noun} not shown"))
-                .help(format!("correct the first {limit}; the others may follow from them"));
+                .help(format!("fix the first {limit}; the others may be consequences"));
             if let Some(label) = self.kept.last().and_then(|finding| finding.labels.first()) {
                 last = last.at(label.span, "the last one shown");
             }
@@ -61,31 +61,31 @@ impl Findings {
     }
 }
 
-/// Reads one source.
+/// Parser of one source.
 pub(crate) struct Parser<'a> {
     pub(crate) text: &'a str,
     pub(super) file: FileId,
     lexer: Lexer<'a>,
     pub(super) window: [Token; AHEAD],
-    /// One past the last byte of the token taken last.
+    /// Offset after the last consumed token.
     pub(crate) previous_end: u32,
-    /// None when the names of the source are declared elsewhere and not known here.
+    /// `None` if the names are declared in another source and are unknown here.
     pub(crate) numbers: Option<&'a Numbers<'a>>,
     pub(crate) findings: Findings,
     pub(crate) comments: Vec<Comment>,
     pub(crate) limits: Limits,
     pub(crate) depth: u32,
     end_reported: bool,
-    /// Names that begin with a digit and were reported.
+    /// Names that begin with a digit and are already reported.
     numbered: std::collections::BTreeSet<String>,
-    /// Whether the text has a word that may begin a duration of IEC 61131-3, by word.
+    /// Cache per word that may begin a duration of IEC 61131-3: whether the text contains the word.
     pub(super) has_words: std::collections::BTreeMap<String, bool>,
-    /// Where a chart begins inside another: whether a brace is missing before it.
+    /// For a chart that begins inside another: whether a brace is missing before it.
     is_brace_missing: Option<bool>,
     is_chart_reported: bool,
-    /// Arrows of transitions without targets, of which a chart that is no statechart warns.
+    /// Arrows of transitions without targets. They are reported if the chart is not a statechart.
     pub(crate) bare_arrows: Vec<Span>,
-    /// Check only: nothing is kept, so a large source with an error costs no tree.
+    /// Check only: no tree is built, so that a large source with an error costs no memory.
     pub(crate) dry: bool,
 }
 
@@ -100,7 +100,7 @@ impl<'a> Parser<'a> {
         Self::reading(file, text, Lexer::new(text), numbers, limits, dry)
     }
 
-    /// A parser for the part of `text` that begins at byte `start`; places are those in the whole text.
+    /// Creates a parser for the part of `text` that begins at byte `start`. Spans refer to the whole text.
     pub(crate) fn starting_at(
         file: FileId,
         text: &'a str,
@@ -151,7 +151,7 @@ impl<'a> Parser<'a> {
 
     // Tokens
 
-    /// Takes the next token.
+    /// Consumes the next token.
     pub(crate) fn advance(&mut self) -> Token {
         let token = self.window[0];
         self.window.rotate_left(1);
@@ -170,28 +170,28 @@ impl<'a> Parser<'a> {
         token
     }
 
-    /// The token `ahead` of the next one (0 to 3).
+    /// Looks ahead by `ahead` tokens (0 to 3); 0 is the next token.
     pub(crate) fn peek(&self, ahead: usize) -> Token {
         self.window[ahead]
     }
 
-    /// The kind of the token `ahead` of the next one.
+    /// The kind of the token at lookahead `ahead`.
     pub(crate) fn kind(&self, ahead: usize) -> Kind {
         self.window[ahead].kind
     }
 
-    /// The text of the next token if it is a word (not a quoted name), else nothing.
+    /// The text of the token at lookahead `ahead` if it is a word (not a quoted name), otherwise an empty text.
     pub(crate) fn word(&self, ahead: usize) -> &'a str {
         let token = self.window[ahead];
         if token.kind == Kind::Word { slice(self.text, token) } else { "" }
     }
 
-    /// True when the token ahead is a word or a quoted name.
+    /// Whether the token at lookahead `ahead` is a word or a quoted name.
     pub(crate) fn is_name(&self, ahead: usize) -> bool {
         matches!(self.window[ahead].kind, Kind::Word | Kind::Quoted)
     }
 
-    /// True when a name stands ahead on the same line as the token before it.
+    /// Whether the token at lookahead `ahead` is a name on the same line as the token before it.
     pub(crate) fn is_name_beside(&self, ahead: usize) -> bool {
         self.is_name(ahead) && !self.window[ahead].new_line
     }
@@ -200,12 +200,12 @@ impl<'a> Parser<'a> {
         span_of(self.file, token.start, token.end)
     }
 
-    /// From the byte `start` to the end of the token taken last.
+    /// The span from byte `start` to the end of the last consumed token.
     pub(crate) fn span_from(&self, start: u32) -> Span {
         span_of(self.file, start, self.previous_end.max(start))
     }
 
-    /// Takes the next token if it is of this kind.
+    /// Consumes the next token if it has this kind.
     pub(crate) fn eat(&mut self, kind: Kind) -> bool {
         let is = self.kind(0) == kind;
         if is {
@@ -214,7 +214,7 @@ impl<'a> Parser<'a> {
         is
     }
 
-    /// Takes the next token if it is this word.
+    /// Consumes the next token if it is this word.
     pub(crate) fn eat_word(&mut self, word: &str) -> bool {
         let is = self.word(0) == word;
         if is {
@@ -223,12 +223,12 @@ impl<'a> Parser<'a> {
         is
     }
 
-    /// Takes the next token, which must be of this kind.
+    /// Consumes the next token, which must have this kind.
     pub(crate) fn expect(&mut self, kind: Kind, what: &str) -> Parse<Token> {
         if self.kind(0) == kind { Ok(self.advance()) } else { Err(self.unexpected(what)) }
     }
 
-    /// Takes the next token, which must be this word.
+    /// Consumes the next token, which must be this word.
     pub(crate) fn expect_word(&mut self, word: &str) -> Parse<()> {
         if self.eat_word(word) { Ok(()) } else { Err(self.unexpected(&format!("`{word}`"))) }
     }
@@ -242,14 +242,14 @@ impl<'a> Parser<'a> {
     /// Reports that `what` was expected instead of the next token.
     pub(crate) fn unexpected(&mut self, what: &str) -> Abandoned {
         let token = self.peek(0);
-        // Where a line ends too early, the end of that line is the place, not the beginning of the next.
+        // If a line ends too early, the location is the end of that line, not the beginning of the next.
         let span = if token.new_line || token.kind == Kind::End {
             span_of(self.file, self.previous_end, self.previous_end)
         } else {
             self.span(token)
         };
         let found = describe(self.text, token);
-        // Unknown characters and operators of C were reported already.
+        // Unknown characters and C operators are already reported.
         if token.kind != Kind::Unknown
             && !matches!(slice(self.text, token), "&&" | "||" | "|" | "!")
         {
@@ -261,7 +261,7 @@ impl<'a> Parser<'a> {
         Abandoned
     }
 
-    /// Reports a missing thing at the end of the token taken last.
+    /// Reports something missing at the end of the last consumed token.
     pub(crate) fn missing(&mut self, message: &str, help: &str) -> Abandoned {
         let span = span_of(self.file, self.previous_end, self.previous_end);
         self.report(|| Diagnostic::error(codes::MISSING, message).at(span, "here").help(help));
@@ -270,7 +270,7 @@ impl<'a> Parser<'a> {
 
     // Limits
 
-    /// One level deeper; every caller leaves by [`Parser::leave`], or by an error after which the depth is set back.
+    /// Increases the nesting depth. Every caller leaves with [`Parser::leave`], or with an error after which the depth is restored.
     pub(crate) fn enter(&mut self) -> Parse<()> {
         self.depth += 1;
         if self.depth <= self.limits.nesting { Ok(()) } else { Err(self.too_deep()) }
@@ -280,7 +280,7 @@ impl<'a> Parser<'a> {
         self.depth -= 1;
     }
 
-    /// Reports that the limit of nesting is passed here.
+    /// Reports that the nesting limit is exceeded here.
     pub(crate) fn too_deep(&mut self) -> Abandoned {
         let (span, limit) = (self.span(self.peek(0)), self.limits.nesting);
         self.report(|| {
@@ -291,22 +291,22 @@ impl<'a> Parser<'a> {
         Abandoned
     }
 
-    /// Keeps an item of a list, unless nothing is kept.
+    /// Adds an item to a list, unless this parser only checks.
     pub(crate) fn keep<T>(&self, list: &mut Vec<T>, item: T) {
         if !self.dry {
             list.push(item);
         }
     }
 
-    // Names, numbers, texts
+    // Names, numbers, strings
 
-    /// The name that a token stands for; nothing is stored when nothing is kept.
+    /// The name that a token denotes. A parser that only checks stores nothing.
     pub(crate) fn name_at(&self, token: Token) -> Name {
         let text = if self.dry { String::new() } else { name_of(self.text, token).to_owned() };
         Name { text, span: self.span(token) }
     }
 
-    /// A name: a word that is not reserved, or anything in backquotes.
+    /// Parses a name: a word that is not reserved, or anything in backquotes.
     pub(crate) fn name(&mut self, what: &str) -> Parse<Name> {
         let token = self.peek(0);
         match token.kind {
@@ -336,7 +336,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// A number where a name is needed: `0`, `1a`. Reported once for each, and taken as the name.
+    /// Parses a number where a name is expected: `0`, `1a`. Reports each one once and uses it as the name.
     fn numbered_name(&mut self) -> Name {
         let mut token = self.advance();
         if self.kind(0) == Kind::Word && self.peek(0).start == token.end {
@@ -361,7 +361,7 @@ impl<'a> Parser<'a> {
         Name { text: if self.dry { String::new() } else { text.to_owned() }, span }
     }
 
-    /// A whole number from 0 to 4 294 967 295 that needs no more than a word of what it counts.
+    /// Parses a whole number from 0 to 4 294 967 295. `what` names the quantity in messages.
     pub(crate) fn count(&mut self, what: &str) -> Parse<u32> {
         let token = self.peek(0);
         if token.kind != Kind::Number {
@@ -376,13 +376,13 @@ impl<'a> Parser<'a> {
                     Diagnostic::error(codes::NUMBER, format!("{what} is too large"))
                         .at(span, format!("more than {}", u32::MAX))
                 });
-                // The number is known to be one: parsing goes on with another.
+                // The token is a number, so parsing continues with another value.
                 Ok(u32::MAX)
             }
         }
     }
 
-    /// The value of a token of kind `Number`, or none beyond 64 bits.
+    /// The value of a token of kind `Number`; `None` if it exceeds 64 bits.
     pub(crate) fn number_at(&self, token: Token) -> Option<u64> {
         let text = slice(self.text, token);
         let (digits, radix) = match text.as_bytes() {
@@ -396,7 +396,7 @@ impl<'a> Parser<'a> {
         })
     }
 
-    /// A text in quotes, with its escapes resolved.
+    /// Parses a quoted text and resolves its escapes.
     pub(crate) fn text(&mut self, what: &str) -> Parse<String> {
         let token = self.peek(0);
         if !matches!(token.kind, Kind::Text | Kind::RawText) {
@@ -448,10 +448,10 @@ impl<'a> Parser<'a> {
         if self.dry { String::new() } else { value }
     }
 
-    // Going on after an error
+    // Error recovery
 
-    /// Reads the items between braces, one call of `item` for each, and goes on behind each that fails. `needs_break`: two items on one line are
-    /// parted by `;` (or `,` where a comma separates too).
+    /// Parses the items between braces. Calls `item` once for each and continues after each one that fails. `separators` tells how two
+    /// items on one line are separated.
     pub(crate) fn braced(
         &mut self,
         what: &str,
@@ -502,7 +502,7 @@ impl<'a> Parser<'a> {
         Ok(self.span_from(open.start))
     }
 
-    /// Between two items on one line something must part them, unless the first ended with a brace.
+    /// Requires a separator between two items on one line, unless the first ended with a brace.
     pub(crate) fn separated(&mut self, separators: Separators) {
         let next = self.peek(0);
         let is_parted = next.new_line
@@ -517,7 +517,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// A chart that begins a line inside of another, when the braces that are still to come do not close both.
+    /// Whether a chart begins a line inside another chart, and the remaining closing braces do not close both.
     fn begins_chart_inside(&mut self) -> bool {
         let is_chart = self.peek(0).new_line
             && (self.word(0) == "chart" && self.is_name_beside(1)
@@ -562,7 +562,7 @@ impl<'a> Parser<'a> {
         if self.end_reported {
             return;
         }
-        // One missing brace leaves all outer blocks open at the end too; that is one mistake.
+        // One missing brace also leaves all outer blocks open at the end. That is reported once.
         self.end_reported = self.kind(0) == Kind::End;
         let (open, here) =
             (self.span(open), span_of(self.file, self.previous_end, self.previous_end));
@@ -574,7 +574,8 @@ impl<'a> Parser<'a> {
         });
     }
 
-    /// True where, inside a step's body or a list, an item of the chart begins that can be nothing else: then a brace is missing.
+    /// Inside the body of a step or a list: whether the next tokens can only begin an item of the chart, which means that a brace is
+    /// missing.
     pub(crate) fn begins_outer_item(&self) -> bool {
         if !self.peek(0).new_line {
             return false;
@@ -601,7 +602,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Skips to the next line that no brace opened on the way reaches into. The token at byte `failed` is not where it begins.
+    /// Skips to the next line that is outside all braces opened during the skip. Parsing must not resume at byte `failed`.
     pub(crate) fn skip_to_line(&mut self, failed: u32) {
         let mut open = 0usize;
         loop {
@@ -618,8 +619,8 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Skips to a place where an item can begin: a word or an arrow at the start of a line, or behind `;`, outside of braces opened on the way; or
-    /// the closing brace of the block. The token at byte `failed` is no such place: it is where the item began that could not be read.
+    /// Skips to a place where an item can begin: a word or an arrow at the start of a line or after `;`, outside of braces opened during
+    /// the skip, or the closing brace of the block. Parsing must not resume at byte `failed`, where the item that could not be read began.
     pub(crate) fn skip_to_item(&mut self, failed: u32) {
         let mut open = 0usize;
         loop {
@@ -645,42 +646,42 @@ impl<'a> Parser<'a> {
     }
 }
 
-/// What parts the items of a block.
+/// How the items of a block are separated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Separators {
-    /// Nothing: each item shows where it ends.
+    /// No separator: the end of each item is unambiguous.
     None,
     /// `;` or a line break.
     Semicolon,
-    /// `,` too.
+    /// `,`, `;` or a line break.
     CommaToo,
-    /// As `CommaToo`, but items of a chart stand there as well, and the caller looks for what parts the others.
+    /// Like `CommaToo`, but the block also contains items of the chart. The caller checks the separators between the others.
     Mixed,
 }
 
 impl Separators {
-    /// A comma parts items as a semicolon does.
+    /// Whether a comma separates items.
     fn has_comma(self) -> bool {
         matches!(self, Separators::CommaToo | Separators::Mixed)
     }
 
-    /// Two items on one line must be parted, and no item of the chart stands there.
+    /// Whether two items on one line must be separated, and no item of the chart is allowed between them.
     fn are_needed(self) -> bool {
         matches!(self, Separators::Semicolon | Separators::CommaToo)
     }
 }
 
-/// A span of this file.
+/// A span in this file.
 pub(crate) fn span_of(file: FileId, start: u32, end: u32) -> Span {
     Span { file, start, end }
 }
 
-/// The text of a token, cut where it is long.
+/// The text of a token, shortened if it is long.
 pub(crate) fn slice_short(text: &str, token: Token) -> String {
     short(slice(text, token))
 }
 
-/// A text for a message: its first 40 characters, up to the end of the line.
+/// A text shortened for a message: its first 40 characters, at most to the end of the line.
 pub(crate) fn short(text: &str) -> String {
     let mut shown: String =
         text.chars().take(40).take_while(|c| *c != '\n').filter(|c| !c.is_control()).collect();
@@ -690,7 +691,7 @@ pub(crate) fn short(text: &str) -> String {
     shown
 }
 
-/// A token in a message.
+/// Describes a token in a message.
 fn describe(text: &str, token: Token) -> String {
     match token.kind {
         Kind::End => "the end of the text".to_owned(),

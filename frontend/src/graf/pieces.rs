@@ -1,4 +1,4 @@
-//! Single items of a chart as text, and the words of such a text: what a comparison of two charts shows and compares.
+//! Writes single items of a chart as text, and splits such a text into words. A comparison of two charts uses both.
 
 use super::lexer::Lexer;
 use super::token::Kind;
@@ -9,20 +9,20 @@ use grafsynth_ir::chart::{Chart, Item, Library};
 /// A token of a canonical text.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Word {
-    /// A name, without its backquotes, or a word of the language.
+    /// A name without its backquotes, or a keyword.
     Name(String),
-    /// Everything else, as it is written.
+    /// Any other token, as written.
     Sign(String),
 }
 
-/// Writes items of one chart in the canonical form, one at a time.
+/// Writes single items of one chart in the canonical form.
 #[derive(Debug, Default)]
 pub struct ItemWriter {
     text: Text,
 }
 
 impl ItemWriter {
-    /// For the items of a chart or library chart, of which `items` are the outermost.
+    /// Creates a writer for a chart or library chart with these outermost items.
     #[must_use]
     pub fn new(items: &[Item]) -> Self {
         let mut text = Text::default();
@@ -30,7 +30,7 @@ impl ItemWriter {
         ItemWriter { text }
     }
 
-    /// An item with all that is in it, without a line break at its end. `is_region`: its parent is a parallel state.
+    /// Writes an item with its contents, without a final line break. `is_region` means that its parent is a parallel state.
     #[must_use]
     pub fn item(&self, item: &Item, is_region: bool) -> String {
         self.with(|writer| {
@@ -42,13 +42,13 @@ impl ItemWriter {
         })
     }
 
-    /// A chart with all that is in it.
+    /// Writes a chart with its contents.
     #[must_use]
     pub fn chart(&self, chart: &Chart) -> String {
         self.with(|writer| writer.chart(chart))
     }
 
-    /// A library chart with all that is in it, without its certificate.
+    /// Writes a library chart with its contents, without its certificate.
     #[must_use]
     pub fn library(&self, library: &Library) -> String {
         self.with(|writer| writer.library(library))
@@ -61,7 +61,7 @@ impl ItemWriter {
     }
 }
 
-/// The words of a canonical text. Line breaks and the `;` that replaces them on one line are not among them, so that two layouts have the same words.
+/// The words of a canonical text, without line breaks and the `;` that replaces them, so that two layouts have the same words.
 #[must_use]
 pub fn words(text: &str) -> Vec<Word> {
     let mut lexer = Lexer::new(text);

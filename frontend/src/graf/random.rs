@@ -1,11 +1,11 @@
-//! Random designs for the tests: every form of the language, in shapes that can be read back.
+//! Random designs for the tests, with every form of the language, that can be read back.
 
 use grafsynth_ir::chart::*;
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
 use grafsynth_ir::net::{Meta, Policy, Qualifier, SHARINGS, Schedule, Side, Verbatim};
 use grafsynth_ir::{Name, Span};
 
-/// A small generator (splitmix64): tests need no more, and must not depend on a crate's version.
+/// A small generator (splitmix64). The tests need no more, and must not depend on the version of a crate.
 pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
@@ -377,9 +377,9 @@ fn transition(r: &mut Random) -> Transition {
         actions: if r.chance(30) { block(r, 2) } else { Vec::new() },
         meta: meta(r),
     };
-    // A reaction names its step.
+    // A reaction must name its step.
     let is_internal = made.is_internal && !(made.sources.is_empty() && made.targets.is_empty());
-    // What has no target is a sink, or a reaction of a statechart.
+    // A transition without a target is a sink, or a reaction of a statechart.
     let is_sink = made.targets.is_empty() && !made.sources.is_empty() && !is_internal;
     Transition { is_internal, is_sink, ..made }
 }
@@ -405,7 +405,7 @@ fn step(r: &mut Random, roles: &[StepRole]) -> Step {
     }
 }
 
-/// A step in whose body others lie: its one priority stands first.
+/// A step that contains others. Its single priority comes first.
 fn outer_step(r: &mut Random, roles: &[StepRole]) -> Step {
     let mut made = step(r, roles);
     made.body.retain(|item| !matches!(item.kind, StepItemKind::Priority(_)));
@@ -534,7 +534,7 @@ fn item(r: &mut Random, depth: usize) -> Item {
     }
 }
 
-/// A library chart with what lies in a chart.
+/// A library chart with the items of a chart.
 fn library(r: &mut Random, chart: fn(&mut Random) -> Chart) -> Library {
     let label = name(r.pick(&["conveyor", "certificate", "a b"]));
     let parameters = r.list(9, |r| {
@@ -578,7 +578,7 @@ fn library(r: &mut Random, chart: fn(&mut Random) -> Chart) -> Library {
     Library { name: label, parameters, items, certificate, span: Span::default(), meta }
 }
 
-/// A design of one or two charts whose numbers are declared.
+/// A design of one or two charts with declared numbers.
 pub(crate) fn design(r: &mut Random) -> Design {
     let chart = |r: &mut Random| {
         let mut items: Vec<Item> = NUMBERS

@@ -1,4 +1,4 @@
-//! Laws of the writer and the formatter, and broken input.
+//! Properties of the writer and the formatter, and tests with invalid input.
 
 use std::fmt::Write;
 
@@ -12,19 +12,19 @@ use super::tests::TRUCK;
 use super::token::Kind;
 use super::*;
 
-/// A design without its places, as text: what two designs of one meaning share.
+/// A design without its spans, as text. Two designs with the same meaning have the same text.
 fn meaning(design: &Design) -> String {
     let text = format!("{design:#?}");
     let mut out = String::new();
     let mut rest = text.as_str();
     while let Some(at) = rest.find("Span {") {
         out.push_str(&rest[..at]);
-        // `Span { file: FileId(0), start: 1, end: 2 }` holds no brace.
+        // `Span { file: FileId(0), start: 1, end: 2 }` contains no brace.
         let end = rest[at..].find('}').unwrap();
         out.push_str("Span");
         rest = &rest[at + end + 1..];
     }
-    // An empty name's text and its kind stay, so nothing but places is lost.
+    // The text and kind of an empty name stay, so only spans are removed.
     out.push_str(rest);
     out
 }
@@ -48,7 +48,7 @@ fn assert_same_meaning(left: &Design, right: &Design, text: &str) {
     assert_eq!(left.len(), right.len(), "{text}");
 }
 
-/// What the formatter promises of a text that can be read.
+/// Checks what the formatter guarantees for a text that can be read.
 #[track_caller]
 fn check_format(text: &str) -> String {
     let before = read(text);
@@ -74,7 +74,7 @@ fn check_format(text: &str) -> String {
     once
 }
 
-/// The same text with comments and line breaks between its tokens, where they change nothing.
+/// The same text with comments and line breaks between its tokens, where they do not change the meaning.
 fn with_comments(text: &str, r: &mut Random, percent: usize) -> String {
     let mut lexer = Lexer::new(text);
     let (mut out, mut last, mut n) = (String::new(), 0, 0);
@@ -82,7 +82,7 @@ fn with_comments(text: &str, r: &mut Random, percent: usize) -> String {
     loop {
         let token = lexer.next(&mut |_, _| {}, &mut |_| {});
         let (start, end) = (token.start as usize, token.end as usize);
-        // A new line may end an item: only where one is, or where nothing can end.
+        // A new line may end an item, so it is only added where one is, or where nothing can end.
         let is_safe = token.new_line
             || matches!(
                 previous,
@@ -190,7 +190,7 @@ proptest! {
         let text = write_design(&design);
         let parsed = read(&text);
         assert_same_meaning(&design, &parsed.design.unwrap(), &text);
-        // Written without a source it is canonical, but for the blank lines that a source may lack.
+        // Text written without a source is canonical, except for blank lines that a source may lack.
         let again = check_format(&text);
         prop_assert_eq!(text, again);
     }
@@ -219,7 +219,7 @@ proptest! {
     }
 }
 
-/// A reader of text that gives findings.
+/// A reader that returns findings.
 type Reader = fn(&str) -> Vec<Diagnostic>;
 
 #[test]
@@ -246,7 +246,7 @@ Input m, b\nOutput R, Z\nMarking p1\nTransitions:\nt1: p1*m*/b |- @p2*R\nt2: p2*
     }
 }
 
-/// Byte flips, cuts, repeats, brackets.
+/// Flips, cuts or repeats bytes, or inserts brackets.
 pub(crate) fn broken(text: &str, r: &mut Random) -> String {
     let mut bytes = text.as_bytes().to_vec();
     for _ in 0..1 + r.below(6) {

@@ -1,4 +1,4 @@
-//! Steps with their bodies, transitions, and lists of statements.
+//! Parser of steps with their bodies, transitions, and lists of statements.
 
 use grafsynth_ir::chart::{
     ActionHow, Block, Expr, ForceOrder, Item, Length, Path, Step, StepCount, StepItem,
@@ -12,7 +12,7 @@ use super::parser::{Abandoned, Parse, Parser, Separators, short};
 use super::token::Kind;
 use crate::codes;
 
-/// The qualifiers as words behind an action, whether they take a duration.
+/// The qualifiers as words after an action, and whether they have a duration.
 pub(crate) const QUALIFIERS: [(&str, Qualifier, bool); 12] = [
     ("pulse", Qualifier::P, false),
     ("N", Qualifier::N, false),
@@ -32,16 +32,16 @@ pub(crate) const QUALIFIERS: [(&str, Qualifier, bool); 12] = [
 pub(crate) const CLAUSES: &[&str] =
     &["on", "when", "after", "priority", "restart", "deadline", "do", "req"];
 
-/// The target of a transition that leads nowhere, unless a step is called so.
+/// The target of a transition that activates no step, unless a step has this name.
 pub(crate) const SINK: &str = "sink";
 
-/// How the name of the event begins that tells of the completion of a state.
+/// Prefix of the event for the completion of a state.
 pub(crate) const DONE: &str = "done.state.";
 
 impl Parser<'_> {
     // Steps
 
-    /// `initial step p1 … { … }`, `entry exit step e`, `initial macro step m = fill`
+    /// Parses `initial step p1 … { … }`, `entry exit step e` or `initial macro step m = fill`.
     pub(crate) fn step_or_macro_step(&mut self, items: &mut Vec<Item>) -> Parse<()> {
         let start = self.peek(0).start;
         let (mut is_initial, mut is_entry, mut is_exit) = (false, false, false);
@@ -78,12 +78,12 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// The part that these words give a step.
+    /// The role that these words give a step.
     fn step_role(&mut self, is_initial: bool, is_entry: bool, is_exit: bool) -> Parse<StepRole> {
         if is_initial && (is_entry || is_exit) {
             return Err(self.misplaced(
                 "a step of a macro cannot be initial",
-                "write `initial macro step NAME = MACRO` where the macro is used: its entry step is then initial",
+                "write `initial macro step NAME = MACRO` where the macro is used, so that its entry step is initial",
             ));
         }
         Ok(match (is_initial, is_entry, is_exit) {
@@ -110,7 +110,7 @@ impl Parser<'_> {
         Ok(step)
     }
 
-    /// What stands before the body of a step, at the word before its name. A priority said here stands first in the body.
+    /// Parses the part of a step before its body, at the word before its name. A priority given here becomes the first item of the body.
     pub(crate) fn step_head(&mut self, role: StepRole) -> Parse<Step> {
         self.advance();
         let name = self.name("the name of the step")?;
@@ -124,7 +124,7 @@ impl Parser<'_> {
                 && self.kind(1) == Kind::Number
                 && !self.peek(0).new_line
             {
-                // Said on the head, it means what it means in the body.
+                // A priority in the head has the same meaning as in the body.
                 let at = self.advance().start;
                 let value = self.count("a priority")?;
                 let span = self.span_from(at);
@@ -153,14 +153,14 @@ impl Parser<'_> {
         Ok(Step { name, role, activation_link, count, body, meta })
     }
 
-    /// `count 0..5 = 2`
+    /// Parses `count 0..5 = 2`.
     fn step_count(&mut self) -> Parse<StepCount> {
         let start = self.advance().start;
         let least = self.peek(0);
         let bounds = self.span(least);
         if self.count("the smallest number")? != 0 {
             self.report(|| {
-                Diagnostic::error(codes::RANGE, "the number of activations begins at 0")
+                Diagnostic::error(codes::RANGE, "the number of activations must begin at 0")
                     .at(bounds, "an inactive step has 0")
                     .fix(bounds, "0")
             });
@@ -171,7 +171,7 @@ impl Parser<'_> {
         if max == 0 {
             self.report(|| {
                 Diagnostic::error(codes::RANGE, "a step with at most 0 activations is never active")
-                    .at(most, "1 at least")
+                    .at(most, "at least 1")
             });
             max = 1;
         }
@@ -196,12 +196,16 @@ impl Parser<'_> {
                 self.advance();
                 let events = self.events()?;
                 let guard = if self.eat_word("when") { Some(self.expr()?) } else { None };
-                StepItemKind::On { events, guard, actions: self.block("what is done")? }
+                StepItemKind::On { events, guard, actions: self.block("the statements")? }
             }
             "when" => {
                 self.advance();
                 let guard = Some(self.expr()?);
-                StepItemKind::On { events: Vec::new(), guard, actions: self.block("what is done")? }
+                StepItemKind::On {
+                    events: Vec::new(),
+                    guard,
+                    actions: self.block("the statements")?,
+                }
             }
             "priority" if next == Kind::Number => {
                 self.advance();
@@ -243,13 +247,13 @@ impl Parser<'_> {
         Ok(StepItem { kind, span: self.span_from(start) })
     }
 
-    /// A name that may be one of another chart; its dots belong to it.
+    /// Parses a name that may belong to another chart; the dots are part of it.
     fn dotted(&mut self, what: &str) -> Parse<Name> {
         let path = self.path(what)?;
         Ok(Name::new(path.to_string(), path.span()))
     }
 
-    /// Events, each by its name; `p.done` is the completion of a state, `done.state.p` in a net.
+    /// Parses events by name. `p.done` is the completion of a state, which is `done.state.p` in a net.
     fn events(&mut self) -> Parse<Vec<Name>> {
         let mut names = Vec::new();
         loop {
@@ -271,7 +275,7 @@ impl Parser<'_> {
         }
     }
 
-    /// `set R`, `reset R if c`
+    /// Parses `set R` or `reset R if c`.
     fn latch(&mut self, qualifier: Qualifier) -> Parse<StepItemKind> {
         self.advance();
         let target = self.dotted("the name of an output")?;
@@ -292,7 +296,7 @@ impl Parser<'_> {
         Ok(None)
     }
 
-    /// `R`, `R if c`, `R after 3 s`, `R SD 3 s`, `speed(5)`
+    /// Parses `R`, `R if c`, `R after 3 s`, `R SD 3 s` or `speed(5)`.
     fn action(&mut self) -> Parse<StepItemKind> {
         if !self.is_name(0) {
             return Err(self.unexpected("an action"));
@@ -320,7 +324,8 @@ impl Parser<'_> {
         Ok(StepItemKind::Action { target, arguments, how, condition })
     }
 
-    /// `pump = 1` in a step, where `pump` is an output: what is meant is `pump`, or nothing for `pump = 0`. None if it is something else.
+    /// Reports `pump = 1` in a step, if `pump` is an output, and reads it as `pump`, or as nothing for `pump = 0`. `None` if it is
+    /// something else.
     fn output_assigned(&mut self) -> Option<Parse<StepItemKind>> {
         let token = self.peek(0);
         let name = super::numbers::name_of(self.text, token);
@@ -368,7 +373,7 @@ impl Parser<'_> {
                 }
             }));
         }
-        // What parts it from the next item goes too.
+        // The separator after the item is removed too.
         let next = self.peek(1);
         if matches!(self.kind(0), Kind::Semicolon | Kind::Comma) && !next.new_line {
             span.end = next.start;
@@ -385,7 +390,7 @@ impl Parser<'_> {
                 "",
             )
             .at(place, "off unless an active step names it")
-            .help(format!("leave `{shown} {sign} {value}` out"))
+            .help(format!("remove `{shown} {sign} {value}`"))
             .fix(span, "")
         });
         Some(Err(Abandoned))
@@ -426,7 +431,7 @@ impl Parser<'_> {
             });
             return Err(Abandoned);
         }
-        // Anything else is the next action on the same line; what parts them is missing, and reported by the block.
+        // Anything else is the next action on the same line. The block reports the missing separator.
         Ok(ActionHow::Bare)
     }
 
@@ -445,7 +450,7 @@ impl Parser<'_> {
         Ok(arguments)
     }
 
-    /// `force g { s3 }`, `force g init`, `force g hold`
+    /// Parses `force g { s3 }`, `force g init` or `force g hold`.
     fn force(&mut self) -> Parse<StepItemKind> {
         self.advance();
         let target = self.path("the name of a chart")?;
@@ -463,7 +468,7 @@ impl Parser<'_> {
                 self.braced("the situation", Separators::CommaToo, &mut |parser| {
                     let path = parser.path("the name of a step")?;
                     parser.keep(&mut steps, path);
-                    // Steps of a situation may stand beside each other.
+                    // Steps of a situation need no separator.
                     while parser.is_name_beside(0) {
                         let path = parser.path("the name of a step")?;
                         parser.keep(&mut steps, path);
@@ -476,7 +481,7 @@ impl Parser<'_> {
         Ok(StepItemKind::Force { target, order })
     }
 
-    /// `code c "…"`
+    /// Parses `code c "…"`.
     fn verbatim(&mut self) -> Parse<Verbatim> {
         self.advance();
         let language = self.name("the name of a target language")?.text;
@@ -486,7 +491,7 @@ impl Parser<'_> {
 
     // Transitions
 
-    /// `[name:] SOURCES -> TARGETS` and its clauses
+    /// Parses `[name:] SOURCES -> TARGETS` and its clauses.
     pub(crate) fn transition(&mut self) -> Parse<Transition> {
         let start = self.peek(0).start;
         let mut transition = Transition::default();
@@ -495,7 +500,7 @@ impl Parser<'_> {
             self.advance();
         }
         if self.word(0) == "in" && self.is_name_beside(1) {
-            // A reaction: it does not leave its step.
+            // A reaction does not leave its step.
             self.advance();
             self.paths(&mut transition.sources)?;
             transition.is_internal = true;
@@ -526,7 +531,7 @@ impl Parser<'_> {
         self.transition_rest(start, transition)
     }
 
-    /// `a -> b -> c` is two transitions, of which the second leaves no step: hardly ever what is meant.
+    /// Reports `a -> b -> c`: these are two transitions, and the second leaves no step, which is rarely intended.
     fn second_arrow(&mut self, transition: &Transition) {
         let arrow = self.peek(0);
         if arrow.kind != Kind::Arrow || arrow.new_line || transition.sources.is_empty() {
@@ -547,7 +552,7 @@ impl Parser<'_> {
         });
     }
 
-    /// `a -> sink`, where no step of the source is called so.
+    /// Whether this is `a -> sink`, and no step of the source is named `sink`.
     fn is_sink(&self, transition: &Transition) -> bool {
         let [target] = transition.targets.as_slice() else { return false };
         let [name] = target.names.as_slice() else { return false };
@@ -573,16 +578,16 @@ impl Parser<'_> {
         }
     }
 
-    /// True where a clause of a transition begins: a word that is followed by what the clause needs.
+    /// Whether a clause of a transition begins here: a word followed by what the clause requires.
     fn begins_clause(&self) -> bool {
         let next = self.kind(1);
         match self.word(0) {
             "when" => !matches!(next, Kind::Ampersand | Kind::Colon | Kind::Arrow | Kind::Dot),
-            // `a -> on when b` goes to a step named `on`.
+            // `a -> on when b` leads to a step named `on`.
             "on" => self.is_name_beside(1) && !CLAUSES.contains(&self.word(1)),
             "after" if self.is_name_beside(1) => !CLAUSES.contains(&self.word(1)),
             "after" | "deadline" => matches!(next, Kind::Number | Kind::Fraction),
-            // On a line of its own it is the chart's.
+            // On a line of its own it belongs to the chart.
             "priority" => next == Kind::Number && !self.peek(0).new_line,
             "restart" => {
                 self.peek(1).new_line
@@ -594,7 +599,7 @@ impl Parser<'_> {
         }
     }
 
-    /// True at the word `internal` behind a target; it is no declaration of an internal event.
+    /// Whether the word `internal` after a target is a clause, and not the declaration of an internal event.
     fn begins_internal(&self) -> bool {
         self.word(0) == "internal"
             && !self.peek(0).new_line
@@ -677,7 +682,7 @@ impl Parser<'_> {
         self.clause_misspelt()
     }
 
-    /// A word on the same line behind a transition can only have been meant as a clause.
+    /// Reports an unknown word on the same line after a transition, which can only be a misspelt clause.
     fn clause_misspelt(&mut self) -> Parse<()> {
         if !self.is_name_beside(0)
             || matches!(self.kind(1), Kind::Colon | Kind::Arrow | Kind::Ampersand | Kind::Dot)
@@ -705,7 +710,7 @@ impl Parser<'_> {
 
     // Statements
 
-    /// `{ n := n + 1; raise e }`
+    /// Parses `{ n := n + 1; raise e }`.
     pub(crate) fn block(&mut self, what: &str) -> Parse<Block> {
         let mut block = Block::new();
         self.braced(what, Separators::Semicolon, &mut |parser| {
@@ -761,7 +766,7 @@ impl Parser<'_> {
     fn conditional(&mut self) -> Parse<StmtKind> {
         self.advance();
         let condition = self.expr()?;
-        let then = self.block("what is done if it is true")?;
+        let then = self.block("the statements of this branch")?;
         let mut otherwise = Block::new();
         if self.eat_word("else") {
             if self.word(0) == "if" {
@@ -771,13 +776,13 @@ impl Parser<'_> {
                 self.keep(&mut otherwise, stmt);
                 otherwise.shrink_to_fit();
             } else {
-                otherwise = self.block("what is done if it is false")?;
+                otherwise = self.block("the statements of `else`")?;
             }
         }
         Ok(StmtKind::If { condition, then, otherwise })
     }
 
-    /// `n := 1`, `v[i] := 1`, and `f(1)` for `call f(1)`
+    /// Parses `n := 1`, `v[i] := 1`, or `f(1)` as a short form of `call f(1)`.
     fn assignment(&mut self) -> Parse<StmtKind> {
         if !self.is_name(0) {
             return Err(self.unexpected("a statement"));

@@ -1,4 +1,4 @@
-//! The parser, form by form.
+//! Tests of the parser, one for each form.
 #![expect(clippy::wildcard_enum_match_arm, reason = "each test names what it expects")]
 
 use grafsynth_ir::FileId;
@@ -11,7 +11,7 @@ use grafsynth_ir::net::Qualifier;
 
 use super::*;
 
-/// The example of the language's reference.
+/// The example of the language reference.
 pub(crate) const TRUCK: &str = r#"chart truck {                              # the seed's truck: Fig. 1 of 004
     tick 10 ms
     conflict priority-age                  # all | priority | priority-age | inner-first | outer-first
@@ -34,7 +34,7 @@ pub(crate) const TRUCK: &str = r#"chart truck {                              # t
 }
 "#;
 
-/// The items of a chart that must have no finding.
+/// The items of a chart, which must have no finding.
 #[track_caller]
 fn items(body: &str) -> Vec<Item> {
     let text = format!("chart c {{\n{body}\n}}");
@@ -43,7 +43,7 @@ fn items(body: &str) -> Vec<Item> {
     parsed.design.unwrap().charts.remove(0).items
 }
 
-/// Codes of the findings of a chart's body, and the text each points at.
+/// The codes of the findings in the body of a chart, and the text at each.
 fn findings(body: &str) -> Vec<(String, String)> {
     let text = format!("chart c {{\n{body}\n}}");
     codes_of(&text)
@@ -314,15 +314,15 @@ fn transitions_with_all_clauses() {
     let sink = transition("t: a -> sink");
     assert!(sink.targets.is_empty() && sink.guard.is_none());
     assert!(transition("a -> sink when x").targets.is_empty());
-    // Where a step is called so, the word is its name; in backquotes it always is.
+    // If a step is named `sink`, the word is that name. In backquotes it always is.
     assert_eq!(transition("step sink\na -> sink").targets.len(), 1);
     assert_eq!(transition("a -> `sink`").targets.len(), 1);
     assert_eq!(findings("a -> when x"), [("G0121".to_owned(), "->".to_owned())]);
-    // A line break ends the targets, and words of clauses are names where they can be nothing else.
+    // A line break ends the targets. Keywords of clauses are names where they can be nothing else.
     let both =
         items("conflict inner-first\na ->\nwhen -> after & do\non: x -> y\nstep: entry -> macro");
     assert_eq!(both.len(), 5);
-    // Clauses go on in the next line, but a priority there is the chart's.
+    // Clauses may continue on the next line, but a priority there belongs to the chart.
     let both = items("a -> b\n  when x\n  do { n := 1 }\npriority 3");
     assert!(
         matches!((&both[0], &both[1], both.len()), (Item::Transition(t), Item::Setting(_), 2) if t.guard.is_some())
@@ -497,7 +497,7 @@ fn unclosed_blocks_are_one_error_each() {
 
 #[test]
 fn limits_hold() {
-    // 100 000 open brackets of each kind: an error, no overflow of the stack, no flood.
+    // 100 000 opening brackets of each kind cause an error, but no stack overflow and no flood of messages.
     for open in ["(", "not ", "/", "-", "↑", "a[", "if a then ", "rise("] {
         let text = format!("chart c {{ x -> y when {}\n a -> b }}", open.repeat(100_000));
         let found = codes_of(&text);

@@ -1,32 +1,32 @@
 //! Tokens of the chart language.
 
-/// A token: its kind and the bytes it covers. 12 bytes, so that looking ahead costs nothing.
+/// A token: its kind and its byte range. It takes 12 bytes, so lookahead is cheap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Token {
-    /// What it is.
+    /// The kind of token.
     pub(crate) kind: Kind,
-    /// True when a line break lies between it and the token before it.
+    /// Whether a line break precedes the token.
     pub(crate) new_line: bool,
-    /// First byte.
+    /// Offset of the first byte.
     pub(crate) start: u32,
-    /// One past the last byte.
+    /// Offset after the last byte.
     pub(crate) end: u32,
 }
 
-/// Kinds of tokens. Words are not told apart here: the language has hardly any reserved ones.
+/// Kinds of tokens. Keywords are not distinguished from names here, because the language reserves very few words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// An identifier or a word of the language.
+    /// An identifier or a keyword.
     Word,
-    /// A name in backquotes, which is never a word of the language.
+    /// A name in backquotes, which is never a keyword.
     Quoted,
     /// `12`, `0x1f`, `0b101`.
     Number,
-    /// `1.5`, which only durations use.
+    /// `1.5`; only durations use it.
     Fraction,
     /// `"text"`.
     Text,
-    /// `"""text"""`, taken as it stands.
+    /// `"""text"""`, without escapes.
     RawText,
     /// `(`
     Open,
@@ -88,11 +88,11 @@ pub(crate) enum Kind {
     AndSign,
     /// `∨`
     OrSign,
-    /// `|-`, of rules text
+    /// `|-`, used in rules text.
     Yields,
-    /// `@`, of rules text
+    /// `@`, used in rules text.
     At,
-    /// A character without a meaning; it was reported when it was read.
+    /// An unexpected character, reported when it was read.
     Unknown,
     /// The end of the text.
     End,

@@ -1,7 +1,8 @@
-//! Designs to text: the one canonical form, with the comments and blank lines of a source where there is one.
+//! Writes a design in its canonical form, with the comments and blank lines of its source if there is one.
 //!
-//! Four spaces a level, 100 columns, one item a line; a short body stands on the line of its step. Signs become words, lists are parted by `;`,
-//! declarations stay together as they were written. Comments keep their place between items; one inside an item moves above it.
+//! Four spaces per level, 100 columns, one item per line; a short body is on the line of its step. Signs become words, lists are separated
+//! by `;`, and declarations stay grouped as they were written. Comments keep their position between items; a comment inside an item moves
+//! above it.
 
 use super::Comment;
 use super::lexer::Lexer;
@@ -16,10 +17,10 @@ use grafsynth_ir::chart::{
     Item, Library, Macro, Step, StepItem, StepItemKind, StepRole, Stmt, StmtKind, Transition,
 };
 
-/// The width that lines are kept within where that is possible.
+/// The maximum line width, where it can be kept.
 pub(super) const WIDTH: usize = 100;
 
-/// One thing that stands outside of charts, or a chart.
+/// A chart, or one thing outside of charts.
 enum Part<'a> {
     Import(&'a Import),
     Library(&'a Library),
@@ -27,13 +28,13 @@ enum Part<'a> {
     Chart(&'a Chart),
 }
 
-/// The text that a design was read from.
+/// The text from which a design was read.
 pub(super) struct Source<'a> {
     pub(super) text: &'a str,
     pub(super) comments: &'a [Comment],
 }
 
-/// Writes a design; with a source, its comments and blank lines too.
+/// Writes a design. With a source, also writes its comments and blank lines.
 pub(super) fn write(design: &Design, source: Option<Source<'_>>) -> String {
     let mut writer = Writer { source, ..Writer::bare(Text::default()) };
     writer.design(design);
@@ -45,7 +46,7 @@ pub(super) struct Writer<'a> {
     indent: usize,
     pub(super) source: Option<Source<'a>>,
     next_comment: usize,
-    /// Where in the source that ends which was written last; none at the start of a block, where no blank line is kept.
+    /// End in the source of the part written last; `None` at the start of a block, where no blank line is kept.
     last_end: Option<u32>,
     pub(super) text: Text,
 }
@@ -90,19 +91,19 @@ impl Writer<'_> {
         text.trim_end().to_owned()
     }
 
-    /// Before something that begins at `start` and has no block of its own before `inner`: the comments up to `inner` on lines of their own, and a
-    /// blank line where the source has one.
+    /// Called before an item that begins at `start` and has no block of its own before `inner`. Writes the comments up to `inner` on their
+    /// own lines, and a blank line if the source has one.
     pub(super) fn before(&mut self, start: u32, inner: u32) {
         self.flush(start);
         self.keep_blank(start);
         if self.comment().is_some_and(|next| next.start < inner) {
-            // They stand inside, so no blank line of the source lies between them and what they move above.
+            // These comments are inside the item, so no blank line of the source separates them from the item that they move above.
             self.last_end = None;
             self.flush(inner);
         }
     }
 
-    /// The comments that begin before `limit`, on lines of their own.
+    /// Writes the comments that begin before `limit` on their own lines.
     fn flush(&mut self, limit: u32) {
         while let Some(span) = self.comment()
             && span.start < limit
@@ -126,7 +127,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Behind something that ends at `end`: a comment on the same line stays there.
+    /// Called after an item that ends at `end`. A comment on the same line stays there.
     pub(super) fn after(&mut self, end: u32) {
         self.last_end = Some(end);
         let Some(source) = &self.source else { return };
@@ -147,7 +148,7 @@ impl Writer<'_> {
         }
     }
 
-    /// True when a comment not yet written lies between both places.
+    /// Whether a comment that is not yet written is between the two positions.
     pub(super) fn has_comment(&self, start: u32, end: u32) -> bool {
         self.source.is_some() && self.comment().is_some_and(|next| next.start < end) && {
             let comments = self.source.as_ref().map_or(&[][..], |source| source.comments);
@@ -159,7 +160,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Start and end of the first token of this kind at or behind `from`, and `until` twice if none lies before it.
+    /// Start and end of the first token of this kind at or after `from`; `until` twice if there is none before it.
     pub(super) fn find(&self, kind: Kind, from: u32, until: u32) -> (u32, u32) {
         let Some(source) = &self.source else { return (until, until) };
         let mut lexer = Lexer::starting_at(source.text, from as usize);
@@ -174,7 +175,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Writes `head {`, the body a level deeper, and `}`. `from` lies before the opening brace, `end` is where the closing one ends.
+    /// Writes `head {`, the body one level deeper, and `}`. `from` is before the opening brace, `end` is the end of the closing one.
     pub(super) fn block(
         &mut self,
         head: &str,
@@ -185,7 +186,7 @@ impl Writer<'_> {
         self.line(&format!("{head} {{"));
         let (_, open_end) = self.find(Kind::OpenBrace, from, end);
         self.after(open_end);
-        // No blank line behind an opening brace, and none before a closing one.
+        // No blank line after an opening brace, and none before a closing one.
         self.last_end = None;
         self.indent += 1;
         body(self);
@@ -222,7 +223,7 @@ impl Writer<'_> {
         self.flush(u32::MAX);
     }
 
-    /// What stands in a source, in its order; without one files come first, and charts last.
+    /// The parts of a source in their order. Without a source, imports come first and charts last.
     fn parts<'d>(&self, design: &'d Design) -> Vec<Part<'d>> {
         let mut parts: Vec<Part<'d>> = design.imports.iter().map(Part::Import).collect();
         for library in &design.libraries {
@@ -264,12 +265,12 @@ impl Writer<'_> {
         self.items_of(items, false);
     }
 
-    /// Items of a chart or body; the states in a parallel one are its regions.
+    /// Writes the items of a chart or body. The states in a parallel state are its regions.
     pub(super) fn items_of(&mut self, items: &[Item], is_parallel: bool) {
         let mut at = 0;
         let mut class = None;
         while let Some(item) = items.get(at) {
-            // Without a source, what is of one kind stands together.
+            // Without a source, items of one kind are grouped.
             let this = class_of(item);
             if self.source.is_none()
                 && class.is_some_and(|last| last != this || this == Class::Block)
@@ -320,7 +321,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Something on one line, which holds no comment.
+    /// Writes a one-line item, which contains no comment.
     pub(super) fn simple(&mut self, span: Span, text: &str) {
         self.before(span.start, span.end);
         self.line(text);
@@ -329,7 +330,7 @@ impl Writer<'_> {
 
     // Declarations
 
-    /// The number of declarations, from the first of `items` on, that stand behind one keyword.
+    /// The number of declarations at the start of `items` that share one keyword.
     fn group(&self, items: &[Item]) -> usize {
         let first = match items.first() {
             Some(Item::Declaration(first)) => first,
@@ -372,7 +373,7 @@ impl Writer<'_> {
             declarations.iter().map(|declaration| self.text.declaration(declaration)).collect();
         let (start, end) = (first.meta.span.start, last.meta.span.end);
         if declarations.len() > 1 && self.has_comment(first.meta.span.end, end) {
-            // One a line, so that each comment stays beside what it speaks of.
+            // One per line, so that each comment stays beside its declaration.
             for (index, (declaration, piece)) in declarations.iter().zip(&pieces).enumerate() {
                 let comma = if index + 1 < pieces.len() { "," } else { "" };
                 let head = if index == 0 { format!("{keyword} ") } else { String::new() };
@@ -406,12 +407,12 @@ impl Writer<'_> {
         }
     }
 
-    /// The columns that a line has at this level.
+    /// The columns available on a line at this level.
     pub(super) fn room(&self) -> usize {
         WIDTH.saturating_sub(4 * self.indent)
     }
 
-    /// The first line here, the others a level deeper.
+    /// Writes the first line at this level, the others one level deeper.
     pub(super) fn filled(&mut self, lines: &[String]) {
         for (index, line) in lines.iter().enumerate() {
             self.indent += usize::from(index > 0);
@@ -423,14 +424,14 @@ impl Writer<'_> {
     // Steps
 
     fn step(&mut self, step: &Step) {
-        // A final state is one in which nothing lies.
+        // A final state is a state that contains no states.
         let word = if step.role == StepRole::Final { "state" } else { "step" };
         let head = step_head(&format!("{}{word}", role_words(step.role)), step);
         let body: Vec<&StepItem> = step.body.iter().collect();
         self.step_with_body(&head, step, &body);
     }
 
-    /// A head and a body of step items.
+    /// Writes a head and a body of step items.
     pub(super) fn step_with_body(&mut self, head: &str, step: &Step, body: &[&StepItem]) {
         let span = step.meta.span;
         let (open, _) = self.find(Kind::OpenBrace, step.name.span.end, span.end);
@@ -479,7 +480,7 @@ impl Writer<'_> {
         }
     }
 
-    /// `head { a; b }` on one line, or a line for each statement. `from` lies before the opening brace.
+    /// Writes `head { a; b }` on one line, or one line per statement. `from` is before the opening brace.
     pub(super) fn list(&mut self, head: &str, block: &Block, span: Span, from: u32) {
         let (open, _) = self.find(Kind::OpenBrace, from, span.end);
         self.before(span.start, open);
@@ -487,7 +488,7 @@ impl Writer<'_> {
             && let Some(text) = self.text.inline_list(block)
         {
             let text = format!("{head} {text}");
-            // A wrapped head brings its own indentation.
+            // A wrapped head contains its own indentation.
             let (room, last) = match text.rsplit_once('\n') {
                 Some((_, last)) => (WIDTH, last),
                 None => (self.room(), text.as_str()),
@@ -534,7 +535,7 @@ impl Writer<'_> {
         }
     }
 
-    /// `head { … } else { … }`, the head behind a brace where it is an `else if`.
+    /// Writes `head { … } else { … }`. For an `else if`, the head follows a closing brace.
     fn conditional(&mut self, head: &str, from: u32, then: &Block, otherwise: &Block, span: Span) {
         let (_, open_end) = self.find(Kind::OpenBrace, from, span.end);
         let (_, close_end) = self.find(
@@ -546,7 +547,7 @@ impl Writer<'_> {
         if otherwise.is_empty() {
             return;
         }
-        // `} else` stands on the line of the brace.
+        // `} else` is on the line of the brace.
         while self.out.ends_with('\n') {
             self.out.pop();
         }
@@ -562,7 +563,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Takes back the closing brace and its indentation, which the next head brings again.
+    /// Removes the closing brace and its indentation; the next head writes them again.
     fn close_to_else(&mut self) {
         self.out.pop();
         while self.out.ends_with(' ') {
@@ -597,7 +598,8 @@ impl Writer<'_> {
         }
     }
 
-    /// A long transition: its clauses on lines of their own. A priority stays on the first, where it cannot be taken for the chart's.
+    /// Writes a long transition with each clause on its own line. A priority stays on the first line, where it cannot be read as the
+    /// chart's.
     fn wrapped(
         &self,
         head: &str,
@@ -634,7 +636,7 @@ impl Writer<'_> {
         text
     }
 
-    // The rest
+    // Other items
 
     fn macro_body(&mut self, body: &Macro) {
         let (open, _) = self.find(Kind::OpenBrace, body.name.span.end, body.meta.span.end);
@@ -671,7 +673,7 @@ impl Writer<'_> {
                 for ((name, _), text) in board.pins.iter().zip(&pins) {
                     writer.before(name.span.start, name.span.end);
                     writer.line(text);
-                    // The number stands behind the name.
+                    // The number follows the name.
                     let (_, end) = writer.find(Kind::Number, name.span.end, board.span.end);
                     writer.after(end);
                 }
@@ -681,7 +683,7 @@ impl Writer<'_> {
     }
 }
 
-/// `WORDS NAME` of a step with what stands before its body.
+/// `WORDS NAME` of a step, with the parts before its body.
 pub(super) fn step_head(words: &str, step: &Step) -> String {
     let mut head = format!("{words} {}", names::name(&step.name.text, Position::Step));
     if step.activation_link {
@@ -697,12 +699,12 @@ pub(super) fn step_head(words: &str, step: &Step) -> String {
     head
 }
 
-/// Clauses that on a line of their own would begin an item of the chart.
+/// Whether a clause on a line of its own would be read as an item of the chart.
 fn stays_on_first_line(clause: &str) -> bool {
     clause.starts_with("priority ") || clause == "internal"
 }
 
-/// What stands together when a design is written without a source.
+/// Groups of items in a design that is written without a source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Class {
     Setting,
@@ -728,7 +730,8 @@ fn class_of(item: &Item) -> Class {
     }
 }
 
-/// Pieces joined within `room` columns: the first line begins with `head`, `between` ends each piece but the last, `lead` begins each but the first.
+/// Joins pieces within `room` columns. The first line begins with `head`, `between` ends each piece but the last, `lead` begins each but
+/// the first.
 pub(super) fn fill(
     head: &str,
     pieces: &[String],
@@ -744,7 +747,7 @@ pub(super) fn fill(
             if index > 0 { lead } else { "" },
             if index + 1 < pieces.len() { between } else { "" }
         );
-        // Later lines stand a level deeper.
+        // Later lines are indented one level deeper.
         let room = if lines.is_empty() { room } else { room.saturating_sub(4) };
         if index == 0 {
             line.push_str(&text);
@@ -759,7 +762,7 @@ pub(super) fn fill(
     lines
 }
 
-/// Short declarations share a line when there is no source to follow.
+/// Whether the declaration is short: short declarations share a line if there is no source to follow.
 fn is_short(declaration: &Declaration) -> bool {
     declaration.meta.req.is_empty()
         && match &declaration.kind {

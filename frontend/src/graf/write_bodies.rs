@@ -1,4 +1,4 @@
-//! Enclosing steps and states as text: what the step does and what lies in it stand between the same braces, in the order of the source.
+//! Writes enclosing steps and states. The actions of the step and its contents share one pair of braces, in source order.
 
 use grafsynth_ir::Span;
 use grafsynth_ir::chart::{
@@ -10,12 +10,12 @@ use super::token::Kind;
 use super::write::{Writer, step_head};
 use super::write_text::{attributes, role_words};
 
-/// One thing between the braces.
+/// One part of the body.
 enum Piece<'a> {
     Does(&'a StepItem),
     Initial(&'a [Path], &'a Block),
     History(&'a History),
-    /// These of the items.
+    /// A range of the items.
     Lies(std::ops::Range<usize>),
 }
 
@@ -27,7 +27,7 @@ impl Writer<'_> {
         self.with_content(&head, &enclosing.step, pieces, &enclosing.items, false);
     }
 
-    /// A state; in a parallel one it is a region.
+    /// Writes a state; inside a parallel state it is a region.
     pub(super) fn state(&mut self, state: &State, is_region: bool) {
         let word = match (state.is_parallel, is_region && state.step.role == StepRole::Plain) {
             (true, _) => "parallel",
@@ -50,7 +50,7 @@ impl Writer<'_> {
         self.with_content(&head, &state.step, pieces, &state.items, state.is_parallel);
     }
 
-    /// What stands between the braces of a chart.
+    /// Writes the body of a chart.
     pub(super) fn content_of_chart(&mut self, chart: &Chart) {
         let content = Block::new();
         let mut pieces = Vec::new();
@@ -100,7 +100,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The pieces and the items as the source has them; without one, items come last.
+    /// The pieces and the items in source order. Without a source, items come last.
     fn in_order<'p>(&self, pieces: Vec<Piece<'p>>, items: &[Item]) -> Vec<Piece<'p>> {
         let Some(_) = self.source else {
             let mut all = pieces;
@@ -120,7 +120,7 @@ impl Writer<'_> {
         all.sort_by_key(|(start, _)| *start);
         let mut joined: Vec<Piece<'p>> = Vec::new();
         for (_, piece) in all {
-            // Declarations behind one keyword are written together.
+            // Declarations with one shared keyword are written together.
             if let (Some(Piece::Lies(last)), Piece::Lies(next)) = (joined.last_mut(), &piece)
                 && last.end == next.start
             {
@@ -132,7 +132,7 @@ impl Writer<'_> {
         joined
     }
 
-    /// `initial -> a do { … }`; its places are those of its targets and its list, so the word is looked for before them.
+    /// Writes `initial -> a do { … }`. Its span covers only the targets and the list, so the keyword is searched before them.
     fn initial(&mut self, targets: &[Path], content: &Block, limit: u32) {
         let first = targets.first().map_or(Span::default(), Path::span);
         let last = targets.last().map_or(first, Path::span);
@@ -161,7 +161,7 @@ impl Writer<'_> {
         self.head_and_content(&head, &history.content, history.meta.span, from);
     }
 
-    /// A head, and `do { … }` where there is content.
+    /// Writes a head, and `do { … }` if there is content.
     fn head_and_content(&mut self, head: &str, content: &Block, span: Span, from: u32) {
         if content.is_empty() {
             self.simple(span, head);
@@ -171,7 +171,8 @@ impl Writer<'_> {
     }
 }
 
-/// The head and what stands in the body. There `priority` would be that of what lies in it; the step's stands before the brace.
+/// The head and the items of the body. A `priority` in the body would be read as that of an inner item, so the priority of the step is
+/// written before the brace.
 fn head_and_body<'s>(words: &str, step: &'s Step) -> (String, Vec<&'s StepItem>) {
     let mut head = step_head(words, step);
     let mut body = Vec::with_capacity(step.body.len());

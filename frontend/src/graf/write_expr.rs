@@ -1,4 +1,4 @@
-//! Expressions to text: with words instead of signs, and parentheses only where the tree needs them.
+//! Writes expressions with words instead of signs, and with parentheses only where they are needed.
 
 use std::collections::BTreeSet;
 
@@ -7,7 +7,7 @@ use grafsynth_ir::expr::{ArithOp, ExprKind};
 
 use super::names::{self, Position};
 
-/// How tightly the surroundings bind, loosest first.
+/// Precedence of the context, lowest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Level {
     Open,
@@ -20,12 +20,12 @@ enum Level {
     Prefix,
 }
 
-/// Writes expressions of one design.
+/// Writes the expressions of one design.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ExprWriter {
     /// Names that are written with parentheses.
     pub(crate) conditions: BTreeSet<String>,
-    /// Junctions and negations in the signs of Grafcet: `a*/b + c`.
+    /// Write junctions and negations in the signs of Grafcet: `a*/b + c`.
     pub(crate) signs: bool,
 }
 
@@ -44,7 +44,8 @@ impl ExprWriter {
         out
     }
 
-    /// The operands of the outermost junction with the word between them, for breaking long lines; none when there is no junction.
+    /// The operands of the outermost junction and the word that joins them, for breaking long lines; `None` if the expression is not a
+    /// junction.
     pub(crate) fn junction(&self, expr: &Expr) -> Option<(&'static str, Vec<String>)> {
         let (word, operands, level) = match &expr.kind {
             ExprKind::And(operands) => ("and ", operands, Level::Not),
@@ -84,7 +85,7 @@ impl ExprWriter {
                     Level::And
                 }
             }
-            // One operand is that operand.
+            // A junction of one operand is that operand.
             ExprKind::Or(all) | ExprKind::And(all) => {
                 match all.first() {
                     Some(only) => self.write(out, only, within),
@@ -106,7 +107,7 @@ impl ExprWriter {
             ExprKind::Compare(..) => Level::Compare,
             ExprKind::Arith(ArithOp::Add | ArithOp::Sub, ..) => Level::Add,
             ExprKind::Arith(ArithOp::Mul | ArithOp::Div | ArithOp::Mod, ..) => Level::Mul,
-            // A duration before a slash would begin a delay.
+            // A duration before a slash would be read as a delay.
             ExprKind::Leaf(Leaf::Duration(_) | Leaf::Delay(..)) => Level::Add,
             ExprKind::Bool(_)
             | ExprKind::Int(_)
@@ -155,7 +156,7 @@ impl ExprWriter {
             ExprKind::And(all) => self.list(out, all, " and ", Level::Not),
             ExprKind::Or(all) => self.list(out, all, " or ", Level::And),
             ExprKind::Compare(op, a, b) => {
-                // A junction of signs inside a comparison reads in two ways, so it stands in parentheses.
+                // A junction of signs inside a comparison is ambiguous, so it gets parentheses.
                 let level = |side: &Expr| {
                     let is_junction = matches!(side.kind, ExprKind::And(_) | ExprKind::Or(_));
                     if is_junction { Level::Prefix } else { Level::Add }

@@ -18,7 +18,7 @@ impl Writer<'_> {
             library.parameters.iter().map(|one| self.text.parameter(one)).collect();
         let mut head = format!("library chart {name}");
         if !parameters.is_empty() {
-            // Room for the parenthesis, the brace and what stands between them.
+            // Room for the parenthesis, the brace and the text between them.
             let room = self.room().saturating_sub(3 + attributes(&library.meta).len());
             head = fill(&format!("{head}("), &parameters, ",", "", room).join("\n    ");
             head.push(')');

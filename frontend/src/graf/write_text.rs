@@ -1,4 +1,4 @@
-//! The pieces of a design as text on one line, with nothing of where they stand.
+//! The parts of a design as one-line text, independent of their position.
 
 use grafsynth_ir::chart::{
     ActionHow, ArgumentValue, Block, Declaration, DeclarationKind, Emergency, Expr, ForceOrder,
@@ -12,7 +12,7 @@ use super::items::{POLICIES, SCHEDULES};
 use super::names::{self, Position};
 use super::write_expr::ExprWriter;
 
-/// Writes the pieces of one design.
+/// Writes the parts of one design.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Text {
     pub(crate) exprs: ExprWriter,
@@ -81,7 +81,7 @@ impl Text {
         out
     }
 
-    /// A parameter of a library chart with its keyword.
+    /// A parameter of a library chart, with its keyword.
     pub(crate) fn parameter(&self, parameter: &Parameter) -> String {
         let declaration = &parameter.declaration;
         let name = names::name(&declaration.name.text, Position::Anywhere);
@@ -103,7 +103,7 @@ impl Text {
         format!("{} {name}{ty}{default}{attributes}", keyword(declaration))
     }
 
-    /// A step item on the line of its step: only what holds no list.
+    /// A step item on the line of its step; `None` for an item that contains a list.
     pub(crate) fn inline_item(&self, item: &StepItem) -> Option<String> {
         match &item.kind {
             StepItemKind::Action { .. }
@@ -137,7 +137,7 @@ impl Text {
                     ActionHow::Bare => action,
                     ActionHow::After(ns) => format!("{action} after {}", names::duration(*ns)),
                     ActionHow::For(ns) => format!("{action} for {}", names::duration(*ns)),
-                    // `set` and `reset` take a name only.
+                    // `set` and `reset` accept only a name.
                     ActionHow::Qualified(Qualifier::S, _) if arguments.is_empty() => {
                         format!("set {latched}")
                     }
@@ -191,7 +191,7 @@ impl Text {
         }
     }
 
-    /// `{ a; b }`, if every statement is of one line.
+    /// `{ a; b }`, if every statement fits on one line.
     pub(crate) fn inline_list(&self, block: &Block) -> Option<String> {
         if block.is_empty() {
             return Some("{}".to_owned());
@@ -275,7 +275,7 @@ impl Text {
         )
     }
 
-    /// `name: sources -> targets`, the clauses behind it but for the actions, and which of them is the receptivity, if there is one.
+    /// `name: sources -> targets`, the clauses after it except the actions, and the index of the receptivity among them.
     pub(crate) fn transition(&self, transition: &Transition) -> (String, Vec<String>, usize) {
         let mut head = String::new();
         if let Some(name) = &transition.name {
@@ -298,7 +298,7 @@ impl Text {
             })
             .collect();
         if transition.is_internal && targets.is_empty() {
-            // A reaction: it leaves nothing.
+            // A reaction does not leave its step.
             head.push_str("in ");
             head.push_str(&sources.join(" & "));
         } else {
@@ -372,7 +372,7 @@ impl Text {
         format!("use {library} as {name}{arguments}{}", attributes(&one.meta))
     }
 
-    /// A list on one line whatever is in it: `{ a := 1; if b { c := 2 } }`.
+    /// A list on one line, whatever it contains: `{ a := 1; if b { c := 2 } }`.
     pub(crate) fn one_line_list(&self, block: &Block) -> String {
         if block.is_empty() {
             return "{}".to_owned();
@@ -400,7 +400,7 @@ impl Text {
         }
     }
 
-    /// An item of a step's body on one line whatever is in it.
+    /// An item of the body of a step on one line, whatever it contains.
     pub(crate) fn one_line_item(&self, item: &StepItem) -> String {
         let head = self.step_item_head(item);
         match &item.kind {
@@ -476,7 +476,7 @@ pub(crate) fn type_text(ty: Type) -> String {
     }
 }
 
-/// What stands behind a name: nothing for a Boolean.
+/// The suffix after a name: empty for a Boolean.
 pub(crate) fn type_suffix(ty: Type) -> String {
     if ty.is_bool() { String::new() } else { format!(": {}", type_text(ty)) }
 }
@@ -527,7 +527,7 @@ pub(crate) fn event_list(events: &[grafsynth_ir::Name]) -> String {
     events.join(", ")
 }
 
-/// `code c "…"`; several lines stand between triple quotes, where nothing is escaped.
+/// `code c "…"`. Several lines are written between triple quotes, without escapes.
 pub(crate) fn code(verbatim: &Verbatim) -> String {
     let language = names::name(&verbatim.language, Position::Anywhere);
     let text = &verbatim.text;
@@ -542,7 +542,7 @@ pub(crate) fn code(verbatim: &Verbatim) -> String {
     }
 }
 
-/// The standard's letters, but for the pulse, which has a word.
+/// The letters of the standard, except for the pulse, which has a word.
 pub(crate) fn qualifier_word(qualifier: Qualifier) -> &'static str {
     if qualifier == Qualifier::P { "pulse" } else { qualifier.letters() }
 }

@@ -1,10 +1,10 @@
-//! Whether cubes cover everything.
+//! Tests whether cubes cover the whole space.
 
 use super::Trit;
 
-/// True if some cube covers every point; none if `budget` cubes did not suffice to find out.
+/// Whether the cubes cover every point; `None` if `budget` is exhausted first.
 ///
-/// Splits at the variable that most cubes mention (unate recursion).
+/// Splits at the variable that occurs in the most cubes (unate recursion).
 #[must_use]
 pub fn covers_all(cubes: &[&[Trit]], budget: &mut u64) -> Option<bool> {
     let n_inputs = cubes.first().map_or(0, |cube| cube.len());

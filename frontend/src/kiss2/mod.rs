@@ -5,11 +5,13 @@
 //!  ▲                  ▲
 //!  └───── write ──────┘ ◄── the reachable product automaton of a chart
 //! ```
-//! A row `01- st0 st1 1-` says: in `st0`, when the first input is 0 and the second 1, the first output is 1 while that is so and `st1` is next. `-` as an
-//! output, `-` or `*` as next state, and inputs that no row of a state covers leave the cell open ([`Unspecified`](grafsynth_ir::net::Unspecified)).
-//! `*` as present state speaks of every state. The machine begins in the state after `.r`, else in the first state that is named.
+//! A row `01- st0 st1 1-` means: in `st0`, while the first input is 0 and the second 1, the first output is 1 and the next state is `st1`.
+//! A `-` as an output, a `-` or `*` as next state, and inputs that no row of a state covers leave the cell unspecified
+//! ([`Unspecified`](grafsynth_ir::net::Unspecified)). A row with `*` as present state applies to every state. The initial state is the
+//! state after `.r`, otherwise the first state that is named.
 //!
-//! The format is that of the SIS and MCNC benchmark sets; read are `.i .o .p .s .r .ilb .ob .e .end` and the brackets `.start_kiss .end_kiss`.
+//! The format is that of the SIS and MCNC benchmark sets. Supported are `.i .o .p .s .r .ilb .ob .e .end` and the brackets `.start_kiss
+//! .end_kiss`.
 
 mod cover;
 mod net;
@@ -32,7 +34,7 @@ pub enum Trit {
     Low,
     /// 1.
     High,
-    /// Either: any input, an open output.
+    /// Don't-care: any input value, or an unspecified output.
     Any,
 }
 
@@ -41,44 +43,44 @@ pub enum Trit {
 pub struct State {
     /// Its name as written.
     pub name: String,
-    /// Where it is named first.
+    /// Span of its first use.
     pub span: Span,
 }
 
 /// A row of the table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Row {
-    /// One for each input.
+    /// One value per input.
     pub inputs: Vec<Trit>,
-    /// The present state, by its place in [`Machine::states`]; none is every state.
+    /// The present state as an index into [`Machine::states`]; `None` means every state.
     pub from: Option<usize>,
-    /// The next state; none is open.
+    /// The next state; `None` means unspecified.
     pub to: Option<usize>,
-    /// One for each output.
+    /// One value per output.
     pub outputs: Vec<Trit>,
-    /// Where it stands.
+    /// Span of the row.
     pub span: Span,
 }
 
 /// A state table.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Machine {
-    /// Its name; a text has none.
+    /// The name of the machine; empty after reading, because the format has none.
     pub name: String,
     /// Names of the inputs.
     pub inputs: Vec<String>,
     /// Names of the outputs.
     pub outputs: Vec<String>,
-    /// The states, in the order in which they are named.
+    /// The states, in the order of their first use.
     pub states: Vec<State>,
     /// The table.
     pub rows: Vec<Row>,
-    /// The state after reset, by its place.
+    /// The state after reset, as an index.
     pub initial: usize,
 }
 
 impl Machine {
-    /// The rows that speak of each state, in order.
+    /// The rows that apply to each state, in order.
     #[must_use]
     pub fn rows_by_state(&self) -> Vec<Vec<&Row>> {
         let mut rows = vec![Vec::new(); self.states.len()];
@@ -93,7 +95,7 @@ impl Machine {
 }
 
 impl Row {
-    /// True if both rows speak of some input.
+    /// Whether both rows apply to a common input.
     #[must_use]
     pub fn meets(&self, other: &Row) -> bool {
         self.inputs

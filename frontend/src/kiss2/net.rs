@@ -1,4 +1,4 @@
-//! Table to net: one step for each state, one transition for each pair of states, mealy outputs, and what is left open.
+//! Turns a table into a net: one step per state, one transition per pair of states, mealy outputs, and the unspecified cells.
 
 use super::cover::covers_all;
 use super::{Machine, Row, Trit};
@@ -10,12 +10,13 @@ use grafsynth_ir::net::{
 use grafsynth_ir::span::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Cubes that may be looked at to find out that a state leaves nothing open; beyond that it is taken to leave something open, which is then never so.
+/// Maximum number of cubes to examine when testing that a state has no unspecified cells. Beyond that, the state counts as incomplete, with
+/// a condition that is never true.
 const COVER_BUDGET: u64 = 2_000_000;
 
-/// The net of a table. The names of states that begin with a digit get an `s` before it, so that every language can say them.
+/// The net of a table. Names of states that begin with a digit get the prefix `s`, so that they are valid in every language.
 ///
-/// A row whose next state is the present one moves nothing and gives no transition.
+/// A row whose next state is the present state gives no transition.
 #[must_use]
 pub fn net(machine: &Machine, name: &str) -> Net {
     let mut names = Names::default();
@@ -50,7 +51,7 @@ pub fn net(machine: &Machine, name: &str) -> Net {
             })
         })
         .collect();
-    // Steps have a name space of their own.
+    // Steps have a separate namespace.
     let mut names = Names::default();
     let steps: Vec<StepId> = machine
         .states
@@ -116,7 +117,7 @@ pub fn net(machine: &Machine, name: &str) -> Net {
         if leaves_open(&said, &mut budget) {
             net.unspecified.push(Unspecified { when: here(&said), what: OpenCell::Next });
         }
-        // Most outputs are said by the same rows, so the answer for those is looked up.
+        // Most outputs depend on the same rows, so results are cached.
         let mut known: BTreeMap<Vec<bool>, bool> = BTreeMap::new();
         for (index, output) in outputs.iter().enumerate() {
             let on: Vec<&Row> =
@@ -166,7 +167,7 @@ fn product(row: &Row, inputs: &[InputId]) -> Expr {
     }))
 }
 
-/// Letters, digits and `_`, not beginning with a digit.
+/// A name of letters, digits and `_` that does not begin with a digit.
 fn plain(wanted: &str, before: &str) -> String {
     let text: String =
         wanted.chars().map(|c| if c.is_alphanumeric() || c == '_' { c } else { '_' }).collect();
@@ -177,11 +178,11 @@ fn plain(wanted: &str, before: &str) -> String {
     }
 }
 
-/// Names that are given once.
+/// Generator of unique names.
 #[derive(Default)]
 struct Names {
     taken: BTreeSet<String>,
-    /// For a name that was wanted before, the number of its last copy.
+    /// For each name requested before, the number of its last copy.
     copies: BTreeMap<String, usize>,
 }
 

@@ -1,4 +1,4 @@
-//! Text to table.
+//! Reads a text into a table.
 
 use super::{Machine, Row, State, Trit};
 use crate::codes;
@@ -7,20 +7,20 @@ use grafsynth_ir::diag::{Diagnostic, any_error, nearest};
 use grafsynth_ir::span::{FileId, Span};
 use std::collections::BTreeMap;
 
-/// Pairs of rows that are looked at for contradictions.
+/// Maximum number of row pairs that are checked for contradictions.
 const MAX_PAIRS: usize = 20_000_000;
-/// Inputs and outputs that a table may have.
+/// Maximum number of inputs and of outputs.
 const MAX_WIDTH: usize = 4096;
-/// Rows that a row for every state may stand for, all together.
+/// Maximum total number of rows that rows for every state expand to.
 const MAX_ROWS: usize = 4_000_000;
 
-/// Reads a table within the default limits.
+/// Reads a table with the default limits.
 #[must_use]
 pub fn parse(file: FileId, text: &str) -> (Option<Machine>, Vec<Diagnostic>) {
     parse_within(file, text, &Limits::default())
 }
 
-/// Reads a table; all findings at once. With an error among them there is no machine.
+/// Reads a table and reports all findings. Returns no machine if one of them is an error.
 #[must_use]
 pub fn parse_within(
     file: FileId,
@@ -52,7 +52,7 @@ pub fn parse_within(
     ((!is_wrong).then_some(reader.machine), reader.findings)
 }
 
-/// A word of a line with its place.
+/// A word of a line with its span.
 #[derive(Debug, Clone, Copy)]
 struct Word<'a> {
     text: &'a str,
@@ -68,12 +68,12 @@ struct Reader {
     by_name: BTreeMap<String, usize>,
     inputs: Option<usize>,
     outputs: Option<usize>,
-    /// Numbers that the head gives for rows (`.p`) and states (`.s`).
+    /// The numbers of rows (`.p`) and states (`.s`) given in the header.
     wanted: Vec<(bool, usize, Span)>,
     reset: Option<(String, Span)>,
 }
 
-/// At most 30 characters, for a message.
+/// Shortens a text to 30 characters for a message.
 fn cut(text: &str) -> String {
     let short: String = text.chars().take(30).collect();
     if short.len() < text.len() { format!("{short}..") } else { short }
@@ -137,10 +137,7 @@ impl Reader {
                 };
                 let is_width = head.text == ".i" || head.text == ".o";
                 if is_width && number > MAX_WIDTH {
-                    self.error(
-                        head.span,
-                        format!("{number} columns, and at most {MAX_WIDTH} are read"),
-                    );
+                    self.error(head.span, format!("{number} columns; the limit is {MAX_WIDTH}"));
                     return;
                 }
                 let place = match head.text {
@@ -154,10 +151,10 @@ impl Reader {
                 if place.replace(number).is_some_and(|before| before != number) {
                     self.error(
                         head.span,
-                        format!("`{}` stands twice, with different numbers", head.text),
+                        format!("`{}` is given twice, with different numbers", head.text),
                     );
                 } else if !self.machine.rows.is_empty() {
-                    self.error(head.span, format!("`{}` stands behind the first row", head.text));
+                    self.error(head.span, format!("`{}` after the first row", head.text));
                 }
             }
             ".r" | ".reset" => match words {
@@ -177,7 +174,7 @@ impl Reader {
                 let known = [".i", ".o", ".p", ".s", ".r", ".ilb", ".ob", ".e"];
                 let mut finding = Diagnostic::error(
                     codes::KISS2_SYNTAX,
-                    format!("`{}` is no line of a KISS2 table", cut(other)),
+                    format!("unknown line `{}` in a KISS2 table", cut(other)),
                 )
                 .at(head.span, "");
                 if let Some(near) = nearest(other, known) {
@@ -211,7 +208,7 @@ impl Reader {
             });
         }
         if trits.len() != wanted {
-            let message = format!("{} {what}s, and the table has {wanted}", trits.len());
+            let message = format!("{} {what}s, but the table has {wanted}", trits.len());
             self.error(if trits.is_empty() { line } else { word.span }, message);
             return None;
         }
@@ -227,14 +224,14 @@ impl Reader {
         id
     }
 
-    /// `inputs present next outputs`; a table without inputs or without outputs has no word for them.
+    /// Reads `inputs present next outputs`. In a table without inputs or outputs, the respective word is absent.
     fn row(&mut self, words: &[Word<'_>]) {
         let (Some(first), Some(last)) = (words.first(), words.last()) else { return };
         let line = first.span.to(last.span);
         let (Some(n_inputs), Some(n_outputs)) = (self.inputs, self.outputs) else {
             self.error(
                 line,
-                "the numbers of inputs and outputs (`.i` and `.o`) come before the first row",
+                "the numbers of inputs and outputs (`.i` and `.o`) must come before the first row",
             );
             self.n_more += usize::from(self.inputs.is_none() && self.outputs.is_none());
             return;
@@ -242,7 +239,7 @@ impl Reader {
         let wanted = 2 + usize::from(n_inputs > 0) + usize::from(n_outputs > 0);
         if words.len() != wanted {
             let message = format!(
-                "a row has {wanted} words (inputs, present state, next state, outputs), and this one {}",
+                "a row has {wanted} words (inputs, present state, next state, outputs), but this one has {}",
                 words.len()
             );
             self.error(line, message);
@@ -273,7 +270,7 @@ impl Reader {
             if names.is_empty() {
                 *names = (0..n).map(|column| format!("{letter}{column}")).collect();
             } else if names.len() != n {
-                let message = format!("{} names of {what}s, and the table has {n}", names.len());
+                let message = format!("{} names of {what}s, but the table has {n}", names.len());
                 self.findings.push(Diagnostic::error(codes::KISS2_SYNTAX, message).at(start, ""));
             }
         }
@@ -284,7 +281,7 @@ impl Reader {
                 (self.machine.states.len(), "states")
             };
             if is != wanted && !any_error(&self.findings) {
-                let message = format!("the head says {wanted} {what}, and the table has {is}");
+                let message = format!("the header gives {wanted} {what}, but the table has {is}");
                 self.report(Diagnostic::warning(codes::KISS2_COUNT, message).at(span, ""));
             }
         }
@@ -294,7 +291,7 @@ impl Reader {
                 None => {
                     let mut finding = Diagnostic::error(
                         codes::KISS2_SYNTAX,
-                        format!("`{}` is no state of the table", cut(&name)),
+                        format!("unknown state `{}`", cut(&name)),
                     )
                     .at(span, "");
                     let known = self.machine.states.iter().map(|state| state.name.as_str());
@@ -308,13 +305,13 @@ impl Reader {
         self.contradictions();
     }
 
-    /// Two rows of one state that speak of the same input agree, or leave open what the other says.
+    /// Reports rows of one state for a common input with different values, unless one of the values is unspecified.
     fn contradictions(&mut self) {
         let machine = std::mem::take(&mut self.machine);
         let n_general = machine.rows.iter().filter(|row| row.from.is_none()).count();
         if n_general.saturating_mul(machine.states.len()) > MAX_ROWS {
             let message = format!(
-                "{n_general} rows for every one of {} states are too many",
+                "too many rows: {n_general} rows for each of {} states",
                 machine.states.len()
             );
             self.error(Span::new(self.file, 0, 0), message);
@@ -327,7 +324,7 @@ impl Reader {
                 pairs += at;
                 if pairs > MAX_PAIRS {
                     let message = format!(
-                        "state `{}` has {} rows, too many to look for contradictions",
+                        "state `{}` has {} rows, too many to check for contradictions",
                         cut(&machine.states[state].name),
                         rows.len()
                     );
@@ -353,13 +350,13 @@ impl Reader {
                         Some(_) | None => "have different next states".to_owned(),
                     };
                     let message = format!(
-                        "two rows of state `{}` speak of the same input and {what}",
+                        "two rows of state `{}` apply to the same input and {what}",
                         cut(&machine.states[state].name)
                     );
                     self.report(
                         Diagnostic::error(codes::KISS2_CONTRADICTION, message)
-                            .at(row.span, "this row")
-                            .at(other.span, "and this one")
+                            .at(row.span, "first row")
+                            .at(other.span, "second row")
                             .help(
                                 "make their inputs differ in one column, or one of the cells `-`",
                             ),

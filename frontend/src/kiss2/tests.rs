@@ -1,4 +1,4 @@
-//! Small tables.
+//! Tests with small tables.
 
 use super::{Machine, Trit, covers_all, net, parse, write};
 use grafsynth_ir::net::{Driver, OpenCell};

@@ -1,9 +1,9 @@
-//! Table to text.
+//! Writes a table as text.
 
 use super::{Machine, Trit};
 use std::fmt::Write as _;
 
-/// A name as one word of the format: no blank, no `#`, and nothing that means something else.
+/// A name as a single word of the format, without blanks or `#`, and different from words with a meaning.
 fn word(name: &str) -> String {
     let text: String =
         name.chars().map(|c| if c.is_whitespace() || c == '#' { '_' } else { c }).collect();
@@ -14,7 +14,7 @@ fn word(name: &str) -> String {
     }
 }
 
-/// Writes a table; columns stand under each other.
+/// Writes a table with aligned columns.
 #[must_use]
 pub fn write(machine: &Machine) -> String {
     let trits = |trits: &[Trit]| -> String {

@@ -1,7 +1,7 @@
-//! Instruction lists as statements: an accumulator that each instruction reads and changes.
+//! Translates instruction lists to statements: each instruction reads and changes an accumulator.
 #![expect(
     clippy::wildcard_enum_match_arm,
-    reason = "a parser names the tokens it takes; all others are one case"
+    reason = "a parser matches the tokens that it accepts; all others are one case"
 )]
 
 use grafsynth_ir::Name;
@@ -12,9 +12,9 @@ use crate::st::lexer::{Kind, LexError, Places, Token, tokens};
 use crate::st::parse_stmt::{duration, number};
 use crate::xml::Mapped;
 
-/// How many fields may stand behind each other in one operand.
+/// Maximum number of consecutive fields in one operand.
 const MAX_FIELDS: u32 = 64;
-/// How many nodes all copies of accumulators may have: each ST keeps its value and copies it.
+/// Maximum number of nodes in all copies of accumulators: each ST keeps the value and copies it.
 const MAX_COPIED: usize = 200_000;
 
 struct List<'a> {
@@ -37,16 +37,16 @@ impl List<'_> {
         Places::Mapped(self.mapped).span(token.start, token.end)
     }
 
-    /// True for a token on the line of the one before it.
+    /// Whether a token is on the same line as the one before it.
     fn on_line(&self, before: usize, token: Token) -> bool {
         token.kind != Kind::End
             && !self.mapped.text.get(before..token.start).unwrap_or("\n").contains('\n')
     }
 
-    /// A variable, field or literal.
+    /// Parses a variable, field or literal.
     fn operand(&mut self) -> Option<Expr> {
         let mut token = self.peek();
-        // The value says its type: `INT#5`, `BOOL#TRUE`.
+        // The type prefix is redundant: `INT#5`, `BOOL#TRUE`.
         let mut is_bool = false;
         if token.kind == Kind::Typed {
             is_bool = self.slice(token).eq_ignore_ascii_case("BOOL#");
@@ -96,14 +96,14 @@ impl List<'_> {
         Some(expr)
     }
 
-    /// Past what stands on the line of a token.
+    /// Skips the rest of the line of a token.
     fn skip_line(&mut self, token: Token) {
         while self.on_line(token.end, self.peek()) {
             self.at += 1;
         }
     }
 
-    /// `(IN := a, Q => b)` behind an instance, or nothing.
+    /// Parses `(IN := a, Q => b)` after an instance, or nothing.
     fn arguments(&mut self, unit: &mut Unit) -> Vec<Arg> {
         let mut arguments = Vec::new();
         if self.peek().kind != Kind::Open {
@@ -124,7 +124,7 @@ impl List<'_> {
                 }
                 Kind::End => {
                     let span = self.span(open);
-                    unit.refuse("a parenthesis that is not closed", span, "close it with `)`");
+                    unit.refuse("an unclosed parenthesis", span, "close it with `)`");
                     return arguments;
                 }
                 _ => {}
@@ -163,7 +163,7 @@ struct Held {
 }
 
 impl Held {
-    /// An operand, which has a few nodes.
+    /// An operand, which has only a few nodes.
     fn operand(expr: Expr) -> Self {
         Held { expr, height: 1, size: 1 }
     }
@@ -174,7 +174,7 @@ impl Held {
     }
 }
 
-/// What an operator does with the accumulator and its operand. AND and OR add to a list of their kind, which may have any length.
+/// Applies an operator to the accumulator and its operand. AND and OR extend a list of the same kind, which may have any length.
 fn combine(word: &str, left: Held, right: Held) -> Option<Held> {
     let span = left.expr.span.to(right.expr.span);
     let (base, is_negated) = match word {
@@ -226,7 +226,7 @@ fn operator(word: &str) -> Option<Op> {
     })
 }
 
-/// True when an expression reads a variable, by its name in capitals.
+/// Whether an expression reads a variable, whose name is in capitals.
 fn mentions(expr: &Expr, root: &str) -> bool {
     match &expr.kind {
         ExprKind::Name(name) => name.text.to_uppercase() == root,
@@ -248,7 +248,7 @@ fn mentions(expr: &Expr, root: &str) -> bool {
     }
 }
 
-/// The statements of an instruction list; what is not read is noted. No value gets higher than `limit` levels.
+/// The statements of an instruction list. Records unsupported parts. No value exceeds `limit` levels.
 pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Vec<Stmt> {
     let read = tokens(&mapped.text);
     for error in &read.errors {
@@ -257,9 +257,7 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
                 let shown = mapped.text.get(*start..*end).unwrap_or("").escape_debug();
                 (*start, *end, format!("the character `{shown}` in an instruction list"))
             }
-            LexError::Unclosed(start, end, what) => {
-                (*start, *end, format!("a {what} that is not closed"))
-            }
+            LexError::Unclosed(start, end, what) => (*start, *end, format!("an unclosed {what}")),
             LexError::Foreign(start, end, instead) => {
                 let shown = mapped.text.get(*start..*end).unwrap_or("");
                 (*start, *end, format!("`{shown}` instead of `{instead}` in an instruction list"))
@@ -272,7 +270,7 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
     let mut out = Vec::new();
     let mut accumulator: Option<Held> = None;
     let mut n_copied = 0;
-    // What waits for a closing parenthesis: the operator and what stood before it.
+    // Operations that wait for a closing parenthesis: the operator and the value before it.
     let mut waiting: Vec<(String, Option<Held>)> = Vec::new();
     loop {
         let token = list.peek();
@@ -288,13 +286,13 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
         match token.kind {
             Kind::End if waiting.is_empty() => return out,
             Kind::End => {
-                unit.refuse("a parenthesis that is not closed", span, "close it with `)`");
+                unit.refuse("an unclosed parenthesis", span, "close it with `)`");
                 return out;
             }
             Kind::Close => {
                 list.at += 1;
                 let Some((word, before)) = waiting.pop() else {
-                    unit.refuse("a `)` without its parenthesis", span, "remove it");
+                    unit.refuse("an unmatched `)`", span, "remove it");
                     continue;
                 };
                 accumulator = match (before, accumulator.take()) {
@@ -378,7 +376,7 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
                 n_copied += held.size;
                 if n_copied > MAX_COPIED {
                     unit.refuse(
-                        "an instruction list that stores a long value this often",
+                        "an instruction list that stores a long value so many times",
                         span,
                         "load the variable that holds the value",
                     );
@@ -387,7 +385,7 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
                 let target = target.expr;
                 let assign =
                     |value| Stmt { kind: StmtKind::Assign { target: target.clone(), value }, span };
-                // The accumulator keeps its value; where that is made of what is written here, the variable holds it.
+                // The accumulator keeps its value. If the value was computed here, the variable replaces it.
                 let root = target.root().map(|name| name.text.to_uppercase()).unwrap_or_default();
                 let is_changed = mentions(&held.expr, &root);
                 let value = held.expr.clone();

@@ -1,4 +1,4 @@
-//! Holds the file against the table of `rules`: what the format does not have is an error, what it has and no one reads is refused.
+//! Checks a file against the table in `rules`: reports elements that the format does not have, and refuses those that are not supported.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,7 +11,7 @@ use super::sfc;
 use crate::codes;
 use crate::xml;
 
-/// The name of an elementary type that was written as the text of `type` or `baseType`, where its element belongs.
+/// The name of an elementary type that was wrongly written as the text of `type` or `baseType` instead of as an element.
 pub(super) fn type_name<'n>(node: Node<'n, '_>) -> Option<&'n str> {
     if !matches!(tag(node), "type" | "baseType" | "returnType")
         || node.children().any(|child| child.is_element())
@@ -26,7 +26,7 @@ pub(super) fn type_name<'n>(node: Node<'n, '_>) -> Option<&'n str> {
 }
 
 impl Reader<'_, '_> {
-    /// Checks an element and all in it but units, which are checked where they are read.
+    /// Checks an element and its contents, except units, which are checked when they are read.
     pub(super) fn check(&mut self, node: Node<'_, '_>, kind: &str, unit: &mut Unit) {
         let Some(rule) = rules::of(kind) else { return };
         self.check_attributes(node, rule, unit);
@@ -39,10 +39,10 @@ impl Reader<'_, '_> {
             unit.refuse(
                 "a connected vendorElement",
                 self.span(node),
-                "draw its function with standard elements",
+                "express its function with standard elements",
             );
         }
-        // CODESYS and TwinCAT draw calls of programs and actions as blocks, and statements in blocks.
+        // CODESYS and TwinCAT draw calls of programs and actions, and statements, as blocks.
         let calls = node.descendants().filter(|one| kind == "block" && tag(*one) == "CallType");
         for call in calls.filter_map(|one| one.text()).map(str::trim) {
             if !matches!(call, "operator" | "function" | "functionblock") {
@@ -72,7 +72,7 @@ impl Reader<'_, '_> {
                             .help(format!("write <{name}><{ty}/></{name}>"))
                             .fix(span, format!("<{ty}/>")),
                         None => finding
-                            .at(span, "this element contains no text")
+                            .at(span, "no text is allowed here")
                             .help("delete it, or write it as a comment"),
                     }
                 });
@@ -102,18 +102,14 @@ impl Reader<'_, '_> {
             let span = self.span(child);
             match (second, times) {
                 (Some(what), Times::First) => {
-                    unit.refuse(
-                        what,
-                        span,
-                        "combine the two, or make one of them a unit of its own",
-                    );
+                    unit.refuse(what, span, "combine the two, or make one of them a separate unit");
                 }
                 (Some(what), _) => self.report(|| {
                     Diagnostic::error(codes::PLC_MARKUP, what)
                         .at(span, "")
                         .help("delete one of them")
                 }),
-                // An empty one says nothing.
+                // An empty element has no meaning.
                 (None, Times::NotRead(_)) if kind == FREE && is_blank(child) => {}
                 (None, Times::NotRead(help)) => {
                     unit.refuse(format!("<{name}> in <{parent}>"), span, help);
@@ -147,7 +143,7 @@ impl Reader<'_, '_> {
 
     fn check_attributes(&mut self, node: Node<'_, '_>, rule: &Rule, unit: &mut Unit) {
         let name = tag(node);
-        // Those of a namespace belong to XML itself or to a tool.
+        // Attributes with a namespace belong to XML itself or to a tool.
         for attribute in node.attributes().filter(|one| one.namespace().is_none()) {
             let (word, value) = (attribute.name(), attribute.value());
             let span = xml::name_span(self.file, attribute);
@@ -180,7 +176,7 @@ impl Reader<'_, '_> {
             };
             match place {
                 Some(place) if place >= n_read => {
-                    let help = "remove it, and draw its meaning with separate elements";
+                    let help = "remove it, and draw separate elements instead";
                     unit.refuse(format!("{word}=\"{value}\" of <{name}>"), span, help);
                 }
                 None if !value.is_empty() => {
@@ -204,7 +200,8 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Numbers of elements and names of connectors, which wires go by, are those of one element each; wires of charts come from somewhere.
+    /// Checks the keys of connections: the number of each element and the name of each connector must be unique, and the wires of charts
+    /// must begin at an existing element.
     fn check_keys(&mut self, picture: Node<'_, '_>) {
         let mut seen: BTreeMap<(&str, &str), Node<'_, '_>> = BTreeMap::new();
         for node in picture.children().filter(Node::is_element) {
@@ -218,13 +215,13 @@ impl Reader<'_, '_> {
                         codes::PLC_CHART,
                         format!("two elements have the {} {}", key.0, key.1),
                     )
-                    .at(span, "the second one")
-                    .at(first, "the first one")
+                    .at(span, "second element")
+                    .at(first, "first element")
                     .help("give each element its own number: connections refer to it")
                 });
             }
         }
-        // Charts are read from what is found at the other ends of wires; in other pictures each wire is followed.
+        // Charts are read from the elements at the other ends of wires; in other networks every wire is followed.
         for node in picture.children().filter(|one| sfc::is_part(*one)) {
             let points = children(node, "connectionPointIn");
             for wire in points.flat_map(|point| children(point, "connection")) {
@@ -236,8 +233,8 @@ impl Reader<'_, '_> {
                             codes::PLC_CHART,
                             format!("connection from unknown element {id}"),
                         )
-                        .at(span, format!("of this <{}>", tag(node)))
-                        .help("connect it again")
+                        .at(span, format!("in this <{}>", tag(node)))
+                        .help("connect it to an existing element")
                     });
                 }
             }
@@ -245,7 +242,7 @@ impl Reader<'_, '_> {
     }
 }
 
-/// True for an element that has nothing in it.
+/// Whether an element is empty.
 fn is_blank(node: Node<'_, '_>) -> bool {
     node.children().all(|one| {
         !one.is_element() && one.text().is_none_or(|text| !one.is_text() || text.trim().is_empty())

@@ -1,7 +1,8 @@
-//! PLCopen TC6 XML (`.xml`): reader and writer.
+//! Reader and writer of PLCopen TC6 XML (`.xml`).
 //!
-//! Elements are known by their local names, so the three namespaces that are in use read alike. Bodies in ladder and function block diagram become
-//! statements (`network`), charts become the tree of `crate::st::ast`, and the meaning is that of the text (`crate::st::elaborate`).
+//! Elements are identified by their local names, so the three namespaces in use are read in the same way. Bodies in ladder and function
+//! block diagram become statements (`network`), charts become the tree of `crate::st::ast`, and `crate::st::elaborate` defines their
+//! meaning, as for text.
 //!
 //! ```
 //! use grafsynth_frontend::plcopen;
@@ -34,7 +35,7 @@ pub fn parse(file: FileId, text: &str) -> Parsed {
     parse_within(file, text, &Limits::default())
 }
 
-/// Reads a project.
+/// Reads a project with the given limits.
 #[must_use]
 pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
     let document = match xml::parse(file, text, limits) {
@@ -48,10 +49,10 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
         findings.report(|| {
             Diagnostic::error(
                 codes::PLC_PROJECT,
-                format!("the text is no PLCopen project: it begins with `{name}`"),
+                format!("not a PLCopen project: the root element is <{name}>"),
             )
-            .at(xml::tag_span(file, root), "`project` is expected here")
-            .help("export the project as PLCopen XML; for other XML give the format with --from")
+            .at(xml::tag_span(file, root), "expected <project>")
+            .help("export the project as PLCopen XML; for another XML format, give it with --from")
         });
         return Parsed { diagnostics: findings.finish(), ..Parsed::default() };
     }
@@ -61,10 +62,10 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
     crate::st::finish(&library, findings)
 }
 
-/// Writes a net as a project that reads back as it, with what of the net the project does not hold.
+/// Writes a net as a project that reads back as the same net. The diagnostics list what the project cannot contain.
 ///
 /// # Errors
-/// Everything in the net that a project cannot say.
+/// Everything in the net that a project cannot express.
 pub fn write_net(
     net: &grafsynth_ir::net::Net,
 ) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {

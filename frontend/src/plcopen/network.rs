@@ -1,7 +1,7 @@
-//! Ladders and function block diagrams as statements: what flows into each coil, variable and block, in the order of execution.
+//! Translates ladders and function block diagrams to statements: the inputs of each coil, variable and block, in the order of execution.
 //!
-//! Blocks with an instance are called once a scan, before what reads them; a wire that goes back to an earlier block carries the value of the scan before,
-//! as in the tools that draw such pictures.
+//! A block with an instance is called once per scan, before the elements that read it. A wire back to an earlier block carries the value of
+//! the previous scan, as in the editors of such diagrams.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,22 +11,23 @@ use roxmltree::Node;
 use super::reader::{Reader, Unit, child, children, constant, is_set, tag};
 use crate::st::ast::{Arg, Expr, ExprKind, Stmt, StmtKind};
 
-/// The elements of a picture by their numbers.
+/// The elements of a network by their numbers.
 pub(super) struct Network<'a, 'd> {
     nodes: BTreeMap<String, Node<'a, 'd>>,
     order: Vec<Node<'a, 'd>>,
     /// Connectors by name.
     connectors: BTreeMap<String, Node<'a, 'd>>,
-    /// Blocks whose calls stand in the list, or are being made.
+    /// Blocks whose calls are already in the list or are being built.
     called: BTreeSet<String>,
     open: BTreeSet<String>,
-    /// How much may still be read: an element that several wires lead to is read for each of them, and branches that meet again and again would double it.
+    /// The remaining budget: an element with several outgoing wires is read once per wire, so branches that meet repeatedly would double
+    /// the work each time.
     budget: usize,
 }
 
-/// Levels of nesting that an element in a row of elements takes: its frames are larger than those of an expression.
+/// Nesting levels that one element in a chain takes: its stack frames are larger than those of an expression.
 const LEVELS: u32 = 3;
-/// What may be read of a small picture, in elements and pieces of 64 bytes.
+/// The minimum budget, for small networks, in elements and pieces of 64 bytes.
 const LEAST_BUDGET: usize = 100_000;
 
 impl<'a, 'd: 'a> Network<'a, 'd> {
@@ -55,13 +56,13 @@ impl<'a, 'd: 'a> Network<'a, 'd> {
         }
     }
 
-    /// Goes into an element; refused where that is being read already, for a wire back to where it came from would never end.
+    /// Enters an element. Refuses an element that is already being read: a loop of wires would never end.
     fn enter(&mut self, node: Node<'_, '_>, span: Span, unit: &mut Unit) -> Option<()> {
         let id = node.attribute("localId").unwrap_or("").to_owned();
         if self.open.insert(id) {
             return Some(());
         }
-        unit.refuse("a wire that goes round in a circle", span, "cut it with a variable");
+        unit.refuse("a loop of wires", span, "break the loop with a variable");
         None
     }
 
@@ -69,12 +70,12 @@ impl<'a, 'd: 'a> Network<'a, 'd> {
         self.open.remove(node.attribute("localId").unwrap_or(""));
     }
 
-    /// True for a block whose call stands in the list.
+    /// Whether the call of a block is already in the list.
     pub(super) fn is_called(&self, node: Node<'_, '_>) -> bool {
         tag(node) == "block" && self.called.contains(node.attribute("localId").unwrap_or(""))
     }
 
-    /// The element of that number.
+    /// The element with this number.
     pub(super) fn node(&self, id: &str) -> Option<Node<'a, 'd>> {
         self.nodes.get(id).copied()
     }
@@ -85,7 +86,7 @@ fn position(node: Node<'_, '_>) -> (i64, i64) {
         child(node, "position")
             .and_then(|one| one.attribute(name)?.trim().parse::<f64>().ok())
             .map_or(0, |value| {
-                #[expect(clippy::cast_possible_truncation, reason = "a place on a page")]
+                #[expect(clippy::cast_possible_truncation, reason = "a position on a page")]
                 let whole = value as i64;
                 whole
             })
@@ -103,7 +104,7 @@ pub(super) fn statements(
     let mut list = Vec::new();
     let mut sinks: Vec<Node<'_, '_>> = network.order.clone();
     sinks.retain(|node| is_sink(*node));
-    // Numbers that the designer gave come before places on the page, rows before columns.
+    // The execution order given by the designer precedes the position on the page, rows before columns.
     sinks.sort_by_key(|node| {
         let number: i64 =
             node.attribute("executionOrderId").and_then(|one| one.parse().ok()).unwrap_or(0);
@@ -115,12 +116,12 @@ pub(super) fn statements(
     list
 }
 
-/// True for a block with an instance, which is called; others are functions.
+/// Whether a block has an instance, which is called; other blocks are functions.
 fn has_instance(node: Node<'_, '_>) -> bool {
     node.attribute("instanceName").is_some_and(|name| !name.trim().is_empty())
 }
 
-/// True for an element that does something where nothing reads it.
+/// Whether an element has an effect even if nothing reads it.
 pub(super) fn is_sink(node: Node<'_, '_>) -> bool {
     match tag(node) {
         "coil" | "outVariable" => true,
@@ -181,7 +182,7 @@ fn sink(
     }
 }
 
-/// What a coil or variable does with the value that flows into it: takes it, or is set or reset by it.
+/// The statement of a coil or variable with its input value: an assignment, a set or a reset.
 fn stored(storage: Option<&str>, target: Expr, value: Expr, span: Span) -> Stmt {
     let is_set = match storage {
         Some("set") => true,
@@ -193,7 +194,7 @@ fn stored(storage: Option<&str>, target: Expr, value: Expr, span: Span) -> Stmt 
     Stmt { kind: StmtKind::If { arms, otherwise: Vec::new() }, span }
 }
 
-/// An edge of a value, by an instance of its own.
+/// The edge of a value, detected by a new instance.
 fn with_edge(
     reader: &mut Reader<'_, '_>,
     node: Node<'_, '_>,
@@ -218,7 +219,7 @@ fn with_edge(
     Expr::new(ExprKind::Field(Box::new(target), Name::new("Q", span)), span)
 }
 
-/// What flows into an element: the OR of its wires; none where something on the way could not be read.
+/// The input of an element: the OR of its wires; `None` if a part of it could not be read.
 pub(super) fn incoming(
     reader: &mut Reader<'_, '_>,
     network: &mut Network<'_, '_>,
@@ -258,33 +259,33 @@ fn wire(
         unit.refuse(
             format!("a wire from element {id}, which does not exist"),
             span,
-            "connect it again",
+            "connect it to an existing element",
         );
         return None;
     };
     let Some(nesting) = reader.nesting.checked_sub(LEVELS) else {
         let span = reader.span(connection);
-        unit.refuse("a picture with that many elements in a row", span, "break it up");
+        unit.refuse("a network with so long a chain of elements", span, "split it with variables");
         return None;
     };
     let Some(budget) = network.budget.checked_sub(1 + from.range().len() / 64) else {
         let span = reader.span(connection);
         unit.refuse(
-            "a picture with branches that meet again that often",
+            "a network whose branches meet so many times",
             span,
-            "put parts of it in variables",
+            "assign parts of it to variables",
         );
         return None;
     };
     network.budget = budget;
-    // What the element itself holds has the levels that are left.
+    // Inner expressions of the element may use the remaining levels.
     let outside = std::mem::replace(&mut reader.nesting, nesting);
     let value = output(reader, network, from, connection.attribute("formalParameter"), unit, list);
     reader.nesting = outside;
     value
 }
 
-/// What flows out of an element.
+/// The output value of an element.
 fn output(
     reader: &mut Reader<'_, '_>,
     network: &mut Network<'_, '_>,
@@ -309,7 +310,7 @@ fn output(
             let value = negate(value, is_set(node, "negated"));
             match before? {
                 Expr { kind: ExprKind::Bool(true), .. } => Some(value),
-                // Contacts in a row are one list.
+                // Contacts in series are one list.
                 Expr { kind: ExprKind::And(mut all), .. } => {
                     all.push(value);
                     Some(Expr::new(ExprKind::And(all), span))
@@ -337,9 +338,9 @@ fn output(
             let name = node.attribute("name").unwrap_or("");
             let Some(connector) = network.connectors.get(name).copied() else {
                 unit.refuse(
-                    format!("a continuation {name} without its connector"),
+                    format!("the continuation {name} without its connector"),
                     span,
-                    "name both alike",
+                    "give both the same name",
                 );
                 return None;
             };
@@ -351,7 +352,7 @@ fn output(
         "block" => block_output(reader, network, node, parameter, unit, list),
         other => {
             unit.refuse(
-                format!("`{other}` in a picture"),
+                format!("<{other}> in a network"),
                 span,
                 "use contacts, coils, variables and blocks",
             );
@@ -428,20 +429,20 @@ fn arguments(
                 if matches!(value.kind, ExprKind::Bool(true)) {
                     continue;
                 }
-                unit.refuse("a function with EN", span, "draw it without, and choose with SEL");
+                unit.refuse("a function with EN", span, "draw it without EN, and use SEL");
                 return None;
             }
             made.push(Arg { name, value, is_output: false, is_negated: false });
         }
     }
-    // Parameters of functions go by their place where one has no name.
+    // Parameters of functions without names are positional.
     if !named && made.iter().any(|one| one.name.is_none()) {
         made.iter_mut().for_each(|one| one.name = None);
     }
     Some(made)
 }
 
-/// Calls the instance of a block, once.
+/// Calls the instance of a block once.
 fn call(
     reader: &mut Reader<'_, '_>,
     network: &mut Network<'_, '_>,
@@ -461,7 +462,7 @@ fn call(
     write_outputs(reader, network, node, unit, list);
 }
 
-/// The outputs of a block that have the variable they go to written at them, each with that.
+/// The outputs of a block with a variable attached, together with that variable.
 fn written_outputs<'a, 'd: 'a>(
     node: Node<'a, 'd>,
 ) -> impl Iterator<Item = (Node<'a, 'd>, Node<'a, 'd>)> {
@@ -473,7 +474,7 @@ fn written_outputs<'a, 'd: 'a>(
     })
 }
 
-/// Assigns the outputs of a block to the variables that are written at them.
+/// Assigns the outputs of a block to the variables that are attached to them.
 fn write_outputs(
     reader: &mut Reader<'_, '_>,
     network: &mut Network<'_, '_>,
@@ -493,7 +494,7 @@ fn write_outputs(
     }
 }
 
-/// The condition that a network gives for what is called `name`: the value of its out variable or coil.
+/// The condition that a network computes for `name`: the value of its output variable or coil.
 pub(super) fn condition(
     reader: &mut Reader<'_, '_>,
     body: Node<'_, '_>,
@@ -520,25 +521,25 @@ pub(super) fn condition(
         unit.refuse(
             "a condition without a result",
             span,
-            "draw an out variable or a coil with the name of the transition",
+            "draw an output variable or a coil with the name of the transition",
         );
         return None;
     };
     let sink = *sink;
     let value = incoming(reader, &mut network, sink, unit, list)?;
     let value = with_edge(reader, sink, "edge", value, unit, list);
-    // What the picture does besides would be lost.
+    // Other effects of the network would be lost.
     let others = sinks.iter().filter(|node| **node != sink && is_sink(**node));
     let others = others.filter(|node| !network.is_called(**node));
     for node in others {
         unit.refuse(
-            "a condition that does something else besides",
+            "a condition with other effects",
             reader.span(*node),
-            "do that in an action",
+            "move the other effects to an action",
         );
     }
     if matches!(sink.attribute("storage"), Some("set" | "reset")) {
-        unit.refuse("a condition that is stored", span, "use a coil without S or R");
+        unit.refuse("a stored condition", span, "use a coil without S or R");
         return None;
     }
     let is_negated = is_set(sink, "negated");

@@ -1,4 +1,4 @@
-//! Projects: units with their interfaces, types, tasks and programs.
+//! Reads projects: units with their interfaces, types, tasks and programs.
 
 use grafsynth_ir::diag::Diagnostic;
 use roxmltree::Node;
@@ -20,7 +20,7 @@ impl Reader<'_, '_> {
         let mut outside = Unit::default();
         self.check(root, "project", &mut outside);
         for node in root.descendants().filter(Node::is_element) {
-            // What tools keep for themselves is passed over, but for these.
+            // Private data of tools is skipped, with these exceptions.
             if node.parent().is_some_and(|parent| tag(parent) == "data") {
                 match tag(node) {
                     "globalVars" => self.check(node, "variables", &mut outside),
@@ -59,7 +59,7 @@ impl Reader<'_, '_> {
         library
     }
 
-    /// `T#10ms`, or `PT0.01S` as XML writes durations.
+    /// Reads a task. The interval is `T#10ms`, or `PT0.01S` in the syntax of XML durations.
     fn task(&mut self, node: Node<'_, '_>, library: &mut Library) {
         let Some(name) = self.name(node, "name") else { return };
         let interval_text = node.attribute("interval").unwrap_or("").trim();
@@ -103,7 +103,7 @@ impl Reader<'_, '_> {
 
     fn program(&mut self, node: Node<'_, '_>, library: &mut Library) {
         let Some(name) = self.name(node, "name") else { return };
-        // Version 1.01 calls it `type`.
+        // In version 1.01 the attribute is called `type`.
         let program = self.name(node, "typeName").or_else(|| self.name(node, "type"));
         let program = program.unwrap_or_else(|| name.clone());
         let task = node
@@ -180,7 +180,7 @@ impl Reader<'_, '_> {
         Some(Pou { kind, name, vars, body, actions, options, refused: unit.refused })
     }
 
-    /// Named actions of a unit; CODESYS keeps them in data of its own.
+    /// The named actions of a unit; CODESYS keeps them in its own data.
     fn actions(&mut self, pou: Node<'_, '_>, unit: &mut Unit) -> Vec<Action> {
         let mut actions = Vec::new();
         let lists = pou.children().filter(|one| one.is_element() && tag(*one) == "actions");
@@ -191,7 +191,7 @@ impl Reader<'_, '_> {
                 Some(chart) => {
                     let span = self.span(chart);
                     unit.refuse(
-                        format!("the action {name} with a chart of its own"),
+                        format!("the action {name} with its own chart"),
                         span,
                         "make it a separate program, or a macro-step",
                     );
@@ -205,7 +205,7 @@ impl Reader<'_, '_> {
         actions
     }
 
-    /// The statements of a body that is no chart.
+    /// The statements of a body without a chart.
     pub(super) fn list(&mut self, body: Node<'_, '_>, unit: &mut Unit) -> Vec<Stmt> {
         let Some(inner) =
             body.children().find(|one| one.is_element() && tag(*one) != "documentation")
@@ -222,7 +222,7 @@ impl Reader<'_, '_> {
             "SFC" => {
                 let span = self.span(inner);
                 unit.refuse(
-                    "an action with a chart of its own",
+                    "an action with its own chart",
                     span,
                     "make it a function block or a macro-step",
                 );
@@ -299,7 +299,7 @@ impl Reader<'_, '_> {
 
     fn type_in(&mut self, node: Node<'_, '_>, unit: &mut Unit) -> Option<TypeRef> {
         let Some(inner) = node.children().find(Node::is_element) else {
-            // A type written as text was reported; what uses the variable is no further mistake.
+            // A type written as text is already reported; the uses of the variable are valid.
             let text = super::markup::type_name(node)?;
             return Some(TypeRef { kind: TypeKind::Named(text.to_owned()), span: self.span(node) });
         };

@@ -1,4 +1,4 @@
-//! What every part of a project is read with: elements, names, and the structured text in them.
+//! Shared functions for all parts of a project: elements, names, and embedded structured text.
 
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::{FileId, Name, Span};
@@ -17,23 +17,23 @@ pub(super) struct Reader<'r, 't> {
     pub(super) nesting: u32,
 }
 
-/// The unit that is being read: what its bodies add to it.
+/// The unit that is being read, with the declarations that its bodies add.
 #[derive(Debug, Default)]
 pub(super) struct Unit {
     pub(super) refused: Vec<Refusal>,
-    /// Instances that pictures need and no one declares: detectors of edges.
+    /// Undeclared instances that diagrams need: edge detectors.
     pub(super) vars: Vec<Var>,
 }
 
 impl Unit {
     pub(super) fn refuse(&mut self, what: impl Into<String>, span: Span, help: &str) {
-        // As many as are shown; what lies behind follows from them.
+        // No more than are shown; later ones are usually consequences.
         if self.refused.len() < 10_000 {
             self.refused.push(Refusal { what: what.into(), span, help: help.to_owned() });
         }
     }
 
-    /// An instance of R_TRIG or F_TRIG of its own.
+    /// Declares a new instance of R_TRIG or F_TRIG.
     pub(super) fn edge(&mut self, base: &str, is_rising: bool, span: Span) -> Name {
         let word = if is_rising { "rise" } else { "fall" };
         let mut n = 1;
@@ -65,17 +65,17 @@ pub(super) fn tag<'a>(node: Node<'a, '_>) -> &'a str {
     node.tag_name().name()
 }
 
-/// True for an attribute that says so; XML writes truth values in two ways.
+/// Whether a Boolean attribute is true, in either notation of XML.
 pub(super) fn is_set(node: Node<'_, '_>, attribute: &str) -> bool {
     node.attribute(attribute).is_some_and(|value| matches!(value.trim(), "true" | "1"))
 }
 
-/// The first child element of that name.
+/// The first child element with this name.
 pub(super) fn child<'a, 'd>(node: Node<'a, 'd>, name: &str) -> Option<Node<'a, 'd>> {
     node.children().find(|child| child.is_element() && child.tag_name().name() == name)
 }
 
-/// All child elements of that name.
+/// All child elements with this name.
 pub(super) fn children<'a, 'd: 'a>(
     node: Node<'a, 'd>,
     name: &'static str,
@@ -88,7 +88,7 @@ impl<'t> Reader<'_, 't> {
         xml::tag_span(self.file, node)
     }
 
-    /// The name in an attribute, trimmed.
+    /// The trimmed name in an attribute.
     pub(super) fn name(&self, node: Node<'_, '_>, attribute: &str) -> Option<Name> {
         let found = node.attributes().find(|one| one.name() == attribute)?;
         let mapped = Mapped::value(self.file, self.text, found).trimmed();
@@ -100,12 +100,12 @@ impl<'t> Reader<'_, 't> {
         self.findings.report(make);
     }
 
-    /// The characters of an element, formatted or not.
+    /// The text of an element, formatted or not.
     pub(super) fn content(&self, node: Node<'_, '_>) -> Mapped<'t> {
         Mapped::formatted(self.file, self.text, node)
     }
 
-    /// Structured text in an element.
+    /// Parses structured text in an element.
     pub(super) fn statements(&mut self, node: Node<'_, '_>, unit: &mut Unit) -> Vec<Stmt> {
         let mapped = self.content(node);
         let mut parser =
@@ -121,7 +121,7 @@ impl<'t> Reader<'_, 't> {
         list
     }
 
-    /// An expression in an element, as a condition may be written: with `:=` before and `;` behind it.
+    /// Parses an expression in an element. As in a condition, `:=` before it and `;` after it are allowed.
     pub(super) fn expression(&mut self, mapped: &Mapped<'_>, unit: &mut Unit) -> Option<Expr> {
         let mut parser =
             Parser::new(&mapped.text, Places::Mapped(mapped), self.findings, self.nesting);
@@ -160,7 +160,7 @@ impl<'t> Reader<'_, 't> {
     }
 }
 
-/// `true` at a place.
+/// The constant `true` or `false` at a location.
 pub(super) fn constant(value: bool, span: Span) -> Expr {
     Expr::new(ExprKind::Bool(value), span)
 }

@@ -1,48 +1,49 @@
-//! Which attributes and elements a PLCopen project may have where, and what of them is read.
+//! The allowed attributes and elements of a PLCopen project, and which of them are supported.
 
-/// What may be written in an attribute.
+/// The allowed values of an attribute.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Value {
-    /// Any text: the reader looks at it, or it has no meaning for a design.
+    /// Any text: the reader checks it, or it has no meaning for a design.
     Any,
     /// `true`, `false`, `1` or `0`.
     Boolean,
-    /// A truth value of which only false is read.
+    /// A Boolean of which only false is supported.
     False,
-    /// One of these words, the first of which is what an attribute that is not written says; that many of them are read.
+    /// One of these words; the first is the default. Only the given number of words, from the first on, is supported.
     Word(&'static [&'static str], usize),
 }
 
-/// How often an element may stand in another.
+/// How often an element may occur in another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Times {
     /// At most once.
     One,
-    /// Any number of times, of which the first alone is read.
+    /// Any number of times; only the first one is supported.
     First,
     Many,
-    /// At most one element of this and the others that are marked so.
+    /// At most one of all elements with this mark.
     Either,
-    /// Part of the format, but not read; what to do instead.
+    /// Part of the format but not supported, with an alternative.
     NotRead(&'static str),
 }
 
 pub(super) type Attribute = (&'static str, Value);
-/// The name of an element, the kind whose rule it follows, and how often it may stand there.
+/// The name of an element, the kind with its rule, and how often it may occur.
 pub(super) type Child = (&'static str, &'static str, Times);
 
-/// What an element of a kind may have. Elements of one name are of different kinds where they mean different things.
+/// The rule of an element kind. Elements with the same name but different meanings have different kinds.
 pub(super) struct Rule {
     pub(super) kind: &'static str,
     pub(super) attributes: &'static [&'static [Attribute]],
     pub(super) children: &'static [&'static [Child]],
-    /// True if characters stand in it.
+    /// Whether it may contain text.
     pub(super) text: bool,
 }
 
-/// The kind of elements that are passed over with all that is in them: layout, comments, data about the file, and texts that the reader takes as a whole.
+/// The kind of elements that are skipped with all their contents: layout, comments, data about the file, and texts that the reader handles
+/// as a whole.
 pub(super) const FREE: &str = "";
-/// The child that stands for every name that is not listed.
+/// A child entry that matches every unlisted name.
 pub(super) const OTHERS: &str = "*";
 
 use Times::{Either, First, Many, NotRead, One};
@@ -53,7 +54,7 @@ const NO_EDGE: Value = Word(&["none", "rising", "falling"], 1);
 const STORAGE: Value = Word(&["none", "set", "reset"], 3);
 const NO_STORAGE: Value = Word(&["none", "set", "reset"], 1);
 
-/// What every object of a picture has.
+/// The attributes of every object in a diagram.
 const OBJECT: &[Attribute] = &[
     ("localId", Any),
     ("height", Any),
@@ -119,7 +120,7 @@ const CHART: &[Child] = &[
     ("actionBlock", "actionBlock", Many),
 ];
 
-/// An element with rules of its own for attributes and children, and no text.
+/// An element with its own rules for attributes and children, and without text.
 const fn rule(
     kind: &'static str,
     attributes: &'static [&'static [Attribute]],
@@ -128,7 +129,8 @@ const fn rule(
     Rule { kind, attributes, children, text: false }
 }
 
-/// PLCopen TC6 XML 2.01, with what 1.01 and the files of CODESYS and Beremiz have beyond it. `addData` and `documentation` stand everywhere.
+/// PLCopen TC6 XML 2.01, with extensions of 1.01 and of the files of CODESYS and Beremiz. `addData` and `documentation` are allowed
+/// everywhere.
 pub(super) const RULES: &[Rule] = &[
     rule(
         "project",
@@ -152,7 +154,7 @@ pub(super) const RULES: &[Rule] = &[
             ("resource", "resource", Many),
             ("globalVars", "variables", Many),
             ("accessVars", FREE, Many),
-            ("configVars", FREE, NotRead("give variables their values where they are declared")),
+            ("configVars", FREE, NotRead("give variables their values in their declarations")),
         ]],
     ),
     rule(
@@ -261,7 +263,7 @@ pub(super) const RULES: &[Rule] = &[
     rule("FBD", &[], &[PICTURE, LADDER, NO_ACTIONS]),
     rule("LD", &[], &[PICTURE, LADDER, NO_ACTIONS]),
     rule("SFC", &[], &[PICTURE, LADDER, CHART]),
-    // Pictures
+    // Diagrams
     rule(
         "in",
         &[&[("globalId", Any)]],
@@ -406,7 +408,7 @@ pub(super) const RULES: &[Rule] = &[
     ),
 ];
 
-/// The rule of a kind.
+/// The rule of this kind.
 pub(super) fn of(kind: &str) -> Option<&'static Rule> {
     RULES.iter().find(|rule| rule.kind == kind)
 }

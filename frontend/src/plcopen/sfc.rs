@@ -1,4 +1,4 @@
-//! Charts of a project: links run backward, from each element to what stands before it; here they become transitions between steps.
+//! Reads the charts of a project. In the file, each element refers to its predecessors; here these links become transitions between steps.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,7 +16,7 @@ use crate::st::ast::{
 use crate::st::parse_sfc::qualifier;
 use crate::st::parse_stmt::duration;
 
-/// Attributes in which CODESYS keeps the actions of a step: while it is active, when it is entered, when it is left.
+/// Attributes in which CODESYS stores the actions of a step: while it is active, when it is entered, when it is left.
 const STEP_ACTIONS: [(&str, Qualifier); 3] =
     [("700a583f", Qualifier::N), ("a6b08bd8", Qualifier::P1), ("a2621e18", Qualifier::P0)];
 
@@ -26,7 +26,7 @@ struct Drawing<'a, 'd> {
 }
 
 impl<'a, 'd: 'a> Drawing<'a, 'd> {
-    /// The numbers of what stands before an element.
+    /// The predecessors of an element.
     fn before(&self, node: Node<'a, 'd>) -> Vec<Node<'a, 'd>> {
         children(node, "connectionPointIn")
             .flat_map(|point| children(point, "connection").collect::<Vec<_>>())
@@ -35,7 +35,7 @@ impl<'a, 'd: 'a> Drawing<'a, 'd> {
     }
 }
 
-/// The chart of a unit or macro-step.
+/// Reads the chart of a unit or macro-step.
 pub(super) fn chart(
     reader: &mut Reader<'_, '_>,
     pou: Node<'_, '_>,
@@ -44,7 +44,7 @@ pub(super) fn chart(
 ) -> Sfc {
     let mut drawing = Drawing { nodes: BTreeMap::new(), order: Vec::new() };
     for node in body.children().filter(Node::is_element) {
-        // Some tools number steps by their place only.
+        // Some tools omit the number of a step and give only its position.
         let id = node.attribute("localId").map(str::to_owned);
         if let Some(id) = id {
             drawing.nodes.entry(id).or_insert(node);
@@ -57,7 +57,7 @@ pub(super) fn chart(
     let uses = uses(reader, &drawing, unit, &mut sfc.actions);
     let mut transitions: Vec<(Node<'_, '_>, Transition)> = Vec::new();
     let mut leads_to: BTreeMap<String, Vec<Name>> = BTreeMap::new();
-    // Steps from which a wire goes past the transition behind them.
+    // Steps with a wire that bypasses the transition after them.
     let mut miswired: BTreeSet<String> = BTreeSet::new();
     for node in drawing.order.clone() {
         let target = match tag(node) {
@@ -106,7 +106,7 @@ pub(super) fn chart(
             node.attribute("localId").and_then(|id| leads_to.get(id).cloned()).unwrap_or_default();
         if from.is_empty() || to.is_empty() {
             if to.is_empty() && is_bypassed {
-                // The wire that goes past it was reported.
+                // The wire that bypasses it is already reported.
                 continue;
             }
             let (side, help) = if from.is_empty() {
@@ -185,7 +185,7 @@ pub(super) fn chart(
                 }
             }
             "transition" => {
-                // Transitions that compete stand from left to right in the places that they have together.
+                // Competing transitions keep their positions in the list, but are sorted from left to right.
                 if let Some(transition) = kept.remove(&node.id().get_usize()) {
                     sfc.elements.push(Element::Transition(transition));
                 }
@@ -199,7 +199,7 @@ pub(super) fn chart(
         reader.report(|| {
             Diagnostic::warning(
                 codes::ST_LEFT_OUT,
-                format!("<{what}> on the page of a chart is ignored: no condition reads it"),
+                format!("<{what}> on the page of a chart is ignored: no condition uses it"),
             )
             .at(span, "")
             .help("move it into an action")
@@ -209,7 +209,7 @@ pub(super) fn chart(
     sfc
 }
 
-/// The priority of a transition; none where it says none that can be read.
+/// The priority of a transition; `None` if it is missing or invalid.
 fn priority(reader: &mut Reader<'_, '_>, node: Node<'_, '_>) -> Option<u32> {
     let written = node.attribute("priority").map(str::trim).filter(|one| !one.is_empty())?;
     let found = written.parse().ok().filter(|n| *n > 0);
@@ -217,17 +217,17 @@ fn priority(reader: &mut Reader<'_, '_>, node: Node<'_, '_>) -> Option<u32> {
         let (span, written) = (reader.span(node), written.to_owned());
         reader.report(|| {
             Diagnostic::error(codes::PLC_CHART, format!("invalid priority `{written}`"))
-                .at(span, "of this transition")
+                .at(span, "in this transition")
                 .help("write a number from 1, the most urgent")
         });
     }
     found
 }
 
-/// In the documentation of a transition: the step that it leaves and enters begins anew.
+/// Mark in the documentation of a transition: a step that it both leaves and enters restarts.
 pub(super) const RESTART: &str = "{grafsynth restart}";
 
-/// The name of a transition: its own, or that of its inline condition.
+/// The name of a transition: its own name or that of its inline condition.
 fn transition_name(reader: &Reader<'_, '_>, node: Node<'_, '_>) -> Option<Name> {
     reader.name(node, "name").or_else(|| {
         let inline = child(child(node, "condition")?, "inline")?;
@@ -320,7 +320,7 @@ fn feeders(drawing: &Drawing<'_, '_>, node: Node<'_, '_>) -> Vec<String> {
     found
 }
 
-/// Competing transitions of one divergence stand from left to right, as they are drawn; where all stand at one place, as they are listed.
+/// Sorts competing transitions of one divergence from left to right as drawn; transitions at the same position keep their order.
 fn left_to_right(drawing: &Drawing<'_, '_>, transitions: &mut [(Node<'_, '_>, Transition)]) {
     let column = |node: Node<'_, '_>| {
         child(node, "position")
@@ -349,7 +349,7 @@ fn left_to_right(drawing: &Drawing<'_, '_>, transitions: &mut [(Node<'_, '_>, Tr
     }
 }
 
-/// True for an element of a chart, not of a picture on its page.
+/// Whether an element is part of a chart, not of a network on its page.
 pub(super) fn is_part(node: Node<'_, '_>) -> bool {
     const PARTS: [&str; 7] = [
         "transition",
@@ -363,12 +363,13 @@ pub(super) fn is_part(node: Node<'_, '_>) -> bool {
     is_step(node) || PARTS.contains(&tag(node))
 }
 
-/// A step, or a macro-step, which is one of the chart around it.
+/// Whether an element is a step or a macro-step; the enclosing chart contains both.
 fn is_step(node: Node<'_, '_>) -> bool {
     matches!(tag(node), "step" | "macroStep")
 }
 
-/// In the body of a macro-step the one step that nothing leads to is its entry, the one that leads nowhere its exit.
+/// The roles of steps in the body of a macro-step: the only step without predecessors is its entry, the only step without successors its
+/// exit.
 fn roles(drawing: &Drawing<'_, '_>, body: Node<'_, '_>) -> BTreeMap<String, Role> {
     let mut roles = BTreeMap::new();
     let is_macro = body
@@ -417,7 +418,7 @@ fn roles(drawing: &Drawing<'_, '_>, body: Node<'_, '_>) -> BTreeMap<String, Role
     roles
 }
 
-/// The actions of each step, by the step's number; inline actions get names of their own.
+/// The actions of each step, by the number of the step. Inline actions get generated names.
 fn uses(
     reader: &mut Reader<'_, '_>,
     drawing: &Drawing<'_, '_>,
@@ -502,7 +503,7 @@ fn uses(
     found
 }
 
-/// The duration of an action: a time, or the name of one.
+/// The duration of an action: a time or the name of one.
 fn time(reader: &mut Reader<'_, '_>, action: Node<'_, '_>, span: Span) -> Option<Expr> {
     let name = reader.name(action, "duration")?;
     let text = name.text.split_once('#').map_or(name.text.as_str(), |(_, rest)| rest);
@@ -513,7 +514,7 @@ fn time(reader: &mut Reader<'_, '_>, action: Node<'_, '_>, span: Span) -> Option
     }
 }
 
-/// Actions that CODESYS keeps in data of its own.
+/// Actions that CODESYS stores in its own data.
 fn step_actions(reader: &Reader<'_, '_>, step: Node<'_, '_>) -> Vec<Use> {
     let span = reader.span(step);
     let mut uses = Vec::new();
@@ -564,7 +565,7 @@ fn condition(
     Some(value)
 }
 
-/// A transition of the unit by its name, or a Boolean variable.
+/// The condition with this name: a transition of the unit or a Boolean variable.
 fn named_condition(
     reader: &mut Reader<'_, '_>,
     pou: Node<'_, '_>,
@@ -586,7 +587,7 @@ fn named_condition(
     }
 }
 
-/// The condition that a body in any language gives.
+/// The condition that a body in any language computes.
 fn body_condition(
     reader: &mut Reader<'_, '_>,
     body: Node<'_, '_>,

@@ -1,11 +1,11 @@
-//! Pictures and lists that are deep, long or meet again and again, on the stack that a thread has by default.
+//! Tests with networks and lists that are deep, long or converge repeatedly, on the default stack of a thread.
 
 use super::parse;
 use super::rules::{FREE, RULES};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::{FileId, lower};
 
-/// True if a program with this body is read and lowered.
+/// Whether a program with this body is read and lowered without errors.
 fn is_read(body: &str) -> bool {
     let variables = |list: &str, names: [(&str, &str); 2]| {
         let one = |(name, ty)| format!("<variable name=\"{name}\"><type><{ty}/></type></variable>");
@@ -33,7 +33,7 @@ fn wired(from: &[usize]) -> String {
     format!("<connectionPointIn>{all}</connectionPointIn>")
 }
 
-/// Contacts in a row; each is wired to the one before it as often as `n_wires` says.
+/// Contacts in series; each is wired to the one before it `n_wires` times.
 fn ladder(n: usize, n_wires: usize, variable: &str) -> String {
     let contact = |id: usize| {
         let n_wires = if id == 1 { 1 } else { n_wires };
@@ -45,7 +45,7 @@ fn ladder(n: usize, n_wires: usize, variable: &str) -> String {
     format!("<LD><leftPowerRail localId=\"0\"/>{contacts}{coil}</LD>")
 }
 
-/// Blocks in a row.
+/// Blocks in series.
 fn diagram(n: usize) -> String {
     let block = |id: usize| {
         let input = |from| format!("<variable>{}</variable>", wired(&[from]));
@@ -87,7 +87,7 @@ fn branches_that_meet_again_are_read_as_often_as_the_budget_allows() {
     assert!(!is_read(&ladder(60, 2, "a")));
 }
 
-/// What is refused of an instruction list: each with the text at its place.
+/// The refused parts of an instruction list, each with the text at its span.
 fn refusals(list: &str) -> Vec<(String, String)> {
     let text = format!(
         "<project><types><pous><pou name=\"p\" pouType=\"program\"><interface><inputVars><variable name=\"a\"><type><BOOL/></type>\
@@ -144,7 +144,7 @@ fn instruction_lists_of_any_length_are_read_or_refused() {
     list("i", "ADD i\n", 255, "ST n\n", 1);
 }
 
-/// A block with an action of its own, called from a program by the name of the instance; a block's action that is a chart is refused by its name.
+/// A block with an action, called from a program by the name of the instance. An action that is a chart is refused by name.
 #[test]
 fn actions_of_blocks_are_called_or_refused_by_name() {
     let project = |action: &str| {
@@ -167,7 +167,7 @@ fn actions_of_blocks_are_called_or_refused_by_name() {
     assert!(net.is_some(), "{found:#?}");
     let found = parse(FileId(0), &project("<SFC/>")).diagnostics;
     let messages: Vec<&str> = found.iter().map(|one| one.message.as_str()).collect();
-    assert_eq!(messages, ["the action up with a chart of its own is not supported"]);
+    assert_eq!(messages, ["the action up with its own chart is not supported"]);
 }
 
 #[test]

@@ -1,7 +1,7 @@
-//! Charts to projects: the programs of [`crate::st::write`], drawn in layers from the initial steps down.
+//! Writes charts as projects: the programs of [`crate::st::write`], drawn in layers from the initial steps down.
 //!
-//! A transition that leads up again is drawn as a jump. Divergences and convergences stand where several transitions or steps meet; competing transitions
-//! stand from left to right.
+//! A transition that leads upwards is drawn as a jump. Divergences and convergences are drawn where several transitions or steps meet;
+//! competing transitions are ordered from left to right.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -19,12 +19,12 @@ use crate::xml::text;
 const COLUMN: usize = 240;
 const ROW: usize = 160;
 
-/// The value of an attribute, in quotes.
+/// The value of an attribute in quotes.
 fn attribute(value: &str) -> String {
     format!("\"{}\"", crate::xml::attribute(value))
 }
 
-/// The project of a net, and what of it the project does not hold.
+/// The project of a net, and warnings about what it cannot contain.
 pub(super) fn net(net: &Net) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
     let Programs { programs, lost, findings, tick_ns } = items::programs_of(net, "PLCopen XML")?;
     if !findings.is_empty() {
@@ -33,7 +33,7 @@ pub(super) fn net(net: &Net) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic
     let mut out = String::new();
     out.push_str("<?xml version=\"1.0\" encoding=\"utf-8\"?>\n");
     out.push_str("<project xmlns=\"http://www.plcopen.org/xml/tc6_0201\" xmlns:xhtml=\"http://www.w3.org/1999/xhtml\">\n");
-    // The schema asks for a date; the same chart gives the same bytes on every day.
+    // The schema requires a date. It is constant, so that the same chart always gives the same bytes.
     out.push_str("  <fileHeader companyName=\"\" productName=\"grafsynth\" productVersion=\"1\" creationDateTime=\"1970-01-01T00:00:00\"/>\n");
     let name = programs.first().map_or("", |program| program.name.as_str());
     let _ = writeln!(out, "  <contentHeader name={}>", attribute(name));
@@ -113,7 +113,7 @@ fn pou(out: &mut String, program: &Program) {
     out.push_str("      </pou>\n");
 }
 
-/// The comment of a transition, with what only grafsynth reads in it.
+/// The comment of a transition, with the settings that only grafsynth reads.
 fn transition_label(transition: &Transition) -> String {
     let label = &transition.label;
     match (transition.restart, label.is_empty()) {
@@ -123,7 +123,7 @@ fn transition_label(transition: &Transition) -> String {
     }
 }
 
-/// What a comment of the chart becomes, at the end of its element.
+/// Writes a comment of the chart at the end of its element.
 fn documentation(label: &str) -> String {
     if label.is_empty() {
         return String::new();
@@ -177,7 +177,7 @@ fn variable(out: &mut String, var: &Var) {
     );
 }
 
-/// Where elements stand, and their numbers.
+/// Positions and numbers of the elements.
 struct Page<'p> {
     program: &'p Program,
     steps: BTreeMap<&'p str, usize>,
@@ -227,7 +227,7 @@ fn places(program: &Program, steps: &BTreeMap<&str, usize>) -> Vec<(usize, usize
             }
             present = below;
         }
-        // What nothing leads to stands below.
+        // Unreachable steps are drawn at the bottom.
         match rows.iter().position(Option::is_none) {
             Some(step) => {
                 rows[step] = Some(row);
@@ -259,7 +259,7 @@ fn chart(out: &mut String, program: &Program) {
     let mut page = Page { program, steps, places, next: n_steps + program.transitions.len() };
     let transition_id = |index: usize| n_steps + index + 1;
     let ports = divergences(out, &mut page);
-    // What leads to each step, and which element the step itself is behind.
+    // The elements that lead to each step, and the element before the step itself.
     let mut arriving: Vec<Vec<usize>> = vec![Vec::new(); n_steps];
     let mut jumps = Vec::new();
     for (index, transition) in program.transitions.iter().enumerate() {
@@ -356,7 +356,8 @@ fn chart(out: &mut String, program: &Program) {
     }
 }
 
-/// Divergences below steps and convergences above transitions; for each transition what it is wired to, and its place among those of its step.
+/// Writes divergences below steps and convergences above transitions. Returns, for each transition, the element that it is wired to and its
+/// index among the transitions of its step.
 fn divergences(out: &mut String, page: &mut Page<'_>) -> Vec<(usize, usize)> {
     let program = page.program;
     let mut leaving: Vec<Vec<usize>> = vec![Vec::new(); program.steps.len()];
@@ -393,7 +394,7 @@ fn divergences(out: &mut String, page: &mut Page<'_>) -> Vec<(usize, usize)> {
             .filter_map(|step| page.steps.get(step.as_str()).copied())
             .collect();
         let first = sources.first().copied().unwrap_or(0);
-        // From left to right among all transitions that share a step with this one.
+        // The index among all transitions that share a step with this one, from left to right.
         let place = program.transitions[..index]
             .iter()
             .filter(|other| other.from.iter().any(|step| transition.from.contains(step)))

@@ -1,8 +1,8 @@
-//! Properties beside a design (`NAME.props`, `--assert`), for formats that have none of their own.
+//! Properties in a separate file (`NAME.props`) or on the command line (`--assert`), for formats without properties.
 //!
-//! Each line is a property as the chart language writes it: `assert never (R and L)`, `assume never (a and b)`, with a name, a label and tags where
-//! wanted. A line that begins with `never` or `always` asserts; that is how the command line's `--assert 'never (R and L)'` reads. `#` begins a
-//! comment. Names are those of the design; they are looked up when the properties are added to its net.
+//! Each line is a property in the syntax of the chart language: `assert never (R and L)`, `assume never (a and b)`, with an optional name,
+//! label and tags. A line that begins with `never` or `always` is an assertion, as on the command line: `--assert 'never (R and L)'`. `#`
+//! begins a comment. Names refer to the design; they are resolved when the properties are added to its net.
 //!
 //! ```
 //! use grafsynth_frontend::props;
@@ -23,13 +23,13 @@ use crate::graf::parser::{Parse, Parser};
 use crate::graf::token::Kind;
 use crate::graf::{CHECK_FIRST, Limits, sorted, too_large};
 
-/// Reads properties. The names' types are not known here, so `+` and `*` are arithmetic only beside a number; see [`parse_for`].
+/// Reads properties. The types of names are unknown here, so `+` and `*` are arithmetic only next to a number; see [`parse_for`].
 #[must_use]
 pub fn parse(file: FileId, text: &str) -> (Vec<Property>, Vec<Diagnostic>) {
     read(file, text, None, &Limits::default())
 }
 
-/// Reads properties for a design in which these names are integers.
+/// Reads properties for a design in which the given names are integers.
 #[must_use]
 pub fn parse_for<'a>(
     file: FileId,
@@ -51,7 +51,7 @@ fn read(
         return (Vec::new(), vec![finding]);
     }
     if text.len() > CHECK_FIRST {
-        // A large text with an error costs no tree.
+        // For a large text with errors, no tree is built.
         let mut parser = Parser::new(file, text, numbers, *limits, true);
         all(&mut parser);
         let findings = parser.findings.finish();

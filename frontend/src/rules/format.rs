@@ -1,7 +1,7 @@
-//! Rules in their canonical form, with their comments.
+//! Formats rules in their canonical form, with their comments.
 //!
-//! A comment belongs to the line it stands on, or to the next line below it that is a list, a heading or a rule. The canonical form has the same
-//! lines, perhaps in another order or broken into several, so each comment goes with the first of those that has its line's beginning.
+//! A comment belongs to its own line, or to the next line with a list, a heading or a rule. In the canonical form the lines may be
+//! reordered or split, so each comment goes to the first line with the same beginning.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -14,18 +14,18 @@ use crate::graf::lexer::Lexer;
 use crate::graf::numbers::name_of;
 use crate::graf::token::Kind;
 
-/// Brings rules into their one canonical form; comments that are no options stay.
+/// Formats rules in the canonical form. Comments that are not options are kept.
 ///
 /// # Errors
-/// The findings of a text that has errors: it is not touched.
+/// The findings of the text if it has errors. The text is not changed.
 pub fn format(file: FileId, text: &str) -> Result<String, Vec<Diagnostic>> {
     format_within(file, text, &Limits::default())
 }
 
-/// As [`format()`], within these limits.
+/// Like [`format()`], with the given limits.
 ///
 /// # Errors
-/// The findings of a text that has errors: it is not touched.
+/// The findings of the text if it has errors. The text is not changed.
 pub fn format_within(file: FileId, text: &str, limits: &Limits) -> Result<String, Vec<Diagnostic>> {
     let parsed = parse_within(file, text, limits);
     let Some(design) = parsed.design.filter(|_| !any_error(&parsed.diagnostics)) else {
@@ -46,7 +46,7 @@ pub fn format_within(file: FileId, text: &str, limits: &Limits) -> Result<String
     for line in lines(&canonical) {
         let Some(key) = line.key else { break };
         let found = comments.get_mut(&key).and_then(VecDeque::pop_front).unwrap_or_default();
-        // Options stand before their line in the canonical form already.
+        // Options are already before their line in the canonical form.
         let (start, stop) = line.range;
         out.push_str(&canonical[end..start]);
         for above in &found.above {
@@ -61,7 +61,7 @@ pub fn format_within(file: FileId, text: &str, limits: &Limits) -> Result<String
         end = stop;
     }
     out.push_str(&canonical[end..]);
-    // What found no line stands at the end.
+    // Comments without a matching line are written at the end.
     let rest = comments.into_values().flatten().chain([last]);
     for comment in rest.flat_map(|one| one.above.into_iter().chain(one.beside)) {
         out.push_str(&comment);
@@ -70,7 +70,7 @@ pub fn format_within(file: FileId, text: &str, limits: &Limits) -> Result<String
     Ok(out)
 }
 
-/// What a line begins with: the heading it stands under, and its first word.
+/// The key of a line: the heading above it, and its first word.
 type Key = (String, String);
 
 /// The comments of a line.
@@ -81,16 +81,16 @@ struct Comments {
 }
 
 struct Line {
-    /// None behind the last line.
+    /// `None` after the last line.
     key: Option<Key>,
-    /// From its first token to its last.
+    /// The range from its first to its last token.
     range: (usize, usize),
     comments: Comments,
 }
 
-/// The lines of rules that hold anything, and what stands behind the last one. A list that goes on in the next line is one line.
+/// The non-empty lines of rules, and the text after the last one. A list that continues on the next line counts as one line.
 fn lines(text: &str) -> Vec<Line> {
-    // What stands before everything is the head of the text, a line of its own that holds nothing.
+    // The comments before the first line are the head of the text, which is treated as an empty line.
     let head = Line { key: Some(Key::default()), range: (0, 0), comments: Comments::default() };
     let mut lines: Vec<Line> = vec![head];
     let mut above: Vec<String> = Vec::new();

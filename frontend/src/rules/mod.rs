@@ -1,4 +1,5 @@
-//! The rule-based text of Grafcet (Gentzen sequents with a next operator): reader and writer, bijective with flat charts.
+//! The rule-based text form of Grafcet (Gentzen sequents with a next operator): reader and writer. Rules and flat charts correspond one to
+//! one.
 //!
 //! ```text
 //! Step p1, p2
@@ -13,11 +14,13 @@
 //! p2: |- R
 //! ```
 //!
-//! A transition rule reads: when its preceding steps are active and its receptivity is true, the following steps (`@`, *next*) are active. An output
-//! without `@` on the right side is a sub-rule: it holds *now*, while the left side does; that is a `mealy` output. A step rule gives the continuous
-//! outputs of a step, under a condition where one stands on its left side. Expressions are those of the chart language; the writer uses its signs.
-//! Charts read from rules have `conflict priority-age`, `evolution single` and `tick 10 ms`; everything else that a flat chart can have stands in
-//! lines `# option: …` in the words of the chart language. `docs/language.md` has the table.
+//! A transition rule means: if its preceding steps are active and its receptivity is true, the following steps (`@`, *next*) become active.
+//! An output without `@` on the right side is a sub-rule: it is true *now*, while the left side is true; that is a `mealy` output. A step
+//! rule gives the continuous outputs of a step, with an optional condition on its left side. Expressions have the syntax of the chart
+//! language; the writer uses its signs.
+//!
+//! Charts read from rules have `conflict priority-age`, `evolution single` and `tick 10 ms`. All other properties of a flat chart are
+//! written in lines `# option: …` in the syntax of the chart language. `docs/language.md` has the table.
 
 mod format;
 mod read;

@@ -1,4 +1,4 @@
-//! Rules text to a chart.
+//! Reads rules text into a chart.
 
 mod design;
 
@@ -25,7 +25,7 @@ pub fn parse(file: FileId, text: &str) -> Parsed {
     parse_within(file, text, &Limits::default())
 }
 
-/// Reads rules.
+/// Reads rules with the given limits.
 #[must_use]
 pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
     if let Some(finding) = too_large(file, text, limits) {
@@ -37,7 +37,7 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
     let numbers = Numbers::declared_in(&declared);
 
     if text.len() > CHECK_FIRST {
-        // A large text with an error costs no tree.
+        // For a large text with errors, no tree is built.
         let mut parser = Parser::new(file, text, Some(&numbers), *limits, true);
         Rules::default().read(&mut parser);
         let diagnostics = parser.findings.finish();
@@ -72,7 +72,7 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
     Parsed { design, diagnostics, comments }
 }
 
-/// The texts of all `# option:` lines, from and to.
+/// The start and end of the texts of all `# option:` lines.
 fn options(text: &str) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
     let mut lexer = Lexer::new(text);
@@ -92,7 +92,7 @@ fn options(text: &str) -> Vec<(usize, usize)> {
 struct Rule {
     label: Name,
     left: Option<Expr>,
-    /// What stands on the right, and whether `@` stands before it.
+    /// The right side: names, and whether `@` precedes each.
     right: Vec<(bool, Name)>,
     span: Span,
 }
@@ -105,7 +105,7 @@ struct Rules {
     inputs: Vec<Name>,
     outputs: Vec<Name>,
     marking: Vec<Name>,
-    /// The first list, and the list of steps, each with its names.
+    /// Span of the first list with its names; `step_list` is that of the list of steps.
     lists: Option<Span>,
     step_list: Option<Span>,
     seen: BTreeSet<&'static str>,
@@ -113,7 +113,7 @@ struct Rules {
     step_rules: Vec<Rule>,
 }
 
-/// What a rule belongs to.
+/// The section of a rule.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Section {
     Lists,
@@ -122,7 +122,7 @@ enum Section {
 }
 
 impl Rules {
-    /// The text says nothing.
+    /// Whether the text contains nothing.
     fn is_empty(&self) -> bool {
         self.seen.is_empty() && self.transition_rules.is_empty() && self.step_rules.is_empty()
     }
@@ -176,7 +176,7 @@ impl Rules {
         }
     }
 
-    /// `Step p1, p2`; nothing behind the word is an empty list.
+    /// Parses `Step p1, p2`; a word without names is an empty list.
     fn list(&mut self, parser: &mut Parser<'_>, list: &'static str) -> Parse<()> {
         let span = parser.here();
         parser.advance();
@@ -223,7 +223,7 @@ impl Rules {
         if !self.seen.insert(list) {
             parser.report(|| {
                 Diagnostic::error(codes::LIST_TWICE, format!("the list `{list}` is given twice"))
-                    .at(span, "the second one")
+                    .at(span, "second list")
                     .help("put all names into one list")
             });
         }
@@ -261,7 +261,7 @@ fn unknown_list(parser: &mut Parser<'_>) -> Abandoned {
     Abandoned
 }
 
-/// `t1: p1*m |- @p2*@p3`
+/// Parses `t1: p1*m |- @p2*@p3`.
 fn rule(parser: &mut Parser<'_>) -> Parse<Rule> {
     let start = parser.peek(0).start;
     let label = parser.name("the label of a rule")?;

@@ -1,4 +1,4 @@
-//! A flat chart to rules text.
+//! Writes a flat chart as rules text.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -19,7 +19,7 @@ use crate::graf::write_text::{Text, attributes, conditions, keyword, place_text,
 /// Writes a net as rules.
 ///
 /// # Errors
-/// Everything in the net that rules cannot say: several charts, macro-steps, hierarchy.
+/// Everything in the net that rules cannot express: several charts, macro-steps, hierarchy.
 pub fn write_net(net: &Net) -> Result<String, Vec<Diagnostic>> {
     crate::from_net::design(net).and_then(|design| write_design(&design))
 }
@@ -27,7 +27,7 @@ pub fn write_net(net: &Net) -> Result<String, Vec<Diagnostic>> {
 /// Writes a flat chart as rules.
 ///
 /// # Errors
-/// Several charts, macros, constants and whatever else makes a chart more than flat.
+/// Everything that makes the design more than one flat chart: several charts, macros, constants and so on.
 pub fn write_design(design: &Design) -> Result<String, Vec<Diagnostic>> {
     let [chart] = design.charts.as_slice() else {
         let n = design.charts.len();
@@ -49,7 +49,7 @@ fn cannot(message: impl Into<String>, span: Span) -> Diagnostic {
 struct Writer {
     text: Text,
     findings: Vec<Diagnostic>,
-    /// For each transition, the outputs that its rule gives as sub-rules.
+    /// For each transition, the outputs that its rule lists as sub-rules.
     mealy: BTreeMap<usize, Vec<String>>,
 }
 
@@ -59,9 +59,9 @@ struct Flat<'a> {
     steps: Vec<&'a Step>,
     transitions: Vec<&'a Transition>,
     declarations: Vec<&'a Declaration>,
-    /// Names of outputs that are no extern actions.
+    /// Names of outputs that are not extern actions.
     outputs: BTreeSet<&'a str>,
-    /// The actions that stand right before an output, by its name: actions run in their order.
+    /// The actions directly before an output, by its name: actions run in order.
     behind_actions: BTreeMap<&'a str, Vec<String>>,
 }
 
@@ -78,14 +78,14 @@ impl Writer {
         let mut flat = Flat::default();
         let mut behind = Vec::new();
         let mut before = Vec::new();
-        // The first transition with a list: rules have all steps, and so their reactions, before all transitions.
+        // The first transition with a list. In rules, all steps and their reactions come before all transitions.
         let mut with_list: Option<&Transition> = None;
         let mut has_policy = false;
         for item in &chart.items {
             match item {
                 Item::Setting(setting) => {
                     has_policy |= matches!(setting.kind, SettingKind::Conflict(_));
-                    // What rules have without saying so.
+                    // The default settings of rules.
                     let is_default = matches!(
                         setting.kind,
                         SettingKind::Tick(10_000_000)
@@ -139,7 +139,10 @@ impl Writer {
                             attributes(&action.meta)
                         )),
                         None => self.findings.push(cannot(
-                            format!("rules have no lists of several lines: {}", action.name),
+                            format!(
+                                "rules cannot contain a list with several lines: {}",
+                                action.name
+                            ),
                             action.name.span,
                         )),
                     }
@@ -187,7 +190,7 @@ impl Writer {
                 )),
             }
         }
-        // A chart that names no policy has another than rules; where it names no evolution, both have the same.
+        // The default policy of a chart differs from that of rules; the default evolution is the same.
         if !has_policy {
             options.push("conflict all".to_owned());
         }
@@ -242,7 +245,7 @@ impl Writer {
                 | StepRole::MacroEntryExit
                 | StepRole::Final => {
                     self.findings.push(cannot(
-                        format!("step {} has a part that rules have no words for", step.name),
+                        format!("rules cannot express an item of step {}", step.name),
                         step.name.span,
                     ));
                 }
@@ -280,12 +283,12 @@ impl Writer {
         out
     }
 
-    /// A name in a list or rule; the words of headings are quoted.
+    /// A name in a list or rule; words of headings are quoted.
     fn name(&mut self, name: &grafsynth_ir::Name) -> String {
         if !is_writable(&name.text) {
             self.findings.push(cannot(
                 format!(
-                    "a name that is empty or has a backquote or line break in it: {:?}",
+                    "rules cannot express a name that is empty or contains a backquote or line break: {:?}",
                     name.text
                 ),
                 name.span,
@@ -315,7 +318,7 @@ impl Writer {
                     how: ActionHow::Bare,
                     condition,
                 } if flat.outputs.contains(target.text.as_str()) => {
-                    // Sub-rules of transition rules bring it.
+                    // Sub-rules of transition rules contain it.
                     if sub_rules.get(&target.text) == Some(&true) {
                         continue;
                     }
@@ -355,7 +358,8 @@ impl Writer {
         let label = match &transition.name {
             Some(name) => self.name(name),
             None => {
-                self.findings.push(cannot("a transition without a name", transition.meta.span));
+                self.findings
+                    .push(cannot("rules need a name for this transition", transition.meta.span));
                 return;
             }
         };
@@ -379,7 +383,7 @@ impl Writer {
         rules.push(format!("{label}: {left}|-{right}"));
         labels.push(label.clone());
 
-        // Everything but steps and receptivity stands in an option.
+        // Everything except steps and receptivity is written in an option.
         let bare = Transition {
             name: None,
             sources: Vec::new(),
@@ -396,8 +400,8 @@ impl Writer {
         }
     }
 
-    /// The mealy outputs, and whether all that drives each can stand in transition rules: every share is the left side of one rule, and reading the
-    /// rules brings the shares back in their order.
+    /// The mealy outputs, and whether all shares of each can be written in transition rules: every share must be the left side of one rule,
+    /// and reading the rules must restore the order of the shares.
     fn sub_rules(&mut self, flat: &Flat<'_>) -> BTreeMap<String, bool> {
         let mut found = BTreeMap::new();
         // Left sides by the step that carries the share.
@@ -426,7 +430,7 @@ impl Writer {
     }
 }
 
-/// The transitions whose left sides are the shares of an output, in order; none when there is a share that is no left side.
+/// The transitions whose left sides are the shares of an output, in order; `None` if a share is not a left side.
 fn rules_of(
     name: &str,
     flat: &Flat<'_>,
@@ -449,7 +453,8 @@ fn rules_of(
     (!rules.is_empty()).then_some(rules)
 }
 
-/// The factors under which a step item drives this output; nothing for other items; none when it drives it otherwise.
+/// The factors under which a step item drives this output. The outer `None` means that it drives it in another way; the inner `None` is for
+/// other items.
 fn share(item: &StepItem, name: &str) -> Option<Option<Vec<Expr>>> {
     match &item.kind {
         StepItemKind::Action { target, arguments: None, how: ActionHow::Bare, condition }
@@ -477,7 +482,7 @@ fn active(path: &Path) -> Expr {
     Expr::leaf(Leaf::Name(Path { names }), Span::default())
 }
 
-/// The same expression at no place, to be compared.
+/// The expression without spans, for comparisons.
 fn without_places(expr: &Expr) -> Expr {
     let bare = |leaf: &Leaf| match leaf {
         Leaf::Name(path) => {
@@ -511,7 +516,7 @@ fn without_places(expr: &Expr) -> Expr {
     Expr::new(kind, Span::default())
 }
 
-/// True when the lists alone declare it.
+/// Whether the lists alone declare it.
 fn is_plain(declaration: &Declaration, sub_rules: &BTreeMap<String, bool>) -> bool {
     let Meta { label, req, span: _ } = &declaration.meta;
     label.is_empty()

@@ -1,4 +1,4 @@
-//! From a document to a chart: names, events and data put together, loops written out.
+//! Turns a document into a chart: combines names, events and data, and unrolls loops.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -19,14 +19,14 @@ use super::values::{Data, Kind, Value};
 use crate::codes;
 use crate::graf::parser::Findings;
 
-/// Statements that the loops of a document may become at most.
+/// Maximum number of statements after unrolling all loops of a document.
 const MAX_UNROLLED: usize = 100_000;
-/// The tick of a chart that says none, in nanoseconds (docs/semantics.md, §7).
+/// The default tick of a chart in nanoseconds (docs/semantics.md, §7).
 const TICK: u64 = 10_000_000;
-/// Room in a queue that raised events are given at most where the document says nothing.
+/// Default limit of the queue length for raised events.
 const MAX_QUEUE: u32 = 8;
 
-/// The chart of a document.
+/// Builds the chart of a document.
 pub(super) fn design(
     machine: &Machine,
     language: Language,
@@ -59,7 +59,7 @@ pub(super) fn design(
     builder.design()
 }
 
-/// One send of a name: its event and delay.
+/// A send: its event and delay.
 type Sent = (String, u64);
 
 struct Builder<'m, 'f> {
@@ -68,28 +68,28 @@ struct Builder<'m, 'f> {
     data: Data,
     alphabet: Alphabet,
     found: &'f mut Findings,
-    /// Names of states and histories as they are met.
+    /// Names of states and histories in the order of their occurrence.
     order: std::vec::IntoIter<String>,
-    /// For each identifier of a send, what is sent under it and the slot for that.
+    /// For each identifier of a send: the sends with this identifier and their slots.
     slots: BTreeMap<&'m str, Vec<(Sent, String)>>,
     unrolled: usize,
-    /// How deep choices may lie in each other, and do at present: each `elseif` lies in the one before it.
+    /// The limit and the current depth of nested choices: each `elseif` is nested in the one before it.
     nesting: usize,
     depth: usize,
     n_raises: u32,
     n_sends: u32,
     delays: Vec<u64>,
-    /// Arrays that loops go through while their elements change: the array, and the name of the copy.
+    /// Arrays that a loop iterates over while their elements change: the array, and the name of the copy.
     copies: Vec<(String, String, Span)>,
     /// Arrays that an expression reads.
     read: BTreeSet<String>,
 }
 
 impl<'m> Builder<'m, '_> {
-    /// SCXML lets one name stand for several sends; a chart has one timer for each name.
+    /// Assigns timer slots to sends. In SCXML one identifier may refer to several sends; in a chart each timer has one name.
     fn slots(&mut self) {
         let mut sends: Vec<(&'m Name, Sent)> = Vec::new();
-        // What stands in a transition that is left out is sent nowhere, and a cancel of it cancels nothing.
+        // Content of an omitted transition sends nothing, and a cancel of such a send has no effect.
         let never = |one: &super::tree::Transition| {
             one.has_event && !self.alphabet.matches_any(&one.events)
         };
@@ -116,7 +116,7 @@ impl<'m> Builder<'m, '_> {
         let initial: Vec<Path> =
             machine.initial.iter().filter_map(|id| self.names.path(id, self.found)).collect();
         let initial = match initial.as_slice() {
-            // The usual case: one of the outermost states.
+            // The usual case: a single outermost state.
             [only]
                 if machine
                     .initial
@@ -183,7 +183,7 @@ impl<'m> Builder<'m, '_> {
         if let Some((bound, span)) = settings.queue {
             kinds.push((SettingKind::Queue(bound), span));
         } else if n_raised > 0 {
-            // The external queue holds what one row brings and every send once; the internal one what a few steps raise.
+            // The external queue must hold the events of one row and one of each send; the internal queue what a few steps raise.
             let outside = self.alphabet.events.iter().filter(|event| !event.is_internal).count();
             let outside = if settings.exclusive.is_some() { outside.min(1) } else { outside };
             let outside = u32::try_from(outside).unwrap_or(u32::MAX).saturating_add(self.n_sends);
@@ -219,7 +219,7 @@ impl<'m> Builder<'m, '_> {
         let types = self.data.types(blocks, &copies);
         let mut items = Vec::new();
         for (var, ty) in self.data.vars.iter().zip(&types) {
-            // An array that only loops go through is written out with them.
+            // An array that is only used by loops disappears when they are unrolled.
             if var.is_array && !var.is_assigned && !self.read.contains(&var.name) {
                 continue;
             }
@@ -258,7 +258,7 @@ impl<'m> Builder<'m, '_> {
         items
     }
 
-    /// A state with everything in it. As deep as the document, whose depth is bounded.
+    /// Builds a state and its contents recursively. The depth of the document is bounded.
     fn state(&mut self, state: &'m State) -> Item {
         let text = self.order.next().unwrap_or_default();
         let span = state.id.as_ref().map_or(state.span, |id| id.span);
@@ -313,7 +313,7 @@ impl<'m> Builder<'m, '_> {
         Item::State(chart::State { step, is_parallel, initial, histories, items })
     }
 
-    /// The path of a state to itself, as its own body sees it: its name, which nothing in it has.
+    /// The path of a state to itself, as seen from its own body: its name, which nothing inside it has.
     fn own_path(&self, text: &str, state: &State) -> Path {
         Path::from(Name::new(text, state.span))
     }
@@ -331,7 +331,7 @@ impl<'m> Builder<'m, '_> {
         let events = self.alphabet.matched(&transition.events, &self.names, self.found);
         let guard = transition.condition.as_ref().and_then(|ast| self.condition(ast));
         let actions = self.block(&transition.content);
-        // What waits for an event that never occurs would wait for none without it.
+        // A transition that waits only for events that never occur would otherwise become eventless.
         if transition.has_event && events.is_empty() {
             return None;
         }
@@ -409,9 +409,9 @@ impl<'m> Builder<'m, '_> {
                 None => self.found.report(|| {
                     Diagnostic::warning(
                         codes::SCXML_NEVER,
-                        format!("nothing is sent under the identifier {id}"),
+                        format!("no <send> has the identifier {id}"),
                     )
-                    .at(id.span, "cancels nothing")
+                    .at(id.span, "has no effect")
                 }),
             },
             ActKind::Assign { target, target_span, index, value } => {
@@ -425,10 +425,10 @@ impl<'m> Builder<'m, '_> {
                     self.found.report(|| {
                         Diagnostic::error(
                             codes::NESTING,
-                            format!("the choices lie more than {most} levels deep, each <elseif> in the one before it"),
+                            format!("choices are nested deeper than {most} levels; each <elseif> counts as one"),
                         )
                         .at(span, "")
-                        .help("break it into several <if> elements")
+                        .help("split it into several <if> elements")
                     });
                     return;
                 }
@@ -441,7 +441,7 @@ impl<'m> Builder<'m, '_> {
                     lowered.push((self.condition(condition), self.block(acts)));
                     self.depth -= index + 1;
                 }
-                // Innermost last: each arm is what else the one before it does.
+                // From the last arm to the first: each arm becomes the `else` of the one before it.
                 for (index, (condition, then)) in lowered.into_iter().enumerate().rev() {
                     let Some(condition) = condition else { continue };
                     let kind = StmtKind::If { condition, then, otherwise: rest };
@@ -473,7 +473,7 @@ impl<'m> Builder<'m, '_> {
             self.found.report(|| {
                 Diagnostic::error(
                     codes::SCXML_LOCATION,
-                    format!("{target} is an input, which the chart only reads"),
+                    format!("{target} is an input and cannot be assigned"),
                 )
                 .at(target_span, "")
             });
@@ -493,7 +493,7 @@ impl<'m> Builder<'m, '_> {
                         Diagnostic::error(
                             codes::SCXML_LOCATION,
                             format!(
-                                "{target} has the elements 0..{}, not {at}",
+                                "index {at} is out of range: {target} has the elements 0..{}",
                                 len.saturating_sub(1)
                             ),
                         )
@@ -504,11 +504,11 @@ impl<'m> Builder<'m, '_> {
                 Some(index)
             }
             (None, true) | (Some(_), false) => {
-                let what = if is_array { "an array" } else { "no array" };
+                let what = if is_array { "an array" } else { "not an array" };
                 self.found.report(|| {
                     Diagnostic::error(codes::SCXML_LOCATION, format!("{target} is {what}"))
                         .at(target_span, "")
-                        .help(format!("assign one of its elements, as in `{target}[0]`, or a datum that is no array"))
+                        .help(format!("assign one of its elements, as in `{target}[0]`, or a data element that is not an array"))
                 });
                 return None;
             }
@@ -517,7 +517,7 @@ impl<'m> Builder<'m, '_> {
         Some(StmtKind::Assign { target, index, value: value? })
     }
 
-    /// A loop over an array whose length is known, one turn after the other.
+    /// Unrolls a loop over an array of known length.
     fn foreach(
         &mut self,
         span: Span,
@@ -535,10 +535,10 @@ impl<'m> Builder<'m, '_> {
             self.found.report(|| {
                 Diagnostic::error(
                     codes::SCXML_LOCATION,
-                    format!("{item} cannot take the elements of an array"),
+                    format!("the loop variable {item} must be a number or a Boolean that can be assigned"),
                 )
                 .at(item.span, "")
-                .help("write the name of a datum that is no array and no input, or a new one")
+                .help("write a new name, or the name of a data element that is neither an array nor an input")
             });
             return;
         }
@@ -551,9 +551,7 @@ impl<'m> Builder<'m, '_> {
                 self.found.report(|| {
                     Diagnostic::error(
                         codes::SCXML_KIND,
-                        format!(
-                            "{item} takes numbers from one array and truth values from another"
-                        ),
+                        format!("{item} gets numbers from one array and Booleans from another"),
                     )
                     .at(array.span, "")
                 });
@@ -566,20 +564,20 @@ impl<'m> Builder<'m, '_> {
                 let value = Expr::new(ExprKind::Int(i64::try_from(at).unwrap_or(i64::MAX)), span);
                 out.push(Stmt { kind: StmtKind::Assign { target, index: None, value }, span });
             }
-            // The count is looked at before the body is written out: loops in loops multiply.
+            // Checks the count before unrolling the body: nested loops multiply.
             self.unrolled += out.len() - before + count(body);
             if self.unrolled > MAX_UNROLLED {
                 if self.unrolled < usize::MAX / 2 {
                     self.found.report(|| {
                         Diagnostic::error(
                             codes::SCXML_SIZE,
-                            format!("the loops of the chart become more than {MAX_UNROLLED} statements"),
+                            format!("the loops of the chart expand to more than {MAX_UNROLLED} statements"),
                         )
-                        .at(span, "here the count was reached")
-                        .help("a loop is written out, one turn after the other: go through fewer elements")
+                        .at(span, "the limit is exceeded here")
+                        .help("loops are unrolled: iterate over fewer elements")
                     });
                 }
-                // Reported once.
+                // Reported only once.
                 self.unrolled = usize::MAX / 2;
                 return;
             }
@@ -589,7 +587,7 @@ impl<'m> Builder<'m, '_> {
         }
     }
 
-    /// What a loop goes through, with the kind of each element.
+    /// The elements that a loop iterates over, with their kind.
     fn elements(
         &mut self,
         array: &'m Ast,
@@ -604,7 +602,7 @@ impl<'m> Builder<'m, '_> {
         let not_iterable = |message: String| {
             Diagnostic::error(codes::SCXML_LOOP, message)
                 .at(span, "")
-                .help("a loop goes through an array that is written out: <data id=\"list\">[1, 2, 3]</data>")
+                .help("a loop iterates over a constant array: <data id=\"list\">[1, 2, 3]</data>")
         };
         if let Some(all) = array.elements() {
             let mut values = Vec::with_capacity(all.len());
@@ -620,8 +618,7 @@ impl<'m> Builder<'m, '_> {
             return Some(values);
         }
         let AstKind::Name(name) = &array.kind else {
-            self.found
-                .report(|| not_iterable("this is no array that a loop can go through".to_owned()));
+            self.found.report(|| not_iterable("expected an array".to_owned()));
             return None;
         };
         let Some(var) = self.data.get(name) else {
@@ -630,7 +627,7 @@ impl<'m> Builder<'m, '_> {
             return None;
         };
         if !var.is_array {
-            self.found.report(|| not_iterable(format!("{name} is no array")));
+            self.found.report(|| not_iterable(format!("{name} is not an array")));
             return None;
         }
         if !var.is_assigned {
@@ -645,7 +642,7 @@ impl<'m> Builder<'m, '_> {
         };
         let mut from = chart_name.clone();
         if assigns(body, name) {
-            // Changes of the array do not change what the loop goes through (assertion 525).
+            // Changes of the array do not affect the running loop (assertion 525).
             let copy = self.names.fresh(&format!("{chart_name}_copy"), "");
             self.copies.push((chart_name.clone(), copy.clone(), span));
             for at in 0..len {
@@ -665,7 +662,7 @@ fn gcd(a: u64, b: u64) -> u64 {
     if b == 0 { a } else { gcd(b, a % b) }
 }
 
-/// Statements in a list, those inside of others included.
+/// The number of statements in a list, including nested ones.
 fn count(acts: &[Act]) -> usize {
     let inside = |act: &Act| match &act.kind {
         ActKind::If { arms, otherwise } => {
@@ -677,7 +674,7 @@ fn count(acts: &[Act]) -> usize {
     acts.iter().map(|act| 1 + inside(act)).sum()
 }
 
-/// True if a statement of the list changes an element of the array.
+/// Whether a statement of the list assigns an element of the array.
 fn assigns(acts: &[Act], array: &str) -> bool {
     acts.iter().any(|act| match &act.kind {
         ActKind::Assign { target, index, .. } => index.is_some() && target == array,
@@ -689,7 +686,7 @@ fn assigns(acts: &[Act], array: &str) -> bool {
     })
 }
 
-/// Arrays that an expression reads by an index that is not known before the chart runs.
+/// Collects the arrays that an expression reads by an index that is not constant.
 fn note_arrays(expr: &Expr, out: &mut BTreeSet<String>) {
     if let ExprKind::Element(Leaf::Name(path), _) = &expr.kind
         && let Some(name) = path.names.first()
@@ -701,7 +698,7 @@ fn note_arrays(expr: &Expr, out: &mut BTreeSet<String>) {
     }
 }
 
-/// Every list of a state and of what lies in it.
+/// Collects all lists of a state and its contents.
 fn blocks_of<'s>(item: &'s Item, out: &mut Vec<&'s [Stmt]>) {
     fn step<'s>(step: &'s Step, out: &mut Vec<&'s [Stmt]>) {
         for item in &step.body {

@@ -1,7 +1,8 @@
-//! The finite alphabet of a chart, and which of its events each descriptor matches (SCXML 1.0, §3.12.1).
+//! The finite set of events of a chart, and which events each descriptor matches (SCXML 1.0, §3.12.1).
 //!
-//! The events of a chart are those that it raises or sends, the completions of its states, and what its transitions wait for and nothing in it
-//! raises: those come from outside. A descriptor matches the events that it names or that begin with its tokens; `*` matches all.
+//! The events of a chart are the events that it raises or sends, the completions of its states, and the external events: those that its
+//! transitions wait for but that nothing in it raises. A descriptor matches the events that it names and those that begin with its tokens;
+//! `*` matches all.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -13,7 +14,7 @@ use super::tree::{ActKind, Child, Machine};
 use crate::codes;
 use crate::graf::parser::Findings;
 
-/// So many matches of descriptors with events are written out at most.
+/// Maximum number of matches between descriptors and events.
 const MAX_MATCHES: usize = 200_000;
 
 /// One event of the chart.
@@ -21,23 +22,23 @@ const MAX_MATCHES: usize = 200_000;
 pub(super) struct Event {
     /// Its name in the chart.
     pub(super) name: String,
-    /// Where it was mentioned first.
+    /// Location of its first mention.
     pub(super) span: Span,
     pub(super) is_internal: bool,
-    /// The completion of a state, which a chart need not declare.
+    /// Whether it is the completion of a state, which need not be declared.
     pub(super) is_done: bool,
 }
 
 /// All events of a chart.
 #[derive(Debug, Default)]
 pub(super) struct Alphabet {
-    /// In the order of declaration.
+    /// The events in the order of their declaration.
     pub(super) events: Vec<Event>,
     by_name: BTreeMap<String, usize>,
     matches: usize,
 }
 
-/// The tokens that a descriptor asks for, and whether it says that more may follow.
+/// The tokens of a descriptor, and whether more tokens may follow.
 fn stem(descriptor: &str) -> (&str, bool) {
     if descriptor == "*" {
         return ("", true);
@@ -48,7 +49,7 @@ fn stem(descriptor: &str) -> (&str, bool) {
     }
 }
 
-/// True if the name is the stem, or begins with its tokens.
+/// Whether the name equals the stem or begins with its tokens.
 fn begins(name: &str, stem: &str) -> bool {
     name.strip_prefix(stem).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
@@ -59,7 +60,7 @@ fn head(name: &str) -> &str {
 }
 
 impl Alphabet {
-    /// Finds the events of a document.
+    /// Collects the events of a document.
     pub(super) fn of(machine: &Machine, names: &mut Names, found: &mut Findings) -> Alphabet {
         let mut raised: BTreeMap<String, Span> = BTreeMap::new();
         machine.each_act(&mut |act| {
@@ -81,7 +82,7 @@ impl Alphabet {
             machine.settings.internals.iter().map(|name| name.text.as_str()).collect();
         let mut alphabet = Alphabet::default();
         let mut wanted: Vec<(&str, Span)> = Vec::new();
-        // Plain names first: a descriptor with an asterisk stands for those that others name.
+        // Plain names first: a descriptor with an asterisk matches the events that others name.
         let candidates: BTreeSet<&str> = waited
             .iter()
             .map(|name| stem(&name.text))
@@ -106,7 +107,7 @@ impl Alphabet {
         }
         wanted.extend(raised.iter().map(|(name, span)| (name.as_str(), *span)));
         wanted.extend(machine.settings.inputs.iter().map(|name| (name.text.as_str(), name.span)));
-        // In the order of the text, wherever they are mentioned.
+        // In source order of the first mention.
         wanted.sort_by_key(|(_, span)| span.start);
         for (text, span) in wanted {
             if alphabet.by_name.contains_key(text) {
@@ -139,7 +140,7 @@ impl Alphabet {
                 found.report(|| {
                     Diagnostic::warning(
                         codes::SCXML_NEVER,
-                        format!("nothing in the chart mentions the event {name}"),
+                        format!("the chart does not use the event {name}"),
                     )
                     .at(name.span, "")
                 });
@@ -153,7 +154,7 @@ impl Alphabet {
         self.events.push(event);
     }
 
-    /// The completion of a state that completes.
+    /// Adds the completion of a state; false if there is no such state or it never completes.
     fn done(&mut self, text: &str, span: Span, names: &Names) -> bool {
         let id = text.strip_prefix("done.state.").unwrap_or_default();
         let Some(known) = names.states.get(id).filter(|known| known.completes) else {
@@ -164,13 +165,13 @@ impl Alphabet {
         true
     }
 
-    /// The chart's name of an event that is raised or sent.
+    /// The chart name of an event that is raised or sent.
     pub(super) fn named(&self, event: &Name) -> Option<Name> {
         let index = self.by_name.get(&event.text)?;
         Some(Name::new(self.events[*index].name.as_str(), event.span))
     }
 
-    /// True when some event matches one of these descriptors.
+    /// Whether an event matches one of these descriptors.
     pub(super) fn matches_any(&self, descriptors: &[Name]) -> bool {
         descriptors.iter().any(|descriptor| {
             let (text, _) = stem(&descriptor.text);
@@ -182,7 +183,7 @@ impl Alphabet {
         })
     }
 
-    /// What descriptors match, in the order of declaration; each event once.
+    /// The events that the descriptors match, in the order of declaration, each event once.
     pub(super) fn matched(
         &mut self,
         descriptors: &[Name],
@@ -232,16 +233,14 @@ impl Alphabet {
         found.report(|| {
             Diagnostic::error(
                 codes::SCXML_SIZE,
-                format!(
-                    "the descriptors of the chart match more than {MAX_MATCHES} times an event"
-                ),
+                format!("the event descriptors of the chart have more than {MAX_MATCHES} matches"),
             )
-            .at(descriptor.span, "here the count was reached")
-            .help("name the events that are meant")
+            .at(descriptor.span, "the limit is exceeded here")
+            .help("name single events instead of `*` or a common prefix")
         });
     }
 
-    /// A descriptor that no event of the chart matches, unless another one of its transition took them all.
+    /// Reports a descriptor without a matching event, unless other descriptors of the same transition already matched its events.
     fn never(&self, descriptor: &Name, names: &Names, found: &mut Findings) {
         let (text, _) = stem(&descriptor.text);
         if self.by_name.keys().any(|name| begins(name, text))
@@ -260,12 +259,12 @@ impl Alphabet {
                 codes::SCXML_NEVER,
                 format!("the event {descriptor} never occurs"),
             )
-            .at(descriptor.span, "nothing is taken by it");
+            .at(descriptor.span, "never matches");
             match head(text) {
                 "error" => finding.help(
-                    "what would raise an error when the chart runs is refused before it runs",
+                    "a document that could raise an error event is rejected, so error events never occur",
                 ),
-                "done" => finding.help("only a state with a <final> in it is ever done"),
+                "done" => finding.help("only a state with a <final> child completes"),
                 _ => finding,
             }
         });

@@ -1,6 +1,7 @@
-//! Expressions of SCXML as far as integers and Booleans reach: the common part of ECMAScript and C89, each text with the place of what it refuses.
+//! Expressions of SCXML over integers and Booleans: the common subset of ECMAScript and C89. Unsupported parts are reported with their
+//! location.
 //!
-//! Read here without types; [`super::types`] finds out what is a number and what a truth value and makes chart expressions of the tree.
+//! Parsed here without types. [`super::values`] infers numbers and Booleans and turns the tree into chart expressions.
 
 use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
@@ -10,23 +11,23 @@ use super::refuse;
 use crate::codes;
 use crate::xml::Mapped;
 
-/// The data model of a document: which expressions it has.
+/// The data model of a document, which decides the expression syntax.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Language {
     /// `null`: `In('s')` alone.
     Null,
-    /// `ecmascript`, and a document that names none.
+    /// `ecmascript`, also the default.
     Ecmascript,
     /// `c89`.
     C89,
 }
 
-/// An expression as written.
+/// A parsed expression.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Ast {
     pub(super) kind: AstKind,
     pub(super) span: Span,
-    /// Levels of the tree, this one included.
+    /// Height of the tree.
     depth: u32,
 }
 
@@ -35,13 +36,13 @@ pub(super) struct Ast {
 pub(super) enum AstKind {
     Bool(bool),
     Int(i64),
-    /// A datum, or the variable of a loop.
+    /// A data element, or the variable of a loop.
     Name(String),
     /// `list[i]`.
     Element(String, Box<Ast>),
-    /// `In('s')`: the identifier of a state and where it stands.
+    /// `In('s')`: the identifier of a state and its span.
     In(String, Span),
-    /// `[1, 2, 3]`: only where an array is declared or gone through.
+    /// `[1, 2, 3]`: only in the declaration of an array or in a loop.
     Array(Vec<Ast>),
     Not(Box<Ast>),
     Neg(Box<Ast>),
@@ -53,10 +54,10 @@ pub(super) enum AstKind {
     Choice(Box<Ast>, Box<Ast>, Box<Ast>),
 }
 
-/// Reads the whole text as one expression.
+/// Parses the whole text as one expression.
 ///
 /// # Errors
-/// The first thing in it that is no expression of integers and Booleans.
+/// The first part that is not an expression of integers and Booleans.
 pub(super) fn parse(
     text: &Mapped<'_>,
     language: Language,
@@ -65,7 +66,7 @@ pub(super) fn parse(
     let mut parser = Parser { text, language, nesting, at: 0, depth: 0, divisions: None };
     parser.blanks();
     if parser.is_end() {
-        return Err(parser.error(parser.here(), "an expression is missing here", None));
+        return Err(parser.error(parser.here(), "missing expression", None));
     }
     let ast = parser.choice()?;
     parser.blanks();
@@ -75,10 +76,10 @@ pub(super) fn parse(
     Err(parser.unexpected())
 }
 
-/// The location of an assignment: a name, or an element of an array.
+/// Parses the target of an assignment: a name or an array element.
 ///
 /// # Errors
-/// The text is neither.
+/// The text is neither of these.
 pub(super) fn location(
     text: &Mapped<'_>,
     language: Language,
@@ -86,12 +87,9 @@ pub(super) fn location(
 ) -> Result<(String, Option<Ast>), Box<Diagnostic>> {
     let refused = |span: Span| {
         Box::new(
-            Diagnostic::error(
-                codes::SCXML_LOCATION,
-                format!("`{}` is no place for a value", text.text),
-            )
-            .at(span, "")
-            .help("name a datum, or an element such as `list[0]`"),
+            Diagnostic::error(codes::SCXML_LOCATION, format!("`{}` cannot be assigned", text.text))
+                .at(span, "")
+                .help("write the name of a data element, or an array element such as `list[0]`"),
         )
     };
     let mut parser = Parser { text, language, nesting, at: 0, depth: 0, divisions: None };
@@ -123,13 +121,13 @@ struct Parser<'a, 't> {
     language: Language,
     nesting: u32,
     at: usize,
-    /// How many open levels lie around this place.
+    /// The current nesting depth.
     depth: u32,
-    /// Directly inside of `Math.trunc(..)`: the divisions met there, each of which would give a fraction elsewhere.
+    /// Directly inside `Math.trunc(..)`: the number of divisions so far, each of which would otherwise give a fraction.
     divisions: Option<u32>,
 }
 
-/// What stands between two operands, weakest first.
+/// Binary operators, lowest precedence first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Operator {
     Or,
@@ -179,7 +177,7 @@ impl Parser<'_, '_> {
         })
     }
 
-    /// The finding for what begins here and has no meaning at this place.
+    /// The finding for an unexpected text at this position.
     fn unexpected(&mut self) -> Box<Diagnostic> {
         let start = self.at;
         let span = self.here();
@@ -187,35 +185,36 @@ impl Parser<'_, '_> {
             return self.error(span, "the expression ends too early", None);
         };
         match first {
-            '"' | '\'' => {
-                refuse(span, "a string", "only integers and Booleans have a place in a controller")
-            }
-            '{' => refuse(span, "an object", "use one datum for each value in it"),
+            '"' | '\'' => refuse(span, "a string", "only integers and Booleans are supported"),
+            '{' => refuse(span, "an object", "use one data element for each value"),
             '&' | '|' | '^' | '~' => {
                 refuse(span, "a bit operation", "use `&&`, `||` and `!` on Booleans, or arithmetic")
             }
             '<' | '>' if self.rest().starts_with("<<") || self.rest().starts_with(">>") => {
                 refuse(span, "a shift", "multiply or divide by a power of two")
             }
-            '.' => refuse(span, "a member of an object", "use one datum for each value in it"),
+            '.' => refuse(span, "a member of an object", "use one data element for each value"),
             '=' => self.error(
                 span,
-                "`=` assigns, which an expression cannot",
+                "`=` is an assignment, which is not allowed in an expression",
                 Some("compare with `==`; assign with <assign>"),
             ),
-            '+' | '-' if self.rest().starts_with("++") || self.rest().starts_with("--") => {
-                self.error(span, "an expression has no effects", Some("assign with <assign>"))
-            }
+            '+' | '-' if self.rest().starts_with("++") || self.rest().starts_with("--") => self
+                .error(
+                    span,
+                    "an expression cannot have side effects",
+                    Some("assign with <assign>"),
+                ),
             c if is_start(c) => {
                 let word = self.word();
                 let span = self.text.span(start..self.at);
-                self.error(span, &format!("`{word}` cannot stand here"), None)
+                self.error(span, &format!("unexpected `{word}`"), None)
             }
-            c => self.error(span, &format!("`{c}` cannot stand here"), None),
+            c => self.error(span, &format!("unexpected `{c}`"), None),
         }
     }
 
-    /// Takes a sign that none of the longer ones begins with.
+    /// Consumes a sign, unless a longer sign begins here.
     fn eat(&mut self, sign: &str, not: &[&str]) -> bool {
         self.blanks();
         let rest = self.rest();
@@ -249,11 +248,11 @@ impl Parser<'_, '_> {
                 format!("the expression has more than {} levels", self.nesting),
             )
             .at(span, "")
-            .help("break it into several data"),
+            .help("split it into several data elements"),
         )
     }
 
-    /// A node over others, unless the tree becomes too deep for anything that walks it.
+    /// Creates an inner node; an error if the tree becomes too deep.
     fn node(&self, kind: AstKind, span: Span, below: u32) -> Parse {
         let depth = below + 1;
         if depth > self.nesting { Err(self.too_deep(span)) } else { Ok(Ast { kind, span, depth }) }
@@ -281,7 +280,7 @@ impl Parser<'_, '_> {
         Ok(ast)
     }
 
-    /// The operator that begins here, how strongly it binds, and its length.
+    /// The operator that begins here, its precedence and its length.
     fn operator(&mut self) -> Parse<Option<(Operator, u8, usize)>> {
         self.blanks();
         let rest = self.rest();
@@ -324,7 +323,7 @@ impl Parser<'_, '_> {
                     return Err(refuse(
                         self.here(),
                         "a division that gives fractions",
-                        "write `Math.trunc(a / b)`, which stays with integers",
+                        "write `Math.trunc(a / b)`, which gives an integer",
                     ));
                 }
             }
@@ -335,10 +334,10 @@ impl Parser<'_, '_> {
         Ok(Some(found))
     }
 
-    /// Operands and operators that bind at least so strongly. One function for all of them keeps the stack small.
+    /// Parses operands and operators with at least the precedence `least`. A single function for all operators saves stack space.
     fn binary(&mut self, least: u8) -> Parse {
         let mut left = self.unary()?;
-        // `a && b && c` is one conjunction of three, `(a && b) && c` is not.
+        // `a && b && c` is one conjunction of three operands; `(a && b) && c` is not.
         let mut joined = None;
         loop {
             let (before, divisions) = (self.at, self.divisions);
@@ -448,7 +447,7 @@ impl Parser<'_, '_> {
         let span = self.text.span(start..self.at);
         let hex = word.strip_prefix("0x").or(word.strip_prefix("0X"));
         let digits = match self.language {
-            // C writes how wide a number is; ours are as wide as they need.
+            // C suffixes give the width of a number; our numbers need none.
             Language::C89 => word.trim_end_matches(['u', 'U', 'l', 'L']),
             Language::Ecmascript | Language::Null => word.as_str(),
         };
@@ -461,27 +460,27 @@ impl Parser<'_, '_> {
                 return Err(self.error(
                     span,
                     &format!("{word} would be an octal number"),
-                    Some("write it without the 0 before it"),
+                    Some("remove the leading 0"),
                 ));
             }
             None => digits.parse().ok(),
         };
         match value {
             Some(value) if value <= i64::from(u32::MAX) => self.node(AstKind::Int(value), span, 0),
-            Some(_) => Err(self.error(span, &format!("{word} is beyond 32 bits"), None)),
+            Some(_) => Err(self.error(span, &format!("{word} exceeds 32 bits"), None)),
             None if word.bytes().all(|byte| byte.is_ascii_digit()) => {
-                Err(self.error(span, &format!("{word} is beyond 32 bits"), None))
+                Err(self.error(span, &format!("{word} exceeds 32 bits"), None))
             }
             None if word.contains(['.', 'e', 'E']) && hex.is_none() => Err(refuse(
                 span,
-                &format!("{word}, which is no integer"),
-                "count in a smaller unit: tenths, or per mille",
+                &format!("the fraction {word}"),
+                "use an integer in a smaller unit, such as tenths",
             )),
-            None => Err(self.error(span, &format!("{word} is no number"), None)),
+            None => Err(self.error(span, &format!("invalid number {word}"), None)),
         }
     }
 
-    /// What a word stands for.
+    /// Parses an expression that begins with a word.
     fn named(&mut self) -> Parse {
         let start = self.at;
         let word = self.word();
@@ -502,7 +501,7 @@ impl Parser<'_, '_> {
         }
         if self.rest().starts_with('(') {
             let what = format!("a call of {word}");
-            return Err(refuse(span, &what, "the only function is In('state')"));
+            return Err(refuse(span, &what, "the only supported function is In('state')"));
         }
         self.node(AstKind::Name(word), span, 0)
     }
@@ -516,31 +515,29 @@ impl Parser<'_, '_> {
         self.node(AstKind::Element(word, Box::new(index)), span, below)
     }
 
-    /// The finding for a word that has a meaning, and none here.
+    /// The finding for a reserved word that is not supported here.
     fn no_datum(&self, word: &str, span: Span) -> Option<Box<Diagnostic>> {
-        const ONLY: &str = "only integers and Booleans have a place in a controller";
+        const ONLY: &str = "only integers and Booleans are supported";
         Some(match word {
             "_event" => refuse(
                 span,
                 "the data of an event",
-                "an event of a controller carries nothing: use one event for each value, or an input",
+                "events carry no data: use one event for each value, or an input",
             ),
-            "_sessionid" | "_name" | "_ioprocessors" | "_x" => refuse(
-                span,
-                &format!("the system variable {word}"),
-                "a controller runs alone: nothing in it asks for its session",
-            ),
+            "_sessionid" | "_name" | "_ioprocessors" | "_x" => {
+                refuse(span, &format!("the system variable {word}"), "a controller has no sessions")
+            }
             "undefined" | "null" | "NaN" | "Infinity" | "NULL" => refuse(
                 span,
                 &format!("the value {word}"),
-                "a datum always has a number or truth value",
+                "a data element is always a number or a Boolean",
             ),
             "new" | "function" | "typeof" | "void" | "delete" | "sizeof" | "instanceof"
             | "this" => refuse(span, &format!("`{word}`"), ONLY),
             "return" | "var" | "let" | "const" | "if" | "else" | "for" | "while" | "do"
             | "break" | "continue" | "switch" | "case" | "throw" | "try" => self.error(
                 span,
-                &format!("`{word}` begins a statement, and an expression is needed"),
+                &format!("expected an expression, found the statement `{word}`"),
                 None,
             ),
             _ => return None,
@@ -549,7 +546,7 @@ impl Parser<'_, '_> {
 
     fn in_predicate(&mut self, span: Span) -> Parse {
         if !self.eat("(", &[]) {
-            return Err(self.error(span, "`In` asks for a state", Some("write In('state')")));
+            return Err(self.error(span, "`In` needs a state", Some("write In('state')")));
         }
         self.blanks();
         let start = self.at;
@@ -558,13 +555,13 @@ impl Parser<'_, '_> {
             Some(quote) => {
                 let inside = &self.rest()[1..];
                 let Some(end) = inside.find(quote) else {
-                    return Err(self.error(self.here(), "the quote is not closed", None));
+                    return Err(self.error(self.here(), "missing closing quote", None));
                 };
                 let id = inside[..end].to_owned();
                 self.at += end + 2;
                 (id, self.text.span(start + 1..self.at - 1))
             }
-            // The null data model has no strings, so some write the identifier as it is.
+            // The null data model has no strings, so some documents write the identifier without quotes.
             None if self.language == Language::Null => {
                 let rest = self.rest();
                 let end = rest.find([')', ' ']).unwrap_or(rest.len());
@@ -576,7 +573,7 @@ impl Parser<'_, '_> {
                 let span = self.here();
                 return Err(self.error(
                     span,
-                    "`In` asks for a state by its identifier in quotes",
+                    "`In` needs the identifier of a state in quotes",
                     Some("write In('state')"),
                 ));
             }
@@ -588,13 +585,13 @@ impl Parser<'_, '_> {
         self.node(AstKind::In(id, place), span, 0)
     }
 
-    /// `Math.trunc(a / b)`, which ECMAScript has for the division of integers.
+    /// Parses `Math.trunc(a / b)`, the integer division of ECMAScript.
     fn math(&mut self, span: Span) -> Parse {
         let refused = |span| {
             refuse(
                 span,
                 "a function of Math",
-                "the only one read is `Math.trunc(a / b)`, the division of integers",
+                "the only supported one is `Math.trunc(a / b)`, the integer division",
             )
         };
         if !self.eat(".", &[]) {
@@ -611,7 +608,7 @@ impl Parser<'_, '_> {
         let inner = self.binary(6)?;
         let count = std::mem::replace(&mut self.divisions, around);
         self.depth -= 1;
-        // C's division has one fraction to take away; `a / b * c` would keep one.
+        // The division of C truncates one quotient; `a / b * c` would keep a fraction.
         if !matches!(inner.kind, AstKind::Arith(ArithOp::Div, ..)) || count > Some(1) {
             return Err(refused(span.to(inner.span)));
         }
@@ -623,12 +620,12 @@ impl Parser<'_, '_> {
 }
 
 impl Ast {
-    /// A leaf that no source says.
+    /// A leaf that is not in the source.
     pub(super) fn of(kind: AstKind, span: Span) -> Ast {
         Ast { kind, span, depth: 1 }
     }
 
-    /// The elements of an array that is written out.
+    /// The elements of an array literal.
     pub(super) fn elements(&self) -> Option<&[Ast]> {
         if let AstKind::Array(all) = &self.kind { Some(all) } else { None }
     }

@@ -1,4 +1,4 @@
-//! Warnings about a document that has a meaning, and probably not the intended one.
+//! Warnings about valid documents that are probably mistakes.
 
 use std::collections::BTreeMap;
 
@@ -18,8 +18,8 @@ pub(super) fn lints(machine: &Machine, found: &mut Findings) {
     });
 }
 
-/// Transitions from one child of `<parallel>` to another, where both are single states: the children are active together, so such a transition leaves and
-/// enters all of them. Regions with states of their own are left alone.
+/// Warns of transitions between two children of `<parallel>` that are single states: the children are active together, so such a transition
+/// leaves and enters all of them. Regions with states of their own are not checked.
 fn between_regions(parallel: &State, found: &mut Findings) {
     let regions: BTreeMap<&str, Span> = parallel
         .states()

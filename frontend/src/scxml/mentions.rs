@@ -1,4 +1,4 @@
-//! What a writer wants to know of a chart before it writes: what leaves each state, and where each event is mentioned first.
+//! Information about a chart for writers: the transitions that leave each state, and the first mention of each event.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,13 +7,13 @@ use grafsynth_ir::chart::{
 };
 use grafsynth_ir::{Name, Span};
 
-/// One transition of a state: drawn beside it or as a reaction in it.
+/// A transition of a state: written beside the state, or as a reaction inside it.
 pub(super) enum Leaving<'c> {
     Transition(&'c Transition),
     Reaction { events: &'c [Name], guard: Option<&'c Expr>, actions: &'c [Stmt], span: Span },
 }
 
-/// The state or step that an item is.
+/// The state or step of an item.
 pub(super) fn state_of(item: &Item) -> Option<(&Step, Option<&State>)> {
     if let Item::State(state) = item {
         Some((&state.step, Some(state)))
@@ -24,13 +24,13 @@ pub(super) fn state_of(item: &Item) -> Option<(&Step, Option<&State>)> {
     }
 }
 
-/// The state of a list that is marked as the one to enter.
+/// The state of a list that is marked as initial.
 pub(super) fn marked(items: &[Item]) -> Option<&str> {
     let mut steps = items.iter().filter_map(state_of).map(|(step, _)| step);
     steps.find(|step| step.role == StepRole::Initial).map(|step| step.name.text.as_str())
 }
 
-/// Where events are mentioned first, in the order of the document.
+/// The first mentions of events, in document order.
 pub(super) struct Mentions<'m, 'c> {
     pub(super) place: u32,
     pub(super) mentioned: &'m mut BTreeMap<&'c str, u32>,

@@ -1,4 +1,4 @@
-//! W3C SCXML 1.0 (`.scxml`): reader and writer of statecharts with integers and Booleans. `docs/formats.md` lists what is read.
+//! W3C SCXML 1.0 (`.scxml`): reader and writer of statecharts with integers and Booleans. `docs/formats.md` lists what is supported.
 //!
 //! ```
 //! use grafsynth_frontend::scxml;
@@ -13,8 +13,9 @@
 //! assert_eq!(parsed.design.map(|design| design.charts.len()), Some(1));
 //! ```
 //!
-//! `read` takes a document apart, `names` and `events` find out what it names, `values` what its data hold, and `build` puts the chart
-//! together. Whatever would be an error when the chart runs is refused here, with its place, so that a chart that was read raises no `error` event.
+//! `read` parses a document, `names` and `events` resolve its names, `values` infers the types and ranges of its data, and `build`
+//! constructs the chart. Everything that would be a run-time error is rejected here with its location, so a chart that was read never
+//! raises an `error` event.
 
 mod build;
 mod events;
@@ -41,7 +42,7 @@ use crate::xml;
 
 /// The namespace of SCXML.
 const SCXML: &str = "http://www.w3.org/2005/07/scxml";
-/// Our own, for what a controller needs and SCXML has no word for: ranges, inputs and outputs.
+/// Our own namespace, for properties that a controller needs and SCXML lacks: ranges, inputs and outputs.
 const GRAFSYNTH: &str = "urn:grafsynth:scxml:1";
 
 /// Reads a document with the default limits.
@@ -50,7 +51,7 @@ pub fn parse(file: FileId, text: &str) -> Parsed {
     parse_within(file, text, &Limits::default())
 }
 
-/// Reads a document.
+/// Reads a document with the given limits.
 #[must_use]
 pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
     let mut found = Findings { limit: limits.diagnostics, ..Findings::default() };
@@ -72,19 +73,19 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
         let start = finding.labels.first().map_or(0, |label| label.span.start);
         (finding.code == codes::MORE, start)
     });
-    // A loop that is written out has its mistakes once in each turn.
+    // The mistakes of an unrolled loop are reported once per iteration.
     diagnostics.dedup();
     if any_error(&diagnostics) {
-        // What is left of a refused document would bring mistakes of its own.
+        // The remains of a rejected document would cause further errors.
         design = None;
     }
     Parsed { design, diagnostics, comments: Vec::new() }
 }
 
-/// The finding for something that SCXML has and a controller has not.
+/// The finding for a feature of SCXML that controllers do not support.
 fn refuse(span: Span, what: &str, help: &str) -> Box<Diagnostic> {
     Box::new(
-        Diagnostic::error(codes::SCXML_REFUSED, format!("{what} is not read"))
+        Diagnostic::error(codes::SCXML_REFUSED, format!("{what} is not supported"))
             .at(span, "")
             .help(help),
     )

@@ -1,4 +1,4 @@
-//! One name for everything in a document: SCXML keeps states, data and events apart, a chart has one list of names.
+//! Gives everything in a document a unique name: SCXML separates the names of states, data and events; a chart has a single namespace.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,16 +10,16 @@ use super::tree::{Machine, State, StateKind};
 use crate::codes;
 use crate::graf::parser::Findings;
 
-/// What an identifier of a document stands for.
+/// The meaning of an identifier in a document.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Known {
-    /// Its name in the chart: names of states stand bare there (semantics C25).
+    /// Its name in the chart, where names of states need no path (semantics C25).
     pub(super) name: String,
-    /// One of the outermost states.
+    /// Whether it is one of the outermost states.
     pub(super) is_outermost: bool,
     pub(super) span: Span,
     pub(super) is_history: bool,
-    /// A state whose completion raises an event: one with a final child, or a parallel of such.
+    /// Whether its completion raises an event: it has a final child, or it is a parallel state of such states.
     pub(super) completes: bool,
 }
 
@@ -28,13 +28,13 @@ pub(super) struct Known {
 pub(super) struct Names {
     /// States and histories by their identifiers.
     pub(super) states: BTreeMap<String, Known>,
-    /// The chart's names of all states, document order; those of histories follow their state.
+    /// The chart names of all states in document order; the names of histories follow those of their states.
     order: Vec<String>,
     /// Chart names in use.
     taken: BTreeSet<String>,
 }
 
-/// A name as the chart has it: dots part the names of a path there, commas and blanks the cells of a trace.
+/// A valid chart name: dots would separate the parts of a path, commas and blanks the cells of a trace.
 fn plain(text: &str) -> String {
     let good = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
     let name: String = text.chars().map(|c| if good(c) { c } else { '_' }).collect();
@@ -42,7 +42,7 @@ fn plain(text: &str) -> String {
 }
 
 impl Names {
-    /// Takes a name that nothing else has; `_2` and so on is appended where it is taken.
+    /// Returns an unused name; appends `_2` and so on if necessary.
     pub(super) fn fresh(&mut self, wanted: &str, suffix: &str) -> String {
         let base = plain(wanted);
         let mut name = base.clone();
@@ -58,10 +58,10 @@ impl Names {
         name
     }
 
-    /// All states and histories get their names; identifiers given twice are reported.
+    /// Names all states and histories; reports duplicate identifiers.
     pub(super) fn of_states(machine: &Machine, found: &mut Findings) -> Names {
         let mut names = Names::default();
-        // Identifiers are honoured before names are made up for states that have none.
+        // Existing identifiers are used first, before names are invented for states without one.
         machine.each_state(&mut |state| {
             let ids =
                 state.id.iter().chain(state.histories.iter().filter_map(|one| one.id.as_ref()));
@@ -136,12 +136,12 @@ impl Names {
         path.pop();
     }
 
-    /// The names of states and histories in the order in which [`Names::of_states`] met them.
+    /// The names of states and histories in the order in which [`Names::of_states`] visited them.
     pub(super) fn in_order(&self) -> impl Iterator<Item = &String> {
         self.order.iter()
     }
 
-    /// The path of a state or history, or a finding that none has this identifier.
+    /// The path of a state or history, or a finding if no state has this identifier.
     pub(super) fn path(&self, id: &Name, found: &mut Findings) -> Option<Path> {
         match self.states.get(&id.text) {
             Some(known) => Some(self.path_of(known, id.span)),
@@ -171,10 +171,10 @@ pub(super) fn twice(id: &Name, first: Span) -> Diagnostic {
     Diagnostic::error(codes::SCXML_TWICE, format!("the identifier {id} is given twice"))
         .at(id.span, "again here")
         .at(first, "first here")
-        .help("give one of them another one")
+        .help("rename one of them")
 }
 
-/// True where the completion of a state can be noticed: SCXML raises `done.state` for these.
+/// Whether the completion of a state can be observed: SCXML raises `done.state` for it.
 pub(super) fn completes(state: &State) -> bool {
     match state.kind {
         StateKind::Final => false,

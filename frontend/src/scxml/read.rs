@@ -1,4 +1,4 @@
-//! The elements and attributes of a document: what may stand where, and what of it is read.
+//! The elements and attributes of a document: checks which are allowed where, and reads those that are supported.
 
 use std::collections::BTreeSet;
 
@@ -22,54 +22,49 @@ use crate::graf::Limits;
 use crate::graf::parser::Findings;
 use crate::xml::{self, Mapped};
 
-/// Events or targets of one transition at most.
+/// Maximum number of events or targets of one transition.
 const MAX_NAMES: usize = 10_000;
-/// Names of a whole document at most that stand behind another one in their attribute: a name of a few bytes becomes an event of a kilobyte.
+/// Maximum number of names in a document that follow another name in the same attribute: a name of a few bytes becomes an event of a
+/// kilobyte.
 const MAX_FURTHER: usize = 50_000;
 
-/// Elements and attributes that need more than a controller has, with what to do instead.
+/// Unsupported elements and attributes, with an alternative for each.
 const REFUSED: &[(&str, &str)] = &[
-    (
-        "invoke",
-        "a controller starts no other session: draw what it would run as a region of a <parallel>",
-    ),
-    ("finalize", "it belongs to <invoke>, which is refused"),
-    ("script", "write what it computes as <assign> in an <onentry>"),
-    (
-        "donedata",
-        "an event of a controller carries nothing: set a datum in the <onentry> of the <final>",
-    ),
-    ("param", "an event of a controller carries nothing: set a datum before it is sent"),
-    ("content", "an event of a controller carries nothing: set a datum before it is sent"),
+    ("invoke", "a controller has no sessions: write the invoked chart as a region of a <parallel>"),
+    ("finalize", "it belongs to <invoke>, which is not supported"),
+    ("script", "write its computations as <assign> in an <onentry>"),
+    ("donedata", "events carry no data: assign a data element in the <onentry> of the <final>"),
+    ("param", "events carry no data: assign a data element before the <send>"),
+    ("content", "events carry no data: assign a data element before the <send>"),
     ("src", "write the value as `expr`"),
     ("eventexpr", "name the event with `event`"),
-    ("targetexpr", "an event goes to the chart itself: leave `target` out"),
-    ("typeexpr", "leave it out"),
-    ("idlocation", "name the send with `id`, and give that name to <cancel>"),
-    ("namelist", "an event of a controller carries nothing"),
+    ("targetexpr", "the chart sends events only to itself: remove `target`"),
+    ("typeexpr", "remove it"),
+    ("idlocation", "name the send with `id`, and use that name in <cancel>"),
+    ("namelist", "events carry no data"),
     ("sendidexpr", "name the send with `sendid`"),
 ];
 
-/// Reads a document; every element that is refused is left out and reported.
+/// Reads a document. Reports and omits unsupported elements.
 pub(super) struct Reader<'r, 't> {
     file: FileId,
     source: &'t str,
     language: Language,
     nesting: u32,
     pub(super) found: &'r mut Findings,
-    /// Names so far that stand behind another one in their attribute.
+    /// Number of names so far that follow another name in their attribute.
     n_further: usize,
     data: Vec<Datum>,
     is_late: Option<Span>,
-    /// Namespaces of others that were mentioned already.
+    /// Foreign namespaces that are already reported.
     foreign: BTreeSet<String>,
-    /// Elements without a meaning that were mentioned already, by name.
+    /// Ignored elements that are already reported, by name.
     ignored: BTreeSet<&'static str>,
 }
 
 type N<'a, 't> = Node<'a, 't>;
 
-/// Reads a document; none if it is no SCXML.
+/// Reads a document; `None` if it is not SCXML.
 pub(super) fn machine<'t>(
     file: FileId,
     source: &'t str,
@@ -123,7 +118,7 @@ impl<'t> Reader<'_, 't> {
                     let finding = refuse(
                         model.whole(),
                         &format!("the data model {}", model.text.trim()),
-                        "the expressions read are those of null, ecmascript and c89, as far as integers and Booleans reach",
+                        "the supported data models are null, ecmascript and c89, with integers and Booleans",
                     );
                     self.report(finding);
                 }
@@ -235,7 +230,7 @@ impl<'t> Reader<'_, 't> {
             if self.language == Language::Null {
                 self.report(refuse(
                     span,
-                    "a datum of the null data model",
+                    "a data element in the null data model",
                     "write datamodel=\"ecmascript\" at <scxml>",
                 ));
                 continue;
@@ -249,14 +244,14 @@ impl<'t> Reader<'_, 't> {
             if let Some(late) = self.is_late.filter(|_| !at_root && text.is_some()) {
                 let finding = refuse(
                     span,
-                    "a value that is given when its state is first entered (binding=\"late\")",
+                    "a value that is assigned when its state is first entered (binding=\"late\")",
                     "assign it in the <onentry> of the state",
                 );
-                self.report(finding.at(late, "said here"));
+                self.report(finding.at(late, "requested here"));
             }
             if data.children().any(|child| child.is_element()) {
                 let finding =
-                    refuse(span, "an element as a value", "use one datum for each value in it");
+                    refuse(span, "an element as a value", "use one data element for each value");
                 self.report(finding);
                 continue;
             }
@@ -276,7 +271,7 @@ impl<'t> Reader<'_, 't> {
             let range = self.range(data);
             let role = self.role(data);
             let label = self.label(data);
-            // A value that was refused is no value that is missing.
+            // A rejected value is not a missing value.
             let value = match value {
                 Some(None) => Some(Ast::of(AstKind::Int(0), id.span)),
                 Some(value) => value,
@@ -332,7 +327,7 @@ impl<'t> Reader<'_, 't> {
         }
     }
 
-    /// A state with everything in it. The depth of the document bounds the recursion.
+    /// Reads a state and its contents. The depth of the document bounds the recursion.
     fn state(&mut self, node: N<'_, 't>) -> Option<State> {
         let kind = match node.tag_name().name() {
             "state" => StateKind::State,
@@ -417,7 +412,7 @@ impl<'t> Reader<'_, 't> {
         );
     }
 
-    /// The one transition of an `initial` or `history`.
+    /// Reads the single transition of an `initial` or `history` element.
     fn pseudo(&mut self, node: N<'_, 't>, what: &str) -> (Vec<Name>, Vec<Act>) {
         let transitions = self.children(node);
         let mut all = transitions.into_iter();
@@ -447,7 +442,7 @@ impl<'t> Reader<'_, 't> {
                         codes::SCXML_ATTRIBUTE,
                         format!("`{attribute}` is not allowed on the transition of <{what}>"),
                     )
-                    .at(value.whole(), "this transition is always taken at once"),
+                    .at(value.whole(), "this transition is always taken immediately"),
                 );
             }
         }
@@ -483,7 +478,7 @@ impl<'t> Reader<'_, 't> {
         History { id, span: self.tag(node), is_deep, targets, content }
     }
 
-    /// Warns about an event descriptor with characters that no event name has (SCXML 1.0, §3.12.1 and the schema).
+    /// Warns of an event descriptor with characters that are not allowed in event names (SCXML 1.0, §3.12.1 and the schema).
     fn check_event(&mut self, event: &Name) {
         let text = event.text.as_str();
         let is_strange = |c: char| {
@@ -544,7 +539,7 @@ impl<'t> Reader<'_, 't> {
                     codes::SCXML_ATTRIBUTE,
                     "the transition has no event, condition or target",
                 )
-                .at(span, "it would be taken again and again without end"),
+                .at(span, "it would fire again and again without end"),
             );
         }
         if let Some(targets) = &targets

@@ -1,4 +1,5 @@
-//! A statechart in the words that SCXML has: delays as events that are sent and cancelled, and the outer state first by conditions.
+//! Rewrites a statechart with the features of SCXML: delays become events that are sent and cancelled, and conditions give priority to
+//! outer states.
 //!
 //! ```text
 //! s -> t after 3 s               s { entry { send s_after after 3 s as s_after } exit { cancel s_after } }   s -> t on s_after
@@ -19,13 +20,13 @@ use grafsynth_ir::{Name, Span};
 
 use crate::codes;
 
-/// So many conditions are repeated at most.
+/// Maximum number of repeated conditions.
 const MAX_COPIES: usize = 20_000;
 
-/// The chart in words of SCXML, and what to say of that. None where the chart already is.
+/// The rewritten chart and notes about the changes; `None` if the chart needs no change.
 ///
 /// # Errors
-/// Too many conditions that would have to be repeated.
+/// Too many conditions would have to be repeated.
 pub(super) fn sayable(chart: &Chart) -> Result<Option<(Chart, Vec<Diagnostic>)>, Box<Diagnostic>> {
     let mut rewritten = chart.clone();
     let mut notes = Vec::new();
@@ -53,11 +54,9 @@ pub(super) fn sayable(chart: &Chart) -> Result<Option<(Chart, Vec<Diagnostic>)>,
         if outer.n_copies > MAX_COPIES {
             let finding = Diagnostic::error(
                 codes::SCXML_CANNOT_WRITE,
-                format!(
-                    "`conflict outer-first` stands for more than {MAX_COPIES} conditions in SCXML"
-                ),
+                format!("`conflict outer-first` needs more than {MAX_COPIES} conditions in SCXML"),
             )
-            .at(span, "SCXML has the inner state first");
+            .at(span, "in SCXML the inner state has priority");
             return Err(Box::new(finding));
         }
     }
@@ -68,7 +67,7 @@ fn note(message: &str) -> Diagnostic {
     Diagnostic::note(codes::SCXML_CANNOT_WRITE, message.to_owned())
 }
 
-/// Transitions below some items, with those in states.
+/// Collects the transitions of some items, including those inside states.
 fn transitions<'c>(items: &'c [Item], out: &mut Vec<&'c Transition>) {
     for item in items {
         match item {
@@ -99,7 +98,7 @@ fn source_of(transition: &Transition) -> Option<&Name> {
 
 // --- delays ----------------------------------------------------------------------------------------------------------------------------------
 
-/// The durations that have names.
+/// Collects the named durations.
 fn constants(items: &[Item]) -> BTreeMap<String, u64> {
     let mut found = BTreeMap::new();
     for item in items {
@@ -114,7 +113,7 @@ fn constants(items: &[Item]) -> BTreeMap<String, u64> {
     found
 }
 
-/// `after LIMIT` as the duration that it is.
+/// Replaces the names of durations in `after NAME` by their values.
 fn spell_out(items: &mut [Item], constants: &BTreeMap<String, u64>) {
     for item in items {
         if let Item::State(state) = item {
@@ -133,7 +132,7 @@ fn spell_out(items: &mut [Item], constants: &BTreeMap<String, u64>) {
 /// A delay of a state.
 struct Delay {
     span: Span,
-    /// All its transitions wait for nothing else.
+    /// Whether all its transitions wait for nothing else.
     is_alone: bool,
 }
 
@@ -157,7 +156,7 @@ fn delays(items: &[Item]) -> BTreeMap<(String, u64), Delay> {
     found
 }
 
-/// The names that stand for a delay.
+/// The names created for a delay.
 struct Made {
     event: Name,
     flag: Option<Name>,
@@ -182,7 +181,7 @@ fn with_events(
     let mut made: BTreeMap<(String, u64), Made> = BTreeMap::new();
     for ((state, ns), delay) in delays {
         notes.push(
-            note("this delay is written as an event that is sent where the state is entered; others that are due in the same row come one after the other")
+            note("this delay is written as an event that is sent when the state is entered; delays that end in the same row are processed one after the other")
                 .at(delay.span, ""),
         );
         let event = fresh(format!("{state}_after"), delay.span);
@@ -222,7 +221,7 @@ fn with_events(
             ..Transition::default()
         }));
     }
-    // Declarations stand before what they are read in.
+    // Declarations precede their uses.
     chart.items.splice(0..0, first);
 }
 
@@ -298,7 +297,7 @@ fn delayed_items(items: &mut [Item], made: &BTreeMap<(String, u64), Made>) {
     }
 }
 
-/// Sends where the state is entered, cancels where it is left.
+/// Adds sends where the state is entered, and cancels where it is left.
 fn delayed_state(step: &mut Step, made: &BTreeMap<(String, u64), Made>) {
     let first = (step.name.text.clone(), 0);
     let last = (step.name.text.clone(), u64::MAX);
@@ -314,15 +313,15 @@ fn delayed_state(step: &mut Step, made: &BTreeMap<(String, u64), Made>) {
     }
 }
 
-// --- the outer state first -------------------------------------------------------------------------------------------------------------------
+// --- priority of the outer state --------------------------------------------------------------------------------------------------------------
 
-/// What a transition waits for: its events, and its condition.
+/// The trigger of a transition: its events and its condition.
 type Trigger = (Vec<String>, Option<Expr>);
 
 struct Outer {
-    /// By state.
+    /// The triggers by state.
     leaving: BTreeMap<String, Vec<Trigger>>,
-    /// The ancestors of each state are found on the way down.
+    /// The ancestors of the current state, collected on the way down.
     around: Vec<String>,
     n_copies: usize,
 }
@@ -368,7 +367,7 @@ impl Outer {
         }
     }
 
-    /// Transitions may stand anywhere, so who lies in whom is known first.
+    /// Transitions may be anywhere, so the nesting of states is determined first.
     fn items(&mut self, items: &mut Vec<Item>) {
         let mut parents: BTreeMap<String, Vec<String>> = BTreeMap::new();
         self.ancestors(items, &mut parents);
@@ -448,8 +447,8 @@ impl Outer {
         step.body = body;
     }
 
-    /// A transition as one for each of its events that some outer transition is on too, and one for the others. One that an outer transition always
-    /// forestalls is left out.
+    /// Splits a transition into one for each of its events that also triggers an outer transition, and one for the other events. Omits
+    /// parts that an outer transition always overrides.
     fn parts(
         &mut self,
         events: &[Name],

@@ -9,14 +9,14 @@ fn net(source: &str) -> Valid<Net> {
     net.unwrap_or_else(|| panic!("{found:#?}"))
 }
 
-/// A document with one state that has this in it.
+/// A document with one state that contains this text.
 fn document(data: &str, inside: &str) -> String {
     format!(
         "<scxml xmlns='{SCXML}' xmlns:g='{GRAFSYNTH}' version='1.0'>{data}<state id='s'>{inside}</state><state id='r'/></scxml>"
     )
 }
 
-/// Codes, messages and the places they are shown at.
+/// Codes, messages and labelled texts of the findings.
 fn told(source: &str) -> Vec<String> {
     let parsed = parse(FileId(0), source);
     parsed
@@ -65,13 +65,13 @@ fn what_a_controller_has_not_is_refused_with_its_place() {
     assert_eq!(
         told(&source),
         [
-            "G0425 a string is not read at '",
-            "G0425 1.5, which is no integer is not read at 1.5",
-            "G0425 an object is not read at {",
-            "G0425 <invoke> is not read at <invoke type='scxml'/>",
-            "G0425 <script> is not read at <script>",
-            "G0425 a call of f is not read at f",
-            "G0425 the data of an event is not read at _event",
+            "G0425 a string is not supported at '",
+            "G0425 the fraction 1.5 is not supported at 1.5",
+            "G0425 an object is not supported at {",
+            "G0425 <invoke> is not supported at <invoke type='scxml'/>",
+            "G0425 <script> is not supported at <script>",
+            "G0425 a call of f is not supported at f",
+            "G0425 the data of an event is not supported at _event",
         ]
     );
 }
@@ -80,7 +80,7 @@ fn what_a_controller_has_not_is_refused_with_its_place() {
 fn places_in_escaped_conditions_are_those_of_the_source() {
     let data = "<datamodel><data id='n' expr='0'/></datamodel>";
     let source = document(data, "<transition cond='n &lt; 3 &amp;&amp; wrong' target='r'/>");
-    assert_eq!(told(&source), ["G0430 no datum has the identifier wrong at wrong"]);
+    assert_eq!(told(&source), ["G0430 unknown data element wrong at wrong"]);
 }
 
 #[test]
@@ -88,7 +88,7 @@ fn c_has_numbers_for_truth_values_and_ecmascript_has_not() {
     let inside = "<onentry><assign location='n' expr='(n == 0) + 1'/></onentry>";
     let data = "<datamodel><data id='n' expr='0'/></datamodel>";
     let source = document(data, inside);
-    assert_eq!(told(&source), ["G0429 a number is needed here, this is true or false at n == 0"]);
+    assert_eq!(told(&source), ["G0429 expected a number, found a Boolean at n == 0"]);
     let source = source.replace("version=", "datamodel='c89' version=");
     assert_eq!(var(&net(&source), "n").ty.bounds(), (0, 2));
 }
@@ -129,7 +129,7 @@ fn loops_stay_within_bounds() {
     );
     let found = told(&source);
     assert_eq!(found.len(), 1, "{found:?}");
-    assert!(found[0].starts_with("G0436 the loops of the chart become more than"), "{found:?}");
+    assert!(found[0].starts_with("G0436 the loops of the chart expand to more than"), "{found:?}");
 }
 
 #[test]
@@ -144,12 +144,12 @@ fn long_chains_are_refused_before_they_cost_a_stack() {
     let arms = "<elseif cond='n == 1'/>".repeat(50_000);
     let source = document(data, &format!("<onentry><if cond='n == 2'>{arms}</if></onentry>"));
     assert!(told(&source)[0].starts_with("G0107"), "{:?}", told(&source));
-    // Two thousand operands beside each other are no depth.
+    // Two thousand operands of one operator do not increase the depth.
     let wide = vec!["n == 1"; 2_000].join(" || ");
     net(&document(data, &format!("<transition cond='{wide}' target='r'/>")));
 }
 
-/// What may stand in each element, and which attributes it may have (SCXML 1.0, the tables of sections 3 to 6); `!` marks a required one.
+/// The allowed children and attributes of each element (SCXML 1.0, the tables of sections 3 to 6); `!` marks a required one.
 const STRUCTURE: [(&str, &str, &str); 18] = [
     ("scxml", "state parallel final datamodel", "initial name version! datamodel binding"),
     (
@@ -175,7 +175,7 @@ const STRUCTURE: [(&str, &str, &str); 18] = [
     ("cancel", "", "sendid!"),
 ];
 
-/// A document that breaks none of the recommendation's rules about elements, attributes, identifiers and targets.
+/// Checks that a document follows the rules of the recommendation for elements, attributes, identifiers and targets.
 fn assert_structure(text: &str) {
     let document = roxmltree::Document::parse(text).unwrap();
     let ids: Vec<&str> = document

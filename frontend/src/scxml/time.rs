@@ -1,6 +1,6 @@
-//! Times as SCXML takes them from CSS: a number with `s` or `ms`.
+//! Times in SCXML, which follow CSS: a number with `s` or `ms`.
 
-/// `1.5s`, `250ms` or `0` in nanoseconds; none for anything else, for what is finer than a nanosecond, and for what 64 bits do not hold.
+/// Parses `1.5s`, `250ms` or `0`, in nanoseconds. `None` for other texts, for fractions of a nanosecond, and for values beyond 64 bits.
 pub(super) fn nanoseconds(text: &str) -> Option<u64> {
     let (number, unit) = if let Some(number) = text.strip_suffix("ms") {
         (number, 1_000_000_u64)
@@ -33,7 +33,7 @@ pub(super) fn nanoseconds(text: &str) -> Option<u64> {
     Some(total)
 }
 
-/// The same written.
+/// Writes a time in the same syntax.
 pub(super) fn text(ns: u64) -> String {
     if ns.is_multiple_of(1_000_000_000) {
         return format!("{}s", ns / 1_000_000_000);

@@ -1,4 +1,4 @@
-//! A document as states, transitions and statements, before names and types are looked at.
+//! A document as a tree of states, transitions and statements, before names and types are resolved.
 
 use grafsynth_ir::{Name, Span};
 
@@ -7,30 +7,30 @@ use super::expr::{Ast, Language};
 /// A whole document.
 #[derive(Debug, Default)]
 pub(super) struct Machine {
-    /// Of the root element.
+    /// Span of the root element.
     pub(super) span: Span,
     pub(super) name: Option<Name>,
-    /// States and histories of the `initial` attribute.
+    /// States and histories in the `initial` attribute.
     pub(super) initial: Vec<Name>,
     pub(super) states: Vec<State>,
     pub(super) data: Vec<Datum>,
     pub(super) settings: Settings,
 }
 
-/// What attributes of our own namespace at the root say.
+/// The attributes of our own namespace at the root.
 #[derive(Debug, Default)]
 pub(super) struct Settings {
     pub(super) tick_ns: Option<(u64, Span)>,
     pub(super) queue: Option<(u32, Span)>,
     pub(super) limit: Option<(u32, Span)>,
     pub(super) exclusive: Option<Span>,
-    /// Events that come from outside although the chart raises them too.
+    /// Events that may also come from outside although the chart raises them.
     pub(super) inputs: Vec<Name>,
-    /// Events that never come from outside although nothing raises them.
+    /// Events that never come from outside although the chart does not raise them.
     pub(super) internals: Vec<Name>,
 }
 
-/// Which part a state plays.
+/// The kind of a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum StateKind {
     State,
@@ -38,16 +38,16 @@ pub(super) enum StateKind {
     Final,
 }
 
-/// `state`, `parallel` or `final`.
+/// A `state`, `parallel` or `final` element.
 #[derive(Debug)]
 pub(super) struct State {
     pub(super) kind: StateKind,
-    /// Its identifier; none where the document gives none.
+    /// Its identifier; `None` if the document gives none.
     pub(super) id: Option<Name>,
-    /// Its start tag.
+    /// Span of its start tag.
     pub(super) span: Span,
     pub(super) label: String,
-    /// Where it is entered, by attribute or element, and what is done on that way.
+    /// The initial states, by attribute or element, and the content of the initial transition.
     pub(super) initial: Option<(Vec<Name>, Vec<Act>)>,
     pub(super) entry: Vec<Handler>,
     pub(super) exit: Vec<Handler>,
@@ -56,21 +56,21 @@ pub(super) struct State {
     pub(super) children: Vec<Child>,
 }
 
-/// An `onentry` or `onexit`.
+/// An `onentry` or `onexit` element.
 #[derive(Debug)]
 pub(super) struct Handler {
     pub(super) acts: Vec<Act>,
     pub(super) span: Span,
 }
 
-/// What lies in a state.
+/// A child of a state.
 #[derive(Debug)]
 pub(super) enum Child {
     State(State),
     Transition(Transition),
 }
 
-/// `history`.
+/// A `history` element.
 #[derive(Debug)]
 pub(super) struct History {
     pub(super) id: Option<Name>,
@@ -80,11 +80,11 @@ pub(super) struct History {
     pub(super) content: Vec<Act>,
 }
 
-/// `transition` of a state.
+/// A `transition` of a state.
 #[derive(Debug)]
 pub(super) struct Transition {
     pub(super) span: Span,
-    /// Event descriptors; none: eventless.
+    /// Event descriptors; empty for an eventless transition.
     pub(super) events: Vec<Name>,
     pub(super) has_event: bool,
     pub(super) condition: Option<Ast>,
@@ -93,18 +93,18 @@ pub(super) struct Transition {
     pub(super) content: Vec<Act>,
 }
 
-/// `data`.
+/// A `data` element.
 #[derive(Debug)]
 pub(super) struct Datum {
     pub(super) id: Name,
     pub(super) value: Option<Ast>,
-    /// Its range, by an attribute of our own.
+    /// Its range, from an attribute of our own namespace.
     pub(super) range: Option<(i64, i64)>,
     pub(super) role: Role,
     pub(super) label: String,
 }
 
-/// What a datum is on the controller.
+/// The role of a data element in the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum Role {
     #[default]
@@ -120,7 +120,7 @@ pub(super) struct Act {
     pub(super) span: Span,
 }
 
-/// What a statement does.
+/// The kinds of statements.
 #[derive(Debug)]
 pub(super) enum ActKind {
     Assign {
@@ -136,7 +136,7 @@ pub(super) enum ActKind {
         slot: Option<Name>,
     },
     Cancel(Name),
-    /// Conditions with what is done, in order, and what is done else.
+    /// Conditions with their statements in order, and the statements of `else`.
     If {
         arms: Vec<(Ast, Vec<Act>)>,
         otherwise: Vec<Act>,
@@ -150,12 +150,12 @@ pub(super) enum ActKind {
 }
 
 impl Machine {
-    /// Calls `visit` on every statement, document order, outer before inner.
+    /// Calls `visit` on every statement in document order, outer before inner.
     pub(super) fn each_act<'m>(&'m self, visit: &mut impl FnMut(&'m Act)) {
         self.each_act_but(&|_| false, visit);
     }
 
-    /// The same but for the contents of some transitions.
+    /// Like `each_act`, but skips the contents of some transitions.
     pub(super) fn each_act_but<'m>(
         &'m self,
         is_left_out: &impl Fn(&Transition) -> bool,
@@ -202,7 +202,7 @@ impl Machine {
         });
     }
 
-    /// Calls `visit` on every state, document order, parent before child.
+    /// Calls `visit` on every state in document order, parent before child.
     pub(super) fn each_state<'m>(&'m self, visit: &mut impl FnMut(&'m State)) {
         fn walk<'m>(state: &'m State, visit: &mut impl FnMut(&'m State)) {
             visit(state);
@@ -219,7 +219,7 @@ impl Machine {
 }
 
 impl State {
-    /// The states directly in it.
+    /// The direct child states.
     pub(super) fn states(&self) -> impl Iterator<Item = &State> {
         self.children.iter().filter_map(|child| match child {
             Child::State(state) => Some(state),
@@ -228,7 +228,7 @@ impl State {
     }
 }
 
-/// The data model that an attribute names; none for one that is not read.
+/// The data model named by an attribute; `None` if it is not supported.
 pub(super) fn language(name: &str) -> Option<Language> {
     match name {
         "null" => Some(Language::Null),

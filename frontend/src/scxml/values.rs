@@ -1,8 +1,8 @@
-//! Data: what is a number and what a truth value, which values they hold, and expressions as those of the chart.
+//! Data: infers which data elements are numbers and which are Booleans, their ranges, and converts expressions to chart expressions.
 //!
-//! A datum is Boolean if its first value is, else a number. ECMAScript keeps the two apart and so does this reader; in C89 a truth value is 0 or 1
-//! wherever a number is needed. The range of a number is the one that `grafsynth:range` gives, else what its assignments can reach (a fixed point of
-//! intervals), at most -32768..32767.
+//! A data element is Boolean if its initial value is, otherwise a number. As in ECMAScript, the two kinds are separate; in C89, a Boolean
+//! is 0 or 1 where a number is needed. The range of a number is given by `grafsynth:range`; otherwise it is what its assignments can reach
+//! (a fixed point of intervals), at most -32768..32767.
 
 use std::collections::BTreeMap;
 
@@ -19,12 +19,12 @@ use super::tree::{Act, ActKind, Machine, Role};
 use crate::codes;
 use crate::graf::parser::Findings;
 
-/// What a number may hold where nothing says more.
+/// The default range of a number.
 const DEFAULT: (i64, i64) = (-32_768, 32_767);
-/// Rounds of the fixed point before everything still growing gets [`DEFAULT`].
+/// Rounds of the fixed-point iteration, after which every range that still grows becomes [`DEFAULT`].
 const ROUNDS: usize = 12;
 
-/// Number or truth value.
+/// The kind of a value: number or Boolean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Bool,
@@ -61,17 +61,17 @@ impl Value {
     }
 }
 
-/// A datum or the variable of a loop.
+/// A data element or the variable of a loop.
 #[derive(Debug, Clone)]
 pub(super) struct Var {
     /// Its name in the chart.
     pub(super) name: String,
     pub(super) span: Span,
     pub(super) kind: Option<Kind>,
-    /// One value, or one for each element.
+    /// One initial value, or one for each element.
     pub(super) init: Vec<Value>,
     pub(super) is_array: bool,
-    /// An array of which an element is assigned.
+    /// Whether it is an array with an assigned element.
     pub(super) is_assigned: bool,
     pub(super) range: Option<(i64, i64)>,
     pub(super) role: Role,
@@ -88,13 +88,13 @@ impl Var {
 #[derive(Debug)]
 pub(super) struct Data {
     pub(super) language: Language,
-    /// In the order of declaration; what loops bring comes last.
+    /// The data in the order of declaration; loop variables come last.
     pub(super) vars: Vec<Var>,
     by_id: BTreeMap<String, usize>,
 }
 
 impl Data {
-    /// Declares everything and finds out which is number and which truth value.
+    /// Declares all data and infers which are numbers and which are Booleans.
     pub(super) fn of(
         machine: &Machine,
         language: Language,
@@ -116,13 +116,13 @@ impl Data {
                 kind = Some(Kind::Int);
             }
             if let Some(odd) = init.iter().find(|value| Some(value.kind()) != kind) {
-                let odd = if odd.kind() == Kind::Bool { "a truth value" } else { "a number" };
+                let odd = if odd.kind() == Kind::Bool { "a Boolean" } else { "a number" };
                 let span = datum.value.as_ref().map_or(datum.id.span, |value| value.span);
                 found.report(|| {
                     kind_error(
                         span,
                         format!(
-                            "{} holds numbers and truth values: {odd} is one of its first values",
+                            "{} mixes numbers and Booleans: one of its initial values is {odd}",
                             datum.id
                         ),
                     )
@@ -135,7 +135,7 @@ impl Data {
                             Diagnostic::error(
                                 codes::SCXML_RANGE,
                                 format!(
-                                    "{} begins with {value}, and its range is {lo}..{hi}",
+                                    "the initial value {value} of {} is outside its range {lo}..{hi}",
                                     datum.id
                                 ),
                             )
@@ -169,7 +169,7 @@ impl Data {
                 found.report(|| {
                     Diagnostic::warning(
                         codes::SCXML_NO_VALUE,
-                        format!("{} has no first value; it begins with {zero}", datum.id),
+                        format!("{} has no initial value; {zero} is used", datum.id),
                     )
                     .at(datum.id.span, "")
                     .help(format!("write expr=\"{zero}\""))
@@ -193,7 +193,7 @@ impl Data {
         self.vars.get_mut(index)
     }
 
-    /// The first value of a datum; reads what data before it begin with.
+    /// The initial value of a data element, which may read the initial values of preceding data.
     fn initial(&mut self, value: Option<&Ast>, names: &Names, found: &mut Findings) -> Vec<Value> {
         let Some(ast) = value else { return Vec::new() };
         let elements = match ast.elements() {
@@ -202,7 +202,7 @@ impl Data {
                     *refuse(
                         ast.span,
                         "an array without elements",
-                        "give it all elements that it will ever have",
+                        "list all elements; the length of an array is fixed",
                     )
                 });
                 return vec![Value::Int(0)];
@@ -220,7 +220,7 @@ impl Data {
         values
     }
 
-    /// The value of an expression before the chart runs.
+    /// The value of a constant expression.
     pub(super) fn constant(&self, ast: &Ast, names: &Names) -> Result<Value, Box<Diagnostic>> {
         let expr = self.value(ast, names, false, &|data, id, index| {
             let var = data.get(id)?;
@@ -243,17 +243,16 @@ impl Data {
             | ExprKind::Compare(..)
             | ExprKind::Neg(_)
             | ExprKind::Arith(..)
-            | ExprKind::Select(..) => Err(Box::new(kind_error(
-                ast.span,
-                "this has no value before the chart runs".to_owned(),
-            ))),
+            | ExprKind::Select(..) => {
+                Err(Box::new(kind_error(ast.span, "not a constant expression".to_owned())))
+            }
         }
     }
 
-    /// The value of an expression that no datum changes.
+    /// The value of an expression that no data element changes.
     ///
     /// # Errors
-    /// It reads something, or has no value at all.
+    /// It reads a data element, or has no value.
     pub(super) fn fixed(&self, ast: &Ast, names: &Names) -> Result<Value, Box<Diagnostic>> {
         let (expr, _) = self.value(ast, names, false, &|_, _, _| None)?;
         match grafsynth_ir::simplify::simplify(&expr).kind {
@@ -268,17 +267,14 @@ impl Data {
             | ExprKind::Neg(_)
             | ExprKind::Arith(..)
             | ExprKind::Select(..) => Err(Box::new(
-                Diagnostic::error(
-                    codes::SCXML_LOOP,
-                    "the elements that a loop goes through are not constant",
-                )
-                .at(ast.span, "this changes while the chart runs")
-                .help("declare them as an array: <data id=\"list\">[1, 2, 3]</data>"),
+                Diagnostic::error(codes::SCXML_LOOP, "the elements of this loop are not constant")
+                    .at(ast.span, "this changes while the chart runs")
+                    .help("declare them as an array: <data id=\"list\">[1, 2, 3]</data>"),
             )),
         }
     }
 
-    /// Loops declare their variables where nothing else does.
+    /// Declares the variables of loops that are not declared otherwise.
     fn assigned_by_loops(&mut self, machine: &Machine, names: &mut Names) {
         let mut wanted: Vec<(&Name, Option<&Ast>)> = Vec::new();
         machine.each_act(&mut |act: &Act| match &act.kind {
@@ -319,7 +315,7 @@ impl Data {
         }
     }
 
-    /// What is not known from first values follows from what is assigned.
+    /// Infers unknown kinds from assignments.
     fn kinds(&mut self, machine: &Machine) {
         let mut assigned: Vec<(&str, &Ast)> = Vec::new();
         let mut looped: Vec<(&str, &Ast)> = Vec::new();
@@ -328,7 +324,7 @@ impl Data {
             ActKind::Foreach { array, item, .. } => looped.push((&item.text, array)),
             ActKind::Raise(_) | ActKind::Send { .. } | ActKind::Cancel(_) | ActKind::If { .. } => {}
         });
-        // Each round settles one more datum of a chain at least; what no round settles is a number.
+        // Each round infers at least one more data element of a chain; the rest are numbers.
         for _ in 0..ROUNDS {
             let mut has_changed = false;
             for (target, value) in &assigned {
@@ -370,7 +366,7 @@ impl Data {
                 self.kind_of(then).or_else(|| self.kind_of(otherwise))
             }
             AstKind::Array(_) => None,
-            // C has no truth values: they are the numbers 0 and 1.
+            // C has no Booleans: comparisons give the numbers 0 and 1.
             AstKind::Not(_) | AstKind::And(_) | AstKind::Or(_) | AstKind::Compare(..)
                 if self.language == Language::C89 =>
             {
@@ -385,18 +381,18 @@ impl Data {
         }
     }
 
-    /// An expression of the chart that is true or false.
+    /// Converts a Boolean expression.
     ///
     /// # Errors
-    /// What in it has no value here.
+    /// A part of it has no value here.
     pub(super) fn condition(&self, ast: &Ast, names: &Names) -> Result<Expr, Box<Diagnostic>> {
         self.truth(ast, names, &|_, _, _| None)
     }
 
-    /// An expression of the chart of this kind.
+    /// Converts an expression of this kind.
     ///
     /// # Errors
-    /// What in it has no value here, or has one of the other kind.
+    /// A part of it has no value here, or a value of the other kind.
     pub(super) fn of_kind(
         &self,
         ast: &Ast,
@@ -406,8 +402,8 @@ impl Data {
     ) -> Result<Expr, Box<Diagnostic>> {
         let (expr, is) = self.value(ast, names, false, &|_, _, _| None)?;
         self.converted(expr, is, kind, || match kind {
-            Kind::Bool => format!("{what} is true or false, and this is a number"),
-            Kind::Int => format!("{what} is a number, and this is true or false"),
+            Kind::Bool => format!("{what} must be a Boolean, found a number"),
+            Kind::Int => format!("{what} must be a number, found a Boolean"),
         })
     }
 
@@ -433,12 +429,12 @@ impl Data {
                 kind_error(span, message()).help("compare it with something, as in `n != 0`"),
             )),
             (Kind::Bool, Kind::Int) => {
-                Err(Box::new(kind_error(span, message()).help("choose a number: `c ? 1 : 0`")))
+                Err(Box::new(kind_error(span, message()).help("convert it: `c ? 1 : 0`")))
             }
         }
     }
 
-    /// As a condition: a number is true unless it is 0, in both languages.
+    /// Converts an expression used as a condition: in both languages, a number is true unless it is 0.
     fn truth(&self, ast: &Ast, names: &Names, known: Known<'_>) -> Result<Expr, Box<Diagnostic>> {
         let (expr, kind) = self.value(ast, names, true, known)?;
         let span = expr.span;
@@ -450,12 +446,10 @@ impl Data {
 
     fn number(&self, ast: &Ast, names: &Names, known: Known<'_>) -> Result<Expr, Box<Diagnostic>> {
         let (expr, kind) = self.value(ast, names, false, known)?;
-        self.converted(expr, kind, Kind::Int, || {
-            "a number is needed here, this is true or false".to_owned()
-        })
+        self.converted(expr, kind, Kind::Int, || "expected a number, found a Boolean".to_owned())
     }
 
-    /// As what it is. `as_truth`: only whether it is true matters. `known` gives values to names before the chart runs.
+    /// Converts an expression of either kind. With `as_truth`, only its truth matters. `known` gives values to names before the chart runs.
     fn value(
         &self,
         ast: &Ast,
@@ -475,8 +469,8 @@ impl Data {
                 let var = self.get(name).ok_or_else(|| self.unknown(name, span, names))?;
                 if var.is_array {
                     return Err(Box::new(
-                        kind_error(span, format!("the array {name} is no value itself"))
-                            .help(format!("name one element: `{name}[0]`")),
+                        kind_error(span, format!("the array {name} cannot be used as a value"))
+                            .help(format!("use one of its elements: `{name}[0]`")),
                     ));
                 }
                 let path = Path::from(Name::new(var.name.as_str(), span));
@@ -485,7 +479,7 @@ impl Data {
             AstKind::Element(name, index) => {
                 let var = self.get(name).ok_or_else(|| self.unknown(name, span, names))?;
                 if !var.is_array {
-                    return Err(Box::new(kind_error(span, format!("{name} is no array"))));
+                    return Err(Box::new(kind_error(span, format!("{name} is not an array"))));
                 }
                 let index = self.number(index, names, known)?;
                 let folded = grafsynth_ir::simplify::simplify(&index);
@@ -497,7 +491,9 @@ impl Data {
                         let last = var.init.len().saturating_sub(1);
                         return Err(Box::new(kind_error(
                             index.span,
-                            format!("{name} has the elements 0..{last}, not {at}"),
+                            format!(
+                                "index {at} is out of range: {name} has the elements 0..{last}"
+                            ),
                         )));
                     }
                     if !var.is_assigned
@@ -515,7 +511,7 @@ impl Data {
                     return Err(Box::new(names.unknown(id, *place)));
                 };
                 if state.is_history {
-                    // A history is never in the situation (assertion 580).
+                    // A history is never active (assertion 580).
                     return made(ExprKind::Bool(false), Kind::Bool);
                 }
                 let mut path = names.path_of(state, *place);
@@ -523,7 +519,7 @@ impl Data {
                 made(ExprKind::Leaf(Leaf::Name(path)), Kind::Bool)
             }
             AstKind::Array(_) => {
-                Err(refuse(span, "an array as a value", "name one of its elements"))
+                Err(refuse(span, "an array as a value", "use one of its elements"))
             }
             AstKind::Not(inner) => {
                 let inner = Box::new(self.truth(inner, names, known)?);
@@ -580,7 +576,7 @@ impl Data {
                 let (a, b) = if a_kind == b_kind && (equality || a_kind == Kind::Int) {
                     (a, b)
                 } else {
-                    let message = || "a number is compared with a truth value".to_owned();
+                    let message = || "a number cannot be compared with a Boolean".to_owned();
                     (
                         self.converted(a, a_kind, Kind::Int, message)?,
                         self.converted(b, b_kind, Kind::Int, message)?,
@@ -595,7 +591,7 @@ impl Data {
                 if a_kind == b_kind {
                     return made(ExprKind::Select(condition, Box::new(a), Box::new(b)), a_kind);
                 }
-                let message = || "one side is a number, the other is true or false".to_owned();
+                let message = || "one branch is a number, the other a Boolean".to_owned();
                 let a = self.converted(a, a_kind, Kind::Int, message)?;
                 let b = self.converted(b, b_kind, Kind::Int, message)?;
                 made(ExprKind::Select(condition, Box::new(a), Box::new(b)), Kind::Int)
@@ -605,18 +601,18 @@ impl Data {
 
     pub(super) fn unknown(&self, name: &str, span: Span, names: &Names) -> Box<Diagnostic> {
         let finding =
-            Diagnostic::error(codes::SCXML_LOCATION, format!("no datum has the identifier {name}"))
+            Diagnostic::error(codes::SCXML_LOCATION, format!("unknown data element {name}"))
                 .at(span, "");
         Box::new(match nearest(name, self.by_id.keys().take(10_000).map(String::as_str)) {
             Some(near) => finding.help(format!("did you mean {near}?")).fix(span, near),
             None if names.states.contains_key(name) => {
-                finding.help(format!("{name} is a state: ask for it with In('{name}')"))
+                finding.help(format!("{name} is a state: test it with In('{name}')"))
             }
             None => finding.help(format!("declare it: <data id=\"{name}\" expr=\"0\"/>")),
         })
     }
 
-    /// The types of all data, given all statements of the chart, and the names of copies with the array that each is a copy of.
+    /// The types of all data, given all statements of the chart. `copies` maps the copy of each array to the array.
     pub(super) fn types<'s>(
         &self,
         blocks: impl IntoIterator<Item = &'s [Stmt]>,
@@ -641,14 +637,14 @@ impl Data {
                 let (lo, hi) = (values.clone().min().unwrap_or(0), values.max().unwrap_or(0));
                 match (var.range, var.role) {
                     (Some(range), _) => range,
-                    // What comes from outside may be anything.
+                    // An external value may be any number.
                     (None, Role::Input) => DEFAULT,
                     (None, Role::Variable | Role::Output) => (lo, hi),
                 }
             })
             .collect();
-        // Bounds first go where assignments lead; those that still move after some rounds go to the end at once; what that does not settle either
-        // (chains longer than the rounds) holds everything.
+        // Bounds first follow the assignments. Bounds that still change after some rounds go to their extremes; if even that does not
+        // converge (chains longer than the number of rounds), the range contains all values.
         for round in 0..3 * ROUNDS {
             let mut is_settled = true;
             for (index, value) in &assigned {
@@ -661,7 +657,7 @@ impl Data {
                 let Ok(Type::Int { lo, hi }) = interval::check(value, &mut leaves) else {
                     continue;
                 };
-                // A datum may begin beyond what is its range otherwise.
+                // The initial value may be outside the inferred range.
                 let mut lo = lo.max(DEFAULT.0).min(least);
                 let mut hi = hi.min(DEFAULT.1).max(most);
                 if (lo, hi) == (least, most) {
@@ -696,7 +692,7 @@ impl Data {
     }
 }
 
-/// Values of names before the chart runs: of a datum, or of an element of an array.
+/// Values of names before the chart runs: of a data element, or of an array element.
 type Known<'k> = &'k dyn Fn(&Data, &str, Option<i64>) -> Option<Value>;
 
 fn collect<'s>(
@@ -725,7 +721,7 @@ fn collect<'s>(
     }
 }
 
-/// The leaves of expressions with the ranges found so far.
+/// The leaves of expressions with the ranges inferred so far.
 struct Ranges<'r> {
     data: &'r Data,
     by_name: &'r BTreeMap<&'r str, usize>,
@@ -748,7 +744,7 @@ impl Ranges<'_> {
                 }),
                 None => Err(TypeError { span, kind: TypeErrorKind::Dangling }),
             },
-            // Whether a state is active.
+            // The activity of a state.
             _ => Ok(Type::Bool),
         }
     }

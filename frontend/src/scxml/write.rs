@@ -1,8 +1,9 @@
-//! A statechart as an SCXML document.
+//! Writes a statechart as an SCXML document.
 //!
-//! The document says what the chart says: states, regions, history, transitions in their order, lists, data with their ranges. Inputs, outputs and
-//! ranges have attributes of our own namespace, which other tools pass over. What SCXML has no words for is an error where the behaviour would
-//! change without it, else it is named as lost. Reading the document gives the same chart up to places, comments and the order of declarations.
+//! The document contains the states, regions, histories, transitions in their order, lists, and data with their ranges. Inputs, outputs and
+//! ranges are attributes of our own namespace, which other tools ignore. Something that SCXML cannot express is an error if the behaviour
+//! depends on it; otherwise it is reported as lost. Reading the document gives the same chart, except for spans, comments and the order of
+//! declarations.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -23,10 +24,11 @@ use super::{GRAFSYNTH, SCXML};
 use crate::codes;
 use crate::xml;
 
-/// The document of a statechart, and what of the chart is not in it. `net` is what the chart is lowered to: it knows the values of constants.
+/// Writes the document of a statechart, and reports what it cannot contain. `net` is the lowered chart, which supplies the values of
+/// constants.
 ///
 /// # Errors
-/// Everything that SCXML cannot say and that the behaviour depends on, each with its place.
+/// Everything that SCXML cannot express and that affects the behaviour, with its location.
 pub fn write_design(
     design: &Design,
     net: &Net,
@@ -52,19 +54,19 @@ fn write_chart(chart: &Chart, net: &Net) -> Result<(String, Vec<Diagnostic>), Ve
     if writer.errors.is_empty() { Ok((writer.out, writer.lost)) } else { Err(writer.errors) }
 }
 
-/// As [`write_design`] for a net whose chart is not known.
+/// Like [`write_design`], for a net without its chart.
 ///
 /// # Errors
-/// As there, and what no chart says.
+/// As for [`write_design`], and everything that no chart can express.
 pub fn write_net(net: &Net) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
     write_design(&crate::from_net::design(net)?, net)
 }
 
 fn cannot(what: impl std::fmt::Display, span: Span) -> Diagnostic {
     let finding =
-        Diagnostic::error(codes::SCXML_CANNOT_WRITE, format!("SCXML has no words for {what}"));
+        Diagnostic::error(codes::SCXML_CANNOT_WRITE, format!("SCXML cannot express {what}"));
     let finding = if span == Span::default() { finding } else { finding.at(span, "") };
-    finding.help("convert it to graf, which can say all that a chart has")
+    finding.help("convert it to `.graf`, which can express every chart")
 }
 
 mod content;
@@ -75,21 +77,21 @@ struct Writer<'c> {
     depth: usize,
     errors: Vec<Diagnostic>,
     lost: Vec<Diagnostic>,
-    /// Identifiers in the document by names of the chart.
+    /// Identifiers in the document by chart names.
     ids: BTreeMap<&'c str, String>,
     taken: BTreeSet<String>,
-    /// Names for constants, which SCXML has not.
+    /// Named constants, which SCXML does not have.
     constants: BTreeMap<&'c str, &'c Expr>,
     data: BTreeSet<&'c str>,
-    /// By state, in their common order.
+    /// The transitions of each state, in their common order.
     leaving: BTreeMap<&'c str, Vec<Leaving<'c>>>,
-    /// Continuous outputs with the states that drive them, in document order.
+    /// Continuous outputs and the states that drive them, in document order.
     drivers: BTreeMap<&'c str, Vec<&'c str>>,
-    /// Final states of the chart itself.
+    /// Final states at the top level.
     endings: BTreeSet<&'c str>,
 }
 
-/// Words that are no names of data: ECMAScript's, and those that the reader has a meaning for.
+/// Words that cannot be names of data: reserved words of ECMAScript, and names with a meaning for the reader.
 const RESERVED: &[&str] = &[
     "In",
     "Math",
@@ -184,7 +186,7 @@ impl<'c> Writer<'c> {
         self.lost.push(finding);
     }
 
-    /// An identifier for something of the chart. That of a datum is a name of ECMAScript too.
+    /// Gives an object of the chart an identifier. The identifier of a data element is also an ECMAScript name.
     fn give(&mut self, name: &'c Name, is_datum: bool) {
         let first = |c: char| c == '_' || c.is_alphabetic();
         let later = |c: char| first(c) || c.is_numeric() || !is_datum && matches!(c, '-' | '.');
@@ -205,12 +207,12 @@ impl<'c> Writer<'c> {
             number += 1;
         }
         if id != name.text {
-            self.lose(format!("{name} is called {id} in the document"), name.span);
+            self.lose(format!("{name} is renamed to {id} in the document"), name.span);
         }
         self.ids.insert(&name.text, id);
     }
 
-    /// The name of an event: one token, so that it matches no other one.
+    /// Names an event with a single token, so that it matches no other event.
     fn give_event(&mut self, name: &'c Name) {
         let bad = |c: char| c.is_whitespace() || matches!(c, '*' | '.');
         let mut id: String = name.text.chars().map(|c| if bad(c) { '_' } else { c }).collect();
@@ -224,7 +226,7 @@ impl<'c> Writer<'c> {
             number += 1;
         }
         if id != name.text {
-            self.lose(format!("the event {name} is called {id} in the document"), name.span);
+            self.lose(format!("the event {name} is renamed to {id} in the document"), name.span);
         }
         self.ids.insert(&name.text, id);
     }
@@ -233,7 +235,7 @@ impl<'c> Writer<'c> {
         self.ids.get(name).cloned().unwrap_or_else(|| name.to_owned())
     }
 
-    /// The identifier of the state or history at the end of a path; names of states are unique in the chart (semantics C25).
+    /// The identifier of the state or history at the end of a path. State names are unique in the chart (semantics C25).
     fn target(&self, path: &Path) -> String {
         path.names.last().map_or_else(String::new, |name| self.id(&name.text))
     }
@@ -260,7 +262,7 @@ impl<'c> Writer<'c> {
         self.line("</scxml>");
         let mut head = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
         let _ = write!(head, "<scxml xmlns=\"{SCXML}\"");
-        // Declared where it is used.
+        // The namespace is only declared if it is used.
         if settings.contains(" g:") || self.out[body_at..].contains(" g:") {
             let _ = write!(head, " xmlns:g=\"{GRAFSYNTH}\"");
         }
@@ -277,7 +279,7 @@ impl<'c> Writer<'c> {
         self.out.insert_str(body_at, &head);
     }
 
-    /// Gives everything its identifier, and brings transitions to the states that they leave.
+    /// Gives every object its identifier, and assigns transitions to the states that they leave.
     fn names(&mut self, items: &'c [Item], is_outermost: bool) {
         for item in items {
             match item {
@@ -342,14 +344,14 @@ impl<'c> Writer<'c> {
                     self.lose("a property is not in the document", one.meta.span)
                 }
                 Item::Place(one) => {
-                    self.lose("a wish about the partition is not in the document", one.span);
+                    self.lose("a partition request is not in the document", one.span);
                 }
                 Item::Board(one) => self.lose("the board is not in the document", one.span),
             }
         }
     }
 
-    /// Reactions in the body of a state leave it as transitions without target do.
+    /// Reactions in the body of a state are written as transitions without target.
     fn reactions(&mut self, step: &'c Step) {
         for StepItem { kind, span } in &step.body {
             let span = *span;
@@ -369,7 +371,7 @@ impl<'c> Writer<'c> {
                         self.lost.push(
                             Diagnostic::note(
                                 codes::SCXML_CANNOT_WRITE,
-                                format!("the output {target} is written as assignments where its states are entered and left"),
+                                format!("the output {target} is written as assignments when its states are entered and left"),
                             )
                             .at(span, "driven here"),
                         );
@@ -379,13 +381,13 @@ impl<'c> Writer<'c> {
                 StepItemKind::Entry(_) | StepItemKind::Exit(_) => {}
                 StepItemKind::Priority(_) => self.refuse("the priority of a step", span),
                 StepItemKind::Budget(_) | StepItemKind::Task { .. } => self.refuse("a task", span),
-                StepItemKind::Code(_) => self.refuse("text of another language", span),
+                StepItemKind::Code(_) => self.refuse("code in another language", span),
                 StepItemKind::Force { .. } => self.refuse("a forcing order", span),
             }
         }
     }
 
-    /// What the settings of the chart are as attributes of the document.
+    /// The settings of the chart as attributes of the document.
     fn settings(&mut self, chart: &'c Chart) -> String {
         let mut out = String::new();
         let mut is_inner = false;
@@ -398,7 +400,7 @@ impl<'c> Writer<'c> {
                 }
                 SettingKind::Conflict(Policy::InnerFirst) => is_inner = true,
                 SettingKind::Conflict(Policy::OuterFirst) => {
-                    self.refuse("`conflict outer-first`: the inner state goes first", span);
+                    self.refuse("`conflict outer-first`: the inner state has priority", span);
                     is_inner = true;
                 }
                 SettingKind::Conflict(_) => {}
@@ -422,13 +424,13 @@ impl<'c> Writer<'c> {
             }
         }
         if !is_inner {
-            self.refuse("a chart that is no statechart", chart.name.span);
+            self.refuse("a chart that is not a statechart", chart.name.span);
         }
         out.push_str(&self.event_lists(chart));
         out
     }
 
-    /// Which events come from outside, where a reader would not think so.
+    /// Lists the events whose origin a reader would infer wrongly.
     fn event_lists(&mut self, chart: &'c Chart) -> String {
         let mut mentioned: BTreeMap<&str, u32> = BTreeMap::new();
         let mut raised: BTreeSet<&str> = BTreeSet::new();
@@ -470,7 +472,9 @@ impl<'c> Writer<'c> {
                 DeclarationKind::Input { ty, synchronous } => {
                     if *synchronous {
                         self.lose(
-                            format!("that the input {name} is synchronous is not in the document"),
+                            format!(
+                                "the property `synchronous` of input {name} is not in the document"
+                            ),
                             span,
                         );
                     }
@@ -485,7 +489,9 @@ impl<'c> Writer<'c> {
                     }
                     if *registered {
                         self.lose(
-                            format!("that the output {name} is registered is not in the document"),
+                            format!(
+                                "the property `registered` of output {name} is not in the document"
+                            ),
                             span,
                         );
                     }
@@ -502,7 +508,7 @@ impl<'c> Writer<'c> {
                 DeclarationKind::Var { ty, len, .. } => {
                     let var = self.net.vars.values().find(|var| var.name.text == name);
                     let Some(var) = var else {
-                        self.refuse("a variable that the net does not have", span);
+                        self.refuse("a variable that is not in the net", span);
                         continue;
                     };
                     (*ty, var.init.clone(), *len, "")
@@ -551,7 +557,7 @@ impl<'c> Writer<'c> {
         }
     }
 
-    /// States; as deep as the chart.
+    /// Writes states, with the recursion depth of the chart.
     fn item(&mut self, item: &'c Item) {
         match item {
             Item::State(state) => self.state(state),
@@ -584,13 +590,13 @@ impl<'c> Writer<'c> {
         };
         for item in &state.items {
             if let Item::Declaration(declaration) = item {
-                self.refuse("a declaration inside of a state", declaration.name.span);
+                self.refuse("a declaration inside a state", declaration.name.span);
             }
         }
         self.element(tag, &state.step, Some(state));
     }
 
-    /// `state`, `parallel` or `final` with everything in it.
+    /// Writes a `state`, `parallel` or `final` element with its contents.
     fn element(&mut self, tag: &str, step: &'c Step, state: Option<&'c State>) {
         if let Some(count) = step.count {
             self.refuse("a step that counts its activations", count.span);
@@ -709,7 +715,7 @@ impl<'c> Writer<'c> {
             }
             Leaving::Transition(transition) => {
                 if transition.after.is_some() {
-                    self.refuse("`after`: send an event with a delay where the state is entered, and cancel it where it is left", transition.meta.span);
+                    self.refuse("`after`: send an event with a delay when the state is entered, and cancel it when it is left", transition.meta.span);
                 }
                 if transition.deadline_ns.is_some() {
                     self.lose("a deadline is not in the document", transition.meta.span);

@@ -1,7 +1,7 @@
-//! What a text of IEC 61131-3 says, before anything is looked up: names as written, everything with its place.
+//! Syntax tree of an IEC 61131-3 text, before name resolution: names as written, every node with its span.
 //!
-//! The reader of PLCopen XML builds the same tree, with ladders and function block diagrams already turned into statements, so that both have one meaning
-//! ([`super::elaborate`]).
+//! The reader of PLCopen XML builds the same tree and turns ladders and function block diagrams into statements. So [`super::elaborate`]
+//! defines the meaning of both.
 
 use grafsynth_ir::{Name, Span};
 
@@ -10,14 +10,14 @@ use grafsynth_ir::{Name, Span};
 pub(crate) struct Library {
     pub(crate) pous: Vec<Pou>,
     pub(crate) types: Vec<TypeDef>,
-    /// `VAR_GLOBAL` outside of program organisation units.
+    /// `VAR_GLOBAL` outside of program organisation units (POUs).
     pub(crate) globals: Vec<Var>,
     /// `PROGRAM g WITH t : gravel` of a configuration.
     pub(crate) programs: Vec<Instance>,
     pub(crate) tasks: Vec<Task>,
 }
 
-/// A program of a resource.
+/// An instance of a program in a resource.
 #[derive(Debug, Clone)]
 pub(crate) struct Instance {
     pub(crate) name: Name,
@@ -29,7 +29,7 @@ pub(crate) struct Instance {
 #[derive(Debug, Clone)]
 pub(crate) struct Task {
     pub(crate) name: Name,
-    /// Nanoseconds.
+    /// Interval in nanoseconds.
     pub(crate) interval: Option<u64>,
 }
 
@@ -40,18 +40,18 @@ pub(crate) enum PouKind {
     Function(Option<TypeRef>),
 }
 
-/// A program organisation unit.
+/// A program organisation unit (POU).
 #[derive(Debug, Clone)]
 pub(crate) struct Pou {
     pub(crate) kind: PouKind,
     pub(crate) name: Name,
     pub(crate) vars: Vec<Var>,
     pub(crate) body: Body,
-    /// Actions of a unit that has no chart (PLCopen only): lists that its statements and others call by name.
+    /// Actions of a unit without a chart (PLCopen only): lists that statements call by name.
     pub(crate) actions: Vec<Action>,
-    /// What pragmas in it ask for.
+    /// Settings from pragmas in the unit.
     pub(crate) options: Options,
-    /// What of it this version does not read.
+    /// Unsupported parts of the unit.
     pub(crate) refused: Vec<Refusal>,
 }
 
@@ -60,7 +60,7 @@ pub(crate) struct Pou {
 pub(crate) struct Options {
     /// `{grafsynth final scan}`
     pub(crate) final_scan: bool,
-    /// Other settings, as the chart language writes them, with their places.
+    /// Other settings in the syntax of the chart language, with their spans.
     pub(crate) settings: Vec<Name>,
 }
 
@@ -70,10 +70,10 @@ pub(crate) enum Body {
     Sfc(Sfc),
 }
 
-/// Something that this version does not read, with its name.
+/// An unsupported feature, with its name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Refusal {
-    /// In the user's words.
+    /// Name for messages.
     pub(crate) what: String,
     pub(crate) span: Span,
     pub(crate) help: String,
@@ -99,7 +99,7 @@ pub(crate) struct Var {
     pub(crate) init: Option<Init>,
     /// `%IX0.0`
     pub(crate) address: Option<Name>,
-    /// The comment behind it.
+    /// The comment after the declaration.
     pub(crate) label: String,
 }
 
@@ -118,7 +118,7 @@ pub(crate) enum TypeKind {
     /// `(red, green := 5)`
     Enum(Vec<(Name, Option<Expr>)>),
     Struct(Vec<Var>),
-    /// `STRING[10]`, `POINTER TO INT`: the name by which it is refused.
+    /// `STRING[10]`, `POINTER TO INT`: unsupported; the name for messages.
     Refused(String),
 }
 
@@ -133,7 +133,7 @@ pub(crate) struct TypeDef {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Init {
     Value(Expr),
-    /// `[1, 2(0), 3]`: values, each with the number of times it stands.
+    /// `[1, 2(0), 3]`: values, each with its number of repetitions.
     List(Vec<(Option<Expr>, Init)>, Span),
     /// `(PT := T#3s)`
     Fields(Vec<(Name, Init)>, Span),
@@ -141,10 +141,10 @@ pub(crate) enum Init {
 
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Sfc {
-    /// Steps and transitions in the order of the text.
+    /// Steps and transitions in source order.
     pub(crate) elements: Vec<Element>,
     pub(crate) actions: Vec<Action>,
-    /// Statements that run in every scan, whatever steps are active (blocks wired beside the chart).
+    /// Statements that run in every scan, independent of the active steps (blocks wired beside the chart).
     pub(crate) always: Vec<Stmt>,
 }
 
@@ -165,7 +165,7 @@ pub(crate) struct Step {
     pub(crate) span: Span,
 }
 
-/// The part of a step in the body of a macro-step.
+/// The role of a step in the body of a macro-step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) enum Role {
     #[default]
@@ -184,7 +184,7 @@ pub(crate) struct MacroStep {
     pub(crate) span: Span,
 }
 
-/// An action of a step.
+/// The use of an action in a step.
 #[derive(Debug, Clone)]
 pub(crate) struct Use {
     pub(crate) action: Name,
@@ -224,7 +224,7 @@ pub(crate) struct Expr {
 pub(crate) enum ExprKind {
     Bool(bool),
     Int(i64),
-    /// Nanoseconds.
+    /// Duration in nanoseconds.
     Time(i64),
     Name(Name),
     Field(Box<Expr>, Name),
@@ -236,11 +236,11 @@ pub(crate) enum ExprKind {
     Not(Box<Expr>),
     Neg(Box<Expr>),
     Binary(Op, Box<Expr>, Box<Expr>),
-    /// Chains of one operator, flat so that they may have any length.
+    /// A chain of one operator. It is flat, so that it may have any length.
     And(Vec<Expr>),
     Or(Vec<Expr>),
     Call(Name, Vec<Arg>),
-    /// `1.5`, `'text'`: the name by which it is refused.
+    /// `1.5`, `'text'`: unsupported; the name for messages.
     Refused(String),
 }
 
@@ -278,7 +278,7 @@ pub(crate) struct Stmt {
     pub(crate) span: Span,
 }
 
-/// A value, or the first and the last of a range.
+/// A value, or the first and last value of a range.
 pub(crate) type CaseLabel = (Expr, Option<Expr>);
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -287,7 +287,7 @@ pub(crate) enum StmtKind {
         target: Expr,
         value: Expr,
     },
-    /// A function block, by its instance.
+    /// A call of a function block instance.
     Call {
         target: Expr,
         arguments: Vec<Arg>,
@@ -319,18 +319,18 @@ pub(crate) enum StmtKind {
     Exit,
     Continue,
     Return,
-    /// Could not be read; the name by which it is refused.
+    /// A statement that could not be parsed; the name for messages.
     Refused(String),
 }
 
-/// What a statement consists of.
+/// A part of a statement.
 pub(crate) enum Part<'a> {
     Expr(&'a Expr),
     List(&'a [Stmt]),
 }
 
 impl StmtKind {
-    /// The conditions, selectors, bounds and lists of a choice or a loop, in the order of the text; empty for other statements.
+    /// The conditions, selectors, bounds and lists of a choice or loop in source order; empty for other statements.
     pub(crate) fn parts(&self) -> Vec<Part<'_>> {
         match self {
             StmtKind::If { arms, otherwise } => {
@@ -377,7 +377,7 @@ impl Expr {
         Expr::new(ExprKind::Name(name), span)
     }
 
-    /// The variable that an access begins with.
+    /// The variable at the root of an access.
     pub(crate) fn root(&self) -> Option<&Name> {
         match &self.kind {
             ExprKind::Name(name) => Some(name),

@@ -1,15 +1,15 @@
-//! Text to tokens: identifiers, numbers in any base, times, addresses, comments, pragmas.
+//! Lexer: identifiers, numbers in any base, times, addresses, comments, pragmas.
 
 use grafsynth_ir::{FileId, Span};
 
 use crate::xml::Mapped;
 
-/// Where the characters of a text stand in the source.
+/// Maps positions in the text to spans in the source.
 #[derive(Clone, Copy)]
 pub(crate) enum Places<'a> {
     /// The text is the source.
     Direct(FileId),
-    /// The text is content of an XML element.
+    /// The text is the content of an XML element.
     Mapped(&'a Mapped<'a>),
 }
 
@@ -31,7 +31,7 @@ pub(crate) enum Kind {
     Real,
     /// `T#5s`, `TIME#1h2m`
     Time,
-    /// `INT#5`, `BOOL#1`, `BYTE#16#ff`: a type in front of a literal.
+    /// `INT#5`, `BOOL#1`, `BYTE#16#ff`: a literal with a type prefix.
     Typed,
     /// `'..'`, `".."`
     Text,
@@ -55,9 +55,9 @@ pub(crate) enum Kind {
     Power,
     Slash,
     Ampersand,
-    /// `||`, which is reported and read as `OR`.
+    /// `||`, reported and read as `OR`.
     Bars,
-    /// `!`, which is reported and read as `NOT`.
+    /// `!`, reported and read as `NOT`.
     Exclamation,
     Open,
     Close,
@@ -79,29 +79,29 @@ pub(crate) struct Token {
     pub(crate) end: usize,
 }
 
-/// A comment or a pragma, without its brackets.
+/// A comment or a pragma, without its delimiters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Aside {
     pub(crate) start: usize,
     pub(crate) end: usize,
     pub(crate) is_pragma: bool,
-    /// A pragma whose settings somebody has taken.
+    /// Whether the settings of a pragma have been used.
     pub(crate) is_read: bool,
-    /// The first byte of its bracket.
+    /// Offset of the opening delimiter.
     pub(crate) from: usize,
 }
 
-/// Something that is no token.
+/// Text that is not a valid token.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum LexError {
     Character(usize, usize),
-    /// An operator of C, with the one of structured text that it was read as.
+    /// A C operator, with the operator of structured text that replaces it.
     Foreign(usize, usize, &'static str),
-    /// A comment, pragma or string that does not end.
+    /// A comment, pragma or string without its end.
     Unclosed(usize, usize, &'static str),
 }
 
-/// All tokens of a text, with what stands between them.
+/// All tokens of a text, with the comments and pragmas between them.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Tokens {
     pub(crate) tokens: Vec<Token>,
@@ -116,7 +116,7 @@ struct Lexer<'a> {
     out: Tokens,
 }
 
-/// Cuts a text into tokens; the last one is [`Kind::End`].
+/// Splits a text into tokens; the last one is [`Kind::End`].
 pub(crate) fn tokens(text: &str) -> Tokens {
     let at = if text.starts_with('\u{feff}') { 3 } else { 0 };
     let mut lexer = Lexer { text, bytes: text.as_bytes(), at, out: Tokens::default() };
@@ -167,7 +167,7 @@ impl Lexer<'_> {
         self.out.asides.push(Aside { start, end: end.max(start), is_pragma, from, is_read });
     }
 
-    /// Comments may lie in each other.
+    /// Reads a comment; comments may be nested.
     fn comment(&mut self, open: &[u8], close: &[u8], what: &'static str) {
         let start = self.at;
         let mut depth = 0usize;
@@ -210,7 +210,7 @@ impl Lexer<'_> {
         Some(kind)
     }
 
-    /// An operator of C: an error, and a token for the rest of the expression.
+    /// Reports a C operator and adds the token that replaces it.
     fn foreign(&mut self, kind: Kind, length: usize, instead: &'static str) -> Option<Kind> {
         self.out.errors.push(LexError::Foreign(self.at, self.at + length, instead));
         self.one(kind, length)
@@ -287,7 +287,7 @@ impl Lexer<'_> {
         let start = self.at;
         self.at += 1;
         let is_part = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'.' | b'*');
-        // `%IX0..` is an address and a range.
+        // `%IX0..` is an address followed by a range sign.
         while is_part(self.byte(0)) && !(self.byte(0) == b'.' && self.byte(1) == b'.') {
             self.at += 1;
         }

@@ -1,4 +1,4 @@
-//! Warnings about text that has a meaning, and probably not the intended one: assignments that are overwritten, blocks that are never called.
+//! Warnings about valid text that is probably a mistake: overwritten assignments, and function blocks that are never called.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,7 +11,7 @@ use super::ast::{
 use super::elaborate::standard_block;
 use crate::codes;
 
-/// All warnings about the units of a library.
+/// All warnings for the units of a library.
 pub(super) fn lints(library: &Library) -> Vec<Diagnostic> {
     let mut out = Vec::new();
     for pou in &library.pous {
@@ -21,7 +21,7 @@ pub(super) fn lints(library: &Library) -> Vec<Diagnostic> {
             Body::Sfc(sfc) => lists_of(sfc, &mut lists),
         }
         lists.extend(pou.actions.iter().map(|action| action.body.as_slice()));
-        // Another name may stand for the same variable.
+        // Variables that other names may refer to.
         let aliases: BTreeSet<String> = pou
             .vars
             .iter()
@@ -62,7 +62,7 @@ fn conditions_of<'a>(sfc: &'a Sfc, out: &mut Vec<&'a Expr>) {
     }
 }
 
-/// Assignments that a later one of the same list overwrites, with nothing between them that could read the value or end the list.
+/// Reports assignments that a later one in the same list overwrites, if nothing between them can read the value or leave the list.
 fn overwritten(list: &[Stmt], aliases: &BTreeSet<String>, out: &mut Vec<Diagnostic>) {
     let mut open: BTreeMap<String, Span> = BTreeMap::new();
     for stmt in list {
@@ -121,7 +121,7 @@ fn overwritten(list: &[Stmt], aliases: &BTreeSet<String>, out: &mut Vec<Diagnost
     }
 }
 
-/// Assignments that are read, or that may be: a call can read whatever its unit sees, and a jump makes the value the last one.
+/// Removes assignments that are read or may be read: a call can read everything that its unit sees, and a jump makes the value final.
 fn forget(open: &mut BTreeMap<String, Span>, seen: &Mentions) {
     if seen.leaves || !seen.called.is_empty() || seen.has_function {
         open.clear();
@@ -130,7 +130,7 @@ fn forget(open: &mut BTreeMap<String, Span>, seen: &Mentions) {
     }
 }
 
-/// Instances of standard blocks of which an output is read, and which no statement calls.
+/// Reports instances of standard blocks whose outputs are read but which no statement calls.
 fn not_called(library: &Library, pou: &Pou, lists: &[&[Stmt]], out: &mut Vec<Diagnostic>) {
     let mut seen = Mentions::default();
     lists.iter().flat_map(|list| list.iter()).for_each(|stmt| seen.stmt(stmt));
@@ -161,7 +161,7 @@ fn not_called(library: &Library, pou: &Pou, lists: &[&[Stmt]], out: &mut Vec<Dia
         });
         let Some((_, field, span)) = read else { continue };
         let name = &var.name;
-        // Reset and load of a counter may be left out.
+        // The reset and load inputs of a counter are optional.
         let is_counter = inputs.contains(&"PV");
         let needed = inputs.iter().filter(|input| !is_counter || !matches!(**input, "R" | "LD"));
         let call: Vec<String> = needed.map(|input| format!("{input} := ..")).collect();
@@ -197,20 +197,20 @@ fn actions_of(sfc: &Sfc, out: &mut BTreeSet<String>) {
     }
 }
 
-/// What statements and expressions name, in capitals.
+/// The names in statements and expressions, in capitals.
 #[derive(Debug, Default)]
 struct Mentions {
     /// All variables, read or assigned.
     names: BTreeSet<String>,
-    /// Variables that are named without a field behind them.
+    /// Variables that are used without a field.
     whole: BTreeSet<String>,
-    /// Fields with their places.
+    /// Fields with their spans.
     fields: Vec<(String, String, Span)>,
-    /// Roots of what statements call.
+    /// Roots of the calls.
     called: BTreeSet<String>,
-    /// An expression calls a function.
+    /// Whether an expression calls a function.
     has_function: bool,
-    /// RETURN, EXIT or CONTINUE.
+    /// Whether RETURN, EXIT or CONTINUE is used.
     leaves: bool,
 }
 

@@ -1,4 +1,4 @@
-//! IEC 61131-3 in text (`.st`, `.exp`): sequential function charts and structured text, reader and writer.
+//! Textual IEC 61131-3 (`.st`, `.exp`): reader and writer for sequential function charts and structured text.
 //!
 //! ```
 //! use grafsynth_frontend::st;
@@ -14,8 +14,8 @@
 //! assert_eq!(parsed.design.map(|design| design.charts.len()), Some(1));
 //! ```
 //!
-//! `docs/formats.md` says what is read, ignored and refused, and what each thing means. Text becomes a tree (`ast`) that the reader of PLCopen XML
-//! builds too; `elaborate` turns it into charts.
+//! `docs/formats.md` lists what is supported, ignored and refused, and defines the meaning of each construct. The parser builds a tree
+//! (`ast`), which the reader of PLCopen XML builds too; `elaborate` turns the tree into charts.
 
 pub(crate) mod ast;
 pub(crate) mod elaborate;
@@ -43,7 +43,7 @@ pub fn parse(file: FileId, text: &str) -> Parsed {
     parse_within(file, text, &Limits::default())
 }
 
-/// Reads a text.
+/// Reads a text with the given limits.
 #[must_use]
 pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
     if let Some(finding) = too_large(file, text, limits) {
@@ -63,13 +63,13 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
     finish(&library, findings)
 }
 
-/// From the tree to the charts, with the findings of both.
+/// Turns the tree into charts, and collects the findings of both stages.
 pub(crate) fn finish(library: &ast::Library, mut findings: Findings) -> Parsed {
     let broken = any_error(&findings.kept);
     let (design, found) = elaborate::design(library);
     let warnings = if broken { Vec::new() } else { lints::lints(library) };
     for finding in found.into_iter().chain(warnings) {
-        // In a text with errors a missing program is no second one.
+        // In a text with errors, a missing program is a consequence and is not reported.
         if broken && finding.code == codes::ST_NO_POU {
             continue;
         }
@@ -78,10 +78,10 @@ pub(crate) fn finish(library: &ast::Library, mut findings: Findings) -> Parsed {
     Parsed { design, diagnostics: sorted(findings.finish()), comments: Vec::new() }
 }
 
-/// Writes a net as the text that reads back as it, with what of the net the text does not hold.
+/// Writes a net as text that reads back as the same net. The diagnostics list what the text cannot contain.
 ///
 /// # Errors
-/// Everything in the net that IEC 61131-3 cannot say.
+/// Everything in the net that IEC 61131-3 cannot express.
 pub fn write_net(net: &Net) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
     write::net(net)
 }

@@ -1,9 +1,9 @@
-//! The parser: what its parts share, program organisation units and configurations.
+//! The parser: shared functions, program organisation units and configurations.
 //!
-//! Recursive descent over the list of tokens. Every error is reported and the parser goes on behind it: at the next statement, declaration or unit.
+//! Recursive descent over the token list. The parser reports every error and continues at the next statement, declaration or unit.
 #![expect(
     clippy::wildcard_enum_match_arm,
-    reason = "a parser names the tokens it takes; all others are one case"
+    reason = "a parser matches the tokens that it accepts; all others are one case"
 )]
 
 use grafsynth_ir::diag::{Diagnostic, nearest};
@@ -14,7 +14,7 @@ use super::lexer::{Kind, LexError, Places, Token, Tokens, tokens};
 use crate::codes;
 use crate::graf::parser::Findings;
 
-/// Says that a diagnostic was given; whoever gets one goes on with the next item.
+/// Proof that an error was reported. The caller continues with the next item.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Abandoned;
 
@@ -50,7 +50,7 @@ const ENDS: &[&str] = &[
     "TRANSITION",
 ];
 
-/// Words that mean something in the text of a chart only.
+/// Keywords that exist only in the text of a chart.
 const OF_CHARTS: &[&str] = &[
     "PROGRAM",
     "FUNCTION",
@@ -62,7 +62,7 @@ const OF_CHARTS: &[&str] = &[
     "TRANSITION",
 ];
 
-/// Words with which something begins that stands beside the programs.
+/// Words that begin a unit beside the programs.
 const UNITS: &[&str] =
     &["PROGRAM", "FUNCTION", "FUNCTION_BLOCK", "CONFIGURATION", "TYPE", "VAR_GLOBAL", "INTERFACE"];
 
@@ -72,18 +72,18 @@ pub(crate) struct Parser<'a> {
     pub(crate) list: Tokens,
     pub(crate) at: usize,
     pub(crate) findings: &'a mut Findings,
-    /// What this version does not read, inside the present unit: kept apart, since the unit may turn out not to matter.
+    /// Unsupported features in the current unit. They are kept separate, because the unit may turn out to be unused.
     pub(crate) refused: Vec<Refusal>,
     pub(crate) depth: u32,
-    /// Of the expression read last, as a tree; at most `limit`.
+    /// Height of the tree of the last expression; at most `limit`.
     pub(crate) height: u32,
     pub(crate) limit: u32,
-    /// The text is one body, in which the words of charts are names.
+    /// Whether the text is a single body, in which the keywords of charts are names.
     pub(crate) is_body: bool,
 }
 
 impl<'a> Parser<'a> {
-    /// A parser at the start of `text`; what is no token is reported.
+    /// Creates a parser at the start of `text`. Reports text that is not a token.
     pub(crate) fn new(
         text: &'a str,
         places: Places<'a>,
@@ -119,7 +119,7 @@ impl<'a> Parser<'a> {
                 LexError::Foreign(start, end, instead) => {
                     let span = places.span(start, end);
                     let shown = text.get(start..end).unwrap_or("").to_owned();
-                    // A word needs space around it, a sign does not.
+                    // A word needs space around it; a sign does not.
                     let is_free = |at: Option<char>| at.is_none_or(char::is_whitespace);
                     let is_word = instead.bytes().all(|byte| byte.is_ascii_alphabetic());
                     let before = text.get(..start).and_then(|part| part.chars().next_back());
@@ -165,7 +165,7 @@ impl<'a> Parser<'a> {
         self.text.get(token.start..token.end).unwrap_or("")
     }
 
-    /// The word here in capitals; empty where none stands.
+    /// The word at this lookahead in capitals; empty if it is not a word.
     pub(crate) fn word(&self, ahead: usize) -> String {
         let token = self.peek(ahead);
         if token.kind == Kind::Word { self.slice(token).to_uppercase() } else { String::new() }
@@ -208,7 +208,7 @@ impl<'a> Parser<'a> {
         self.span(self.peek(0))
     }
 
-    /// From `start` to the end of the token taken last.
+    /// The span from `start` to the end of the last consumed token.
     pub(crate) fn span_from(&self, start: usize) -> Span {
         let end = match self.at.checked_sub(1).and_then(|at| self.list.tokens.get(at)) {
             Some(last) => last.end.max(start),
@@ -228,7 +228,7 @@ impl<'a> Parser<'a> {
         Abandoned
     }
 
-    /// The token here, as messages show it.
+    /// The current token, as shown in messages.
     pub(crate) fn found(&self) -> String {
         match self.kind(0) {
             Kind::End => "the end of the text".to_owned(),
@@ -260,15 +260,15 @@ impl<'a> Parser<'a> {
         Err(self.expected(what))
     }
 
-    /// Notes something that this version does not read.
+    /// Records an unsupported feature.
     pub(crate) fn refuse(&mut self, what: impl Into<String>, span: Span, help: &str) {
-        // As many as are shown; what lies behind follows from them.
+        // No more than are shown; later ones are usually consequences.
         if self.refused.len() < 10_000 {
             self.refused.push(Refusal { what: what.into(), span, help: help.to_owned() });
         }
     }
 
-    /// One level deeper; an error where the limit is reached.
+    /// Increases the nesting depth for `inside`; an error if the limit is reached.
     pub(crate) fn deeper<T>(&mut self, inside: impl FnOnce(&mut Self) -> Parse<T>) -> Parse<T> {
         if self.depth >= self.limit {
             return Err(self.too_deep());
@@ -279,12 +279,13 @@ impl<'a> Parser<'a> {
         result
     }
 
-    /// A statement or a whole expression in another one, which takes the stack of two levels.
+    /// Parses a nested statement or whole expression, which uses the stack of two levels.
     pub(crate) fn inside<T>(&mut self, read: impl FnOnce(&mut Self) -> Parse<T>) -> Parse<T> {
         self.deeper(|parser| parser.deeper(read))
     }
 
-    /// Reports that the limit is passed here. Apart from its caller, whose frame lies on the stack once a level.
+    /// Reports that the nesting limit is exceeded here. A separate function, because the frame of the caller is on the stack once per
+    /// level.
     pub(crate) fn too_deep(&mut self) -> Abandoned {
         let (span, limit) = (self.here(), self.limit);
         self.report(|| {
@@ -294,7 +295,7 @@ impl<'a> Parser<'a> {
         })
     }
 
-    /// Behind an error: past the next semicolon, or in front of a word that ends a list or begins a unit.
+    /// Recovers from an error: skips to after the next semicolon, or to a word that ends a list or begins a unit.
     pub(crate) fn skip_statement(&mut self) {
         loop {
             match self.kind(0) {
@@ -311,7 +312,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// True where a list of statements ends.
+    /// Whether a list of statements ends here.
     pub(crate) fn at_end_of_list(&self) -> bool {
         self.kind(0) == Kind::End || self.ends_list(&self.word(0))
     }
@@ -324,7 +325,7 @@ impl<'a> Parser<'a> {
         is_reserved(word) && !(self.is_body && OF_CHARTS.contains(&word))
     }
 
-    /// The comment behind the token taken last, on its line.
+    /// The comment after the last consumed token, on the same line.
     pub(crate) fn label(&self) -> String {
         let Some(last) = self.at.checked_sub(1).and_then(|at| self.list.tokens.get(at)) else {
             return String::new();
@@ -341,7 +342,7 @@ impl<'a> Parser<'a> {
 
     // Units
 
-    /// A whole source.
+    /// Parses a whole source.
     pub(crate) fn library(&mut self) -> Library {
         let mut library = Library::default();
         loop {
@@ -418,7 +419,7 @@ impl<'a> Parser<'a> {
     }
 
     fn pou(&mut self) -> Parse<Pou> {
-        // What stands above a unit is said of it.
+        // A comment above a unit describes the unit.
         let above = self.at.checked_sub(1).and_then(|at| self.list.tokens.get(at));
         let from = above.map_or(0, |token| token.end);
         let first_refused = self.refused.len();
@@ -481,7 +482,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// What the pragmas between two places ask for that nothing inside has taken.
+    /// The settings of the pragmas between two positions that no inner element has used.
     pub(crate) fn options(&mut self, from: usize, to: usize) -> Options {
         let mut options = Options::default();
         for setting in self.pragmas(from, to) {
@@ -494,7 +495,7 @@ impl<'a> Parser<'a> {
         options
     }
 
-    /// The settings in the pragmas between two places, each once: whoever asks first has them.
+    /// The settings of the pragmas between two positions. Each setting is returned once, to the first caller.
     pub(crate) fn pragmas(&mut self, from: usize, to: usize) -> Vec<Name> {
         let mut found = Vec::new();
         for aside in self.list.asides.iter_mut() {
@@ -515,7 +516,7 @@ impl<'a> Parser<'a> {
         found
     }
 
-    /// Pragmas that nothing has read: ours in a wrong place, and those of other tools, each kind once.
+    /// Reports unused pragmas: our own in a wrong place, and those of other tools once per kind.
     pub(crate) fn unread_pragmas(&mut self) {
         let mut told: Vec<&str> = Vec::new();
         for aside in &self.list.asides {
@@ -538,7 +539,7 @@ impl<'a> Parser<'a> {
                         codes::ST_LEFT_OUT,
                         format!("pragmas `{{{word} ..}}` are ignored"),
                     )
-                    .at(span, "the first one")
+                    .at(span, "first occurrence")
                     .help("grafsynth reads only {grafsynth SETTING}, such as {grafsynth conflict all}")
                 });
             }
@@ -668,7 +669,7 @@ impl<'a> Parser<'a> {
     }
 }
 
-/// The section that a word begins.
+/// The variable section that a word begins.
 pub(crate) fn section(word: &str) -> Option<Section> {
     Some(match word {
         "VAR" => Section::Local,

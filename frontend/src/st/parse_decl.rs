@@ -1,7 +1,7 @@
 //! Declarations: variables, types, initial values.
 #![expect(
     clippy::wildcard_enum_match_arm,
-    reason = "a parser names the tokens it takes; all others are one case"
+    reason = "a parser matches the tokens that it accepts; all others are one case"
 )]
 
 use grafsynth_ir::Name;
@@ -13,14 +13,14 @@ use super::parse::{Parse, Parser, section};
 use crate::codes;
 
 impl Parser<'_> {
-    /// `VAR_INPUT a, b : BOOL; END_VAR`
+    /// Parses `VAR_INPUT a, b : BOOL; END_VAR`.
     pub(crate) fn var_block(&mut self, vars: &mut Vec<Var>) -> Parse<()> {
         let word = self.word(0);
         let Some(section) = section(&word) else {
             let span = self.here();
             self.advance();
             return Err(self.report(|| {
-                Diagnostic::error(codes::ST_UNEXPECTED, format!("`{word}` is no section of variables"))
+                Diagnostic::error(codes::ST_UNEXPECTED, format!("unknown variable section `{word}`"))
                     .at(span, "")
                     .help("write VAR, VAR_INPUT, VAR_OUTPUT, VAR_IN_OUT, VAR_GLOBAL, VAR_EXTERNAL or VAR_TEMP")
             }));
@@ -65,7 +65,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Past the next semicolon, or in front of `END_VAR`.
+    /// Skips to after the next semicolon, or to `END_VAR`.
     fn skip_declaration(&mut self) {
         loop {
             match self.kind(0) {
@@ -106,7 +106,7 @@ impl Parser<'_> {
         }
         self.expect(Kind::Colon, "`:` and a type")?;
         let ty = self.type_ref()?;
-        // The edge of an input that a block declares is one of its own variables.
+        // The edge detection of an input needs a variable of its own.
         if matches!(self.word(0).as_str(), "R_EDGE" | "F_EDGE") {
             let span = self.here();
             let what = format!("an input with {}", self.word(0));
@@ -117,14 +117,14 @@ impl Parser<'_> {
         let goes_on = self.is("END_VAR")
             || self.kind(0) == Kind::Word && matches!(self.kind(1), Kind::Colon | Kind::Comma);
         if !self.take(Kind::Semicolon) {
-            // The declaration itself is whole: what uses the variable is no further mistake.
+            // The declaration itself is complete, so the uses of the variable are valid.
             let error = self.expected("`;`");
             if !goes_on {
                 return Err(error);
             }
         }
         let label = self.label();
-        // `VAR AT %IX0.0 : BOOL` has no name of its own.
+        // `VAR AT %IX0.0 : BOOL` has no name.
         if names.is_empty()
             && let Some(address) = &address
         {
@@ -215,7 +215,7 @@ impl Parser<'_> {
             }
             _ => {
                 let mut name = self.name("a type")?.text;
-                // `lib.TON`: types of libraries are known by their last name.
+                // `lib.TON`: a type of a library is known by its last name.
                 while self.take(Kind::Dot) {
                     name = self.name("a type")?.text;
                 }
@@ -278,7 +278,7 @@ impl Parser<'_> {
         Ok(Init::Value(self.expression()?))
     }
 
-    /// `TYPE color : (red, green); END_TYPE`
+    /// Parses `TYPE color : (red, green); END_TYPE`.
     pub(crate) fn types(&mut self, types: &mut Vec<TypeDef>) -> Parse<()> {
         self.advance();
         while !self.take_word("END_TYPE") {

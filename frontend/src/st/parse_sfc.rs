@@ -1,4 +1,4 @@
-//! Sequential function charts in text: steps, transitions, actions.
+//! Parser of sequential function charts in text: steps, transitions, actions.
 
 use grafsynth_ir::Name;
 use grafsynth_ir::diag::{Diagnostic, nearest};
@@ -24,13 +24,13 @@ pub(crate) const QUALIFIERS: [(&str, Qualifier); 11] = [
     ("SL", Qualifier::SL),
 ];
 
-/// The qualifier of that name.
+/// The qualifier with this name.
 pub(crate) fn qualifier(text: &str) -> Option<Qualifier> {
     QUALIFIERS.iter().find(|(name, _)| name.eq_ignore_ascii_case(text)).map(|(_, one)| *one)
 }
 
 impl Parser<'_> {
-    /// The elements of a chart up to the end of its unit.
+    /// Parses the elements of a chart up to the end of its unit.
     pub(crate) fn sfc(&mut self, end: &str) -> Sfc {
         let mut sfc = Sfc::default();
         loop {
@@ -57,14 +57,14 @@ impl Parser<'_> {
                     Err(self.report(|| {
                         let finding = Diagnostic::error(
                             codes::ST_UNEXPECTED,
-                            "a step, a transition or an action is expected",
+                            "expected a step, a transition or an action",
                         );
                         let known = ["INITIAL_STEP", "STEP", "TRANSITION", "ACTION"];
                         match nearest(&word, known) {
                             Some(near) => {
-                                finding.at(span, format!("meant `{near}`?")).fix(span, near)
+                                finding.at(span, format!("did you mean `{near}`?")).fix(span, near)
                             }
-                            None => finding.at(span, "not here"),
+                            None => finding.at(span, "not allowed here"),
                         }
                     }))
                 }
@@ -134,7 +134,7 @@ impl Parser<'_> {
         Ok(Step { name, is_initial, uses, label, role: Role::Plain, span })
     }
 
-    /// `siren(D, T#5s);`
+    /// Parses `siren(D, T#5s);`.
     fn action_use(&mut self) -> Parse<Use> {
         let start = self.peek(0).start;
         let action = self.name("an action")?;
@@ -165,7 +165,7 @@ impl Parser<'_> {
                     }
                 }
             }
-            // `(P, )` stands in files too; a duration comes first, then indicator variables, which change nothing.
+            // Some files contain `(P, )`. A duration comes first, then indicator variables, which have no effect.
             while self.take(Kind::Comma) {
                 if self.kind(0) == Kind::Close {
                     break;
@@ -215,7 +215,7 @@ impl Parser<'_> {
         if refused {
             let span = self.here();
             self.refuse(
-                "a transition condition in another language than structured text",
+                "a transition condition in a language other than structured text",
                 span,
                 "write it as `:= condition;`",
             );
@@ -285,7 +285,7 @@ impl Parser<'_> {
     }
 }
 
-/// True for the qualifiers that have a duration.
+/// Whether the qualifier has a duration.
 pub(crate) fn is_timed(qualifier: Qualifier) -> bool {
     match qualifier {
         Qualifier::L | Qualifier::D | Qualifier::SD | Qualifier::DS | Qualifier::SL => true,

@@ -1,7 +1,7 @@
-//! Statements and expressions of structured text.
+//! Parser of statements and expressions of structured text.
 #![expect(
     clippy::wildcard_enum_match_arm,
-    reason = "a parser names the tokens it takes; all others are one case"
+    reason = "a parser matches the tokens that it accepts; all others are one case"
 )]
 
 use grafsynth_ir::Span;
@@ -13,7 +13,7 @@ use super::parse::{Abandoned, Parse, Parser};
 use crate::codes;
 
 impl Parser<'_> {
-    /// Statements up to a word that ends the list; broken ones are reported and left out.
+    /// Parses statements up to a word that ends the list. Reports and omits invalid ones.
     pub(crate) fn statements(&mut self) -> Vec<Stmt> {
         let mut list = Vec::new();
         loop {
@@ -80,7 +80,7 @@ impl Parser<'_> {
         Ok(Stmt { kind, span: self.span_from(start) })
     }
 
-    /// An assignment or a call.
+    /// Parses an assignment or a call.
     fn simple(&mut self, start: usize) -> Parse<Stmt> {
         let target = self.primary()?;
         let kind = if self.take(Kind::Assign) {
@@ -109,7 +109,7 @@ impl Parser<'_> {
                             .fix(span, ":=")
                     }));
                 }
-                // CODESYS calls a program or an action by its bare name.
+                // CODESYS calls a program or an action by its name without parentheses.
                 ExprKind::Name(_) | ExprKind::Field(..) if self.kind(0) == Kind::Semicolon => {
                     StmtKind::Call { target, arguments: Vec::new() }
                 }
@@ -140,7 +140,7 @@ impl Parser<'_> {
         });
     }
 
-    /// The word that closes the statement that begins at `start`.
+    /// Expects the word that closes the statement that begins at `start`.
     fn expect_end(&mut self, word: &str, start: usize) -> Parse<()> {
         if self.take_word(word) {
             return Ok(());
@@ -158,7 +158,7 @@ impl Parser<'_> {
         }))
     }
 
-    /// `ELSE IF` begins an IF of its own, whose END_IF closes only that one.
+    /// Explains that `ELSE IF` begins a separate IF, and that an END_IF closes only that one.
     fn unclosed_else_if(&mut self, else_if: Span) -> Abandoned {
         let (span, found) = (self.here(), self.found());
         self.report(|| {
@@ -166,7 +166,7 @@ impl Parser<'_> {
                 codes::ST_UNEXPECTED,
                 format!("expected `END_IF`, found {found}: `ELSE IF` opens a second IF"),
             )
-            .at(else_if, "this IF needs an `END_IF` of its own")
+            .at(else_if, "this IF needs a separate `END_IF`")
             .at(span, "expected `END_IF`")
             .help("write `ELSIF` for another condition of the same IF")
             .fix(else_if, "ELSIF")
@@ -235,7 +235,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Statements up to the next label of a CASE, which only its colon tells from a statement.
+    /// Parses statements up to the next CASE label, which only its colon distinguishes from a statement.
     fn case_list(&mut self) -> Vec<Stmt> {
         let mut list = Vec::new();
         loop {
@@ -264,7 +264,7 @@ impl Parser<'_> {
             Kind::Word => {}
             _ => return false,
         }
-        // A few names and numbers, then a colon that is no assignment.
+        // A few names and numbers, followed by a colon that is not part of an assignment.
         let mut ahead = 1;
         while ahead < 64 {
             match self.kind(ahead) {
@@ -294,18 +294,18 @@ impl Parser<'_> {
 
     // Expressions
 
-    // One small function for each form: the stack of a deep expression is the sum of their frames. Each leaves the height of its tree in `height`, for
-    // chains of operators and accesses make it higher than the nesting of the text.
+    // One small function per form: the stack of a deep expression is the sum of their frames. Each function leaves the height of its tree
+    // in `height`, because chains of operators and accesses make the tree higher than the nesting of the text.
 
     pub(crate) fn expression(&mut self) -> Parse<Expr> {
         self.inside(|parser| parser.operators(1))
     }
 
-    /// Operators that bind at least as strongly as `least`, by precedence climbing.
+    /// Parses operators with at least the precedence `least`, by precedence climbing.
     fn operators(&mut self, least: u8) -> Parse<Expr> {
         let mut left = self.prefix()?;
         let mut height = self.height;
-        // The operator of the list that `left` is, if it was made here and stands in no parentheses.
+        // The operator of the list `left`, if it was built here and is not in parentheses.
         let mut chain = None;
         while let Some((op, power)) = self.operator().filter(|(_, power)| *power >= least) {
             self.advance();
@@ -320,7 +320,7 @@ impl Parser<'_> {
         Ok(left)
     }
 
-    /// The operator here with its binding power (IEC 61131-3, table 71, weakest first).
+    /// The current operator with its precedence (IEC 61131-3, table 71, lowest first).
     fn operator(&self) -> Option<(Infix, u8)> {
         Some(match self.kind(0) {
             Kind::Word => return self.word_operator(),
@@ -343,7 +343,7 @@ impl Parser<'_> {
 
     fn word_operator(&self) -> Option<(Infix, u8)> {
         Some(match self.word(0).as_str() {
-            // The short-circuit forms mean the same: nothing in an expression has effects.
+            // The short-circuit forms mean the same, because expressions have no side effects.
             "OR" | "OR_ELSE" => (Infix::Or, 1),
             "XOR" => (Infix::Op(Op::Xor), 2),
             "AND" | "AND_THEN" => (Infix::And, 3),
@@ -352,7 +352,7 @@ impl Parser<'_> {
         })
     }
 
-    /// One more than `height`; an error where the tree gets too high.
+    /// Returns `height` plus one; an error if the tree becomes too high.
     fn raised(&mut self, height: u32) -> Parse<u32> {
         if height >= self.limit {
             return Err(self.too_deep());
@@ -396,7 +396,7 @@ impl Parser<'_> {
         }
     }
 
-    /// `( expression )`
+    /// Parses `( expression )`.
     fn enclosed(&mut self) -> Parse<Expr> {
         self.advance();
         let inner = self.expression()?;
@@ -420,7 +420,7 @@ impl Parser<'_> {
                 Ok(self.refused_expr(
                     "numbers with a fraction (REAL)",
                     span,
-                    "use integers, in a smaller unit if need be",
+                    "use integers, in a smaller unit if necessary",
                 ))
             }
             Kind::Text => {
@@ -444,7 +444,7 @@ impl Parser<'_> {
                     self.advance();
                     Ok(Expr::new(ExprKind::Bool(false), span))
                 }
-                // The function forms of operators: `OR(a, b)`.
+                // Operators in function form: `OR(a, b)`.
                 "AND" | "OR" | "XOR" | "NOT" | "MOD" if self.kind(1) == Kind::Open => {
                     self.advance();
                     self.called(token.start, self.name_of(token))
@@ -467,7 +467,7 @@ impl Parser<'_> {
         }
     }
 
-    /// What stands behind a value: arguments, indices, fields.
+    /// Parses the suffixes of a value: arguments, indices, fields.
     fn access(&mut self, start: usize, mut expr: Expr) -> Parse<Expr> {
         let mut levels = 0;
         loop {
@@ -487,7 +487,7 @@ impl Parser<'_> {
             };
             levels += 1;
             if levels > 64 {
-                return Err(self.expected("a shorter access"));
+                return Err(self.expected("an access with fewer indices and fields"));
             }
         }
     }
@@ -513,7 +513,7 @@ impl Parser<'_> {
         Ok(Expr::new(ExprKind::Index(Box::new(expr), indices), self.span_from(start)))
     }
 
-    /// `.field` or `.3`
+    /// Parses `.field` or `.3`.
     fn part(&mut self, start: usize, expr: Expr) -> Parse<Expr> {
         self.advance();
         self.height = self.raised(self.height)?;
@@ -527,7 +527,7 @@ impl Parser<'_> {
         Ok(Expr::new(kind, self.span_from(start)))
     }
 
-    /// A name behind a dot, which may be a reserved word.
+    /// Parses a name after a dot, which may be a reserved word.
     fn field(&mut self) -> Parse<grafsynth_ir::Name> {
         if self.kind(0) == Kind::Word {
             let token = self.advance();
@@ -541,14 +541,14 @@ impl Parser<'_> {
         Expr::new(ExprKind::Refused(what.to_owned()), span)
     }
 
-    /// A number alone, where a parenthesis behind it is no call.
+    /// Parses a single number; a parenthesis after it is not a call.
     pub(crate) fn expression_before_parenthesis(&mut self) -> Parse<Expr> {
         let token = self.expect(Kind::Number, "a number")?;
         let span = self.span(token);
         Ok(Expr::new(ExprKind::Int(self.number(token, span)?), span))
     }
 
-    /// What stands in the parentheses of a call; `height` is that of the call.
+    /// Parses the arguments of a call; `height` becomes that of the call.
     fn arguments(&mut self) -> Parse<Vec<Arg>> {
         self.expect(Kind::Open, "`(`")?;
         let mut arguments = Vec::new();
@@ -584,7 +584,7 @@ impl Parser<'_> {
         let token = self.advance();
         let name = Some(self.name_of(token));
         let is_output = self.advance().kind == Kind::Arrow;
-        // `Q => )` and `IN := ,` are read: an empty place says nothing.
+        // `Q => )` and `IN := ,` are accepted: an empty argument means no argument.
         if matches!(self.kind(0), Kind::Comma | Kind::Close) {
             return Ok(None);
         }
@@ -605,7 +605,7 @@ impl Parser<'_> {
         }
     }
 
-    /// `INT#5`, `BOOL#1`, `color#red`
+    /// Parses `INT#5`, `BOOL#1` or `color#red`.
     fn typed(&mut self) -> Parse<Expr> {
         let start = self.peek(0).start;
         let prefix = self.advance();
@@ -633,7 +633,7 @@ impl Parser<'_> {
                 }
                 _ => return Err(self.expected("TRUE, FALSE, 0 or 1")),
             },
-            // A value of an enumeration is known by its own name.
+            // An enumeration value is known by its own name.
             Kind::Word => ExprKind::Name(self.name("a value")?),
             Kind::Real => {
                 self.advance();
@@ -641,7 +641,7 @@ impl Parser<'_> {
                 return Ok(self.refused_expr(
                     "numbers with a fraction (REAL)",
                     span,
-                    "use integers, in a smaller unit if need be",
+                    "use integers, in a smaller unit if necessary",
                 ));
             }
             _ => return Err(self.expected("a value")),
@@ -677,7 +677,7 @@ impl Parser<'_> {
     }
 }
 
-/// An operator between two operands.
+/// A binary operator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Infix {
     And,
@@ -685,7 +685,7 @@ enum Infix {
     Op(Op),
 }
 
-/// Two operands as one expression; to a chain of AND or OR, which is flat, the right one is added.
+/// Combines two operands. In a chain of AND or OR, which is flat, it appends the right one.
 fn joined(op: Infix, left: Expr, right: Expr, is_chain: bool) -> Expr {
     let span = left.span.to(right.span);
     let kind = match (op, left.kind) {
@@ -706,7 +706,7 @@ fn joined(op: Infix, left: Expr, right: Expr, is_chain: bool) -> Expr {
     Expr::new(kind, span)
 }
 
-/// The negative value: of a constant a constant.
+/// The negation; the negation of a constant is a constant.
 fn negated(inner: Expr) -> ExprKind {
     match inner.kind {
         ExprKind::Int(value) => match value.checked_neg() {
@@ -718,7 +718,7 @@ fn negated(inner: Expr) -> ExprKind {
     }
 }
 
-/// `12`, `1_000`, `16#ff`
+/// Parses `12`, `1_000` or `16#ff`.
 pub(crate) fn number(text: &str) -> Option<i64> {
     let digits: String = text.chars().filter(|c| *c != '_').collect();
     match digits.split_once('#') {

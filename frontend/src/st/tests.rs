@@ -1,4 +1,4 @@
-//! Depth, recovery and literals. What is about depth runs on the stack that a thread has by default.
+//! Tests of nesting depth, error recovery and literals. The tests of depth use the default stack of a thread.
 
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::{FileId, lower};
@@ -77,7 +77,7 @@ fn durations_have_units_and_fractions() {
     assert_eq!(duration("1.5m2s"), None, "only the last unit has a fraction");
 }
 
-/// A program with the text in its body.
+/// A program with this text as its body.
 fn program(body: &str) -> String {
     format!(
         "PROGRAM p VAR_INPUT a, b : BOOL; i : INT; END_VAR VAR_OUTPUT q : BOOL; n : INT; END_VAR \
@@ -85,7 +85,7 @@ fn program(body: &str) -> String {
     )
 }
 
-/// Read and lowered; true if there is a net.
+/// Reads and lowers a text; true if the result is a net.
 fn is_read(text: &str) -> bool {
     let parsed = parse(FileId(0), text);
     let Some(design) = parsed.design.filter(|_| !any_error(&parsed.diagnostics)) else {
@@ -127,7 +127,7 @@ fn nesting_is_bounded_for_every_sign() {
     ];
     for (before, open, inside, close, after) in bodies {
         for n in [30, 60, 120, 126, 250, 300, 5000] {
-            // Closed, and torn off.
+            // With and without the closing parts.
             for closes in [close.repeat(n), String::new()] {
                 let body = format!("{before}{}{inside}{closes}{after}", open.repeat(n));
                 is_read(&program(&body));
@@ -140,7 +140,7 @@ fn nesting_is_bounded_for_every_sign() {
 
 #[test]
 fn chains_in_parentheses_do_not_add_up_to_a_high_tree() {
-    // Each level may hold a chain, and each chain leans on the one inside it.
+    // Each level may contain a chain, whose first operand is the inner chain.
     for (open, link) in
         [("(", " + i) "), ("(", " + i + i - i) "), ("(", "= i) "), ("v[", "].x.y.z ")]
     {
@@ -160,7 +160,7 @@ fn calls_in_calls_stay_within_the_budget() {
     }
 }
 
-/// Two blocks that know each other by their in-out parameters, and call each other in a circle once both are bound.
+/// Two blocks that refer to each other by in-out parameters and, once both are bound, call each other recursively.
 #[test]
 fn blocks_that_call_each_other_in_a_circle_are_refused() {
     let text = "FUNCTION_BLOCK f VAR_IN_OUT y : g; END_VAR VAR n : INT; END_VAR n := n + 1; y(); END_FUNCTION_BLOCK

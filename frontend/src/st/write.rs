@@ -1,7 +1,8 @@
-//! Charts to text.
+//! Writes charts as text.
 //!
-//! What reads back as the same net: steps, transitions with priorities, Boolean actions and actions with lists in all qualifiers, integers (as subranges,
-//! which do not wrap), arrays, settings (in pragmas). A continuous output becomes the action of its steps, which has the same value in every row.
+//! These parts read back as the same net: steps, transitions with priorities, Boolean actions and actions with lists in all qualifiers,
+//! integers (as subranges, which do not wrap), arrays, settings (as pragmas). A continuous output becomes an action of its steps, which has
+//! the same value in every row of a trace.
 
 mod flat;
 pub(crate) mod items;
@@ -15,7 +16,7 @@ use grafsynth_ir::net::Net;
 
 use items::{Program, Programs};
 
-/// The text of a net, and what of it the text does not hold.
+/// The text of a net, and warnings about what the text cannot contain.
 pub(super) fn net(net: &Net) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
     let Programs { programs, lost, findings, tick_ns } =
         items::programs_of(net, "structured text")?;

@@ -1,4 +1,4 @@
-//! Pass `beginnings`: a Grafcet in which no step is active after reset, that no source transition starts and nothing forces never does anything.
+//! Pass `beginnings`: reports a Grafcet that never does anything: no step is active after reset, there is no source transition, and nothing forces it.
 
 use super::codes;
 use super::context::Lowering;
@@ -6,7 +6,7 @@ use super::expand::Work;
 use crate::diag::{Diagnostic, Notation};
 use crate::net::PartId;
 
-/// After `forcing`, since a forced chart may begin without a step of its own.
+/// Runs after `forcing`, because a forced chart needs no initial step of its own.
 pub(super) fn beginnings(lowering: &mut Lowering<'_>) {
     if lowering.is_statechart() {
         return;
@@ -51,12 +51,12 @@ pub(super) fn beginnings(lowering: &mut Lowering<'_>) {
     }
 }
 
-/// Initial steps in enclosing steps that reset does not activate.
+/// Reports initial steps inside enclosing steps that are not active after reset.
 fn inside_of_inactive(lowering: &mut Lowering<'_>) {
     let net = &lowering.net;
     let mut active = vec![false; net.steps.len()];
     let mut wrong = Vec::new();
-    // A step stands behind the one that encloses it.
+    // A step is declared after the step that encloses it.
     for (id, step) in net.steps.iter() {
         let parent = step.parent;
         let is_around = parent.is_some_and(|parent| active[parent.index()]);
@@ -69,11 +69,11 @@ fn inside_of_inactive(lowering: &mut Lowering<'_>) {
         lowering.report(
             Diagnostic::error(
                 codes::INITIAL_INSIDE,
-                format!("step {step} is initial, and {parent} around it is not active after reset"),
+                format!("step {step} is initial, but its enclosing step {parent} is not active after reset"),
             )
             .at(step.span, "initial")
             .at(parent.span, "not active after reset")
-            .help(format!("write `step {step} *`: then {parent} activates it")),
+            .help(format!("write `step {step} *` so that {parent} activates it")),
         );
     }
 }

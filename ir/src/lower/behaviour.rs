@@ -1,4 +1,5 @@
-//! Pass `behaviour`: insides of steps, reactions and transitions, in declaration order, so that `otherwise` meets exactly the transitions above it.
+//! Pass `behaviour`: lowers the contents of steps, reactions and transitions in declaration order, so that `otherwise` sees exactly the transitions above
+//! it.
 
 use super::codes;
 use super::context::{Lowering, Outcome, ScopeId, Symbol};
@@ -11,7 +12,7 @@ use crate::expr::{CompareOp, Expr, ExprKind};
 use crate::net::{Enter, InputId, Leaf, Meta, Policy, StepId, Task, TransitionId};
 use crate::span::{Name, Span};
 
-/// After `roles` and `declarations`: conditions and lists read outputs.
+/// Runs after `roles` and `declarations`, because conditions and lists read outputs.
 pub(super) fn behaviour(lowering: &mut Lowering<'_>) {
     lowering.leaving = vec![Vec::new(); lowering.net.steps.len()];
     if lowering.is_statechart() {
@@ -101,7 +102,7 @@ fn step<'a>(lowering: &mut Lowering<'a>, scope: ScopeId, id: StepId, source: &'a
                 tasks.push(Task { name: name.clone(), cost: cost.unwrap_or(0), body, meta });
             }
             StepItemKind::Code(code) => lowering.net.steps[id].code.push(code.clone()),
-            // Actions belong to outputs, priorities to `expand`, reactions to work of their own, forcing to its pass.
+            // `outputs` handles actions, `expand` priorities, `forcing` forcing orders; reactions are separate work items.
             StepItemKind::Action { .. }
             | StepItemKind::On { .. }
             | StepItemKind::Priority(_)
@@ -113,7 +114,7 @@ fn step<'a>(lowering: &mut Lowering<'a>, scope: ScopeId, id: StepId, source: &'a
             lowering.report(
                 Diagnostic::warning(
                     codes::NO_EFFECT,
-                    format!("step {} has a budget and no task", source.name),
+                    format!("step {} has a budget but no task", source.name),
                 )
                 .plural(&source.name, "steps", "have a budget and no task")
                 .at(span, "")
@@ -127,21 +128,21 @@ fn step<'a>(lowering: &mut Lowering<'a>, scope: ScopeId, id: StepId, source: &'a
             lowering.report(
                 Diagnostic::error(
                     codes::TASK_WITHOUT_COST,
-                    format!("the cost of task {name} is not known, and its step {} has a budget of {number}", source.name),
+                    format!("task {name} has no cost, but its step {} has a budget of {number}", source.name),
                 )
-                .at(name.span, "has no `cost`")
+                .at(name.span, "no `cost` here")
                 .at(span, "the budget")
-                .help("write `cost N` after its name, or name the machine with the cost model: `--for avr`"),
+                .help("write `cost N` after its name, or select a machine with a cost model: `--for avr`"),
             );
         }
     }
-    // Without a budget nothing bounds what a step may run (semantics §6).
+    // Without a budget there is no bound on what a step may run (semantics §6).
     let limit = budget.map_or(u32::MAX, |(number, _)| number);
     for task in tasks.iter().filter(|task| task.cost > limit) {
         let mut finding = Diagnostic::error(
             codes::BUDGET,
             format!(
-                "task {} costs {}, its step {} has a budget of {limit}",
+                "task {} costs {}, but its step {} has a budget of {limit}",
                 task.name, task.cost, source.name
             ),
         )
@@ -149,7 +150,7 @@ fn step<'a>(lowering: &mut Lowering<'a>, scope: ScopeId, id: StepId, source: &'a
         if let Some((_, span)) = budget {
             finding = finding.at(span, "the budget");
         }
-        lowering.report(finding.help("break the task up, or raise the budget"));
+        lowering.report(finding.help("split the task, or raise the budget"));
     }
     lowering.net.steps[id].budget = limit;
     lowering.net.steps[id].tasks = tasks;
@@ -181,7 +182,7 @@ fn reaction<'a>(
     reaction.meta.span = source.span;
 }
 
-/// The events after `on`, each once.
+/// The events after `on`, without duplicates.
 pub(super) fn event_list(
     lowering: &mut Lowering<'_>,
     scope: ScopeId,
@@ -192,7 +193,7 @@ pub(super) fn event_list(
         let Ok(event) = lowering.event(scope, name) else { continue };
         if events.contains(&event) {
             lowering.report(
-                Diagnostic::warning(codes::STEP_TWICE, format!("event {name} is named twice"))
+                Diagnostic::warning(codes::STEP_TWICE, format!("event {name} is listed twice"))
                     .at(name.span, "again here")
                     .help("remove it"),
             );
@@ -203,7 +204,7 @@ pub(super) fn event_list(
     events
 }
 
-/// Which end of a transition.
+/// The source or target side of a transition.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum End {
     Source,
@@ -226,7 +227,7 @@ fn transition<'a>(
     let actions = lowering.block(scope, ListKind::Change, &source.actions);
     if source.sources.is_empty() && source.targets.is_empty() {
         lowering.report(
-            Diagnostic::error(codes::WRONG_KIND, "a transition without steps on both sides")
+            Diagnostic::error(codes::WRONG_KIND, "a transition needs a step on at least one side")
                 .at(source.meta.span, "")
                 .help("name the steps before and after it"),
         );
@@ -239,12 +240,12 @@ fn transition<'a>(
     if !changes.is_empty() {
         if source.restart {
             lowering.report(
-                Diagnostic::error(codes::COUNTED, "a counted step cannot restart")
+                Diagnostic::error(codes::COUNTED, "a transition of a counted step cannot restart it")
                     .at(source.meta.span, "")
-                    .help("remove `restart`: taking one and adding one leaves the number"),
+                    .help("remove `restart`: the number decreases by one and increases by one, so it does not change"),
             );
         }
-        // A counted step itself never becomes inactive: what it stands for is its number.
+        // The hidden step of a counted step never becomes inactive: its variable stores the number of activations.
         enters.extend(requires.iter().copied().filter(|step| lowering.counted.contains_key(step)));
         enters.sort_unstable();
         enters.dedup();
@@ -270,16 +271,16 @@ fn reaction_of_step<'a>(
 ) {
     let refused = if !source.targets.is_empty() {
         Some((
-            "an internal transition needs a statechart, and this chart is none",
+            "an internal transition is allowed only in a statechart",
             "remove `internal`, or write `in STEP on EVENT do { .. }` without a target",
         ))
     } else if source.restart || source.priority.is_some() {
         Some((
-            "a reaction leaves no step, so it has neither `restart` nor `priority`",
+            "a reaction leaves no step, so `restart` and `priority` are not allowed",
             "remove the word",
         ))
     } else if source.sources.len() != 1 {
-        Some(("a reaction belongs to exactly one step", "write it once for each step"))
+        Some(("a reaction belongs to exactly one step", "write one reaction for each step"))
     } else {
         None
     };
@@ -319,7 +320,7 @@ fn reaction_of_step<'a>(
     reaction.actions = actions;
 }
 
-/// The steps that a side of a transition names, in declaration order: for a macro-step its exit step before the transition, its entry step after it.
+/// The steps on one side of a transition, in declaration order. A macro-step stands for its exit step before the transition and its entry step after it.
 fn steps(
     lowering: &mut Lowering<'_>,
     scope: ScopeId,
@@ -332,9 +333,9 @@ fn steps(
         match one_step(lowering, scope, path, end) {
             Ok(step) if found.contains(&step) => {
                 lowering.report(
-                    Diagnostic::warning(codes::STEP_TWICE, format!("step {path} is named twice"))
+                    Diagnostic::warning(codes::STEP_TWICE, format!("step {path} is listed twice"))
                         .at(path.span(), "again here")
-                        .help("remove it: a step is on a side of a transition or it is not"),
+                        .help("remove it: one mention is enough"),
                 );
             }
             Ok(step) => found.push(step),
@@ -358,7 +359,7 @@ fn one_step(lowering: &mut Lowering<'_>, scope: ScopeId, path: &Path, end: End) 
     Err(lowering.wrong_kind(path.span(), path, symbol, "a step"))
 }
 
-/// What a transition says after `when` and `after`.
+/// The receptivity of a transition, from its `when` and `after`.
 pub(super) fn receptivity(
     lowering: &mut Lowering<'_>,
     scope: ScopeId,
@@ -368,7 +369,7 @@ pub(super) fn receptivity(
     let mut operands = Vec::new();
     let mut failed = None;
     if let Some(guard) = &source.guard {
-        // Sources that were refused must not make `otherwise` a second mistake.
+        // Rejected sources must not cause a second error about `otherwise`.
         if let Some(requires) = requires {
             let place = Place {
                 edges: true,
@@ -391,8 +392,8 @@ pub(super) fn receptivity(
                         codes::AFTER_SOURCE,
                         "`after` is not allowed on a source transition",
                     )
-                    .at(span, "no step before the arrow, so no time to measure")
-                    .help("name a step before it, or use `timer T while ..` and `when T >= ..`"),
+                    .at(span, "no step before the arrow whose time could be measured")
+                    .help("add a step before it, or use `timer T while ..` and `when T >= ..`"),
                 ),
             );
         }
@@ -416,7 +417,7 @@ pub(super) fn receptivity(
     failed.map_or_else(|| Ok(Expr::and(operands)), Err)
 }
 
-/// The steps whose time `after` asks for; a counted one has none.
+/// The steps whose time `after` reads; a counted step has no time.
 fn timed(lowering: &mut Lowering<'_>, requires: Option<&[StepId]>, span: Span) -> Vec<StepId> {
     let steps = requires.unwrap_or(&[]);
     let counted = steps.iter().copied().find(|step| lowering.counted.contains_key(step));
@@ -426,13 +427,13 @@ fn timed(lowering: &mut Lowering<'_>, requires: Option<&[StepId]>, span: Span) -
     steps.to_vec()
 }
 
-/// Priorities that the policy never asks for.
+/// Warns about priorities that the conflict policy ignores.
 fn priorities_without_effect(lowering: &mut Lowering<'_>) {
     let (of_transitions, of_steps, policy) = match lowering.net.settings.policy {
         Policy::All => (false, false, "all"),
         Policy::Priority => (true, false, "priority"),
         Policy::PriorityAge => (false, true, "priority-age"),
-        // In statecharts a priority is an error, reported where it stands.
+        // In statecharts a priority is an error, which is reported elsewhere.
         Policy::InnerFirst | Policy::OuterFirst => return,
     };
     let transitions = lowering.net.transitions.values();
@@ -452,9 +453,9 @@ fn priorities_without_effect(lowering: &mut Lowering<'_>) {
     let found: Vec<_> = transition.chain(step).collect();
     for (what, name, span, other) in found {
         let help = match lowering.net.settings.policy {
-            Policy::All => "all fireable transitions fire: choose `conflict priority` or make the conditions exclude each other".to_owned(),
+            Policy::All => "all fireable transitions fire: choose `conflict priority`, or make the conditions mutually exclusive".to_owned(),
             Policy::Priority | Policy::PriorityAge | Policy::InnerFirst | Policy::OuterFirst => {
-                format!("`conflict {policy}` asks for {other}")
+                format!("`conflict {policy}` uses {other}")
             }
         };
         lowering.report(

@@ -1,4 +1,5 @@
-//! Codes of findings about names, types and lowering: `G0200` to `G0299` but `G0250`, which is one of [programs](super::program::codes). Each has a page in `docs/codes`.
+//! Codes of findings about names, types and lowering: `G0200` to `G0299`, except `G0250`, which belongs to [programs](super::program::codes). Each has a
+//! page in `docs/codes`.
 
 use crate::diag::Code;
 
@@ -11,120 +12,120 @@ macro_rules! codes {
 }
 
 codes! {
-    /// Nothing of that name is visible at this place.
+    /// The name is not visible here.
     UNKNOWN_NAME = "G0201", "unknown name";
-    /// Two things of one body have one name.
+    /// Two items of one body have the same name.
     DUPLICATE_NAME = "G0202", "name declared twice";
-    /// The name stands for something else than what is needed here.
+    /// The name refers to an item of the wrong kind.
     WRONG_KIND = "G0203", "name of the wrong kind";
-    /// A macro-step lies in its own expansion.
+    /// The expansion of a macro-step contains the macro-step itself.
     MACRO_RECURSION = "G0204", "recursive macro";
-    /// A macro needs exactly one entry and one exit step.
+    /// A macro has exactly one entry step and one exit step.
     MACRO_SHAPE = "G0205", "macro without one entry and one exit step";
-    /// A setting stands twice.
+    /// A setting is written twice.
     SETTING_TWICE = "G0206", "duplicate setting";
-    /// Two settings, or a setting and an item, exclude each other.
+    /// Two settings, or a setting and an item, contradict each other.
     SETTING_CONFLICT = "G0207", "conflicting settings";
-    /// An expression has no type, or another one than is needed.
+    /// An expression has no type or the wrong type.
     TYPE = "G0208", "type error in an expression";
-    /// A value must be known before the chart runs.
+    /// A value must be a constant.
     CONSTANT_NEEDED = "G0209", "constant expected";
-    /// A duration is no multiple of the tick.
+    /// A duration is not a multiple of the tick.
     DURATION_ROUNDED = "G0210", "duration rounded up to the tick";
-    /// A duration has more ticks than a timer can count.
+    /// A duration exceeds the range of a timer.
     DURATION_TOO_LONG = "G0211", "duration too long";
-    /// A time stands elsewhere than in a comparison with a constant.
+    /// A time is used other than in a comparison with a constant.
     TIME_ALONE = "G0212", "time not compared with a constant";
-    /// An edge or an event stands where it has no meaning.
+    /// An edge or an event is used where it has no meaning.
     PULSE_PLACE = "G0213", "misplaced edge or event";
-    /// `otherwise` stands elsewhere than in the receptivity of a transition that leaves a step.
+    /// `otherwise` is used outside the receptivity of a transition that leaves a step.
     OTHERWISE_PLACE = "G0214", "misplaced `otherwise`";
     /// An output is driven in two ways.
     OUTPUT_ROLES = "G0215", "output driven in two ways";
     /// Nothing drives an output.
     OUTPUT_UNDRIVEN = "G0216", "output never driven";
-    /// An output that has no memory is read.
+    /// An output without memory is read.
     OUTPUT_UNREADABLE = "G0217", "unreadable output";
-    /// A timed action lacks its duration, has a needless one, or two.
+    /// A timed action has no duration, an unnecessary duration, or two durations.
     ACTION_DURATION = "G0218", "invalid duration of a timed action";
-    /// A call does not fit its declaration.
+    /// The arguments of a call do not match its declaration.
     CALL_ARGUMENTS = "G0219", "invalid arguments of a call";
-    /// `after` needs a step whose time it can ask for.
+    /// `after` needs a source step whose time it can measure.
     AFTER_SOURCE = "G0220", "`after` on a source transition";
     /// The queues of a statechart need a bound.
     QUEUE_NEEDED = "G0221", "event queue without a bound";
-    /// Something stands in a chart of the other kind.
+    /// An item is not allowed in this kind of chart.
     CHART_KIND = "G0222", "feature not allowed in this kind of chart";
-    /// An assignment stores a bound whatever its value.
+    /// An assignment always stores a bound, because its value is always out of range.
     NEVER_FITS = "G0223", "assignment always out of range";
-    /// A task costs more than its step may use.
+    /// The cost of a task exceeds the budget of its step.
     BUDGET = "G0224", "task above its budget";
-    /// A task holds assignments and calls only.
+    /// A task may contain only assignments and calls.
     TASK_BODY = "G0225", "statement not allowed in a task";
     /// An initial value does not fit its declaration.
     INITIAL_VALUE = "G0226", "invalid initial value";
-    /// An assumption speaks of more than inputs.
+    /// An assumption reads values that are not inputs.
     ASSUMPTION = "G0227", "assumption about more than the inputs";
-    /// Pins of a board contradict each other.
+    /// Pin assignments of a board contradict each other.
     BOARD = "G0228", "conflicting pin assignment";
     /// The expansion has more objects than the tool accepts.
     EXPANSION_SIZE = "G0229", "expansion too large";
     /// A chart without an initial step never does anything.
     NO_INITIAL_STEP = "G0230", "no initial step";
-    /// A priority that the conflict policy never asks for.
+    /// The conflict policy does not use a priority.
     PRIORITY_UNUSED = "G0231", "priority without effect";
     /// A macro that no macro-step uses.
     UNUSED_MACRO = "G0232", "unused macro";
-    /// Two sends of one name differ.
+    /// Two sends with the same name differ.
     SEND_SLOT = "G0233", "conflicting sends with one name";
-    /// A forcing order that cannot be obeyed.
+    /// A forcing order cannot be carried out.
     FORCING = "G0234", "invalid forcing order";
-    /// A step stands twice on one side of a transition.
+    /// A step or event is listed twice in a transition.
     STEP_TWICE = "G0235", "duplicate step or event in a transition";
-    /// An element of something that is no array, or an array without its index.
+    /// Something that is not an array has an index, or an array has none.
     ARRAY = "G0236", "invalid use of an array or index";
     /// A signal of the environment is declared inside a body.
     DECLARED_INSIDE = "G0237", "declaration not allowed in a body";
-    /// A range or an array size that cannot be.
+    /// A range or an array size is invalid.
     RANGE = "G0238", "invalid range or array size";
-    /// Something written has no effect here.
+    /// An item has no effect here.
     NO_EFFECT = "G0239", "item without effect";
-    /// Something is declared and never used.
+    /// An item is declared but never used.
     UNUSED = "G0240", "unused declaration";
     /// Two transitions are the same.
     DUPLICATE_TRANSITION = "G0241", "duplicate transition";
-    /// No path of transitions leads to a step.
+    /// No path of transitions leads to the step.
     UNREACHED_STEP = "G0242", "unreachable step";
-    /// No transition leaves a step.
+    /// No transition leaves the step.
     NO_WAY_OUT = "G0243", "step without an exit";
-    /// A condition has one value whatever happens.
+    /// A condition is constant.
     CONSTANT_CONDITION = "G0244", "constant condition";
-    /// A more urgent transition of the same step always fires.
+    /// A more urgent transition of the same step always fires first.
     NEVER_TAKEN = "G0245", "transition that is never taken";
-    /// The time of a macro-step that is left and entered within one reaction.
+    /// The time of a macro-step is read, and the macro-step can be left and entered again within one reaction.
     MACRO_TIME = "G0246", "time of a re-entered macro-step";
-    /// What stands for a parameter of a library chart does not fit it.
+    /// An argument does not match the parameter of a library chart.
     ARGUMENT = "G0247", "invalid argument of a library chart";
-    /// A counted step says, or stands in, what no number can be.
+    /// A counted step is used in a way that its number does not support.
     COUNTED = "G0248", "unsupported use of a counted step";
-    /// An enclosed step is initial, and the step around it is not active after reset.
+    /// An enclosed step is initial, but its enclosing step is not active after reset.
     INITIAL_INSIDE = "G0249", "initial step in an inactive enclosing step";
     /// A safe value does not fit its output.
     SAFE_VALUE = "G0251", "invalid safe value";
-    /// Something that an emergency does not keep from happening.
+    /// An emergency does not prevent this call.
     BEYOND_EMERGENCY = "G0252", "call not covered by the emergency";
-    /// A design has one condition that forces all outputs.
+    /// A design may have only one emergency condition.
     EMERGENCY_TWICE = "G0253", "second emergency";
-    /// A step has a budget, and nothing says what one of its tasks costs.
+    /// A step has a budget, but the cost of one of its tasks is not given.
     TASK_WITHOUT_COST = "G0254", "task without a cost";
-    /// `place` and `deadline`, which wait for the partition.
+    /// `place` and `deadline` have no effect, because designs are not partitioned yet.
     NOT_YET = "G0255", "unsupported placement or deadline";
-    /// A transition leaves and enters a step, which stays active, and the step does something when it is entered or left.
+    /// A transition leaves and enters the same step, which stays active, although the step has an effect on entry or exit.
     STAYS_ACTIVE = "G0256", "step that stays active";
-    /// Two steps that follow each other pulse one action, which gives one pulse.
+    /// Two consecutive steps pulse the same action, which gives one pulse only.
     ONE_PULSE = "G0257", "single pulse for two consecutive steps";
-    /// A source transition activates a step of a chart that begins with an initial step, and nothing is left.
+    /// A source transition activates a step of a chart that has an initial step, and no step is deactivated.
     SOURCE_ADDS = "G0258", "transition that leaves no step";
-    /// Branches that begin together end one by one.
+    /// Parallel branches start together but end separately.
     NO_JOIN = "G0259", "parallel branches that are not joined";
 }

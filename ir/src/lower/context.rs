@@ -1,4 +1,4 @@
-//! What the passes of the lowering share: the net as far as it is built, the scopes of names, and the findings.
+//! State that the passes of the lowering share: the unfinished net, the scopes of names, and the findings.
 
 use super::expand::Work;
 use super::inner_history::Inner;
@@ -17,27 +17,27 @@ use crate::span::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-/// Says that a diagnostic was given; whoever holds one goes on with the next item.
+/// Proof that an error was reported; the pass then continues with the next item.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Reported(());
 
 impl Reported {
-    /// What stands behind was told where it was declared.
+    /// For an error that was reported at the declaration.
     pub(super) fn already() -> Self {
         Reported(())
     }
 }
 
-/// A result whose error was already told to the user.
+/// A result whose error was already reported to the user.
 pub(super) type Outcome<T> = Result<T, Reported>;
 
-/// How many errors, and how many warnings, are kept: more than anybody reads, and few enough for a broken file of any size.
+/// The maximum number of errors, and of warnings, that are kept: more than anybody reads, and small enough for a broken file of any size.
 const MAX_FINDINGS: usize = 20_000;
 
 /// See [`Lowering::max_objects`].
 const MAX_OBJECTS: usize = 300_000;
 
-/// The findings so far, each once: a macro that is expanded ten times has its mistakes told once.
+/// The findings so far, without duplicates: an error in a macro that is expanded ten times is reported once.
 #[derive(Debug, Default)]
 pub(super) struct Findings {
     pub(super) list: Vec<Diagnostic>,
@@ -60,31 +60,31 @@ impl Findings {
     }
 }
 
-/// Names one of [`Lowering::scopes`].
+/// Identifies one of [`Lowering::scopes`].
 pub(super) type ScopeId = usize;
-/// Names one of [`Lowering::macros`].
+/// Identifies one of [`Lowering::macros`].
 pub(super) type MacroId = usize;
-/// Names one of [`Lowering::instances`].
+/// Identifies one of [`Lowering::instances`].
 pub(super) type InstanceId = usize;
 
 /// A body in which names are declared: a chart, an expansion of a macro, an enclosure, a state.
 #[derive(Debug)]
 pub(super) struct Scope<'a> {
-    /// Where a name is looked for next; for an expansion the body in which the macro was drawn, not the one that uses it.
+    /// The scope that is searched next; for an expansion, the body that declares the macro, not the one that uses it.
     pub(super) parent: Option<ScopeId>,
-    /// What stands before a local name in its full name.
+    /// The prefix that makes a local name a full name.
     pub(super) prefix: String,
-    /// What is declared here.
+    /// The names declared here.
     pub(super) names: BTreeMap<&'a str, Entry>,
     /// The partial chart that its steps and transitions belong to.
     pub(super) part: PartId,
-    /// The body whose names it shares: enclosures and states share those of the chart or expansion around them (semantics C25); else itself.
+    /// The body whose names it shares: enclosures and states share the names of the surrounding chart or expansion (semantics C25); otherwise itself.
     pub(super) home: ScopeId,
     /// The innermost enclosing step or state.
     pub(super) inside: Option<StepId>,
     /// The chart, as an index into [`Design::charts`].
     pub(super) chart: usize,
-    /// The top of an instance of a library chart.
+    /// True for the outermost scope of an instance of a library chart.
     pub(super) is_instance: bool,
 }
 
@@ -92,9 +92,9 @@ pub(super) struct Scope<'a> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Entry {
     pub(super) symbol: Symbol,
-    /// Where it was declared.
+    /// Source location of the declaration.
     pub(super) span: Span,
-    /// The body in which it stands, for findings.
+    /// The body that contains the declaration, for findings.
     pub(super) body: ScopeId,
 }
 
@@ -107,13 +107,13 @@ pub(super) enum Value {
     Duration(u64),
 }
 
-/// What a name stands for.
+/// What a name refers to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Symbol {
     Const(Value),
     Input(InputId),
     Output(OutputId),
-    /// A controlled action of its own, as an index into [`Lowering::drawn_actions`].
+    /// A controlled action with its own declaration, as an index into [`Lowering::drawn_actions`].
     Action(usize),
     Var(VarId),
     Timer(TimerId),
@@ -124,13 +124,13 @@ pub(super) enum Symbol {
     /// A chart, or an instance of a library chart.
     Chart(ScopeId),
     History(HistoryId),
-    /// A parameter of a library chart for which an expression stands.
+    /// A parameter of a library chart whose argument is an expression.
     Alias(usize),
-    /// Its declaration was refused; uses of it are not reported again.
+    /// Its declaration was rejected; uses of it are not reported again.
     Broken,
 }
 
-/// A macro as drawn, in one of the bodies that see it.
+/// A macro as drawn, in one of the bodies where it is visible.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MacroDefinition<'a> {
     pub(super) source: &'a chart::Macro,
@@ -138,18 +138,18 @@ pub(super) struct MacroDefinition<'a> {
     pub(super) is_used: bool,
 }
 
-/// A controlled action that was drawn as such, not as an output.
+/// A controlled action with its own declaration (not an output).
 #[derive(Debug, Clone)]
 pub(super) struct DrawnAction<'a> {
     /// Its full name.
     pub(super) name: Name,
-    /// In the net; made by `roles`, so that all controlled actions stand in the order of their declarations.
+    /// Its id in the net. Pass `roles` creates it, so that all controlled actions are in the order of their declarations.
     pub(super) id: Option<ActionId>,
     /// How step bodies use it.
     pub(super) uses: Vec<Use<'a>>,
 }
 
-/// What stands for a parameter in one instance of a library chart. Names in it are those of the body that it was written in.
+/// The argument for a parameter in one instance of a library chart. Its names are resolved in the body that contains the `use`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Alias<'a> {
     pub(super) scope: ScopeId,
@@ -169,7 +169,7 @@ pub(super) struct Slot {
     pub(super) event: InputId,
     pub(super) delay: u32,
     pub(super) span: Span,
-    /// Made at its first mention.
+    /// Created at its first use.
     pub(super) id: Option<SendId>,
 }
 
@@ -179,13 +179,13 @@ pub(super) struct Instance {
     pub(super) scope: ScopeId,
     pub(super) entry: Option<StepId>,
     pub(super) exit: Option<StepId>,
-    /// All steps of the expansion, nested ones included: they stand together.
+    /// All steps of the expansion, including nested ones: they are consecutive.
     pub(super) steps: Range<usize>,
-    /// The timer of `m.t`, made at its first use.
+    /// The timer of `m.t`, created at its first use.
     pub(super) timer: Option<TimerId>,
 }
 
-/// The names of a finished net. A step may be called like a signal.
+/// The names of a finished net. A step may have the same name as a signal.
 #[derive(Debug, Default)]
 pub(super) struct FlatNames {
     /// Steps and macro-steps.
@@ -194,11 +194,11 @@ pub(super) struct FlatNames {
     pub(super) others: BTreeMap<String, Symbol>,
 }
 
-/// The state of a lowering; each pass takes it, adds its share to `net`, and hands it on.
+/// The state of a lowering; each pass adds its part to `net`.
 #[derive(Debug)]
 pub(super) struct Lowering<'a> {
     pub(super) design: &'a Design,
-    /// What tasks cost that declare none.
+    /// Costs of tasks that declare none.
     pub(super) costs: TaskCosts,
     /// Tasks that declare no cost.
     pub(super) undeclared: BTreeSet<Span>,
@@ -207,9 +207,9 @@ pub(super) struct Lowering<'a> {
     pub(super) scopes: Vec<Scope<'a>>,
     /// Charts by name.
     pub(super) charts: BTreeMap<&'a str, ScopeId>,
-    /// Per chart: its scope and its partial charts, which stand together.
+    /// Per chart: its scope and its partial charts, which are consecutive.
     pub(super) chart_bodies: Vec<(ScopeId, Range<usize>)>,
-    /// Per chart: says `actions iec`.
+    /// Per chart: true if it contains `actions iec`.
     pub(super) iec: Vec<bool>,
     /// The scope inside an enclosing step or a state.
     pub(super) bodies: BTreeMap<StepId, ScopeId>,
@@ -219,29 +219,29 @@ pub(super) struct Lowering<'a> {
     pub(super) aliases: Vec<Alias<'a>>,
     /// The variables of counted steps.
     pub(super) counted: BTreeMap<StepId, VarId>,
-    /// Arguments to be looked at when all names are known.
+    /// Arguments to check when all names are known.
     pub(super) bound: Vec<Bound<'a>>,
-    /// How many library charts were expanded.
+    /// Number of library charts expanded so far.
     pub(super) n_instances: usize,
-    /// Aliases whose expressions are being lowered, the innermost last.
+    /// Aliases whose expressions are being lowered, innermost last.
     pub(super) open_aliases: Vec<usize>,
-    /// How often the expressions of aliases were lowered.
+    /// Number of times that an alias expression was lowered.
     pub(super) alias_mentions: usize,
-    /// How many aliases are being followed: one that leads back to itself ends there.
+    /// Number of aliases being followed; it stops an alias that refers to itself.
     pub(super) following: std::cell::Cell<u32>,
-    /// The library charts that something uses, by their places in the design.
+    /// The library charts in use, as indices into the design's list.
     pub(super) used_libraries: BTreeSet<usize>,
-    /// Names that several states of one body have histories of.
+    /// Names of histories that occur in several states of one body.
     pub(super) shared_histories: BTreeSet<(ScopeId, &'a str)>,
-    /// Expands macros that nothing uses, to find the mistakes in them.
+    /// True if unused macros are expanded too, to find the errors in them.
     pub(super) expand_unused: bool,
-    /// Everything with an inside, in declaration order.
+    /// All objects whose contents later passes lower, in declaration order.
     pub(super) work: Vec<Work<'a>>,
-    /// Full names given so far.
+    /// Full names assigned so far.
     pub(super) taken: BTreeSet<String>,
-    /// For bases that several made names share: the next number to try.
+    /// Per base of generated names: the next number to try.
     pub(super) next_suffix: BTreeMap<String, u32>,
-    /// Per output, how step bodies use it.
+    /// Per output: its uses in step bodies.
     pub(super) uses: Vec<Vec<Use<'a>>>,
     /// Per output.
     pub(super) roles: Vec<Role>,
@@ -250,34 +250,34 @@ pub(super) struct Lowering<'a> {
     pub(super) edges: BTreeMap<Expr<Leaf>, EdgeId>,
     /// `t1/E/t2` by durations in ticks and shape of E.
     pub(super) delays: BTreeMap<(u32, Expr<Leaf>, u32), Expr<Leaf>>,
-    /// Named send slots, by body and name: where they stand in `slot_list`.
+    /// Named send slots, by body and name, as indices into `slot_list`.
     pub(super) slots: BTreeMap<(ScopeId, &'a str), usize>,
     pub(super) slot_list: Vec<Slot>,
     /// Per step, transitions declared so far that leave it.
     pub(super) leaving: Vec<Vec<TransitionId>>,
-    /// How many mentions `otherwise` was turned into.
+    /// Number of transitions that all `otherwise` together refer to.
     pub(super) otherwise_mentions: usize,
-    /// How many steps and transitions expansions may bring the net to.
+    /// Limit of steps and transitions that expansions may create.
     pub(super) max_objects: usize,
-    /// Candidates looked at for name suggestions.
+    /// Number of candidates examined for name suggestions.
     pub(super) suggestions: usize,
-    /// The steps that the transition leaves whose receptivity is read: what a message names first.
+    /// The source steps of the transition whose receptivity is being lowered: messages suggest them first.
     pub(super) left: Vec<StepId>,
     /// The states of statecharts.
     pub(super) tree: Tree,
-    /// Per controlled action, the actions that keep its further durations.
+    /// Per controlled action, the additional actions for its other durations.
     pub(super) more_timers: BTreeMap<ActionId, Vec<(u64, ActionId)>>,
-    /// Transitions to histories of states around their source.
+    /// Transitions to histories of states that enclose their source.
     pub(super) inner_histories: Vec<Inner>,
-    /// Where the default transitions of histories lead.
+    /// The targets of the default transitions of histories.
     pub(super) history_goals: BTreeMap<HistoryId, Vec<Goal>>,
-    /// Names with dots of a finished net; used instead of scopes when properties are added to one.
+    /// Full names of a finished net; used instead of scopes when properties are added to it.
     pub(super) flat: Option<FlatNames>,
-    /// What the file says of shared variables that nothing else is said of.
+    /// The file's sharing setting for variables without a setting of their own.
     pub(super) sharing: Option<Sharing>,
-    /// Steps with tasks: `s.done` asks for them before they are lowered.
+    /// Steps with tasks: `s.done` needs them before tasks are lowered.
     pub(super) tasked: BTreeSet<StepId>,
-    /// How many expressions lie around the present one.
+    /// The nesting depth of the current expression.
     pub(super) expression_depth: usize,
 }
 
@@ -336,7 +336,7 @@ impl<'a> Lowering<'a> {
         self.found.add(diagnostic)
     }
 
-    /// A full name that nothing has yet, made of `base`: itself, or with the first free number behind it.
+    /// A full name that is not in use yet: `base` itself, or `base` with the first free number.
     pub(super) fn fresh_name(&mut self, base: &str) -> String {
         if self.taken.insert(base.to_owned()) {
             return base.to_owned();

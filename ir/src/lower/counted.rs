@@ -1,7 +1,7 @@
-//! Counted steps (`step p count 0..n`, the activation counters of seed 000): a number that transitions take from and add to (semantics §8, C27).
+//! Counted steps (`step p count 0..n`, the activation counters of seed 000): transitions decrement and increment a number (semantics §8, C27).
 //!
 //! ```text
-//! step p count 0..3          var p: int 0..3     a hidden step p that is always active, so that what p precedes still competes for it
+//! step p count 0..3          var p: int 0..3     a hidden step p, always active, so that the transitions after p still compete for it
 //! t: p -> q when c      =>   t: p -> p & q when p > 0 and c do { p := p - 1 }
 //! u: q -> p                  u: q -> p     do { p := p + 1 }
 //! ```
@@ -14,7 +14,7 @@ use crate::expr::{ArithOp, CompareOp, Expr, ExprKind, Type};
 use crate::net::{Leaf, Policy, StepId, Stmt, StmtKind, Var, VarId, VarOrigin};
 use crate::span::Span;
 
-/// Makes a step that was just declared a counted one. After this the net's step of the name is hidden and always active.
+/// Makes a step that was just declared a counted step. Afterwards the net's step of this name is hidden and always active.
 pub(super) fn declare(
     lowering: &mut Lowering<'_>,
     scope: ScopeId,
@@ -29,8 +29,8 @@ pub(super) fn declare(
         refuse(
             lowering,
             count.span,
-            format!("step {name} begins with {at_reset} at most, its largest number"),
-            "write a smaller number behind `=`, or a larger bound",
+            format!("step {name} has an initial number above its maximum of {at_reset}"),
+            "write a smaller number after `=`, or a larger bound",
         );
     }
     let policy = lowering.net.settings.policy;
@@ -44,11 +44,11 @@ pub(super) fn declare(
         None
     };
     if let Some(place) = place {
-        let help = "a counted step stands in a chart itself: draw it there, or hold the number in a variable";
+        let help = "declare the counted step at the top level of the chart, or store the number in a variable";
         refuse(
             lowering,
             count.span,
-            format!("step {name} is counted, and stands in {place}"),
+            format!("the counted step {name} is not allowed in {place}"),
             help,
         );
     }
@@ -61,8 +61,8 @@ pub(super) fn declare(
         refuse(
             lowering,
             count.span,
-            format!("step {name} is counted, which `{setting}` does not allow"),
-            "a number has no age and is changed by several transitions in turn: choose another setting",
+            format!("the counted step {name} is not allowed with `{setting}`"),
+            "choose another setting: a number has no age, and several transitions change it one after the other",
         );
     }
     for item in &source.body {
@@ -83,8 +83,8 @@ pub(super) fn declare(
             refuse(
                 lowering,
                 item.span,
-                format!("the counted step {name} has {what}"),
-                "a counted step drives outputs; lead a transition to a plain step for the rest",
+                format!("{what} is not allowed in the counted step {name}"),
+                "a counted step can only drive outputs; move the rest to a plain step",
             );
         }
     }
@@ -113,7 +113,7 @@ pub(super) fn is_active<L: Copy>(var: VarId, span: Span, leaf: impl Fn(Leaf) -> 
     Expr::compare(CompareOp::Gt, Expr::leaf(leaf(Leaf::Var(var)), span), zero)
 }
 
-/// The conditions of the counted steps among those that a transition leaves.
+/// The conditions for the counted steps among the sources of a transition.
 pub(super) fn conditions(
     lowering: &Lowering<'_>,
     requires: &[StepId],
@@ -123,7 +123,7 @@ pub(super) fn conditions(
     vars.map(|var| is_active(*var, span, |leaf| leaf)).collect()
 }
 
-/// What a transition does to the numbers of its steps, before its own actions: it takes first.
+/// The changes of a transition to the numbers of its counted steps, before its own actions: decrements come first.
 pub(super) fn changes(
     lowering: &Lowering<'_>,
     requires: &[StepId],
@@ -143,13 +143,13 @@ pub(super) fn changes(
     taken.map(change(ArithOp::Sub)).chain(added.map(change(ArithOp::Add))).collect()
 }
 
-/// The time of a counted step, which it has none of.
+/// Reports the use of the time of a counted step, which has none.
 pub(super) fn no_time(lowering: &mut Lowering<'_>, step: StepId, span: Span) {
     let name = lowering.net.steps[step].name.text.clone();
     refuse(
         lowering,
         span,
-        format!("step {name} is counted, so it has no time of activation"),
-        "write `timer T while NAME.active` for the time since its number is more than 0",
+        format!("the counted step {name} has no time of activation"),
+        "write `timer T while NAME.active` to measure the time since its number became positive",
     );
 }

@@ -10,7 +10,7 @@ use crate::diag::{Code, Diagnostic};
 use crate::expr::Type;
 use crate::span::Name;
 
-/// After `roles`: a timer may run while a stored output is true.
+/// Runs after `roles`, because the condition of a timer may read a stored output.
 pub(super) fn declarations(lowering: &mut Lowering<'_>) {
     for index in 0..lowering.work.len() {
         let Work::Declaration { scope, source, symbol } = lowering.work[index] else { continue };
@@ -56,7 +56,7 @@ pub(super) fn declarations(lowering: &mut Lowering<'_>) {
                             .plural(&source.name, "the initial values of outputs", "have no effect")
                             .at(
                                 init.span,
-                                "no list assigns this output, so its steps decide from the start",
+                                "no list assigns this output, so its steps determine its value from the start",
                             )
                             .help("remove it, or assign the output in lists"),
                         );
@@ -75,7 +75,7 @@ pub(super) fn declarations(lowering: &mut Lowering<'_>) {
     }
 }
 
-/// Values at reset, one for each element; none when a mistake was reported.
+/// Values at reset, one for each element; `None` if an error was reported.
 fn initial_values(
     lowering: &mut Lowering<'_>,
     scope: ScopeId,
@@ -96,7 +96,7 @@ fn initial_values(
             lowering.report(
                 Diagnostic::error(
                     codes::INITIAL_VALUE,
-                    format!("{name} has {n_elements} elements and {} initial values", values.len()),
+                    format!("{name} has {n_elements} elements but {} initial values", values.len()),
                 )
                 .at(span, "")
                 .help("give one value for all, or one for each element"),
@@ -106,7 +106,7 @@ fn initial_values(
     }
 }
 
-/// What a value that is known before the chart runs is called in messages.
+/// Words for a constant value in messages.
 struct Called {
     code: Code,
     what: &'static str,
@@ -131,13 +131,13 @@ fn fixed_value(
             return Ok(value);
         }
         (Value::Int(value), Type::Int { lo, hi }) => {
-            format!("the {what} value {value} of {name} is not within {lo}..{hi}")
+            format!("the {what} value {value} of {name} is outside {lo}..{hi}")
         }
         (Value::Int(_) | Value::Duration(_), Type::Bool) => {
-            format!("the {what} value of {name} is `true` or `false`")
+            format!("the {what} value of {name} must be `true` or `false`")
         }
         (Value::Bool(_) | Value::Duration(_), Type::Int { lo, hi }) => {
-            format!("the {what} value of {name} is a number of {lo}..{hi}")
+            format!("the {what} value of {name} must be a number in {lo}..{hi}")
         }
     };
     Err(lowering.report(

@@ -7,7 +7,7 @@ use super::expressions::Place;
 use crate::diag::Diagnostic;
 use crate::net::{self, Emergency};
 
-/// After `roles`, which say what can be read. What a net with an emergency must not have is for [`crate::validate`] to say.
+/// Runs after `roles`, which determines which outputs can be read. [`crate::validate`] reports what a net with an emergency must not contain.
 pub(super) fn emergency(lowering: &mut Lowering<'_>) {
     let mut first = None;
     for index in 0..lowering.work.len() {
@@ -20,7 +20,7 @@ pub(super) fn emergency(lowering: &mut Lowering<'_>) {
                     "an emergency belongs to the chart, not to a body in it",
                 )
                 .at(span, "")
-                .help("move it to the top of the chart: it speaks of all outputs"),
+                .help("move it to the top level of the chart: it applies to all outputs"),
             );
             continue;
         }
@@ -36,11 +36,11 @@ pub(super) fn emergency(lowering: &mut Lowering<'_>) {
         lowering.report(
             Diagnostic::error(
                 codes::EMERGENCY_TWICE,
-                "a design has one emergency, since it forces all outputs of all charts",
+                "second emergency: a design can have only one, because it forces all outputs of all charts",
             )
             .at(span, "again here")
             .at(first, "first here")
-            .help("join the conditions with `or`"),
+            .help("combine the conditions with `or`"),
         );
     }
 }

@@ -1,5 +1,5 @@
-//! Pass `expand`: every macro-step becomes a copy of its macro, every body a scope, every object an item of the net with its full name, in
-//! declaration order (semantics §1). Insides (conditions, lists) follow in later passes, when all names are known.
+//! Pass `expand`: every macro-step becomes a copy of its macro, every body becomes a scope, every object becomes an item of the net with its full name, in
+//! declaration order (semantics §1). Later passes lower the contents (conditions, lists) when all names are known.
 //!
 //! ```text
 //! macro m { entry step e  exit step x  e -> x }        steps  p  a.e  a.x  b.e  b.x
@@ -22,10 +22,10 @@ use crate::span::{Name, Span};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
-/// How deep bodies may lie in each other; the chart language allows as many.
+/// The maximum nesting depth of bodies; the chart language has the same limit.
 const MAX_DEPTH: usize = 256;
 
-/// Something whose inside a later pass lowers.
+/// An object whose contents a later pass lowers.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Work<'a> {
     Declaration { scope: ScopeId, source: &'a chart::Declaration, symbol: Symbol },
@@ -41,7 +41,7 @@ pub(super) enum Work<'a> {
     Shared { scope: ScopeId, sharing: Sharing, names: &'a [Path] },
 }
 
-/// Builds scopes and skeletons. After `settings`, since the kind of chart decides what may stand in it.
+/// Creates scopes and empty items. Runs after `settings`, because the kind of chart determines which items are allowed.
 pub(super) fn expand(lowering: &mut Lowering<'_>) {
     let design = lowering.design;
     let several = design.charts.len() > 1;
@@ -63,7 +63,7 @@ pub(super) fn expand(lowering: &mut Lowering<'_>) {
             lowering.report(
                 Diagnostic::error(
                     codes::DUPLICATE_NAME,
-                    format!("two charts have the name {}", chart.name),
+                    format!("two charts are called {}", chart.name),
                 )
                 .at(chart.name.span, "again here")
                 .at(first, "first here")
@@ -73,7 +73,7 @@ pub(super) fn expand(lowering: &mut Lowering<'_>) {
             first_spans.insert(&chart.name.text, chart.name.span);
             lowering.charts.insert(&chart.name.text, scope);
         }
-        // Parts of a chart stand together because each chart is expanded before the next one gets its part.
+        // The parts of a chart are consecutive because each chart is expanded before the next one gets its part.
         let mut expansion =
             Expansion { lowering: &mut *lowering, open: Vec::new(), depth: 0, is_full: false };
         expansion.items(scope, &chart.items);
@@ -85,7 +85,7 @@ pub(super) fn expand(lowering: &mut Lowering<'_>) {
         let parts = part.index()..lowering.net.parts.len();
         lowering.chart_bodies.push((scope, parts));
     }
-    // A nested macro-step is complete before the one around it, and stands behind it.
+    // A nested macro-step is completed before the surrounding one, and comes after it.
     lowering.net.macros.sort_by_key(|one| (one.steps.first().copied(), Reverse(one.steps.len())));
     if !lowering.expand_unused {
         unused_macros(lowering);
@@ -107,7 +107,7 @@ pub(super) fn new_scope(
     home
 }
 
-/// The body of an enclosing step or a state in `outer`: it shares the names of the chart or expansion around it.
+/// The body of an enclosing step or a state in `outer`: it shares the names of the surrounding chart or expansion.
 fn enclosed_scope(
     lowering: &mut Lowering<'_>,
     outer: ScopeId,
@@ -156,11 +156,11 @@ fn unused_macros(lowering: &mut Lowering<'_>) {
 /// A macro or library chart that is being expanded.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Open<'a> {
-    /// Its name, where it is drawn: that tells it from others.
+    /// Its name with the location of its declaration, which identifies it.
     pub(super) name: &'a Name,
-    /// What uses it.
+    /// Location of the use.
     pub(super) span: Span,
-    /// The word for it.
+    /// The word for it in messages.
     pub(super) kind: &'static str,
 }
 
@@ -168,9 +168,9 @@ pub(super) struct Expansion<'l, 'a> {
     pub(super) lowering: &'l mut Lowering<'a>,
     /// Macros and library charts being expanded.
     pub(super) open: Vec<Open<'a>>,
-    /// How many bodies lie around the present one.
+    /// The nesting depth of the current body.
     depth: usize,
-    /// The limit of objects was reached and reported.
+    /// The object limit was reached and reported.
     is_full: bool,
 }
 
@@ -180,7 +180,7 @@ impl<'a> Expansion<'_, 'a> {
             let span = self.lowering.net.parts[self.lowering.scopes[scope].part].name.span;
             let finding = Diagnostic::error(
                 codes::EXPANSION_SIZE,
-                format!("bodies lie more than {MAX_DEPTH} deep in each other"),
+                format!("bodies are nested more than {MAX_DEPTH} levels deep"),
             )
             .at(span, "the innermost one")
             .help("use fewer levels");
@@ -198,7 +198,7 @@ impl<'a> Expansion<'_, 'a> {
         }
         let last_macro = self.lowering.macros.len();
         for item in items {
-            // After the limit of objects nothing more is expanded, or macros of macros would still take for ever.
+            // After the object limit nothing more is expanded; otherwise macros of macros could take for ever.
             if !self.is_full {
                 self.item(scope, item);
             }
@@ -230,7 +230,7 @@ impl<'a> Expansion<'_, 'a> {
                             "this setting belongs to the chart, not to a body in it",
                         )
                         .at(setting.span, "")
-                        .help("move it to the top of the chart"),
+                        .help("move it to the top level of the chart"),
                     );
                 }
             }
@@ -265,7 +265,7 @@ impl<'a> Expansion<'_, 'a> {
         self.lowering.report(
             Diagnostic::error(
                 codes::CHART_KIND,
-                format!("{what} needs a statechart, and this chart is none"),
+                format!("{what} is allowed only in a statechart"),
             )
             .at(span, "")
             .help("write `conflict inner-first` or `conflict outer-first` to make it a statechart"),
@@ -294,13 +294,13 @@ impl<'a> Expansion<'_, 'a> {
 
     /// True while there is room for more steps and transitions.
     pub(super) fn has_room(&mut self, span: Span) -> bool {
-        // Expansions themselves count too: macros of nothing but macros bring no step and multiply all the same.
+        // Expansions count too: macros that only contain macros create no step but still multiply.
         let net = &self.lowering.net;
         let objects = net.steps.len()
             + net.transitions.len()
             + self.lowering.instances.len()
             + self.lowering.n_instances;
-        // What the file itself says is bounded by its size; only expansions multiply.
+        // The size of the file bounds what it contains directly; only expansions multiply.
         if self.open.is_empty() || objects < self.lowering.max_objects {
             return true;
         }
@@ -316,7 +316,7 @@ impl<'a> Expansion<'_, 'a> {
                     ),
                 )
                 .at(span, "reached in the expansion of this macro-step")
-                .help("macros that use macros several times multiply: use fewer levels"),
+                .help("use fewer levels: macros that use other macros several times multiply"),
             );
         }
         false
@@ -332,7 +332,7 @@ impl<'a> Expansion<'_, 'a> {
         step.parent = place.inside;
         step.activation_link = source.activation_link;
         let is_initial = source.role == StepRole::Initial && !self.lowering.is_statechart();
-        // What is initial in a library chart begins with its instance: at reset, or with the step that encloses that.
+        // An initial step of a library chart is active when its instance begins: at reset, or with the enclosing step.
         let is_linked = is_initial && place.is_instance && place.inside.is_some();
         step.activation_link |= is_linked;
         step.is_initial = is_initial && !is_linked;
@@ -417,9 +417,9 @@ impl<'a> Expansion<'_, 'a> {
             self.lowering.report(
                 Diagnostic::error(
                     codes::NOT_YET,
-                    "`deadline` is not carried out: a design is not split between chip and CPU yet",
+                    "`deadline` is not supported: designs are not partitioned between chip and CPU yet",
                 )
-                .at(source.meta.span, "would have no effect")
+                .at(source.meta.span, "has no effect")
                 .help("remove it; `check --for MACHINE` shows the worst-case time of a reaction"),
             );
         }
@@ -442,7 +442,7 @@ impl<'a> Expansion<'_, 'a> {
             return;
         };
         self.lowering.macros[symbol].is_used = true;
-        // Declared before its expansion so that the expansion cannot use the name for something else.
+        // Declared before its expansion, so that the expansion cannot use the name for another item.
         let instance = self.lowering.instances.len();
         self.lowering.declare(scope, &source.name, Symbol::MacroStep(instance));
         let Some(instance) = self.instantiate(scope, &source.name, symbol, source.name.span) else {
@@ -467,7 +467,7 @@ impl<'a> Expansion<'_, 'a> {
         }
     }
 
-    /// The macro that a macro-step names.
+    /// The macro that a macro-step uses.
     fn macro_of(&mut self, scope: ScopeId, source: &chart::MacroStep) -> Option<MacroId> {
         match self.lowering.symbol_of(scope, &source.body) {
             Ok(Symbol::Macro(id)) => Some(id),
@@ -525,12 +525,12 @@ impl<'a> Expansion<'_, 'a> {
         Some(number)
     }
 
-    /// Where in the list of what is being expanded the one of this name stands.
+    /// The index of the expansion with this name in the list of open expansions.
     pub(super) fn is_open(&self, name: &'a Name) -> Option<usize> {
         self.open.iter().position(|open| std::ptr::eq(open.name, name))
     }
 
-    /// An expansion leads back to one that is not finished.
+    /// Reports an expansion that contains itself.
     pub(super) fn recursion(&mut self, start: usize, name: &Name, span: Span) {
         let open = self.open[start];
         let mut cycle: Vec<&str> =
@@ -542,7 +542,7 @@ impl<'a> Expansion<'_, 'a> {
         for open in &self.open[start + 1..] {
             finding = finding.at(open.span, "expanded here");
         }
-        let finding = finding.help("an expansion is copied into the net, so it must end somewhere");
+        let finding = finding.help("remove one of these uses: every use is copied into the net, so the expansion would not end");
         self.lowering.report(finding);
     }
 
@@ -592,7 +592,7 @@ impl<'a> Expansion<'_, 'a> {
                     )
                     .at(name.span, "")
                     .help(format!(
-                        "write `{word} step` at the step where it {}",
+                        "write `{word} step` for the step where it {}",
                         if word == "entry" { "begins" } else { "ends" }
                     )),
                 );
@@ -612,7 +612,7 @@ impl<'a> Expansion<'_, 'a> {
                 }
                 match self.lowering.find(body, &first.text) {
                     Some(Symbol::Step(step)) => Some(step),
-                    // The macro begins where the one that it begins with does, and ends likewise.
+                    // If a macro begins with a macro-step, it begins where that one begins; the same applies to its end.
                     Some(Symbol::MacroStep(inner)) => {
                         let inner = &self.lowering.instances[inner];
                         if word == "entry" { inner.entry } else { inner.exit }
@@ -659,7 +659,7 @@ impl<'a> Expansion<'_, 'a> {
         self.lowering.bodies.insert(id, body);
         self.lowering.work.push(Work::State { scope: body, id, source });
         for history in &source.histories {
-            // Histories are called after their states: `a.H`, `b.H`.
+            // Histories are named after their states: `a.H`, `b.H`.
             let qualified =
                 Name::new(format!("{}.{}", source.step.name, history.name), history.name.span);
             let name = self.lowering.full_name(body, &qualified);

@@ -1,4 +1,4 @@
-//! Expressions: names become values of the net, times become ticks, edges and delays become operands and timers, and everything gets its type.
+//! Expressions: resolves names to values of the net, converts times to ticks, edges and delays to operands and timers, and checks types.
 
 use super::codes;
 use super::context::{Alias, AliasValue, Lowering, Outcome, ScopeId, Symbol, Value};
@@ -13,45 +13,45 @@ use crate::net::{Driver, EdgeOperand, InputKind, Leaf, OutputId, PropertyLeaf, S
 use crate::simplify::simplify;
 use crate::span::Span;
 
-/// The deepest expression that is read: what the chart language accepts, with room for what front ends wrap around it.
+/// The depth limit of expressions: the limit of the chart language plus room for what front ends add.
 const MAX_DEPTH: usize = 300;
-/// How many mentions of transitions all `otherwise` of a design may become.
+/// Limit of the transitions that all `otherwise` of a design may refer to.
 const MAX_OTHERWISE: usize = 4_000_000;
-/// How often arguments of library charts may stand for their parameters.
+/// Limit of the uses of parameters that are replaced by arguments of library charts.
 const MAX_MENTIONS: usize = 300_000;
 
-/// Where an expression stands and so what it may say.
+/// The context of an expression, which determines what it may contain.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place<'p> {
     pub(super) scope: ScopeId,
-    /// In the user's words, with its article.
+    /// The context in the user's words, with its article.
     pub(super) what: &'static str,
-    /// `rise` and `fall` have a meaning here.
+    /// `rise` and `fall` are allowed.
     pub(super) edges: bool,
-    /// Events have a meaning here.
+    /// Events are allowed.
     pub(super) events: bool,
-    /// For the receptivity of a transition: the steps that it leaves.
+    /// For the receptivity of a transition: its source steps.
     pub(super) otherwise: Option<&'p [StepId]>,
-    /// The value is needed before the chart runs.
+    /// The value must be a constant.
     pub(super) constant: bool,
 }
 
 impl Place<'_> {
-    /// A place without edges and events.
+    /// A context without edges and events.
     pub(super) fn level(scope: ScopeId, what: &'static str) -> Self {
         Place { scope, what, edges: false, events: false, otherwise: None, constant: false }
     }
 
-    /// A list of a step, transition or reaction: edges and events as at the check (semantics §3.3).
+    /// A statement list of a step, transition or reaction: edges and events have their values at the check (semantics §3.3).
     pub(super) fn list(scope: ScopeId) -> Self {
         Place { edges: true, events: true, ..Place::level(scope, "a list") }
     }
 }
 
-/// What leaves are lowered to: those of the net, or of a property, which reads outputs too.
+/// The leaves of lowered expressions: those of the net, or those of a property, which can also read outputs.
 pub(super) trait Target: Copy + Ord {
     fn of_net(leaf: Leaf) -> Self;
-    /// The output of the row; none where only the net's values can be read.
+    /// The output of the row; `None` if only the net's values can be read.
     fn of_output(output: OutputId) -> Option<Self>;
 }
 
@@ -137,7 +137,7 @@ impl Lowering<'_> {
         self.report(finding)
     }
 
-    /// The value of an expression over constants.
+    /// The value of a constant expression.
     pub(super) fn constant_value(&mut self, scope: ScopeId, drawn: &Drawn) -> Outcome<Value> {
         if let Some(ns) = self.duration_constant(scope, drawn) {
             return Ok(Value::Duration(ns));
@@ -212,7 +212,7 @@ impl Lowering<'_> {
     }
 
     fn all<L: Target>(&mut self, all: &[Drawn], place: &Place<'_>) -> Outcome<Vec<Expr<L>>> {
-        // Collected before the first error stops anything, so that each operand is looked at.
+        // Collected first, so that every operand is checked even if an earlier one has an error.
         let lowered: Vec<Outcome<Expr<L>>> =
             all.iter().map(|one| self.expression(one, place)).collect();
         lowered.into_iter().collect()
@@ -232,7 +232,7 @@ impl Lowering<'_> {
             DrawnLeaf::Duration(ns) => Err(self.report(
                 Diagnostic::error(
                     codes::TIME_ALONE,
-                    format!("{} is not compared with the time of a step or timer", duration(*ns)),
+                    format!("{} must be compared with the time of a step or timer", duration(*ns)),
                 )
                 .at(span, "")
                 .help("write a comparison such as `s.t >= 3 s`"),
@@ -263,14 +263,14 @@ impl Lowering<'_> {
         self.report(
             Diagnostic::error(
                 codes::CONSTANT_NEEDED,
-                format!("{path} is {kind}, and a constant is needed here"),
+                format!("expected a constant, but {path} is {kind}"),
             )
             .at(path.span(), "its value is not known before the chart runs")
             .help("write a number, or a name declared with `const` above"),
         )
     }
 
-    /// The value that a name has.
+    /// The value of a name.
     fn value<L: Target>(&mut self, path: &Path, span: Span, place: &Place<'_>) -> Outcome<Expr<L>> {
         let resolved = match self.peek(place.scope, path) {
             Some(found) => found,
@@ -284,8 +284,11 @@ impl Lowering<'_> {
             Resolved::Attribute(like, attribute) => {
                 if place.constant {
                     return Err(self.report(
-                        Diagnostic::error(codes::CONSTANT_NEEDED, format!("{path} is no constant"))
-                            .at(span, "its value is not known before the chart runs"),
+                        Diagnostic::error(
+                            codes::CONSTANT_NEEDED,
+                            format!("{path} is not a constant"),
+                        )
+                        .at(span, "its value is not known before the chart runs"),
                     ));
                 }
                 return self.attribute_value(path, like, attribute, span);
@@ -326,7 +329,7 @@ impl Lowering<'_> {
                         ),
                     )
                     .at(span, "")
-                    .help(format!("write {path}.active to ask whether it is active"))
+                    .help(format!("write {path}.active to test whether it is active"))
                     .fix(span, format!("{path}.active")),
                 ));
             }
@@ -342,7 +345,7 @@ impl Lowering<'_> {
         Ok(Expr::leaf(L::of_net(leaf), span))
     }
 
-    /// The expression that stands for a parameter of a library chart, as if it stood here in parentheses.
+    /// The argument for a parameter of a library chart, as if it were written here in parentheses.
     fn argument_value<L: Target>(
         &mut self,
         alias: usize,
@@ -354,9 +357,12 @@ impl Lowering<'_> {
         };
         if self.open_aliases.contains(&alias) {
             return Err(self.report(
-                Diagnostic::error(codes::ARGUMENT, format!("the argument {path} refers to itself"))
-                    .at(drawn.span, "this argument")
-                    .help("write an argument in terms of the chart that uses the library"),
+                Diagnostic::error(
+                    codes::ARGUMENT,
+                    format!("the argument for {path} refers to itself"),
+                )
+                .at(drawn.span, "this argument")
+                .help("write the argument with names of the chart that contains the `use`"),
             ));
         }
         self.alias_mentions += 1;
@@ -367,7 +373,7 @@ impl Lowering<'_> {
                     format!("arguments replace parameters in more than {MAX_MENTIONS} places"),
                 )
                 .at(drawn.span, "reached here")
-                .help("arguments of arguments multiply: use fewer levels"),
+                .help("use fewer levels: arguments that contain parameters multiply"),
             ));
         }
         self.open_aliases.push(alias);
@@ -401,7 +407,7 @@ impl Lowering<'_> {
                     format!("the event {path} is not allowed in a condition of a statechart"),
                 )
                 .at(path.span(), "")
-                .help(format!("write `on {path}`: a statechart takes one event at a time")),
+                .help(format!("write `on {path}`: a statechart processes one event at a time")),
             ));
         }
         if place.events {
@@ -413,7 +419,7 @@ impl Lowering<'_> {
         Err(self.report(
             Diagnostic::error(codes::PULSE_PLACE, format!("the event {path} is not allowed in {}", place.what))
                 .at(path.span(), "an event is true for one micro-step only")
-                .help("catch it in a transition or with `on` in a step, and keep what it means in a step or variable"),
+                .help("use it in a transition or with `on` in a step, and store its effect in a step or variable"),
         ))
     }
 
@@ -424,7 +430,7 @@ impl Lowering<'_> {
         span: Span,
     ) -> Outcome<Expr<L>> {
         let role = self.roles.get(output.index()).copied().unwrap_or(Role::Broken);
-        // Of an extern action with parameters there is no one value; without, it is true in a reaction that calls it.
+        // An extern action with parameters has no single value; one without is true in a reaction that calls it.
         let has_value = match &self.net.outputs[output].driver {
             Driver::Extern { params, .. } => params.is_empty(),
             Driver::Continuous(_)
@@ -544,11 +550,11 @@ impl Lowering<'_> {
             let what = place.what;
             let help = match what {
                 "the condition of an output" => {
-                    "use `pulse`, or a step that the edge activates: the condition is asked after the evolution, when the edge is over"
+                    "use `pulse`, or a step that the edge activates: the condition is evaluated after the evolution, when the edge is over"
                 }
                 "an edge" => "take the edge of the inner expression, or keep it in a variable",
                 _ => {
-                    "catch the edge in a transition or with `on` in a step, and keep what it means in a step or variable"
+                    "use the edge in a transition or with `on` in a step, and store its effect in a step or variable"
                 }
             };
             return Err(self.report(
@@ -571,7 +577,7 @@ impl Lowering<'_> {
         Ok(Expr::leaf(L::of_net(leaf(id)), span))
     }
 
-    /// True when no transition above that leaves one of the same steps is fireable.
+    /// True if no earlier transition that leaves one of the same steps is fireable.
     fn otherwise<L: Target>(&mut self, span: Span, place: &Place<'_>) -> Outcome<Expr<L>> {
         let steps = match place.otherwise {
             Some(steps) if !steps.is_empty() => steps,
@@ -581,8 +587,8 @@ impl Lowering<'_> {
                         codes::OTHERWISE_PLACE,
                         "`otherwise` is not allowed on a source transition",
                     )
-                    .at(span, "it leaves no step, so there are no others")
-                    .help("write the condition out"),
+                    .at(span, "it leaves no step, so there are no competing transitions")
+                    .help("write the condition explicitly"),
                 ));
             }
             None => {
@@ -606,18 +612,18 @@ impl Lowering<'_> {
                 Diagnostic::error(
                     codes::EXPANSION_SIZE,
                     format!(
-                        "all `otherwise` together expand to more than {MAX_OTHERWISE} conditions"
+                        "all uses of `otherwise` together expand to more than {MAX_OTHERWISE} conditions"
                     ),
                 )
                 .at(span, "reached here")
-                .help("write `otherwise` once, at the last of the transitions that leave a step"),
+                .help("write `otherwise` once, in the last transition that leaves a step"),
             ));
         }
         if above.is_empty() {
             self.report(
                 Diagnostic::warning(codes::NO_EFFECT, "`otherwise` is always true here")
                     .at(span, "no transition above leaves the same step")
-                    .help("`otherwise` looks at the transitions above it: put it last"),
+                    .help("`otherwise` refers to the transitions above it: move it to the last transition"),
             );
         }
         let fireable = above.into_iter().map(|id| Expr::leaf(L::of_net(Leaf::Fireable(id)), span));
@@ -625,7 +631,7 @@ impl Lowering<'_> {
     }
 }
 
-/// The same expression at no place, to compare shapes.
+/// The same expression without source locations, to compare structure.
 pub(super) fn without_spans<L: Clone>(expr: &Expr<L>) -> Expr<L> {
     let boxed = |a: &Expr<L>| Box::new(without_spans(a));
     let all = |all: &[Expr<L>]| all.iter().map(without_spans).collect();

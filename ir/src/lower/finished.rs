@@ -1,4 +1,4 @@
-//! Properties and boards that come from files of their own and speak of a net that is finished.
+//! Properties and boards that come from separate files and refer to a finished net.
 
 use super::context::{DrawnAction, Entry, FlatNames, Instance, Lowering, Scope, Symbol};
 use super::roles::Role;
@@ -8,10 +8,10 @@ use crate::diag::{Diagnostic, any_error};
 use crate::net::{Board, Driver, Net, PartId, Property, VarOrigin};
 use std::collections::BTreeMap;
 
-/// Properties from a file beside the design or from the command line, in the words of the net: full names, `m1.active` of macro-steps, durations.
+/// Lowers properties from a separate file or from the command line, in terms of the net: full names, `m1.active` of macro-steps, durations.
 ///
 /// # Errors
-/// Every mistake in them.
+/// Every error in the properties.
 pub fn properties(
     net: &Net,
     properties: &[chart::Property],
@@ -25,10 +25,10 @@ pub fn properties(
     if any_error(&lowering.found.list) { Err(lowering.found.list) } else { Ok(lowered) }
 }
 
-/// A board from a file of its own, checked against the signals of the net.
+/// Lowers a board from a separate file and checks it against the signals of the net.
 ///
 /// # Errors
-/// Every mistake in it.
+/// Every error in the board.
 pub fn board(net: &Net, board: &chart::Board) -> Result<Board, Vec<Diagnostic>> {
     let design = Design::default();
     let mut lowering = of_net(&design, net);
@@ -81,7 +81,7 @@ fn of_net<'a>(design: &'a Design, net: &Net) -> Lowering<'a> {
         });
     }
     for one in &net.macros {
-        // The steps of an expansion stand together.
+        // The steps of an expansion are consecutive.
         let (Some(first), Some(last)) = (one.steps.first(), one.steps.last()) else { continue };
         names.steps.insert(one.name.text.clone(), Symbol::MacroStep(lowering.instances.len()));
         lowering.instances.push(Instance {

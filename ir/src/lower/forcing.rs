@@ -8,7 +8,7 @@ use crate::diag::Diagnostic;
 use crate::net::{Forcing, ForcingOrder, PartId, StepId};
 use crate::span::Span;
 
-/// After `expand`; in declaration order, which decides between orders that disagree.
+/// Runs after `expand`. The order is declaration order, which decides between conflicting orders.
 pub(super) fn forcing(lowering: &mut Lowering<'_>) {
     let n_charts = lowering.chart_bodies.len();
     let mut forces: Vec<Vec<(usize, Span)>> = vec![Vec::new(); n_charts];
@@ -20,7 +20,7 @@ pub(super) fn forcing(lowering: &mut Lowering<'_>) {
                 lowering.report(
                     Diagnostic::error(codes::CHART_KIND, "`force` is not allowed in a statechart")
                         .at(item.span, "")
-                        .help("a transition of an outer state leaves all its inner states"),
+                        .help("use a transition of an outer state: it leaves all inner states"),
                 );
                 continue;
             }
@@ -50,7 +50,7 @@ fn order_of(
         return Err(lowering.report(
             Diagnostic::error(codes::FORCING, format!("chart {target} forces itself"))
                 .at(item.span, "")
-                .help("force from a chart beside it"),
+                .help("force it from another chart"),
         ));
     }
     let counted = lowering
@@ -62,12 +62,10 @@ fn order_of(
         return Err(lowering.report(
             Diagnostic::error(
                 codes::FORCING,
-                format!(
-                    "chart {target} has the counted step {name}, and a number cannot be forced"
-                ),
+                format!("chart {target} contains the counted step {name}, which cannot be forced"),
             )
             .at(item.span, "")
-            .help("draw the counted step in a chart that nothing forces"),
+            .help("move the counted step to a chart that is not forced"),
         ));
     }
     let order = match order {
@@ -92,7 +90,7 @@ fn order_of(
     Ok(chart)
 }
 
-/// Names in an order are those of the forced chart.
+/// A step of a forcing order; its name belongs to the forced chart.
 fn forced_step(lowering: &mut Lowering<'_>, forced: ScopeId, path: &Path) -> Outcome<StepId> {
     let symbol = lowering.symbol(forced, path)?;
     let step = if let Symbol::Step(step) = symbol {
@@ -113,7 +111,7 @@ fn forced_step(lowering: &mut Lowering<'_>, forced: ScopeId, path: &Path) -> Out
     Ok(step)
 }
 
-/// A situation with what its enclosing steps activate by their links, repeatedly downwards.
+/// A situation with the steps that its enclosing steps activate by their links, recursively.
 fn closed(lowering: &Lowering<'_>, mut steps: Vec<StepId>) -> Vec<StepId> {
     let links: Vec<(StepId, StepId)> = lowering
         .net
@@ -122,7 +120,7 @@ fn closed(lowering: &Lowering<'_>, mut steps: Vec<StepId>) -> Vec<StepId> {
         .filter(|(_, step)| step.activation_link)
         .filter_map(|(id, step)| step.parent.map(|parent| (id, parent)))
         .collect();
-    // Parents stand before what they enclose, so one round in declaration order closes all levels.
+    // Parents come before the steps that they enclose, so one pass in declaration order handles all levels.
     for (id, parent) in links {
         if steps.binary_search(&parent).is_ok()
             && let Err(place) = steps.binary_search(&id)
@@ -133,7 +131,7 @@ fn closed(lowering: &Lowering<'_>, mut steps: Vec<StepId>) -> Vec<StepId> {
     steps
 }
 
-/// Charts that force each other in a circle.
+/// Reports charts that force each other in a cycle.
 fn cycle(lowering: &mut Lowering<'_>, forces: &[Vec<(usize, Span)>]) {
     #[derive(Clone, Copy, PartialEq)]
     enum Mark {
@@ -169,11 +167,11 @@ fn cycle(lowering: &mut Lowering<'_>, forces: &[Vec<(usize, Span)>]) {
                         .collect();
                     names.push(&charts[to].name.text);
                     let message =
-                        format!("charts force each other in a circle: {}", names.join(" -> "));
+                        format!("charts force each other in a cycle: {}", names.join(" -> "));
                     lowering.report(
                         Diagnostic::error(codes::FORCING, message)
-                            .at(span, "closes the circle")
-                            .help("forcing goes downwards only: remove one of the orders"),
+                            .at(span, "closes the cycle")
+                            .help("remove one of the orders: forcing must be hierarchical"),
                     );
                 }
                 Mark::Done => {}

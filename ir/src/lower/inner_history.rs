@@ -1,6 +1,6 @@
-//! Pass `inner-histories`: transitions to a history of a state around their source. SCXML takes what such a transition leaves from the states that the
-//! history stands for (`getTransitionDomain` of `getEffectiveTargetStates`), which only the run decides; a transition of a net says once what it
-//! leaves. So each one becomes as many as there are answers, with receptivities that exclude each other (semantics §3.9, C35).
+//! Pass `inner-histories`: transitions to a history of a state that contains their source. In SCXML, what such a transition leaves depends on the states
+//! that the history restores (`getTransitionDomain` of `getEffectiveTargetStates`), which is known only at run time; but a transition of a net leaves a
+//! fixed set. So each such transition becomes one transition per case, with mutually exclusive receptivities (semantics §3.9, C35).
 //!
 //! ```text
 //! state s1 { history deep h -> a                 s1 was never left:        a_h  leaves a       enters a
@@ -8,7 +8,7 @@
 //!   state c }                                    it was left in c:         a_h  leaves s2 .. c enters h
 //! ```
 //!
-//! What the history recorded is kept a second time, in hidden variables that receptivities can read.
+//! The recorded states are stored a second time, in hidden variables that receptivities can read.
 
 use super::codes;
 use super::context::Lowering;
@@ -23,10 +23,10 @@ use crate::net::{
 use crate::span::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Into how many transitions one may be taken apart.
+/// The maximum number of transitions that one transition may become.
 const MAX_SITUATIONS: usize = 64;
 
-/// A transition to a history of a state around its source.
+/// A transition to a history of a state that contains its source.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Inner {
     pub(super) transition: TransitionId,
@@ -34,22 +34,22 @@ pub(super) struct Inner {
     pub(super) is_internal: bool,
 }
 
-/// One of the transitions that one becomes: under a condition of its own, other states are left and entered.
+/// One case of a split transition: under its own condition, it leaves and enters its own states.
 struct Way {
     condition: Expr<Leaf>,
     domain: Option<StepId>,
     enters: Vec<Enter>,
 }
 
-/// What a history recorded, in variables.
+/// The recorded states of a history, in variables.
 struct Memory {
     /// Something is recorded.
     any: VarId,
-    /// Of each atomic state, whether it is.
+    /// For each atomic state, whether it is recorded.
     states: BTreeMap<StepId, VarId>,
 }
 
-/// Last of what changes transitions: their ids move.
+/// Runs last of the passes that change transitions, because it changes their ids.
 pub(super) fn inner_histories(lowering: &mut Lowering<'_>) {
     let inner = std::mem::take(&mut lowering.inner_histories);
     let mut memories: BTreeMap<HistoryId, Memory> = BTreeMap::new();
@@ -66,7 +66,7 @@ pub(super) fn inner_histories(lowering: &mut Lowering<'_>) {
     }
 }
 
-/// The other ways that a transition has beside the one that it was lowered to; none if that one is always right.
+/// The additional cases of a transition, besides the one that it was lowered to; none if that one is always correct.
 fn ways_of(
     lowering: &mut Lowering<'_>,
     one: Inner,
@@ -80,13 +80,13 @@ fn ways_of(
     let outermost = domain(lowering, source, &[Goal::History(one.history)], one.is_internal);
     let mut ways = Vec::new();
     let is_recorded = net.transitions.values().any(|other| other.clears.contains(&owner));
-    // A shallow history of atomic states records the same, and no state lies around the source then.
+    // A shallow history of atomic states records the same states, and then no state encloses the source.
     let is_deep = data
         .cases
         .iter()
         .all(|case| matches!(net.steps[case.step].kind, StepKind::Leaf | StepKind::Final));
 
-    // Nothing recorded: what its default transition leads to.
+    // If nothing is recorded: the targets of the default transition.
     let goals = lowering.history_goals.get(&one.history).cloned().unwrap_or_default();
     if !goals.is_empty() {
         let by_default = domain(lowering, source, &goals, one.is_internal);
@@ -134,15 +134,15 @@ fn too_many(lowering: &mut Lowering<'_>, one: Inner, state: StepId, span: Span) 
     lowering.report(
         Diagnostic::error(
             codes::EXPANSION_SIZE,
-            format!("the history {history} of a state around the source of this transition can stand for more than {MAX_SITUATIONS} situations in {state}"),
+            format!("the history {history} of a state that contains this transition's source can restore more than {MAX_SITUATIONS} situations in {state}"),
         )
-        .at(span, "what it leaves depends on them")
-        .help("lead the transition to a state instead, or start it at the state that has the history"),
+        .at(span, "the states that it leaves depend on them")
+        .help("target a state instead, or start the transition at the state that has the history"),
     );
 }
 
-/// The composite states inside `owner` around the source, innermost first, that may hold all that is recorded: between them and the owner no parallel
-/// state has another region.
+/// The composite states inside `owner` that contain the source, innermost first, and that may contain everything recorded: between them and the owner no
+/// parallel state has another region.
 fn shared_states(
     lowering: &Lowering<'_>,
     source: StepId,
@@ -157,11 +157,11 @@ fn shared_states(
         let children = net.steps.values().filter(|child| child.parent == Some(*step));
         net.steps[*step].kind == StepKind::Parallel && children.count() > 1
     };
-    // What the history of a parallel state records lies in all its regions.
+    // The history of a parallel state records states in all its regions.
     if forks(&owner) {
         return Vec::new();
     }
-    // What lies in the outermost parallel state shares what is recorded with other regions.
+    // States in the outermost parallel state record together with other regions.
     if let Some(last) = chain.iter().rposition(forks) {
         chain.drain(..=last);
     }
@@ -169,10 +169,10 @@ fn shared_states(
     chain
 }
 
-/// The sets of atomic states that can be active together in an active state; none if there are too many.
+/// The sets of atomic states that can be active together in an active state; `None` if there are too many.
 fn situations(lowering: &Lowering<'_>, state: StepId) -> Option<Vec<BTreeSet<StepId>>> {
     let net = &lowering.net;
-    // A state stands before what lies in it.
+    // A state comes before its descendants.
     let mut of: BTreeMap<StepId, Vec<BTreeSet<StepId>>> = BTreeMap::new();
     let range = inside(lowering, state);
     for index in range.rev().chain([state.index()]) {
@@ -204,7 +204,7 @@ fn situations(lowering: &Lowering<'_>, state: StepId) -> Option<Vec<BTreeSet<Ste
     of.remove(&state)
 }
 
-/// Everything below `domain` that is active when these atomic states are, a state before what lies in it.
+/// All states below `domain` that are active when these atomic states are active, each before its descendants.
 fn path_to(lowering: &Lowering<'_>, atomic: &BTreeSet<StepId>, domain: StepId) -> Vec<Enter> {
     let net = &lowering.net;
     let mut wanted: BTreeSet<StepId> = BTreeSet::new();
@@ -252,8 +252,8 @@ fn set(var: VarId, value: Expr<Leaf>, span: Span) -> Stmt {
     Stmt { kind: StmtKind::Assign { var, index: None, value }, span }
 }
 
-/// The memory changes when the owner is left, as the history does. With `assign simultaneous` the owner's exit list still sees who was active; else
-/// the states in it have dropped by then, and each leaves a mark that lives until the transition's actions.
+/// The memory changes when the owner is left, like the history. With `assign simultaneous` the owner's exit list still sees which states were active;
+/// otherwise they are already inactive, and each sets a mark that is kept until the transition's actions.
 fn record(lowering: &mut Lowering<'_>, history: HistoryId, memory: &Memory) {
     let owner = lowering.net.histories[history].owner;
     let span = lowering.net.histories[history].name.span;
@@ -278,7 +278,7 @@ fn record(lowering: &mut Lowering<'_>, history: HistoryId, memory: &Memory) {
     lowering.net.steps[owner].exit.extend(list);
 }
 
-/// Puts the ways of a transition beside it. Their order does not matter: one at most is true.
+/// Adds the other cases of each transition after it. Their order does not matter, because at most one of them is enabled.
 fn take_apart(lowering: &mut Lowering<'_>, mut ways: BTreeMap<TransitionId, Vec<Way>>) {
     let old = std::mem::take(&mut lowering.net.transitions);
     let mut new: Arena<Transition> = Arena::default();
@@ -317,7 +317,7 @@ fn inside_of(
     }
 }
 
-/// What asks whether a transition is fireable asks for each of those it became.
+/// Replaces a test whether a transition is fireable by a test of all transitions that it became.
 fn renamed(guard: &Expr<Leaf>, moved: &BTreeMap<TransitionId, Vec<TransitionId>>) -> Expr<Leaf> {
     let mapped = guard.try_map(
         &mut |leaf, span| {

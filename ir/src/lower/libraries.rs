@@ -1,4 +1,4 @@
-//! Library charts: each `use` becomes an instance with its own copy of everything, and its parameters stand for what the use says (semantics §8).
+//! Library charts: each `use` becomes an instance with its own copy of everything, and its arguments replace the parameters (semantics §8).
 //!
 //! ```text
 //! library chart blink(input on, output lamp) {           steps   c.off  c.lit
@@ -20,16 +20,16 @@ use crate::expr::Type;
 use crate::net::Part;
 use crate::span::{Name, Span};
 
-/// A parameter and what a use says of it, to be looked at when all names are known.
+/// A parameter and its argument in a `use`, to check when all names are known.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bound<'a> {
     parameter: &'a Parameter,
     value: &'a ArgumentValue,
-    /// Where the use stands.
+    /// The scope of the `use`.
     scope: ScopeId,
 }
 
-/// The design in which this library chart is the only chart: its parameters are its inputs and outputs. None beyond the last library chart.
+/// The design with this library chart as its only chart: its parameters are its inputs and outputs. `None` beyond the last library chart.
 #[must_use]
 pub fn alone(design: &Design, library: usize) -> Option<Design> {
     let source = design.libraries.get(library)?;
@@ -50,7 +50,7 @@ pub fn alone(design: &Design, library: usize) -> Option<Design> {
     Some(Design { charts: vec![chart], libraries, ..Design::default() })
 }
 
-/// The library charts that the charts of a design use, and those that these use.
+/// The library charts that the charts of a design use, directly or indirectly.
 pub(super) fn used(design: &Design) -> Vec<&Library> {
     let mut found: Vec<&Library> = Vec::new();
     let mut open: Vec<&[Item]> = design.charts.iter().map(|chart| &chart.items[..]).collect();
@@ -88,7 +88,7 @@ pub(super) fn used(design: &Design) -> Vec<&Library> {
     found
 }
 
-/// Reports library charts of one name; each is known by its first.
+/// Reports library charts with the same name; the name refers to the first one.
 pub(super) fn duplicates(lowering: &mut Lowering<'_>) {
     let libraries = &lowering.design.libraries;
     let mut first: std::collections::BTreeMap<&str, Span> = std::collections::BTreeMap::new();
@@ -98,7 +98,7 @@ pub(super) fn duplicates(lowering: &mut Lowering<'_>) {
             lowering.report(
                 Diagnostic::error(
                     codes::DUPLICATE_NAME,
-                    format!("two library charts have the name {}", library.name),
+                    format!("two library charts are called {}", library.name),
                 )
                 .at(library.name.span, "again here")
                 .at(earlier, "first here")
@@ -108,7 +108,7 @@ pub(super) fn duplicates(lowering: &mut Lowering<'_>) {
     }
 }
 
-/// The mistakes of library charts that nothing uses.
+/// Finds the errors in unused library charts.
 pub(super) fn unused(lowering: &mut Lowering<'_>) {
     let design = lowering.design;
     for library in 0..design.libraries.len() {
@@ -116,7 +116,7 @@ pub(super) fn unused(lowering: &mut Lowering<'_>) {
             continue;
         }
         let Some(alone) = alone(design, library) else { continue };
-        // Only this one is looked at: those that it uses stand in the list themselves.
+        // Only this one is lowered here; the library charts that it uses are in the list themselves.
         let mut one = Lowering::new(&alone);
         one.costs = lowering.costs.clone();
         super::all_passes(&mut one);
@@ -148,10 +148,10 @@ impl<'a> Expansion<'_, 'a> {
             self.lowering.report(
                 Diagnostic::error(
                     codes::CHART_KIND,
-                    format!("an instance stands in state {name}, and in a statechart it runs side by side with the chart"),
+                    format!("an instance is not allowed in state {name}: in a statechart it runs in parallel with the chart"),
                 )
                 .at(source.meta.span, "")
-                .help("write it outside of all states; events lead from one to the other"),
+                .help("move it outside all states; use events to communicate"),
             );
         }
         let part = self.lowering.net.parts.push(Part {
@@ -165,7 +165,7 @@ impl<'a> Expansion<'_, 'a> {
         let body = new_scope(self.lowering, None, prefix, part, inside, chart);
         self.lowering.scopes[body].is_instance = true;
         self.lowering.declare(scope, &source.name, Symbol::Chart(body));
-        // Objects without steps count as well, or instances of instances of nothing would multiply for ever.
+        // Objects without steps count too; otherwise nested empty instances could multiply for ever.
         self.lowering.n_instances += 1;
         if let Some(start) = self.is_open(&library.name) {
             self.recursion(start, &library.name, source.meta.span);
@@ -192,7 +192,7 @@ impl<'a> Expansion<'_, 'a> {
         self.lowering.report(match near {
             Some(near) => finding.help(format!("did you mean {near}?")).fix(name.span, near),
             None => finding.help(
-                "draw it with `library chart`, or name its file: `use \"FILE.graf\"` at the top",
+                "declare it with `library chart`, or import its file: `use \"FILE.graf\"` at the top",
             ),
         });
         None
@@ -278,12 +278,12 @@ impl<'a> Expansion<'_, 'a> {
                     )
                     .at(source.meta.span, "used here")
                     .at(name.span, "has no default")
-                    .help(format!("say what it is: `{name} = ..`")),
+                    .help(format!("add the argument `{name} = ..`")),
                 );
                 self.lowering.declare(body, name, Symbol::Broken);
                 return;
             }
-            // Outputs, events and variables that nobody asks for are the instance's own.
+            // Outputs, events and variables without an argument belong to the instance.
             (_, None, None) => {
                 self.own(body, declaration);
                 return;
@@ -310,18 +310,18 @@ impl<'a> Expansion<'_, 'a> {
 
     fn driven_constant(&mut self, span: Span, name: &Name) {
         self.lowering.report(
-            Diagnostic::error(codes::ARGUMENT, format!("the constant {name} is driven"))
+            Diagnostic::error(codes::ARGUMENT, format!("the constant {name} cannot be driven"))
                 .at(span, "")
                 .help(format!("give it a value: `{name} = ..`")),
         );
     }
 }
 
-/// Pass `arguments`: each argument fits its parameter. After `outputs`, since expressions read all kinds of values.
+/// Pass `arguments`: checks each argument against its parameter. Runs after `outputs`, because expressions read all kinds of values.
 pub(super) fn arguments(lowering: &mut Lowering<'_>) {
     for index in 0..lowering.bound.len() {
         let Bound { parameter, value, scope } = lowering.bound[index];
-        // Whatever is wrong was reported.
+        // All errors were already reported.
         let _: Outcome<()> = match value {
             ArgumentValue::Reads(drawn) => reads(lowering, scope, parameter, drawn),
             ArgumentValue::Drives(path) => drives(lowering, scope, parameter, path),
@@ -351,9 +351,9 @@ fn reads(
             return Err(lowering.report(
                 Diagnostic::error(
                     codes::ARGUMENT,
-                    format!("{name} is driven by the instance, not read"),
+                    format!("the instance drives {name}; it does not read it"),
                 )
-                .at(drawn.span, "nothing can be driven here")
+                .at(drawn.span, "an expression cannot be driven")
                 .help(format!("write `{name} -> NAME` with the output or variable that it drives")),
             ));
         }
@@ -371,10 +371,10 @@ fn reads(
         return Err(lowering.report(
             Diagnostic::error(
                 codes::ARGUMENT,
-                format!("{name} is an input, and {path} is an event"),
+                format!("the parameter {name} is an input, but {path} is an event"),
             )
             .at(drawn.span, "")
-            .help("declare the parameter with `event`: a statechart takes one event at a time"),
+            .help("declare the parameter with `event`: a statechart processes one event at a time"),
         ));
     }
     let place = Place { edges: true, events: true, ..Place::level(scope, "an argument") };
@@ -394,11 +394,15 @@ fn reads(
     Err(lowering.report(
         Diagnostic::error(
             codes::ARGUMENT,
-            format!("the argument for {name} is {}, the parameter {}", text(ty), text(wanted)),
+            format!(
+                "the argument for {name} is {}, but the parameter is {}",
+                text(ty),
+                text(wanted)
+            ),
         )
         .at(expr.span, text(ty))
         .at(name.span, text(wanted))
-        .help("what a library chart was checked for must hold where it is used"),
+        .help("use an argument within the type of the parameter"),
     ))
 }
 
@@ -429,7 +433,7 @@ fn drives(
             return Err(lowering.report(
                 Diagnostic::error(
                     codes::ARGUMENT,
-                    format!("{name} is read by the instance, not driven"),
+                    format!("the instance reads {name}; it does not drive it"),
                 )
                 .at(path.span(), "")
                 .help(format!("write `{name} = {path}`")),
@@ -448,7 +452,7 @@ fn drives(
     }
     let kind = lowering.kind(symbol);
     Err(lowering.report(
-        Diagnostic::error(codes::ARGUMENT, format!("{path} is {kind}, and {name} needs {wanted}"))
+        Diagnostic::error(codes::ARGUMENT, format!("{path} is {kind}, but {name} needs {wanted}"))
             .at(path.span(), format!("{wanted} is needed here"))
             .at(name.span, "the parameter"),
     ))

@@ -1,4 +1,4 @@
-//! Pass `limit`: the bound on micro-steps of a stable evolution, where the chart names none (semantics §3.4).
+//! Pass `limit`: chooses the limit of micro-steps of a stable evolution if the chart sets none (semantics §3.4).
 
 use super::context::Lowering;
 use super::expand::Work;
@@ -10,11 +10,11 @@ use petgraph::algo::kosaraju_scc;
 use petgraph::graph::DiGraph;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// At least this many where the transitions of a statechart lead in a circle by themselves: loops over a counter are common in SCXML.
+/// The minimum if the transitions of a statechart form a cycle without events: loops over a counter are common in SCXML.
 const LOOPS: u32 = 1000;
 
-/// Last, when all steps and transitions are there: leaf and enclosing steps plus transitions, reactions not counted. Without a circle no reaction of a
-/// statechart takes more, so the larger number costs only charts that need it.
+/// Runs last, when all steps and transitions exist: the limit is the number of leaf and enclosing steps plus transitions, without reactions. Without a
+/// cycle no reaction of a statechart needs more, so only charts that need the larger number pay for it.
 pub(super) fn limit(lowering: &mut Lowering<'_>) {
     let net = &mut lowering.net;
     if !matches!(net.settings.evolution, Evolution::Stable { limit: 0 }) {
@@ -32,7 +32,7 @@ pub(super) fn limit(lowering: &mut Lowering<'_>) {
     net.settings.evolution = Evolution::Stable { limit: limit.min(MAX_LIMIT) };
 }
 
-/// True if transitions that need no event from outside can follow each other for ever.
+/// True if transitions that need no external event can follow each other for ever.
 fn has_circle(net: &Net) -> bool {
     let mut raised: BTreeSet<InputId> =
         net.steps.values().filter_map(|step| step.done_event).collect();
@@ -72,8 +72,8 @@ fn has_circle(net: &Net) -> bool {
         .any(|group| group.len() > 1 || group.iter().any(|node| graph.contains_edge(*node, *node)))
 }
 
-/// All that a transition may enter, and the states around what it leaves, which stay active: their transitions may fire next, but again only if something
-/// enters them, so they need not be followed.
+/// Everything that a transition may enter. The states that contain its source stay active and their transitions may fire next, but again only if something
+/// enters these states, so they are not followed.
 fn entered(net: &Net, transition: &Transition) -> BTreeSet<StepId> {
     let mut found = BTreeSet::new();
     let mut seen: BTreeSet<HistoryId> = BTreeSet::new();

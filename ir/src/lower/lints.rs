@@ -1,5 +1,5 @@
-//! Warnings about a valid net that probably does not mean what it says. All of them follow from its structure; what needs the reachable situations is the
-//! verifier's.
+//! Warnings about a valid net that probably does not do what was intended. All of them follow from its structure; the verifier reports those that need the
+//! reachable situations.
 
 mod tokens;
 
@@ -17,7 +17,7 @@ use crate::span::Span;
 use crate::walk::called_in_lists;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// All lints, in the order of the functions below; within one, in declaration order. Linear in the size of the net, but for sorting.
+/// All lints, in the order of the functions below; within one, in declaration order. Takes linear time in the size of the net, except for sorting.
 #[must_use]
 pub fn lints(net: &Net) -> Vec<Diagnostic> {
     let mut out = Vec::new();
@@ -34,7 +34,7 @@ pub fn lints(net: &Net) -> Vec<Diagnostic> {
     out
 }
 
-/// Steps that a transition leaves and enters: outside statecharts they stay active, so nothing that happens on leaving or entering does (semantics §3.2).
+/// Warns about steps that a transition leaves and enters: outside statecharts they stay active, so their entry and exit have no effect (semantics §3.2).
 fn stays_active(net: &Net, out: &mut Vec<Diagnostic>) {
     if net.settings.policy.is_statechart() {
         return;
@@ -89,7 +89,7 @@ fn stays_active(net: &Net, out: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Actions that pulse in two steps one of which follows the other: the pulses are one, since what is asked for does not fall between them (§3.5).
+/// Warns about actions that pulse in two consecutive steps: the pulses merge into one, because the action's request does not drop between them (§3.5).
 fn one_pulse(net: &Net, out: &mut Vec<Diagnostic>) {
     for action in net.actions.values() {
         let mut by_step: BTreeMap<(StepId, Qualifier), Span> = BTreeMap::new();
@@ -127,7 +127,7 @@ fn one_pulse(net: &Net, out: &mut Vec<Diagnostic>) {
                                 action.name
                             ),
                         )
-                        .at(*second, format!("no pulse of its own when {before} is left for {after}"))
+                        .at(*second, format!("no separate pulse when {before} is left for {after}"))
                         .at(*first, "pulses here")
                         .help("add a step without the action between them, or pulse two actions"),
                     );
@@ -137,7 +137,7 @@ fn one_pulse(net: &Net, out: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Extern actions that lists call: they are no levels, so there is nothing for an emergency to force.
+/// Warns about extern actions that lists call: such a call happens at a moment, so an emergency cannot force it.
 fn beyond_emergency(net: &Net, out: &mut Vec<Diagnostic>) {
     let Some(emergency) = &net.emergency else { return };
     for (output, at) in called_in_lists(net) {
@@ -145,17 +145,17 @@ fn beyond_emergency(net: &Net, out: &mut Vec<Diagnostic>) {
         out.push(
             Diagnostic::warning(
                 codes::BEYOND_EMERGENCY,
-                format!("lists call {name} during the emergency too"),
+                format!("lists call {name} even during the emergency"),
             )
             .plural(name, "lists call", "during the emergency too")
             .at(at, "called here")
-            .at(emergency.meta.span, "forces outputs and what steps call while they are active")
+            .at(emergency.meta.span, "forces outputs and calls in step actions only")
             .help("move the call to a step action, or test the emergency condition in the list"),
         );
     }
 }
 
-/// Inputs, variables and timers that nothing mentions.
+/// Warns about unused inputs, variables and timers.
 fn unused(net: &Net, out: &mut Vec<Diagnostic>) {
     let mut seen = Mentions {
         inputs: vec![false; net.inputs.len()],
@@ -179,7 +179,7 @@ fn unused(net: &Net, out: &mut Vec<Diagnostic>) {
         };
         report(what, &input.name, "use it in a condition, or remove it");
     }
-    // The parts of an instance share the place of its declaration: using one of them uses the instance.
+    // The parts of an instance share the location of its declaration: a use of one of them is a use of the instance.
     let mut used_places: BTreeSet<Span> = BTreeSet::new();
     used_places.extend(
         net.vars.iter().filter(|(id, _)| seen.vars[id.index()]).map(|(_, var)| var.name.span),
@@ -200,7 +200,7 @@ fn unused(net: &Net, out: &mut Vec<Diagnostic>) {
     }
 }
 
-/// What some expression or list of the net mentions.
+/// The objects that some expression or list of the net uses.
 struct Mentions {
     inputs: Vec<bool>,
     vars: Vec<bool>,
@@ -316,7 +316,7 @@ impl Mentions {
     }
 }
 
-/// The place to show for a transition.
+/// The location to show for a transition.
 fn place(net: &Net, id: TransitionId) -> Span {
     let transition = &net.transitions[id];
     if transition.meta.span == Span::default() {
@@ -326,7 +326,7 @@ fn place(net: &Net, id: TransitionId) -> Span {
     }
 }
 
-/// Transitions with the same steps, events and receptivity.
+/// Warns about transitions with the same steps, events and receptivity.
 fn duplicates(net: &Net, out: &mut Vec<Diagnostic>) {
     type Ends<'n> = (&'n [StepId], &'n [Enter], &'n [InputId]);
     let mut groups: BTreeMap<Ends<'_>, Vec<TransitionId>> = BTreeMap::new();
@@ -359,7 +359,7 @@ fn duplicates(net: &Net, out: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Steps that no chain of transitions reaches from the start, whatever the receptivities say.
+/// Warns about steps that no chain of transitions can reach, whatever the receptivities are.
 fn unreached(net: &Net, out: &mut Vec<Diagnostic>) {
     let mut reach = Reach { net, reached: IdMap::filled(&net.steps, false), todo: Vec::new() };
     net.steps.iter().filter(|(_, step)| step.is_initial).for_each(|(id, _)| reach.step(id));
@@ -444,7 +444,7 @@ impl Reach<'_> {
             match *enter {
                 Enter::Step(step) => self.step(step),
                 Enter::InitialContent(_) => {}
-                // Whatever a history may record was entered some other way before; its default is what it adds.
+                // Everything that a history records was entered in another way before; only its default adds something.
                 Enter::History(history) => {
                     for enter in &net.histories[history].default {
                         if let Enter::Step(step) = *enter {
@@ -457,7 +457,7 @@ impl Reach<'_> {
     }
 }
 
-/// Marks the enclosing steps that a transition leaves: those that contain its source and not its target.
+/// Marks the enclosing steps that a transition leaves: those that contain its source but not its target.
 fn leave_enclosing(net: &Net, transition: &Transition, left: &mut IdMap<Step, bool>) {
     let is_inside = |step: StepId, around: StepId| {
         std::iter::successors(net.steps[step].parent, |step| net.steps[*step].parent)
@@ -479,7 +479,7 @@ fn leave_enclosing(net: &Net, transition: &Transition, left: &mut IdMap<Step, bo
     }
 }
 
-/// Steps that are entered and that no transition leaves.
+/// Warns about steps that are entered but never left by a transition.
 fn no_way_out(net: &Net, out: &mut Vec<Diagnostic>) {
     let mut left: IdMap<Step, bool> = IdMap::filled(&net.steps, false);
     let mut entered: IdMap<Step, bool> = IdMap::filled(&net.steps, false);
@@ -503,7 +503,7 @@ fn no_way_out(net: &Net, out: &mut Vec<Diagnostic>) {
     let macro_of: BTreeMap<StepId, &crate::net::MacroStep> =
         net.macros.iter().map(|one| (one.exit, one)).collect();
     for (id, step) in net.steps.iter() {
-        // An enclosing step, a state or a forcing order takes a step out too; and a step that is active for ever may be all that is wanted of a chart.
+        // An enclosing step, a state or a forcing order can deactivate a step too. A step that stays active for ever may also be intended.
         let is_plain = step.parent.is_none() && step.kind != StepKind::Final && !step.hidden;
         if left[id] || !entered[id] || !is_plain || forced[step.part.index()] {
             continue;
@@ -521,7 +521,7 @@ fn no_way_out(net: &Net, out: &mut Vec<Diagnostic>) {
     }
 }
 
-/// The interval of a number, times included.
+/// The interval of a number, including times.
 fn bounds(net: &Net, expr: &Expr<Leaf>) -> Option<(i64, i64)> {
     if matches!(&expr.kind, ExprKind::Leaf(leaf) if leaf.is_time()) {
         return Some(TICKS.bounds());
@@ -532,7 +532,7 @@ fn bounds(net: &Net, expr: &Expr<Leaf>) -> Option<(i64, i64)> {
     }
 }
 
-/// The value of a condition that has the same one whatever happens.
+/// The value of a condition if it is constant.
 fn truth(net: &Net, expr: &Expr<Leaf>) -> Option<bool> {
     match &expr.kind {
         ExprKind::Bool(value) => Some(*value),
@@ -593,7 +593,7 @@ fn junction(net: &Net, all: &[Expr<Leaf>], is_and: bool) -> Option<bool> {
     negated.iter().any(|one| plain.binary_search(one).is_ok()).then_some(!is_and)
 }
 
-/// Conditions that have one value, but for a receptivity that says `true` plainly.
+/// Warns about constant conditions, except for a receptivity that is written as `true`.
 fn constants(net: &Net, out: &mut Vec<Diagnostic>) {
     for (id, transition) in net.transitions.iter() {
         let name = &transition.name;
@@ -673,7 +673,7 @@ fn constant(condition: &Expr<Leaf>, fallback: Span, message: String, help: &str)
     Diagnostic::warning(codes::CONSTANT_CONDITION, message).at(span, "").help(help)
 }
 
-/// Under `priority`, what stands behind a transition that always fires.
+/// Under `priority`: warns about transitions after one that always fires.
 fn never_taken(net: &Net, out: &mut Vec<Diagnostic>) {
     if net.settings.policy != Policy::Priority {
         return;
@@ -693,7 +693,7 @@ fn never_taken(net: &Net, out: &mut Vec<Diagnostic>) {
         let Some(first) = first else { continue };
         let winner = group[first];
         for id in &group[first + 1..] {
-            // A rank comes before the priority: only transitions of one partial chart surely have the same.
+            // The rank comes before the priority: only transitions of the same partial chart certainly have the same rank.
             if net.transitions[*id].part == net.transitions[winner].part {
                 found.entry(*id).or_insert(winner);
             }

@@ -1,7 +1,7 @@
 //! From chart to net: names resolved, macro-steps expanded, everything typed.
 //!
-//! Front ends hand over what was drawn ([`crate::chart`]); this is the one place that says what it means, so a mistake reads the same whatever the
-//! language. All mistakes of a design are found at once: a pass that meets one leaves the item out and goes on.
+//! Front ends pass on what was drawn ([`crate::chart`]); only this module interprets it, so an error is reported in the same words for every language. All
+//! errors of a design are found in one run: a pass that finds one skips the item and continues.
 //!
 //! ```
 //! use grafsynth_ir::chart::{Chart, Design, Item, Step, StepRole};
@@ -59,10 +59,10 @@ use crate::validate::{Valid, validate};
 use context::Lowering;
 use std::collections::BTreeSet;
 
-/// A pass adds its share to the net.
+/// A pass; it adds its part to the net.
 type Pass = fn(&mut Lowering<'_>);
 
-/// The passes with their stable names, in order. Each one's own documentation says what it needs of those before it.
+/// The passes with their stable names, in order. The documentation of each pass says which passes must run before it.
 const PIPELINE: &[(&str, Pass)] = &[
     ("settings", settings::settings),
     ("expand", expand::expand),
@@ -79,9 +79,9 @@ const PIPELINE: &[(&str, Pass)] = &[
     ("properties", properties::properties),
     ("placement", placement::placement),
     ("limit", limit::limit),
-    // It moves the ids of transitions, so what is made of the drawn ones comes before it.
+    // It changes the ids of transitions, so everything that depends on the drawn transitions runs before it.
     ("inner-histories", inner_history::inner_histories),
-    // Last: it reads the lists and receptivities of everything.
+    // Last, because it reads all lists and receptivities.
     ("sharing", sharing::sharing),
 ];
 
@@ -90,7 +90,7 @@ pub fn passes() -> impl Iterator<Item = &'static str> {
     PIPELINE.iter().map(|(name, _)| *name)
 }
 
-/// Lowers a design to its net, with every finding of the design: errors, and warnings about what is probably not meant.
+/// Lowers a design to its net, with all findings of the design: errors, and warnings about probable mistakes.
 ///
 /// There is a net exactly if no finding is an error. The same design gives the same net and the same findings in the same order.
 #[must_use]
@@ -99,23 +99,23 @@ pub fn lower(design: &Design) -> (Option<Valid<Net>>, Vec<Diagnostic>) {
     (lowered.net, lowered.found)
 }
 
-/// What [`lower_with`] gives.
+/// The result of [`lower_with`].
 #[derive(Debug, Clone)]
 pub struct Lowered {
     /// The net; there is one exactly if no finding is an error.
     pub net: Option<Valid<Net>>,
     /// The findings.
     pub found: Vec<Diagnostic>,
-    /// The places of the tasks that declare no cost: the [`crate::net::Meta::span`] of the tasks that they became, in macros and library charts that nothing
-    /// uses too.
+    /// The locations of the tasks that declare no cost: the [`crate::net::Meta::span`] of the tasks that they became. Tasks of unused macros and library
+    /// charts are included.
     pub undeclared: BTreeSet<Span>,
 }
 
-/// As [`lower`], with costs of tasks that declare none.
+/// Like [`lower`], with costs for tasks that declare none.
 #[must_use]
 pub fn lower_with(design: &Design, costs: &TaskCosts) -> Lowered {
     let (net, mut found, undeclared) = run(design, costs, PIPELINE);
-    // A file of library charts alone is a good file, and nothing runs.
+    // A file that contains only library charts is valid, but there is nothing to run.
     if any_error(&found) || design.charts.is_empty() {
         return Lowered { net: None, found, undeclared };
     }
@@ -124,7 +124,7 @@ pub fn lower_with(design: &Design, costs: &TaskCosts) -> Lowered {
             found.extend(lints::lints(&net));
             Lowered { net: Some(net), found, undeclared }
         }
-        // Whatever a pass does not look for itself; the breach has its place in the source.
+        // Violations that no pass checks itself; each one has a source location.
         Err(breaches) => {
             found.extend(breaches);
             Lowered { net: None, found, undeclared }
@@ -132,7 +132,7 @@ pub fn lower_with(design: &Design, costs: &TaskCosts) -> Lowered {
     }
 }
 
-/// The net as it stands after a pass, for looking into the lowering, with costs of tasks that declare none; none if there is no pass of that name.
+/// The net after a pass, for debugging the lowering, with costs for tasks that declare none; `None` if no pass has this name.
 #[must_use]
 pub fn dump_after(design: &Design, costs: &TaskCosts, pass: &str) -> Option<Net> {
     let end = PIPELINE.iter().position(|(name, _)| *name == pass)?;
@@ -144,7 +144,7 @@ pub fn dump_after(design: &Design, costs: &TaskCosts, pass: &str) -> Option<Net>
     Some(lowering.net)
 }
 
-/// All passes, without a look at what nothing uses.
+/// Runs all passes, without checking unused items.
 fn all_passes(lowering: &mut Lowering<'_>) {
     for (_, pass) in PIPELINE {
         pass(lowering);
@@ -166,7 +166,7 @@ fn run(
     if lowering.macros.iter().all(|one| one.is_used) {
         return (lowering.net, lowering.found.list, lowering.undeclared);
     }
-    // What nothing uses is in no net, but its mistakes are mistakes: they are found in a second lowering that expands each unused macro once.
+    // Unused items are in no net, but their errors are reported: a second lowering expands each unused macro once.
     let mut second = Lowering::new(design);
     second.costs = costs.clone();
     second.expand_unused = true;

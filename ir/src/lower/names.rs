@@ -1,4 +1,4 @@
-//! Finding out what a name stands for: the body it is written in first, then the bodies around it, then the chart, then `chart.name`.
+//! Name resolution: the body that contains the name first, then the surrounding bodies, then the chart, then `chart.name`.
 
 use super::codes;
 use super::context::{
@@ -10,10 +10,10 @@ use crate::expr::ExprKind;
 use crate::net::{Driver, InputKind, StepId};
 use crate::span::{Name, Span};
 
-/// How many candidates all suggestions together may look at: a file with thousands of unknown names is no slip of the pen.
+/// Limit of the candidates that all suggestions together may examine: a file with thousands of unknown names does not have typing errors.
 const MAX_CANDIDATES: usize = 500_000;
 
-/// How many parameters stand for each other in a row: more than charts can lie in each other.
+/// The maximum length of a chain of parameters that refer to each other: more than the nesting depth of charts.
 const MAX_FOLLOWING: u32 = 64;
 
 /// A step or a macro-step.
@@ -23,7 +23,7 @@ pub(super) enum StepLike {
     MacroStep(InstanceId),
 }
 
-/// What an expression can ask a step for.
+/// The attributes of a step that an expression can read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Attribute {
     /// `active`
@@ -38,25 +38,25 @@ pub(super) enum Attribute {
     Complete,
 }
 
-/// What a path in an expression stands for.
+/// What a path in an expression refers to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Resolved {
     Symbol(Symbol),
     Attribute(StepLike, Attribute),
 }
 
-/// Why a path stands for nothing.
+/// Why a path cannot be resolved.
 enum Unknown {
-    /// The name at this place of the path is not declared in this scope (none: nowhere around).
+    /// The name at this position of the path is not declared in this scope (`None`: not visible at all).
     Name(usize, Option<ScopeId>),
-    /// The name before this place has no inside.
+    /// The item before this position contains no names.
     NoInside(usize, Symbol),
-    /// The declaration was refused.
+    /// The declaration was rejected.
     Broken,
 }
 
 impl<'a> Lowering<'a> {
-    /// Declares a name in a body; a second declaration is reported and changes nothing.
+    /// Declares a name in a body; a second declaration is reported and ignored.
     pub(super) fn declare(&mut self, scope: ScopeId, name: &'a Name, symbol: Symbol) -> bool {
         if name.text.is_empty() {
             return false;
@@ -64,14 +64,14 @@ impl<'a> Lowering<'a> {
         let home = self.scopes[scope].home;
         if let Some(earlier) = self.scopes[home].names.get(name.text.as_str()) {
             let first = earlier.span;
-            // In one body anybody sees why; between bodies the reason is worth a word.
+            // Within one body the reason is obvious; between bodies the help explains it.
             let help = match (earlier.body == scope, self.is_statechart()) {
                 (true, _) => "give one of them another name",
                 (false, true) => {
-                    "traces show names in states and regions without their path, so each must be unique in its chart: rename one of them"
+                    "rename one of them: traces show names in states and regions without their path, so each must be unique in its chart"
                 }
                 (false, false) => {
-                    "traces show names in enclosing steps without their path, so each must be unique in its chart or macro: rename one of them, or make the part a macro, whose steps are named after the macro-step"
+                    "rename one of them: traces show names in enclosing steps without their path, so each must be unique in its chart or macro; or make the part a macro, whose steps are named after the macro-step"
                 }
             };
             self.report(
@@ -84,13 +84,13 @@ impl<'a> Lowering<'a> {
         }
         let entry = Entry { symbol, span: name.span, body: scope };
         self.scopes[home].names.insert(&name.text, entry);
-        // In its own body too, for `e.x`.
+        // Also in its own body, for `e.x`.
         self.scopes[scope].names.insert(&name.text, entry);
         true
     }
 
-    /// Declares a history in the body of its state. No trace shows it, so states may each have one of a name: `a.H`, `b.H`; alone it has its name in the
-    /// whole chart.
+    /// Declares a history in the body of its state. Traces do not show histories, so several states may use the same name: `a.H`, `b.H`. If the name is
+    /// used only once, it is visible in the whole chart.
     pub(super) fn declare_history(&mut self, body: ScopeId, name: &'a Name, symbol: Symbol) {
         let home = self.scopes[body].home;
         let text = name.text.as_str();
@@ -110,14 +110,14 @@ impl<'a> Lowering<'a> {
         self.scopes[body].names.insert(text, entry);
     }
 
-    /// The full name of something that is declared in a body; it is taken from now on.
+    /// The full name of an item that is declared in a body; the name is then in use.
     pub(super) fn full_name(&mut self, scope: ScopeId, name: &Name) -> Name {
         let full = format!("{}{}", self.scopes[scope].prefix, name.text);
         self.taken.insert(full.clone());
         Name::new(full, name.span)
     }
 
-    /// What a name stands for, seen from a body.
+    /// What a name refers to, seen from a body.
     pub(super) fn find(&self, scope: ScopeId, text: &str) -> Option<Symbol> {
         if let Some(flat) = &self.flat {
             return flat.others.get(text).or_else(|| flat.steps.get(text)).copied();
@@ -132,7 +132,7 @@ impl<'a> Lowering<'a> {
         if let Some(chart) = self.charts.get(text) {
             return Some(Symbol::Chart(*chart));
         }
-        // A name that was written with dots and is kept in one piece: `g.E`.
+        // A name that contains dots but is stored as one name: `g.E`.
         let (first, rest) = text.split_once('.').filter(|(first, _)| !first.is_empty())?;
         let mut symbol = self.find(scope, first)?;
         for part in rest.split('.') {
@@ -142,7 +142,7 @@ impl<'a> Lowering<'a> {
         Some(symbol)
     }
 
-    /// What a parameter stands for, where that has a name; an expression stays the parameter.
+    /// What a parameter refers to, if its argument is a name; if the argument is an expression, the parameter itself.
     fn follow(&self, symbol: Symbol) -> Symbol {
         let Symbol::Alias(alias) = symbol else { return symbol };
         let Alias { scope, value } = self.aliases[alias];
@@ -172,7 +172,7 @@ impl<'a> Lowering<'a> {
         found.unwrap_or(of_expression)
     }
 
-    /// True in a library chart that something uses, and in what lies in it.
+    /// True in a library chart that is used, and in all bodies inside it.
     pub(super) fn is_in_instance(&self, scope: ScopeId) -> bool {
         let mut next = Some(scope);
         while let Some(scope) = next {
@@ -184,7 +184,7 @@ impl<'a> Lowering<'a> {
         false
     }
 
-    /// The body inside something, where it has one.
+    /// The body inside an item, if it has one.
     pub(super) fn inside(&self, symbol: Symbol) -> Option<ScopeId> {
         match symbol {
             Symbol::Chart(scope) => Some(scope),
@@ -221,7 +221,7 @@ impl<'a> Lowering<'a> {
         if symbol == Symbol::Broken { Err(Unknown::Broken) } else { Ok(symbol) }
     }
 
-    /// In a finished net names have dots already; the name of an only chart may stand before them. Of a step and a signal of one name the step is meant
+    /// In a finished net names contain dots; the name of a single chart may precede them. If a step and a signal have the same name, the step is used
     /// where a step is needed.
     fn walk_flat(
         &self,
@@ -246,14 +246,14 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// What a path stands for, without a word when it stands for nothing.
+    /// What a path refers to; nothing is reported if it refers to nothing.
     pub(super) fn peek(&self, scope: ScopeId, path: &Path) -> Option<Resolved> {
         self.attribute(scope, path)
             .map(|(like, attribute)| Resolved::Attribute(like, attribute))
             .or_else(|| self.walk(scope, &path.names).ok().map(Resolved::Symbol))
     }
 
-    /// `s.active` and its like: the last name is an attribute and what stands before it is a step.
+    /// `s.active` and similar: the last name is an attribute, and the names before it are a step.
     fn attribute(&self, scope: ScopeId, path: &Path) -> Option<(StepLike, Attribute)> {
         let (last, before) = path.names.split_last()?;
         let attribute = match last.text.as_str() {
@@ -269,7 +269,7 @@ impl<'a> Lowering<'a> {
             None => self.walk(scope, before),
         };
         match found.ok()? {
-            // A step that is no macro-step is never complete or not.
+            // `complete` is defined only for macro-steps.
             Symbol::Step(_) if attribute == Attribute::Complete => None,
             Symbol::Step(step) => Some((StepLike::Step(step), attribute)),
             Symbol::MacroStep(instance) => Some((StepLike::MacroStep(instance), attribute)),
@@ -288,7 +288,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// What a path in an expression stands for.
+    /// What a path in an expression refers to.
     pub(super) fn resolve(&mut self, scope: ScopeId, path: &Path) -> Outcome<Resolved> {
         if let Some(found) = self.peek(scope, path) {
             return Ok(found);
@@ -299,13 +299,13 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// What a path outside expressions stands for: no attributes there.
+    /// What a path outside expressions refers to; attributes are not allowed there.
     pub(super) fn symbol(&mut self, scope: ScopeId, path: &Path) -> Outcome<Symbol> {
         self.walk(scope, &path.names)
             .map_err(|unknown| self.report_unknown(scope, &path.names, &unknown))
     }
 
-    /// As [`Lowering::symbol`] for a name without dots.
+    /// Like [`Lowering::symbol`], for a name without dots.
     pub(super) fn symbol_of(&mut self, scope: ScopeId, name: &Name) -> Outcome<Symbol> {
         let names = std::slice::from_ref(name);
         self.walk(scope, names).map_err(|unknown| self.report_unknown(scope, names, &unknown))
@@ -355,7 +355,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// The way out for `Q.t`: the time of the steps that drive the output.
+    /// Help for `Q.t`: suggests the time of the steps that drive the output.
     fn time_of_another(
         &self,
         finding: Diagnostic,
@@ -367,7 +367,7 @@ impl<'a> Lowering<'a> {
         let mut steps: Vec<&str> = Vec::new();
         if let Symbol::Output(output) = symbol {
             let uses = || self.uses.get(output.index()).into_iter().flatten();
-            // Of several steps, the one that the transition leaves is meant.
+            // If there are several steps, the one that the transition leaves is meant.
             let is_left = uses().any(|one| self.left.contains(&one.step));
             for one in uses().filter(|one| !is_left || self.left.contains(&one.step)) {
                 let step = self.net.steps[one.step].name.text.as_str();
@@ -382,7 +382,7 @@ impl<'a> Lowering<'a> {
             [] => finding.help("only steps and timers have a time, as in `s.t >= 3 s`"),
             [only] if steps.len() == 1 => finding
                 .help(format!(
-                    "only steps and timers have a time; step {} drives {owner}, write {only}",
+                    "only steps and timers have a time; step {} drives {owner}, so write {only}",
                     steps[0]
                 ))
                 .fix(owner.span, steps[0]),
@@ -406,7 +406,7 @@ impl<'a> Lowering<'a> {
             });
             if let Some((chart, _)) = owner {
                 return finding
-                    .help(format!("chart {chart} has one: write {chart}.{name}"))
+                    .help(format!("chart {chart} declares it: write {chart}.{name}"))
                     .fix(name.span, format!("{chart}.{name}"));
             }
         }
@@ -426,7 +426,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// The word for what a name stands for, with its article.
+    /// The word for the kind of a symbol, with its article.
     pub(super) fn kind(&self, symbol: Symbol) -> &'static str {
         match symbol {
             Symbol::Input(input) => match self.net.inputs[input].kind {
@@ -456,12 +456,12 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// For things that were told where they were declared: stops without another finding.
+    /// For items whose error was reported at their declaration: stops without another finding.
     pub(super) fn already_told(&mut self) -> super::context::Reported {
         super::context::Reported::already()
     }
 
-    /// "m is an input, not a step".
+    /// Reports for example "m is an input, not a step".
     pub(super) fn wrong_kind(
         &mut self,
         span: Span,

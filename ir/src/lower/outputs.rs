@@ -1,4 +1,4 @@
-//! Pass `outputs`: the uses of each output become its driver: emissions, a controlled action, a variable, or calls (semantics §3.5, §3.6).
+//! Pass `outputs`: converts the uses of each output to its driver: emissions, a controlled action, a variable, or calls (semantics §3.5, §3.6).
 
 use super::codes;
 use super::context::{Lowering, Outcome, Symbol};
@@ -16,7 +16,7 @@ use crate::net::{
 use crate::span::Span;
 use std::collections::BTreeMap;
 
-/// After `roles`; what it adds nothing reads while lowering.
+/// Runs after `roles`; no later pass reads what it adds.
 pub(super) fn outputs(lowering: &mut Lowering<'_>) {
     for id in lowering.net.outputs.ids() {
         let role = lowering.roles[id.index()];
@@ -43,7 +43,7 @@ pub(super) fn outputs(lowering: &mut Lowering<'_>) {
         }
         lowering.drawn_actions[index].uses = uses;
     }
-    // In the order of declarations, so that controlled actions of extern actions follow it too.
+    // In declaration order, so that the controlled actions of extern actions are in this order too.
     for index in 0..lowering.work.len() {
         let Work::Declaration { scope, symbol: Symbol::Output(id), .. } = lowering.work[index]
         else {
@@ -284,9 +284,9 @@ fn wrong_duration(lowering: &mut Lowering<'_>, one: &Use<'_>) -> super::context:
         format!("qualifier {qualifier} needs a duration")
     };
     let help = if has {
-        "leave the duration out, or use a timed qualifier"
+        "remove the duration, or use a timed qualifier"
     } else {
-        "write one, such as `3 s`"
+        "write a duration, such as `3 s`"
     };
     lowering.report(Diagnostic::error(codes::ACTION_DURATION, message).at(one.span, "").help(help))
 }

@@ -1,4 +1,4 @@
-//! Pass `placement`: where the designer wants things to be, and the pins of the board.
+//! Pass `placement`: the placement requests of the designer, and the pins of the board.
 
 use super::codes;
 use super::context::{Lowering, Outcome, ScopeId, Symbol};
@@ -9,10 +9,10 @@ use crate::net::{Board, PlacedItem, Placement, StepId};
 use crate::span::{Name, Span};
 use std::collections::BTreeMap;
 
-/// Pins that are no signal of the chart.
+/// Pins that do not belong to a signal of the chart.
 const BOARD_SIGNALS: &[&str] = &["clock", "tick", "reset", "busy", "oe", "vcc", "gnd", "nc"];
 
-/// After `expand`.
+/// Runs after `expand`.
 pub(super) fn placement(lowering: &mut Lowering<'_>) {
     let mut first_board: Option<Span> = None;
     for index in 0..lowering.work.len() {
@@ -24,7 +24,7 @@ pub(super) fn placement(lowering: &mut Lowering<'_>) {
                         Diagnostic::error(codes::BOARD, "a second board")
                             .at(source.span, "")
                             .at(first, "the first one")
-                            .help("one design is on one board; keep others in board files beside the chart"),
+                            .help("keep one board; move the others to separate board files"),
                     );
                     continue;
                 }
@@ -50,10 +50,10 @@ fn place(lowering: &mut Lowering<'_>, scope: ScopeId, source: &chart::Place) {
     lowering.report(
         Diagnostic::error(
             codes::NOT_YET,
-            "`place` is not carried out: a design is not split between chip and CPU yet",
+            "`place` is not supported: designs are not partitioned between chip and CPU yet",
         )
-        .at(span, "would have no effect")
-        .help("remove it; `build` makes the whole design for the target that it is asked for"),
+        .at(span, "has no effect")
+        .help("remove it; `build` generates the whole design for the selected target"),
     );
     for path in &source.items {
         let items: Vec<PlacedItem> = match lowering.symbol(scope, path) {
@@ -91,7 +91,7 @@ pub(super) fn board(lowering: &mut Lowering<'_>, scope: ScopeId, source: &chart:
     let mut by_number: BTreeMap<u32, &Name> = BTreeMap::new();
     let mut pins = Vec::with_capacity(source.pins.len());
     for (name, number) in &source.pins {
-        // A ground or an unconnected pin may stand several times.
+        // Ground and unconnected pins may be listed several times.
         let is_repeatable = matches!(name.text.as_str(), "vcc" | "gnd" | "nc");
         if let Some(first) = by_signal.insert(&name.text, name.span)
             && !is_repeatable
@@ -107,7 +107,7 @@ pub(super) fn board(lowering: &mut Lowering<'_>, scope: ScopeId, source: &chart:
             lowering.report(
                 Diagnostic::error(
                     codes::BOARD,
-                    format!("pin {number} is given to {other} and to {name}"),
+                    format!("pin {number} is assigned to both {other} and {name}"),
                 )
                 .at(name.span, "again here")
                 .at(first, "first here"),
@@ -126,7 +126,7 @@ pub(super) fn board(lowering: &mut Lowering<'_>, scope: ScopeId, source: &chart:
 }
 
 fn signal(lowering: &mut Lowering<'_>, scope: ScopeId, name: &Name) -> Outcome<String> {
-    // `n[2]` is a bit of a number or an element of an array: the name is looked up without it.
+    // `n[2]` is a bit of a number or an element of an array: the name is resolved without the index.
     let (base, bit) = match name.text.find('[') {
         Some(at) => name.text.split_at(at),
         None => (name.text.as_str(), ""),

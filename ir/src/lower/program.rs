@@ -1,4 +1,4 @@
-//! One reaction of a net as a bounded sequential program (`docs/semantics.md` §3.9, made straight).
+//! One reaction of a net as a bounded sequential program (`docs/semantics.md` §3.9 as straight-line code).
 //!
 //! ```text
 //!            net                                   program (single, policy priority)
@@ -8,24 +8,24 @@
 //!                                        end       controlled actions, tasks, timers, outputs
 //! ```
 //!
-//! Stable evolution wraps check and fire into one [`Stmt::Repeat`]; statecharts add their queues to its condition. Where the page says "in order" the
-//! program has a sequence; where it says "as it stood" the program reads cells before they are stored or temps set before. What nobody reads does not
-//! exist: a step without reader of its time has no counter, a policy without competition no ages, and so on (`needs`).
+//! Stable evolution wraps check and fire into one [`Stmt::Repeat`]; statecharts add their queues to its condition. Where semantics.md requires an order,
+//! the program has a sequence; where it requires earlier values, the program reads cells before they are stored, or temporaries set before. Values that
+//! are never read are not created: a step whose time is not read has no counter, a policy without competition has no ages, and so on (`needs`).
 //!
-//! Reset is not a program of its own: it is made the same way, executed once ([`crate::program_run`]) and leaves constants behind.
+//! Reset has no program of its own: it is made in the same way, executed once ([`crate::program_run`]), and only its results are kept, as constants.
 //!
 //! | module | semantics |
 //! |---|---|
-//! | `needs` | what is read at all |
+//! | `needs` | which values are read |
 //! | `read` | expressions of the net over the program's cells and temps |
 //! | `lists` | action lists (§3.3) |
 //! | `choose` | conflict policies outside statecharts (§4) |
 //! | `change` | the next situation: enclosing steps, forcing, restart (NEXT and FIRE of §3.9) |
 //! | `grafcet` | the evolution outside statecharts |
-//! | `statechart` | the evolution of statecharts, with their `tree`, their `queues`, the `order` of their actions, and what they leave and `enter` |
+//! | `statechart` | the evolution of statecharts, with their `tree`, their `queues`, the `order` of their actions, and the states that they leave and `enter` |
 //! | `pieces` | the same in pieces, for code of another shape |
 //! | `ending` | the end of a reaction (§3.8) |
-//! | `prune` | drops what is written and never read |
+//! | `prune` | removes values that are written but never read |
 
 mod change;
 mod choose;
@@ -69,21 +69,21 @@ pub use show::show;
 use needs::Needs;
 use ranks::Ranks;
 
-/// What is wanted of a program besides being right.
+/// Options for the program; all of them give a correct program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ProgramOptions {
-    /// Drop cells and temps that are written and never read. Steps, variables that a trace shows, and the cells that outputs need always stay.
+    /// Remove cells and temporaries that are written but never read. Steps, variables with a trace column, and cells that outputs need are always kept.
     pub prune: bool,
-    /// Keep what only properties read: times of steps and free timers that no expression of the chart asks for.
+    /// Keep what only properties read: times of steps and free timers that no expression of the chart reads.
     pub properties: bool,
 }
 
-/// Text of a target language that a program carries where something fires, so that a back end can watch a reaction without asking again what it does.
+/// Target-language text at the points where something fires, so that a back end can observe a reaction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Marks {
-    /// At the start of each micro-step of an evolution until stable; a single check needs no such mark.
+    /// At the start of each micro-step of a stable evolution; a single check needs no such mark.
     pub micro_step: Verbatim,
-    /// Where each transition or reaction fires, before any list of its micro-step runs.
+    /// At the point where each transition or reaction fires, before any list of its micro-step runs.
     pub fires: IdMap<Transition, Verbatim>,
 }
 
@@ -95,18 +95,18 @@ impl Default for ProgramOptions {
 
 /// The program of one reaction, with the state after reset.
 ///
-/// Its size is linear in that of the net, but for transitions that truly compete under `priority-age` (one bit for each pair).
+/// Its size is linear in the size of the net, except for transitions that compete under `priority-age` (one bit for each pair).
 ///
 /// # Errors
-/// What no bounded program can say; see [`codes`].
+/// Constructs that a bounded program cannot express; see [`codes`].
 pub fn program(net: &Valid<Net>, options: &ProgramOptions) -> Result<Program, Vec<Diagnostic>> {
     program_with(net, options, None)
 }
 
-/// As [`program`], with a mark wherever something fires. Reset makes none.
+/// Like [`program`], with a mark wherever something fires. Reset has no marks.
 ///
 /// # Errors
-/// As [`program`].
+/// The errors of [`program`].
 pub fn marked_program(
     net: &Valid<Net>,
     options: &ProgramOptions,
@@ -134,9 +134,10 @@ fn program_with(
     Ok(if options.prune { prune::prune(program) } else { program })
 }
 
-/// Adds the cells with their values after reset, and what reset shows. The builder has made the reaction, and its temps are the program's by now.
+/// Adds the cells with their values after reset, and the visible results of the reset. The reaction is complete, so its temporaries already belong to the
+/// program.
 fn with_reset(mut builder: Builder<'_>, net: &Net, program: &mut Program) {
-    // Reset has temps of its own, over the same cells.
+    // Reset has its own temporaries, over the same cells.
     builder.reset = true;
     builder.marks = None;
     builder.forget_temps();
@@ -161,13 +162,13 @@ fn with_reset(mut builder: Builder<'_>, net: &Net, program: &mut Program) {
     program.reset_fault = shown.fault;
 }
 
-/// Reset reads all inputs as 0; one that cannot be 0 as the value nearest to it.
+/// Reset reads all inputs as 0; an input whose range excludes 0, as the value nearest to it.
 fn inputs_at_reset(net: &Net) -> Vec<i64> {
     net.inputs.values().map(|input| input.ty.saturate(0)).collect()
 }
 
-/// What the passes share: the net, what it needs, the cells and temps made so far, and how the values that only exist within a reaction are read
-/// at the moment.
+/// State that the passes share: the net, the values that it needs, the cells and temporaries made so far, and the expressions that currently give the
+/// values within a reaction.
 struct Builder<'a> {
     net: &'a Net,
     needs: Needs,
@@ -175,10 +176,10 @@ struct Builder<'a> {
     findings: Vec<Diagnostic>,
     cells: Arena<Cell>,
     temps: Arena<Temp>,
-    /// Reset is being made: no edges, no events.
+    /// The reset is being made: no edges, no events.
     reset: bool,
     marks: Option<&'a Marks>,
-    /// What the loop of the evolution asks.
+    /// The condition of the evolution loop.
     evolution: Option<TempId>,
 
     step: IdMap<Step, CellId>,
@@ -197,23 +198,24 @@ struct Builder<'a> {
     recorded: BTreeMap<(crate::arena::Id<History>, StepId), CellId>,
     ended: IdMap<Part, Option<CellId>>,
     held: BTreeMap<(crate::net::OutputId, crate::net::PartId), CellId>,
-    /// Charts that had ended before this reaction.
+    /// Whether each chart had ended before this reaction.
     had_ended: IdMap<Part, Option<Expr>>,
     queues: Option<queues::Queues>,
 
-    /// The present value of an edge's operand, at the check.
+    /// The current value of an edge's operand, at the check.
     edge_now: IdMap<EdgeOperand, Option<Expr>>,
-    /// Whether the event holds in this check.
+    /// Whether the event is present in this check.
     holds: IdMap<Input, Option<Expr>>,
-    /// Fireable, of transitions that are asked for it or that have passed the check.
+    /// Fireable, for transitions for which it is read or that have passed the check.
     fireable: IdMap<Transition, Option<Expr>>,
-    /// With simultaneous assignments: cells stored so far in this micro-step, the temps that keep what they were, and what sets those.
+    /// With simultaneous assignments: the cells stored so far in this micro-step, the temporaries that keep their old values, and the statements that set
+    /// those.
     stored: BTreeSet<CellId>,
     before: BTreeMap<CellId, TempId>,
     hoisted: Vec<Stmt>,
     /// Lists read the values at the start of the micro-step.
     simultaneous: bool,
-    /// The fault flag of the reaction, where it can be set on the way.
+    /// The fault flag of the reaction, if it can be set before the end.
     fault: Option<TempId>,
 }
 
@@ -332,7 +334,7 @@ impl<'a> Builder<'a> {
         builder
     }
 
-    /// Nothing that was set in the program before is known any more.
+    /// Forgets all values that were set earlier in the program.
     fn forget_temps(&mut self) {
         self.edge_now = IdMap::filled(&self.net.edges, None);
         self.holds = IdMap::filled(&self.net.inputs, None);
@@ -353,7 +355,7 @@ impl<'a> Builder<'a> {
         self.temps.push(Temp { name: name.into(), ty, role })
     }
 
-    /// `value` under a name: itself where it is a leaf or a constant already.
+    /// `value` as a named temporary; unchanged if it is a leaf or a constant.
     fn named(
         &mut self,
         name: impl Into<String>,
@@ -374,7 +376,7 @@ impl<'a> Builder<'a> {
         Expr::leaf(Leaf::Temp(temp), span)
     }
 
-    /// What a micro-step carries for those who watch it.
+    /// Adds the marks of a micro-step.
     fn mark(&self, fire: &IdMap<Transition, Expr>, out: &mut Vec<Stmt>) {
         let Some(marks) = self.marks else { return };
         if self.limit().is_some() {
@@ -410,7 +412,7 @@ fn temp(id: TempId) -> Expr {
     Expr::leaf(Leaf::Temp(id), Span::default())
 }
 
-/// A statement that runs only under a condition; nothing where that is never, the bare statements where it is always.
+/// Adds statements under a condition; adds nothing if the condition is false, and the plain statements if it is true.
 fn when(condition: Expr, then: Vec<Stmt>, out: &mut Vec<Stmt>) {
     let condition = crate::simplify::simplify(&condition);
     if then.is_empty() || condition.is_false() {
@@ -431,13 +433,13 @@ fn when(condition: Expr, then: Vec<Stmt>, out: &mut Vec<Stmt>) {
     out.push(Stmt::If(condition, then, Vec::new()));
 }
 
-/// The list may change the value of the condition.
+/// True if the list may change the value of the condition.
 fn stores_any_leaf_of(list: &[Stmt], condition: &Expr) -> bool {
     let mut leaves = BTreeSet::new();
     condition.for_each_leaf(&mut |leaf| {
         leaves.insert(*leaf);
     });
-    // Temps that name conditions are set outside of what they guard, so only cells matter.
+    // Temporaries in conditions are set outside of the guarded statements, so only cells matter.
     writes(list, &mut |leaf| leaves.contains(&leaf))
 }
 

@@ -1,4 +1,4 @@
-//! Pass `properties`: what is assumed of the environment and what must hold.
+//! Pass `properties`: assumptions about the environment and assertions about the chart.
 
 use super::codes;
 use super::context::{Lowering, Outcome, ScopeId};
@@ -8,7 +8,7 @@ use crate::chart;
 use crate::diag::Diagnostic;
 use crate::net::{Leaf, Property, PropertyLeaf, PropertyRole};
 
-/// After `roles`, which say how outputs are read.
+/// Runs after `roles`, which determines how outputs are read.
 pub(super) fn properties(lowering: &mut Lowering<'_>) {
     for index in 0..lowering.work.len() {
         let Work::Property { scope, source } = lowering.work[index] else { continue };
@@ -26,7 +26,7 @@ pub(super) fn property(
 ) -> Outcome<Property> {
     let expr =
         lowering.condition::<PropertyLeaf>(&source.expr, &Place::level(scope, "a property"))?;
-    // What a library chart takes for granted, whoever uses it has to guarantee.
+    // An assumption of a library chart must be guaranteed by the chart that uses it.
     let is_assumption = source.is_assumption && !lowering.is_in_instance(scope);
     let role = if is_assumption { PropertyRole::Assume } else { PropertyRole::Assert };
     if is_assumption {
@@ -36,9 +36,9 @@ pub(super) fn property(
         });
         if !is_about_inputs {
             return Err(lowering.report(
-                Diagnostic::error(codes::ASSUMPTION, "an assumption speaks of more than inputs")
+                Diagnostic::error(codes::ASSUMPTION, "an assumption can only read inputs")
                     .at(source.expr.span, "")
-                    .help("the environment can promise what it sends, not what the chart does: use `assert`"),
+                    .help("use `assert` for what the chart must do; the environment can only guarantee its inputs"),
             ));
         }
     }

@@ -1,5 +1,5 @@
-//! Pass `roles`: what drives each output (semantics §3.5, §3.6). An output is continuous, stored or controlled, never two of them; an extern action is
-//! continuous, controlled or called. Expressions ask for it, so it is found out before any of them is lowered.
+//! Pass `roles`: determines what drives each output (semantics §3.5, §3.6). An output is exactly one of continuous, stored or controlled; an extern action
+//! is exactly one of continuous, controlled or called. Expressions depend on this, so the pass runs before any expression is lowered.
 
 use super::codes;
 use super::context::{Lowering, ScopeId, Slot, Symbol};
@@ -21,7 +21,7 @@ pub(super) enum Role {
     Stored(VarId),
     Controlled(ActionId),
     Extern,
-    /// Its declaration or use was refused.
+    /// Its declaration or a use was rejected.
     Broken,
 }
 
@@ -54,7 +54,7 @@ pub(super) fn is_controlling(how: ActionHow) -> bool {
     }
 }
 
-/// After `expand`: all steps that may use an output are known.
+/// Runs after `expand`, when all steps that may use an output are known.
 pub(super) fn roles(lowering: &mut Lowering<'_>) {
     let n_outputs = lowering.net.outputs.len();
     let mut collected = Collected {
@@ -82,7 +82,7 @@ pub(super) fn roles(lowering: &mut Lowering<'_>) {
     }
 }
 
-/// A controlled action without an output: its uses and list follow in later passes.
+/// A controlled action without an output; later passes lower its uses and its list.
 fn drawn_action(lowering: &mut Lowering<'_>, action: usize, source: &chart::Action) {
     let drawn = &lowering.drawn_actions[action];
     let (name, is_used) = (drawn.name.clone(), !drawn.uses.is_empty());
@@ -105,13 +105,14 @@ fn drawn_action(lowering: &mut Lowering<'_>, action: usize, source: &chart::Acti
             )
             .plural(&source.name, "no step uses actions", "")
             .at(source.name.span, "it never runs")
-            .help("name it in the body of a step, or remove it"),
+            .help("use it in the body of a step, or remove it"),
         );
     }
 }
 
-/// One action has one timer of each kind. Where L or D stand with several durations, each further one gets an action of its own, which stands before and
-/// has no column; the steps then carry the first one while that runs (semantics §3.5). The others are told where they are lowered.
+/// One action has one timer of each kind. If L or D is used with several durations, each additional duration gets an action of its own, which is placed
+/// before the main one and has no column; the steps then use the main action while that one runs (semantics §3.5). Other qualifiers with several durations
+/// are reported where they are lowered.
 pub(super) fn more_timers(
     lowering: &mut Lowering<'_>,
     name: &Name,
@@ -138,7 +139,7 @@ pub(super) fn more_timers(
     made
 }
 
-/// The duration that stays with the action: that of a qualifier that stores, else the first.
+/// The duration of the main action: that of a storing qualifier, else the first.
 pub(super) fn main_duration(uses: &[Use<'_>]) -> Option<u64> {
     let all = || uses.iter().filter_map(|one| timed(one.how));
     let stored = all().find(|(qualifier, _)| !matches!(qualifier, Qualifier::L | Qualifier::D));
@@ -155,7 +156,7 @@ pub(super) fn timed(how: ActionHow) -> Option<(Qualifier, u64)> {
     }
 }
 
-/// What a step body names.
+/// The target of an action in a step body.
 #[derive(Debug, Clone, Copy)]
 enum UseOf {
     Output(usize),
@@ -267,9 +268,9 @@ impl<'a> Collected<'a> {
                                 codes::SEND_SLOT,
                                 format!("two different sends have the name {slot}"),
                             )
-                            .at(slot.span, "another event or another time")
+                            .at(slot.span, "different event or delay")
                             .at(first.span, "first used here")
-                            .help("one name is one timer: give this one another name"),
+                            .help("give this one another name: each name is one timer"),
                         );
                     }
                 }
@@ -293,9 +294,10 @@ fn not_an_output(lowering: &mut Lowering<'_>, target: &crate::span::Name, symbol
     let kind = lowering.kind(symbol);
     let mut finding =
         Diagnostic::error(codes::WRONG_KIND, format!("{target} is {kind}, not an output"))
-            .at(target.span, "a step drives outputs and calls extern actions");
+            .at(target.span, "a step can only drive outputs and call extern actions");
     if matches!(symbol, Symbol::Var(_)) {
-        finding = finding.help(format!("assign it in a list, as in `entry {{ {target} := 1 }}`"));
+        finding = finding
+            .help(format!("assign it in a statement list, as in `entry {{ {target} := 1 }}`"));
     }
     lowering.report(finding);
 }
@@ -332,9 +334,9 @@ fn role(
                 codes::OUTPUT_ROLES,
                 format!("output {name} is driven {way} and assigned in lists"),
             )
-            .at(assigned, "assigned here: keeps its value")
+            .at(assigned, "assigned here, so it keeps its value")
             .at(first_use, format!("driven {way} here"))
-            .help("an output has one kind: `set` and `reset` it in steps, or assign it everywhere"),
+            .help("use one way only: `set` and `reset` it in steps, or assign it everywhere"),
         );
         return Role::Broken;
     }
@@ -343,9 +345,9 @@ fn role(
         lowering.report(
             Diagnostic::error(
                 codes::OUTPUT_ROLES,
-                format!("the mealy output {name} is given a memory"),
+                format!("the mealy output {name} cannot have memory"),
             )
-            .at(place, "this keeps a value")
+            .at(place, "this needs memory")
             .at(name.span, "declared `mealy` here")
             .help("a mealy output is a function of the situation and the inputs: drive it in step bodies, without qualifiers"),
         );
@@ -355,9 +357,7 @@ fn role(
         lowering.report(
             Diagnostic::error(
                 codes::TYPE,
-                format!(
-                    "output {name} holds a number ({lo}..{hi}) and is switched like a truth value"
-                ),
+                format!("output {name} is a number ({lo}..{hi}) but is used as a Boolean"),
             )
             .at(place, "switched on and off here")
             .at(name.span, "declared here")
@@ -370,7 +370,7 @@ fn role(
             Diagnostic::warning(codes::OUTPUT_UNDRIVEN, format!("nothing drives output {name}"))
                 .plural(name, "nothing drives outputs", "")
                 .at(name.span, "it keeps its initial value")
-                .help("name it in the body of a step, or remove it"),
+                .help("use it in the body of a step, or remove it"),
         );
     }
     let output = &lowering.net.outputs[id];
@@ -424,7 +424,7 @@ fn extern_role(
                 )
                 .plural(name, "nothing calls extern actions", "")
                 .at(name.span, "")
-                .help("name it in the body of a step or `call` it in a list, or remove it"),
+                .help("use it in the body of a step, `call` it in a list, or remove it"),
             );
             Role::Extern
         }
@@ -432,7 +432,7 @@ fn extern_role(
     }
 }
 
-/// The driver of an output that has its role and no uses yet.
+/// The driver of an output with this role, without uses so far.
 pub(super) fn empty_driver(role: Role, present: &Driver) -> Driver {
     match role {
         Role::Continuous => Driver::Continuous(Vec::new()),

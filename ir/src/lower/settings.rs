@@ -1,4 +1,4 @@
-//! Pass `settings`: what the charts of a file set, once each, and what excludes each other (semantics §1 C1, §3.4).
+//! Pass `settings`: the settings of all charts of a file, each at most once, and contradictions between them (semantics §1 C1, §3.4).
 
 use super::codes;
 use super::context::Lowering;
@@ -7,16 +7,16 @@ use crate::diag::Diagnostic;
 use crate::net::{Evolution, MAX_LIMIT, Policy, Schedule, Sharing};
 use crate::span::Span;
 
-/// A setting and where it was written.
+/// A setting and its source location.
 type Set<T> = Option<(T, Span)>;
 
-/// What one chart says.
+/// The settings of one chart.
 #[derive(Debug, Default)]
 struct Said {
     tick: Set<u64>,
     policy: Set<Policy>,
     evolution: Set<Option<Evolution>>,
-    /// The bound of `evolution stable limit n`; 0 while none is written.
+    /// The bound of `evolution stable limit n`; 0 if no limit is written.
     limit: Set<u32>,
     schedule: Set<Schedule>,
     fire_one: Set<bool>,
@@ -29,13 +29,13 @@ struct Said {
     shared: Set<Sharing>,
 }
 
-/// Before everything else: durations need the tick, names the kind of chart.
+/// Runs first: durations need the tick, and names depend on the kind of chart.
 pub(super) fn settings(lowering: &mut Lowering<'_>) {
     let design = lowering.design;
     let mut said: Vec<Said> =
         design.charts.iter().map(|chart| read(lowering, &chart.items)).collect();
     lowering.iec = said.iter().map(|said| said.iec.is_some()).collect();
-    // What a library chart was made for, the charts that use it must say too.
+    // Charts that use a library chart must have the same settings as the library chart.
     for library in super::libraries::used(design) {
         said.push(read(lowering, &library.items));
     }
@@ -59,7 +59,7 @@ pub(super) fn settings(lowering: &mut Lowering<'_>) {
     lowering.sharing = shared.one("shared", |said| said.shared);
     match evolution {
         Some(Evolution::Single) => settings.evolution = Evolution::Single,
-        // semantics §1 [C1]: a chart that says nothing makes one micro-step a reaction, unless it is a statechart.
+        // semantics §1 [C1]: by default a chart makes one micro-step per reaction, unless it is a statechart.
         None if !settings.policy.is_statechart() => settings.evolution = Evolution::Single,
         Some(Evolution::Stable { .. }) | None => {
             settings.evolution = Evolution::Stable { limit: limit.unwrap_or(0) };
@@ -85,7 +85,7 @@ fn read(lowering: &mut Lowering<'_>, items: &[Item]) -> Said {
             SettingKind::Tick(0) => {
                 lowering.report(
                     Diagnostic::error(codes::RANGE, "the tick cannot be 0")
-                        .at(span, "times are counted in ticks")
+                        .at(span, "times are measured in ticks")
                         .help(
                             "write a longer one, such as `tick 10 ms`, which is also the default",
                         ),
@@ -99,11 +99,11 @@ fn read(lowering: &mut Lowering<'_>, items: &[Item]) -> Said {
             }
             SettingKind::EvolutionStable(limit) => {
                 if limit.is_some_and(|limit| !(1..=MAX_LIMIT).contains(&limit)) {
-                    let message = format!("the limit of micro-steps is not in 1..{MAX_LIMIT}");
+                    let message = format!("the limit of micro-steps must be in 1..{MAX_LIMIT}");
                     lowering.report(
-                        Diagnostic::error(codes::RANGE, message)
-                            .at(span, "")
-                            .help("leave it out: the default is enough for a chart that ends"),
+                        Diagnostic::error(codes::RANGE, message).at(span, "").help(
+                            "remove it: the default is enough for a chart that becomes stable",
+                        ),
                     );
                 } else if let Some(limit) = *limit {
                     said.limit.get_or_insert((limit, span));
@@ -121,7 +121,7 @@ fn read(lowering: &mut Lowering<'_>, items: &[Item]) -> Said {
             SettingKind::Shared(sharing, names) if names.is_empty() => {
                 once(&mut said.shared, *sharing, span)
             }
-            // Names are the business of pass `sharing`.
+            // Pass `sharing` handles the names.
             SettingKind::Shared(..) => None,
         };
         if let Some(earlier) = earlier {
@@ -137,7 +137,7 @@ fn read(lowering: &mut Lowering<'_>, items: &[Item]) -> Said {
     said
 }
 
-/// Stores the first value and gives the place of an earlier one.
+/// Stores the first value; returns the location of an earlier one.
 fn once<T>(slot: &mut Set<T>, value: T, span: Span) -> Option<Span> {
     match slot {
         Some((_, earlier)) => Some(*earlier),
@@ -171,7 +171,7 @@ struct Shared<'s> {
 }
 
 impl Shared<'_> {
-    /// A setting that may stand in any chart of the file and holds for all.
+    /// A setting that may be written in any chart of the file and applies to all.
     fn one<T: Copy + PartialEq>(&mut self, word: &str, get: impl Fn(&Said) -> Set<T>) -> Option<T> {
         let mut found: Set<T> = None;
         for (value, span) in self.said.iter().filter_map(get) {
@@ -190,9 +190,9 @@ impl Shared<'_> {
                 codes::SETTING_CONFLICT,
                 format!("the charts of one file differ in `{word}`"),
             )
-            .at(span, "differs here")
-            .at(first, "from what is set here")
-            .help("the charts of one file share it: write it in one of them, or the same in each"),
+            .at(span, "set here")
+            .at(first, "set differently here")
+            .help("write it in one chart only, or the same in each: the charts of one file share this setting"),
         );
     }
 }
@@ -209,7 +209,7 @@ fn exclusions(lowering: &mut Lowering<'_>, said: &Said) {
                 lowering,
                 span,
                 "a statechart runs to completion, so its evolution is `stable`".into(),
-                "leave `evolution single` out, or choose another conflict policy",
+                "remove `evolution single`, or choose another conflict policy",
             );
         }
         if let Some((true, span)) = said.fire_one {
@@ -217,7 +217,7 @@ fn exclusions(lowering: &mut Lowering<'_>, said: &Said) {
                 lowering,
                 span,
                 "`fire one` has no meaning in a statechart".into(),
-                "leave it out: which transitions fire follows from the hierarchy",
+                "remove it: the hierarchy determines which transitions fire",
             );
         }
     } else if let Some((_, span)) = said.queue {
@@ -225,7 +225,7 @@ fn exclusions(lowering: &mut Lowering<'_>, said: &Said) {
             lowering,
             span,
             "`queue` has no meaning outside a statechart".into(),
-            "leave it out: here an event holds in exactly one micro-step and is never queued",
+            "remove it: here an event is present in exactly one micro-step and is never queued",
         );
     }
 }
@@ -248,7 +248,7 @@ fn mealy_needs_single(lowering: &mut Lowering<'_>, said: &[Said]) {
                         finding.at(chart.name.span, "the evolution of a statechart is `stable`")
                     }
                 };
-                lowering.report(finding.help("write `evolution single`, or leave out `mealy`"));
+                lowering.report(finding.help("write `evolution single`, or remove `mealy`"));
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Pass `sharing`: what the charts say of variables that tasks share with others (semantics §6), carried out.
+//! Pass `sharing`: carries out the sharing settings for variables of tasks (semantics §6).
 
 use super::codes;
 use super::context::{Lowering, Symbol};
@@ -9,7 +9,7 @@ use crate::net::{Sharing, VarId, VarOrigin};
 use crate::span::Span;
 use std::collections::BTreeMap;
 
-/// After all passes that make lists and receptivities: [`crate::sharing::separate`] rewrites them.
+/// Runs after all passes that make lists and receptivities: [`crate::sharing::separate`] rewrites them.
 pub(super) fn sharing(lowering: &mut Lowering<'_>) {
     let mut said: BTreeMap<VarId, (Sharing, Span)> = BTreeMap::new();
     for index in 0..lowering.work.len() {
@@ -26,7 +26,7 @@ pub(super) fn sharing(lowering: &mut Lowering<'_>) {
                     lowering.report(
                         Diagnostic::error(
                             codes::SETTING_TWICE,
-                            format!("`shared` is said of {path} twice"),
+                            format!("`shared` is set twice for {path}"),
                         )
                         .at(path.span(), "again here")
                         .at(first, "first here")
@@ -53,7 +53,7 @@ pub(super) fn sharing(lowering: &mut Lowering<'_>) {
     crate::sharing::separate(&mut lowering.net);
 }
 
-/// The variable that a name stands for.
+/// The variable that a name refers to.
 fn memory(lowering: &Lowering<'_>, symbol: Symbol) -> Option<VarId> {
     match symbol {
         Symbol::Var(var) => Some(var),

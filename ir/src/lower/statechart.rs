@@ -1,4 +1,4 @@
-//! States, regions and history of statecharts: what each transition leaves and enters (semantics §3.3, §3.9, §4, §5).
+//! States, regions and history of statecharts: which states each transition leaves and enters (semantics §3.3, §3.9, §4, §5).
 //!
 //! ```text
 //! state a { state b  state c  b -> c }         b -> c   leaves b c      enters c
@@ -21,22 +21,22 @@ use crate::net::{
 use crate::span::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The states of all charts as a forest. A state stands directly before what lies in it, so that what lies in it is a range of steps.
+/// The states of all charts as a forest. A state comes directly before its descendants, so these are a range of steps.
 #[derive(Debug, Default)]
 pub(super) struct Tree {
     /// Per step, its children in document order.
     children: Vec<Vec<StepId>>,
     /// Per part, its outermost states.
     roots: Vec<Vec<StepId>>,
-    /// Per step, one past the last one that lies in it.
+    /// Per step, one past its last descendant.
     end: Vec<usize>,
-    /// Per composite, where its initial transition leads and whether that has content.
+    /// Per composite state, the targets of its initial transition and whether that has statements.
     initial: BTreeMap<StepId, (Vec<Goal>, bool)>,
     /// Children that are marked as initial.
     marked: BTreeSet<StepId>,
 }
 
-/// What a transition leads to.
+/// A target of a transition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Goal {
     State(StepId),
@@ -46,7 +46,7 @@ pub(super) enum Goal {
 /// Two goals that cannot both be active.
 struct Clash(StepId);
 
-/// Builds the forest, before any transition is looked at.
+/// Builds the forest; runs before any transition is lowered.
 pub(super) fn prepare(lowering: &mut Lowering<'_>) {
     let net = &lowering.net;
     let mut tree = Tree {
@@ -83,7 +83,7 @@ pub(super) fn prepare(lowering: &mut Lowering<'_>) {
                 )
                 .at(source.name.span, "again here")
                 .at(first, "first here")
-                .help("a state is entered at one of its children: mark one of them"),
+                .help("mark only one of them: a state is entered at one child"),
             );
         }
         tree.marked.insert(id);
@@ -103,7 +103,7 @@ pub(super) fn prepare(lowering: &mut Lowering<'_>) {
             lowering.report(
                 Diagnostic::error(
                     codes::WRONG_KIND,
-                    format!("the initial transition of {name} leads out of it"),
+                    format!("the initial transition of {name} leaves the state"),
                 )
                 .at(paths.first().map_or(name.span, Path::span), "")
                 .help(format!("name a state inside {name}")),
@@ -125,7 +125,7 @@ impl Goal {
 }
 
 impl Tree {
-    /// What lies in a state, as a range of steps.
+    /// The descendants of a state, as a range of steps.
     fn inside(&self, state: StepId) -> std::ops::Range<usize> {
         state.index() + 1..self.end[state.index()]
     }
@@ -138,12 +138,12 @@ impl Tree {
     }
 }
 
-/// What lies in a state, as a range of steps.
+/// The descendants of a state, as a range of steps.
 pub(super) fn inside(lowering: &Lowering<'_>, state: StepId) -> std::ops::Range<usize> {
     lowering.tree.inside(state)
 }
 
-/// States and histories that paths name.
+/// The states and histories that paths refer to.
 fn goals(lowering: &mut Lowering<'_>, scope: ScopeId, paths: &[Path]) -> Outcome<Vec<Goal>> {
     let mut found = Vec::new();
     let mut failed = None;
@@ -166,7 +166,7 @@ struct Entering<'l, 'a> {
 }
 
 impl Entering<'_, '_> {
-    /// Completes what is entered below `domain` (none: the chart) so that the goals are active.
+    /// Completes what is entered below `domain` (`None`: the chart) so that the goals are active.
     fn below(&mut self, domain: Option<StepId>, goals: &[Goal]) -> Result<(), Clash> {
         let mut wanted: BTreeSet<StepId> = BTreeSet::new();
         let mut histories: BTreeMap<StepId, HistoryId> = BTreeMap::new();
@@ -196,7 +196,7 @@ impl Entering<'_, '_> {
         self.content(Some(state), wanted, histories)
     }
 
-    /// What is entered in a state (none: the chart) that is active or just entered.
+    /// Enters the content of a state (`None`: the chart) that is active or just entered.
     fn content(
         &mut self,
         state: Option<StepId>,
@@ -239,7 +239,7 @@ impl Entering<'_, '_> {
         self.state(state, &BTreeSet::new(), &BTreeMap::new())
     }
 
-    /// The initial transition of a composite, or of the chart: as drawn, else to the child marked initial, else to the first.
+    /// The initial transition of a composite state or of the chart: as drawn, else to the child marked initial, else to the first child.
     fn initial(&mut self, state: Option<StepId>) -> Result<(), Clash> {
         let tree = &self.lowering.tree;
         if let Some(state) = state
@@ -280,7 +280,7 @@ pub(super) fn entered(
                 format!("{name} and another target cannot be active at once"),
             )
             .at(span, "")
-            .help("several targets must lie in different regions of one parallel state"),
+            .help("move the targets to different regions of one parallel state"),
         )
     })
 }
@@ -296,7 +296,7 @@ pub(super) fn transition<'a>(
         lowering.report(
             Diagnostic::error(codes::CHART_KIND, format!("{what} is not allowed in a statechart"))
                 .at(source.meta.span, "")
-                .help("its hierarchy decides what it leaves and which of two transitions wins"),
+                .help("remove it: the hierarchy determines what a transition leaves and which of two transitions wins"),
         );
         return;
     }
@@ -330,7 +330,7 @@ pub(super) fn transition<'a>(
                 format!("a transition leads to {name}, which is in another chart"),
             )
             .at(source.meta.span, "")
-            .help("raise an event here that the other chart is `on`"),
+            .help("raise an event here and react to it with `on` in the other chart"),
         );
         return;
     }
@@ -340,7 +340,7 @@ pub(super) fn transition<'a>(
         let domain = domain(lowering, from, &to, source.is_internal);
         let clears: Vec<StepId> = match domain {
             Some(state) => lowering.tree.inside(state).map(StepId::from_index).collect(),
-            // Instances may stand between the states of the chart, so its roots are no range.
+            // Other instances may be between the states of the chart, so its roots are not a range.
             None => lowering.tree.roots[part.index()]
                 .iter()
                 .flat_map(|root| root.index()..lowering.tree.end[root.index()])
@@ -370,7 +370,7 @@ pub(super) fn transition<'a>(
     }
 }
 
-/// What of a transition only a Grafcet has.
+/// A feature of the transition that only a Grafcet has.
 fn grafcet_part(source: &chart::Transition) -> Option<&'static str> {
     match source.sources.len() {
         0 => Some("a source transition"),
@@ -381,7 +381,7 @@ fn grafcet_part(source: &chart::Transition) -> Option<&'static str> {
     }
 }
 
-/// The innermost composite state (none: the chart) around the source that holds all targets; for an internal transition the source may be that state.
+/// The innermost composite state (`None`: the chart) that contains the source and all targets; for an internal transition it may be the source itself.
 pub(super) fn domain(
     lowering: &Lowering<'_>,
     from: StepId,
@@ -404,7 +404,7 @@ pub(super) fn domain(
     None
 }
 
-/// Where the default entry of a composite or parallel state leads.
+/// The targets of the default entry of a composite or parallel state.
 fn default_goals(lowering: &Lowering<'_>, state: StepId) -> Vec<Goal> {
     let (net, tree) = (&lowering.net, &lowering.tree);
     if let Some((goals, _)) = tree.initial.get(&state) {
@@ -429,7 +429,7 @@ fn first_child(lowering: &Lowering<'_>, state: Option<StepId>, part: PartId) -> 
     marked.or(children.first()).copied()
 }
 
-/// What a state adds to the step that it is: the content of its initial transition, and its histories.
+/// The parts of a state beyond its step: the content of its initial transition, and its histories.
 pub(super) fn state<'a>(
     lowering: &mut Lowering<'a>,
     scope: ScopeId,
@@ -445,7 +445,7 @@ pub(super) fn state<'a>(
         let Some(&Entry { symbol: Symbol::History(made), .. }) = known else { continue };
         let content = lowering.block(scope, ListKind::Change, &history.content);
         lowering.net.histories[made].default_content = content;
-        // In a Grafcet the state is a mistake by itself, and there is no forest to look into.
+        // In a Grafcet the state itself is an error, and there is no forest to search.
         if !lowering.is_statechart() {
             continue;
         }
@@ -459,7 +459,7 @@ pub(super) fn state<'a>(
             && let Ok(mut default) = entered(lowering, part, Some(id), &goals, span)
         {
             lowering.history_goals.insert(made, goals);
-            // Who enters by history does not take the initial transition, though it may lead to the same states.
+            // Entry by history does not take the initial transition, even if it leads to the same states.
             default.retain(|enter| *enter != Enter::InitialContent(id));
             lowering.net.histories[made].default = default;
         }
@@ -468,7 +468,7 @@ pub(super) fn state<'a>(
     }
 }
 
-/// What a history records and enters again: shallow, the children of its state; deep, the atomic states in it with all around them.
+/// What a history records and enters again: shallow, the children of its state; deep, its atomic descendants with all states between.
 fn cases(
     lowering: &mut Lowering<'_>,
     owner: StepId,
@@ -502,14 +502,14 @@ fn cases(
             let result = entering.by_default(step);
             let out = entering.out;
             if result.is_err() {
-                // The initial transition that clashes is reported where the state is entered by default.
+                // A conflict in the initial transition is reported where the state is entered by default.
                 lowering.report(
                     Diagnostic::error(
                         codes::CHART_KIND,
-                        "what this history enters cannot be active at once",
+                        "the states that this history enters cannot be active at once",
                     )
                     .at(span, "")
-                    .help("look at the initial transitions of the states in it"),
+                    .help("check the initial transitions of the states inside"),
                 );
             }
             out
@@ -519,7 +519,7 @@ fn cases(
     cases
 }
 
-/// The event `done.state.P`, made at its first mention; none if the name is no such name.
+/// The event `done.state.P`, created at its first use; `None` if the name does not have this form.
 pub(super) fn done_event(
     lowering: &mut Lowering<'_>,
     scope: ScopeId,
@@ -557,7 +557,7 @@ pub(super) fn done_event(
     Some(Ok(event))
 }
 
-/// Pass `statecharts`: what reset enters, and a bound for the queues. After `behaviour` and `outputs`, whose lists raise and send.
+/// Pass `statecharts`: what reset enters, and a bound for the queues. Runs after `behaviour` and `outputs`, whose lists raise and send events.
 pub(super) fn statecharts(lowering: &mut Lowering<'_>) {
     if !lowering.is_statechart() {
         return;
@@ -581,7 +581,7 @@ pub(super) fn statecharts(lowering: &mut Lowering<'_>) {
     queues(lowering);
 }
 
-/// The states that a chart says reset enters; none where it leaves that to its outermost states.
+/// The states that reset enters according to the chart; empty if its outermost states decide.
 fn initial_goals(lowering: &mut Lowering<'_>, part: PartId) -> Outcome<Vec<Goal>> {
     let design = lowering.design;
     let chart = lowering.chart_bodies.iter().position(|(_, parts)| parts.start == part.index());
@@ -602,7 +602,7 @@ fn initial_goals(lowering: &mut Lowering<'_>, part: PartId) -> Outcome<Vec<Goal>
                     format!("reset cannot enter {name}, which is in another chart"),
                 )
                 .at(span, "")
-                .help("name states of this chart"),
+                .help("use states of this chart"),
             ))
         }
     }
@@ -613,7 +613,8 @@ fn step_priorities(lowering: &Lowering<'_>) -> Vec<(String, Span)> {
     steps.map(|step| (step.name.text.clone(), step.name.span)).collect()
 }
 
-/// Without raised events and undelayed sends the external queue holds at most one row's events and every slot once; else the designer gives the bound.
+/// Without raised events and undelayed sends the external queue contains at most the events of one row and every slot once; otherwise the designer must
+/// give a bound.
 fn queues(lowering: &mut Lowering<'_>) {
     if lowering.net.settings.queue.is_some() {
         return;
@@ -639,12 +640,12 @@ fn queues(lowering: &mut Lowering<'_>) {
     }
     if let Some(span) = first {
         lowering.report(
-            Diagnostic::error(codes::QUEUE_NEEDED, "events are raised or sent at once, and the queues have no bound")
-                .at(span, "joins a queue")
-                .help("write `queue 4` for room for 4 events in each queue; one more is dropped and sets `fault`")
+            Diagnostic::error(codes::QUEUE_NEEDED, "events are raised or sent without delay, but the queues have no bound")
+                .at(span, "adds to a queue")
+                .help("write `queue 4` for 4 events in each queue; a further event is dropped and sets `fault`")
                 .help_in(
                     Notation::Scxml,
-                    "write g:queue=\"4\" at <scxml> for room for 4 events in each queue; one more is dropped and sets the fault",
+                    "write g:queue=\"4\" at <scxml> for 4 events in each queue; a further event is dropped and sets the fault",
                 ),
         );
         return;
@@ -657,7 +658,7 @@ fn queues(lowering: &mut Lowering<'_>) {
     }
 }
 
-/// The first statement of a list that adds to a queue in the reaction itself.
+/// The first statement of a list that adds to a queue without delay.
 fn unbounded(lowering: &Lowering<'_>, block: &Block) -> Option<Span> {
     block.iter().find_map(|stmt: &Stmt| match &stmt.kind {
         StmtKind::Raise(_) => Some(stmt.span),

@@ -1,4 +1,4 @@
-//! Lists: assignments, events, calls and choices.
+//! Statement lists: assignments, events, calls and choices.
 
 use super::codes;
 use super::context::{Lowering, Outcome, ScopeId, Symbol};
@@ -13,19 +13,19 @@ use crate::net::{
 };
 use crate::span::{Name, Span};
 
-/// Which list it is.
+/// The kind of list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ListKind {
-    /// Of a step, transition or reaction: everything may stand in it.
+    /// A list of a step, transition or reaction: all statements are allowed.
     Change,
-    /// Of a controlled action: everything but edges and events in conditions (semantics §3.7).
+    /// A list of a controlled action: all statements, but no edges and events in conditions (semantics §3.7).
     Body,
     /// Of a task: assignments and calls.
     Task,
 }
 
 impl<'a> Lowering<'a> {
-    /// A list; what is wrong in it is reported and left out.
+    /// Lowers a list; a statement with an error is reported and skipped.
     pub(super) fn block(
         &mut self,
         scope: ScopeId,
@@ -71,9 +71,9 @@ impl<'a> Lowering<'a> {
                 if kind == ListKind::Task =>
             {
                 return Err(self.report(
-                    Diagnostic::error(codes::TASK_BODY, "a task holds assignments and calls only")
+                    Diagnostic::error(codes::TASK_BODY, "a task can only contain assignments and calls")
                         .at(span, "")
-                        .help("set a variable in the task and raise the event in a transition that asks for it"),
+                        .help("set a variable in the task, and raise the event in a transition that reads the variable"),
                 ));
             }
             chart::StmtKind::Raise(event) => StmtKind::Raise(self.event(place.scope, event)?),
@@ -109,7 +109,7 @@ impl<'a> Lowering<'a> {
         index: Option<&chart::Expr>,
         drawn: &chart::Expr,
     ) -> Outcome<StmtKind> {
-        // Both sides are looked at before the first mistake stops the statement.
+        // Both sides are lowered before an error in one of them stops the statement.
         let value = self.typed(drawn, place);
         let index = index.map(|index| self.typed(index, place));
         let var = self.assigned(place.scope, target)?;
@@ -154,7 +154,7 @@ impl<'a> Lowering<'a> {
                     Symbol::Output(output),
                     "a variable or an output",
                 )),
-                // An output that is assigned and has another role was reported by `roles`.
+                // `roles` reported an output that is assigned and has another role.
                 Role::Continuous | Role::Mealy | Role::Controlled(_) | Role::Broken => {
                     Err(self.already_told())
                 }
@@ -164,12 +164,12 @@ impl<'a> Lowering<'a> {
                 let help = if kind == "an event" {
                     format!("write `raise {target}`")
                 } else {
-                    "keep the value in a variable declared with `var`".to_owned()
+                    "store the value in a variable declared with `var`".to_owned()
                 };
                 Err(self.report(
                     Diagnostic::error(
                         codes::WRONG_KIND,
-                        format!("{target} is {kind}, which the chart cannot assign"),
+                        format!("cannot assign to {target}: it is {kind}"),
                     )
                     .at(target.span(), "a variable or an output is needed here")
                     .help(help),
@@ -191,7 +191,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// Checks that a value is of the kind that its target holds, and warns when it is cut whatever it is.
+    /// Checks that a value has the kind of its target, and warns if it is always out of range.
     fn fits(
         &mut self,
         value: &Expr<Leaf>,
@@ -211,11 +211,11 @@ impl<'a> Lowering<'a> {
                             codes::NEVER_FITS,
                             {
                                 let value = if lo == hi { lo.to_string() } else { format!("{lo}..{hi}") };
-                                format!("{name} always becomes {stored}: the value is {value}, the range {least}..{most}")
+                                format!("{name} always becomes {stored}: the value is {value}, but the range is {least}..{most}")
                             },
                         )
                         .at(value.span, "never within the range")
-                        .help("an assignment stores the nearest bound; declare a larger range where that is not meant"),
+                        .help("an assignment stores the nearest bound; declare a larger range if this is not intended"),
                     );
                 }
                 return Ok(());
@@ -244,7 +244,7 @@ impl<'a> Lowering<'a> {
             drawn.iter().map(|argument| self.typed(argument, place)).collect();
         if drawn.len() != params.len() {
             let count = |n: usize| match n {
-                0 => "no argument".to_owned(),
+                0 => "no arguments".to_owned(),
                 1 => "1 argument".to_owned(),
                 n => format!("{n} arguments"),
             };
@@ -252,11 +252,7 @@ impl<'a> Lowering<'a> {
             return Err(self.report(
                 Diagnostic::error(
                     codes::CALL_ARGUMENTS,
-                    format!(
-                        "{name} takes {}, here it gets {}",
-                        count(params.len()),
-                        count(drawn.len())
-                    ),
+                    format!("{name} takes {}, found {}", count(params.len()), count(drawn.len())),
                 )
                 .at(span, "")
                 .at(declared, "declared here"),
@@ -280,7 +276,7 @@ impl<'a> Lowering<'a> {
         failed.map_or(Ok(arguments), Err)
     }
 
-    /// The event of that name.
+    /// The event with this name.
     pub(super) fn event(&mut self, scope: ScopeId, name: &Name) -> Outcome<InputId> {
         if self.is_statechart()
             && let Some(done) = super::statechart::done_event(self, scope, name)
@@ -301,13 +297,13 @@ impl<'a> Lowering<'a> {
             return Ok(());
         }
         Err(self.report(
-            Diagnostic::error(codes::CHART_KIND, format!("`{word}` stands in a chart that is no statechart"))
+            Diagnostic::error(codes::CHART_KIND, format!("`{word}` is allowed only in a statechart"))
                 .at(span, "")
                 .help("wait in a step with `after`, or write `conflict inner-first` to make it a statechart"),
         ))
     }
 
-    /// The named slot; `roles` found all of them.
+    /// The slot with this name; `roles` found all of them.
     fn slot(&mut self, scope: ScopeId, name: &Name) -> Outcome<SendId> {
         let mut next = Some(scope);
         while let Some(scope) = next {
@@ -325,11 +321,11 @@ impl<'a> Lowering<'a> {
         }
         let known: Vec<&str> = self.slots.keys().map(|(_, name)| *name).collect();
         let mut finding =
-            Diagnostic::error(codes::UNKNOWN_NAME, format!("no send has the name {name}"))
+            Diagnostic::error(codes::UNKNOWN_NAME, format!("no send is called {name}"))
                 .at(name.span, "");
         finding = match nearest(&name.text, known) {
             Some(near) => finding.help(format!("did you mean {near}?")).fix(name.span, near),
-            None => finding.help(format!("name it where it is sent: `send e after 2 s as {name}`")),
+            None => finding.help(format!("name the send: `send e after 2 s as {name}`")),
         };
         Err(self.report(finding))
     }

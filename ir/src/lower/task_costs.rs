@@ -1,14 +1,14 @@
-//! Costs of tasks that declare none (semantics §6), handed to the lowering as data: which machine they come from is no business of this crate.
+//! Costs of tasks that declare none (semantics §6). They are plain data: this crate does not know which machine they come from.
 
 use crate::span::Span;
 use std::collections::BTreeMap;
 
-/// What tasks cost, in the unit that the budgets of the chart are in.
+/// Costs of tasks, in the unit of the budgets of the chart.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct TaskCosts {
-    /// By the place of the task in its source. One that is drawn in a macro or a library stands for all its expansions.
+    /// By the source location of the task. A task in a macro or a library chart has one cost for all its expansions.
     pub known: BTreeMap<Span, u32>,
-    /// What all others cost; without that number a task without a cost is an error where its step has a budget.
+    /// The cost of all other tasks. Without it, a task without a cost is an error if its step has a budget.
     pub otherwise: Option<u32>,
 }
 

@@ -1,4 +1,4 @@
-//! Times: durations become ticks, times stand in comparisons with constants, `t1/E/t2` and `m.t` become hidden free timers (semantics §7).
+//! Times: converts durations to ticks, checks comparisons of times with constants, and converts `t1/E/t2` and `m.t` to hidden free timers (semantics §7).
 
 use super::codes;
 use super::context::{Lowering, Outcome, ScopeId, Symbol, Value};
@@ -11,7 +11,7 @@ use crate::interval::{self, TypeError, TypeErrorKind};
 use crate::net::{Evolution, Leaf, Meta, StepId, Timer, TimerId};
 use crate::span::{Name, Span};
 
-/// The largest number of ticks in a comparison: a timer that saturates one above it still fits 31 bits.
+/// The largest number of ticks in a comparison: a timer that saturates one above it still fits in 31 bits.
 const MAX_TICKS: u64 = interval::LONGEST as u64;
 
 /// A time that an expression compares.
@@ -61,11 +61,11 @@ impl Lowering<'_> {
                     ),
                 )
                 .at(span, "")
-                .help("declare a longer `tick`, or count in a variable"),
+                .help("declare a longer `tick`, or count with a variable"),
             ));
         }
         if !ns.is_multiple_of(tick) {
-            // A product beyond 64 bits cannot be: it is less than one tick above `ns`, and there are at most 2^31 ticks.
+            // The product cannot exceed 64 bits: it is less than one tick above `ns`, and there are at most 2^31 ticks.
             let rounded = ticks.saturating_mul(tick);
             self.report(
                 Diagnostic::warning(
@@ -95,7 +95,7 @@ impl Lowering<'_> {
                 return Ok(self.time_comparison(op, found, ticks, time.span, other.span, span));
             }
         }
-        // A duration alone is a mistake of its own only if the other side is none.
+        // A duration alone is a separate error only if the other side is not a time.
         let (a, b) = if self.duration_constant(place.scope, b).is_some() {
             let a = self.expression(a, place)?;
             (Ok(a), self.expression(b, place))
@@ -108,7 +108,7 @@ impl Lowering<'_> {
         Ok(Expr::new(ExprKind::Compare(op, Box::new(a?), Box::new(b?)), span))
     }
 
-    /// The time that an operand of a comparison is, if it is one.
+    /// The time that an operand of a comparison reads, if it reads one.
     fn time(&mut self, drawn: &Drawn, place: &Place<'_>) -> Outcome<Option<Time>> {
         let ExprKind::Leaf(DrawnLeaf::Name(path)) = &drawn.kind else { return Ok(None) };
         let time = match self.peek(place.scope, path) {
@@ -130,7 +130,7 @@ impl Lowering<'_> {
                 return Err(self.report(
                     Diagnostic::error(
                         codes::WRONG_KIND,
-                        format!("{path}: a macro-step has no last time"),
+                        format!("a macro-step has no `T`, so {path} does not exist"),
                     )
                     .at(path.span(), "")
                     .help("use `t`, or the time of one of its steps"),
@@ -148,7 +148,7 @@ impl Lowering<'_> {
         Ok(Some(time))
     }
 
-    /// How long `after` waits, in ticks.
+    /// The duration of `after`, in ticks.
     pub(super) fn length(&mut self, scope: ScopeId, length: &Length, span: Span) -> Outcome<u32> {
         match length {
             Length::Ns(ns) => self.ticks(*ns, span),
@@ -208,7 +208,7 @@ impl Lowering<'_> {
         let right = Expr::new(ExprKind::Int(i64::from(ticks)), constant_span);
         let compared = Expr::new(ExprKind::Compare(op, Box::new(left), Box::new(right)), span);
         let Time::MacroStep(instance, _) = time else { return compared };
-        // The free timer drops to 0 at the end of the reaction only: while the macro-step is inactive its time is 0 whatever the timer says.
+        // The free timer becomes 0 only at the end of the reaction. While the macro-step is inactive its time is 0, whatever the timer value is.
         let active = self.macro_active::<L>(instance, time_span);
         if op.apply(0, i64::from(ticks)) {
             Expr::new(
@@ -244,7 +244,7 @@ impl Lowering<'_> {
         Ok(timer)
     }
 
-    /// What needs a timer of its own cannot be added to a net that is finished.
+    /// Reports an expression that needs a new timer, which cannot be added to a finished net.
     fn not_in_finished_net(&mut self, span: Span, what: &str) -> Outcome<()> {
         if self.flat.is_none() {
             return Ok(());
@@ -330,7 +330,7 @@ impl Lowering<'_> {
         Expr::or([ton, at_least(timer, off, CompareOp::Lt)])
     }
 
-    /// A name for what is made of an expression: that of its first leaf.
+    /// A name for something derived from an expression: the name of its first leaf.
     fn operand_name(&self, expr: &Expr<Leaf>) -> String {
         let mut first: Option<Leaf> = None;
         expr.for_each_leaf(&mut |leaf| {
@@ -350,7 +350,7 @@ impl Lowering<'_> {
     }
 }
 
-/// A duration as the chart language writes it, in the largest unit that needs no fraction.
+/// A duration in the chart language, in the largest unit that needs no fraction.
 pub(super) fn duration(ns: u64) -> String {
     const UNITS: [(u64, &str); 6] = [
         (3_600_000_000_000, "h"),

@@ -1,4 +1,4 @@
-//! Pass `transition-names`: a transition without a name gets one of the steps before and after it: `p1_p2`, then `p1_p2_2`.
+//! Pass `transition-names`: a transition without a name is named after the steps before and after it: `p1_p2`, then `p1_p2_2`.
 
 use super::context::Lowering;
 use super::expand::Work;
@@ -6,7 +6,7 @@ use crate::chart::{self, StepItemKind};
 use crate::net::{Net, StepId};
 use crate::span::{Name, Span};
 
-/// After `expand`, so that the names that the designer gave are all taken.
+/// Runs after `expand`, when all names from the designer are in use.
 pub(super) fn transition_names(lowering: &mut Lowering<'_>) {
     for index in 0..lowering.work.len() {
         let (scope, id, base, span) = match lowering.work[index] {

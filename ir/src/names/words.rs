@@ -1,6 +1,6 @@
-//! Words that are no names, by target, sorted by byte; and Latin letters without their marks.
+//! Reserved words by target, sorted by byte, and Latin letters without their marks.
 
-/// C99, and what C11 and C23 add.
+/// C99, with the words that C11 and C23 add.
 #[rustfmt::skip]
 pub(super) const C: &[&str] = &[
     "_Alignas", "_Alignof", "_Atomic", "_Bool", "_Complex", "_Generic", "_Imaginary", "_Noreturn", "_Static_assert", "_Thread_local",
@@ -20,7 +20,7 @@ pub(super) const CPP: &[&str] = &[
     "this", "throw", "true", "try", "typeid", "typename", "using", "virtual", "wchar_t", "xor", "xor_eq",
 ];
 
-/// Types, macros and functions of standard headers, of the headers of AVR, 8051 and Cortex-M parts and of Arduino, that a chart's name could hit.
+/// Types, macros and functions of standard headers and of the headers of AVR, 8051, Cortex-M and Arduino that could clash with a name in a chart.
 #[rustfmt::skip]
 pub(super) const C_HEADERS: &[&str] = &[
     "ACBG", "ACD", "ACI", "ACIC", "ACIE", "ACME", "ACO", "ACSR", "ADC", "ADC1", "ADCH", "ADCL", "ADCSRA", "ADCW", "ADEN", "ADIE", "ADIF",
@@ -116,14 +116,14 @@ pub(super) const SYSTEM_VERILOG: &[&str] = &[
     "until_with", "untyped", "var", "virtual", "void", "wait_order", "weak", "wildcard", "with", "within",
 ];
 
-/// What tools take for words beyond both: those of Verilog-AMS and of earlier drafts that Icarus Verilog knows by itself, and the classes of the package
+/// Words that tools reserve beyond both standards: words of Verilog-AMS and of earlier drafts that Icarus Verilog knows, and the classes of the package
 /// `std`, whose names Verilator reads as types.
 #[rustfmt::skip]
 pub(super) const VERILOG_TOOLS: &[&str] = &[
     "bool", "mailbox", "process", "semaphore", "wone", "wreal",
 ];
 
-/// PALASM 2 and 4; also what follows a dot there.
+/// PALASM 2 and 4, including words that follow a dot.
 #[rustfmt::skip]
 pub(super) const PALASM: &[&str] = &[
     "assign_misr", "author", "begin", "boolean_equation", "case", "check", "checkq", "chip", "clkf", "clockf", "cmbf", "comb", "combinatorial",
@@ -151,7 +151,7 @@ pub(super) const GALASM: &[&str] = &[
     "ar", "description", "gnd", "nc", "sp", "vcc",
 ];
 
-/// Words of the chart language that begin something.
+/// Words of the chart language that begin an item.
 #[rustfmt::skip]
 pub(super) const GRAF: &[&str] = &[
     "after", "and", "assert", "assume", "board", "chart", "code", "const", "deadline", "device", "do", "edition", "enclosed", "enclosing",
@@ -166,7 +166,7 @@ pub(super) const RULES: &[&str] = &[
     "div", "false", "mod", "not", "or", "true",
 ];
 
-/// Letters with marks, and what is written for them.
+/// Letters with marks, and their replacements.
 pub(super) const LATIN: &[(&str, &str)] = &[
     ("àáâãåāăą", "a"),
     ("ÀÁÂÃÅĀĂĄ", "A"),

@@ -1,28 +1,28 @@
-//! What steps and transitions do: lists of statements, tasks, actions with qualifiers, delayed events.
+//! The behaviour of steps and transitions: statement lists, tasks, actions with qualifiers, delayed events.
 
 use super::{Expr, InputId, Meta, OutputId, SendId, StepId, VarId};
 use crate::span::{Name, Span};
 
-/// A list of statements; they run in order, each sees the earlier ones (unless assignments are simultaneous).
+/// A list of statements; they run in order, and each sees the effects of the earlier ones (unless assignments are simultaneous).
 pub type Block = Vec<Stmt>;
 
-/// A statement with its place.
+/// A statement with its source location.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stmt {
-    /// What it does.
+    /// The statement itself.
     pub kind: StmtKind,
-    /// Where it was written.
+    /// Source location.
     pub span: Span,
 }
 
-/// What a statement does.
+/// The kinds of statements.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StmtKind {
     /// Stores a value, saturated to the type of the variable.
     Assign {
         /// The variable.
         var: VarId,
-        /// The element, for an array.
+        /// The element's index, for an array.
         index: Option<Expr>,
         /// The new value.
         value: Expr,
@@ -40,7 +40,7 @@ pub enum StmtKind {
         /// One for each parameter.
         arguments: Vec<Expr>,
     },
-    /// Either list.
+    /// A choice of two lists.
     If {
         /// Boolean.
         condition: Expr,
@@ -49,14 +49,14 @@ pub enum StmtKind {
         /// Runs if it is false.
         otherwise: Block,
     },
-    /// Text of a target language; opaque to simulation and proof.
+    /// Target-language text; simulation and proof ignore it.
     Code(Verbatim),
 }
 
-/// Text of a target language, passed through.
+/// Target-language text, passed through unchanged.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Verbatim {
-    /// The language's name, `c` for one.
+    /// The language's name, such as `c`.
     pub language: String,
     /// The text.
     pub text: String,
@@ -71,7 +71,7 @@ pub struct Task {
     pub cost: u32,
     /// Assignments and extern calls.
     pub body: Block,
-    /// Place, comment and tags.
+    /// Source location, comment and tags.
     pub meta: Meta,
 }
 
@@ -80,13 +80,13 @@ pub struct Task {
 pub struct ControlledAction {
     /// Its name: that of the output it drives, if it drives one.
     pub name: Name,
-    /// Who asks for it and how.
+    /// The steps that use it, with their qualifiers.
     pub uses: Vec<ActionUse>,
-    /// The one duration of its timed qualifiers, in ticks; 0 where it has none.
+    /// The common duration of its timed qualifiers, in ticks; 0 if it has none.
     pub duration: u32,
-    /// Runs once a reaction if Q (and once more after, with a final scan).
+    /// Runs once per reaction if Q is true (and once more afterwards, with a final scan).
     pub body: Block,
-    /// Place, comment and tags.
+    /// Source location, comment and tags.
     pub meta: Meta,
 }
 
@@ -95,11 +95,11 @@ pub struct ControlledAction {
 pub struct ActionUse {
     /// The step.
     pub step: StepId,
-    /// How.
+    /// The qualifier.
     pub qualifier: Qualifier,
-    /// The use counts only while this holds too; no edge, no event.
+    /// The use counts only while this is also true; contains no edge and no event.
     pub condition: Option<Expr>,
-    /// Where it was written.
+    /// Source location.
     pub span: Span,
 }
 
@@ -147,8 +147,8 @@ pub struct SendSlot {
     pub name: Name,
     /// The event that joins the external queue.
     pub event: InputId,
-    /// Ticks; 0 joins at once.
+    /// Ticks; with 0 the event joins the queue at once.
     pub delay: u32,
-    /// Place, comment and tags.
+    /// Source location, comment and tags.
     pub meta: Meta,
 }

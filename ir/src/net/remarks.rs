@@ -1,26 +1,26 @@
-//! What is said about a net besides how it runs: properties, open cells, macro-steps as they were drawn, places and pins.
+//! Information about a net that does not affect its execution: properties, open cells, macro-steps as drawn, placements and pins.
 
 use super::{Expr, Leaf, Meta, OutputId, StepId, TransitionId, VarId};
 use crate::expr::Expr as GenericExpr;
 use crate::span::{Name, Span};
 
-/// Something that is, or must be, never true of a row: inputs, situation, outputs and variables after a reaction.
+/// A condition that is assumed or required to be never true of a row: inputs, situation, outputs and variables after a reaction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Property {
     /// Its name; may be empty.
     pub name: String,
-    /// Assumed of the environment, or to be proved.
+    /// Whether it is assumed or must be proved.
     pub role: PropertyRole,
-    /// What never holds.
+    /// The condition that is never true.
     pub never: PropertyExpr,
-    /// Place, comment and tags.
+    /// Source location, comment and tags.
     pub meta: Meta,
 }
 
-/// What a [`Property`] is for.
+/// The role of a [`Property`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum PropertyRole {
-    /// The environment guarantees it; over inputs only.
+    /// The environment guarantees it; reads only inputs.
     Assume,
     /// The chart must guarantee it.
     Assert,
@@ -29,7 +29,7 @@ pub enum PropertyRole {
 /// An expression that may also read the outputs of the row.
 pub type PropertyExpr = GenericExpr<PropertyLeaf>;
 
-/// What a property can read.
+/// A value that a property can read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum PropertyLeaf {
     /// A value of the net at the end of the reaction.
@@ -41,13 +41,13 @@ pub enum PropertyLeaf {
 /// A cell that the designer left open (KISS2 `-` and `*`, §3.6).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Unspecified {
-    /// True in the situation before the reaction and this reaction's inputs for which the cell is open.
+    /// True for the situations before the reaction and the inputs of the reaction for which the cell is open.
     pub when: Expr,
     /// The next situation, or one output.
     pub what: OpenCell,
 }
 
-/// What is left open.
+/// The open value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum OpenCell {
     /// The whole next situation.
@@ -56,7 +56,7 @@ pub enum OpenCell {
     Output(OutputId),
 }
 
-/// A macro-step as it was drawn.
+/// A macro-step as drawn.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MacroStep {
     /// Full name.
@@ -67,22 +67,22 @@ pub struct MacroStep {
     pub entry: StepId,
     /// The exit step S.
     pub exit: StepId,
-    /// Place, comment and tags.
+    /// Source location, comment and tags.
     pub meta: Meta,
 }
 
-/// Where something shall be (§10).
+/// A placement request (§10).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Placement {
-    /// The step, variable, transition or output meant.
+    /// The step, variable, transition or output to place.
     pub item: PlacedItem,
-    /// Chip or CPU.
+    /// The requested side.
     pub side: Side,
-    /// Where it was written.
+    /// Source location.
     pub span: Span,
 }
 
-/// What a [`Placement`] places.
+/// The object of a [`Placement`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[expect(missing_docs, reason = "each variant names the thing it places")]
 pub enum PlacedItem {
@@ -92,7 +92,7 @@ pub enum PlacedItem {
     Output(OutputId),
 }
 
-/// The two sides of a split.
+/// The two sides of a partition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Side {
     /// Programmable logic.
@@ -106,6 +106,6 @@ pub enum Side {
 pub struct Board {
     /// The device named, such as `gal22v10`.
     pub device: Option<Name>,
-    /// Signal names (`clock` among them) and pin numbers, as written.
+    /// Signal names (including `clock`) and pin numbers, as written.
     pub pins: Vec<(Name, u32)>,
 }

@@ -1,13 +1,13 @@
-//! Text of a target language in a net: where it is, and the net without it.
+//! Target-language texts in a net: their locations, and the net without them.
 //!
-//! Simulation and proofs do not see such text, but a C compiler does: whoever compiles and runs the emitted C runs what the author of the chart wrote.
+//! Simulation and proofs ignore such text, but a C compiler does not: to compile and run the emitted C is to run code of the chart's author.
 
 use super::{Block, Net, StmtKind, Verbatim};
 use crate::span::Span;
 use crate::validate::{Valid, validate};
 use crate::walk::for_each_stmt;
 
-/// What stands in place of a text that was left out.
+/// The replacement for a removed text.
 const LEFT_OUT: &str = "/* text of the chart, left out */";
 
 impl Verbatim {
@@ -25,7 +25,7 @@ pub fn is_c(language: &str) -> bool {
 }
 
 impl Net {
-    /// All texts of target languages, in the order of the steps and then of their places.
+    /// All target-language texts, in the order of the steps and then of their locations.
     #[must_use]
     pub fn texts(&self) -> Vec<(&Verbatim, Span)> {
         let mut all: Vec<(&Verbatim, Span)> = Vec::new();
@@ -42,15 +42,15 @@ impl Net {
         all
     }
 
-    /// The places of texts that emitted C contains.
+    /// The locations of texts that emitted C contains.
     #[must_use]
     pub fn c_texts(&self) -> Vec<Span> {
         self.texts().into_iter().filter(|(text, _)| text.is_c()).map(|(_, span)| span).collect()
     }
 }
 
-/// The same net with a comment in place of each text of C, so that what is emitted has the same shape and runs nothing of the author's. None if there
-/// is no such text.
+/// The same net with a comment in place of each C text, so that the emitted code has the same structure but runs none of the author's code. `None` if
+/// there is no such text.
 #[must_use]
 pub fn without_c_texts(net: &Valid<Net>) -> Option<Valid<Net>> {
     if net.c_texts().is_empty() {

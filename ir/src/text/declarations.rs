@@ -55,7 +55,7 @@ impl Parser<'_> {
         }
     }
 
-    /// To the next line that begins a declaration, so that one slip is told once.
+    /// Skips to the next line that begins a declaration, so that one error is reported once.
     fn skip(&mut self) {
         while self.token().kind != Kind::End {
             if self.token().kind != Kind::Newline {
@@ -69,7 +69,7 @@ impl Parser<'_> {
         }
     }
 
-    /// A declaration with the lines that belong to it.
+    /// A declaration with its continuation lines.
     fn declaration(&mut self) -> Result<(), Fail> {
         if !self.at_head() {
             return self.no_line(&[]);
@@ -141,13 +141,13 @@ impl Parser<'_> {
         self.end_of_line()
     }
 
-    /// A line begins with something that is neither a declaration nor one of `words`.
+    /// Reports a line that begins with neither a declaration nor one of `words`.
     fn no_line<T>(&mut self, words: &[&str]) -> Result<T, Fail> {
         let text = self.text();
         let known = HEADS.iter().chain(words).copied();
         let near = if text.len() < 40 { nearest(text, known) } else { None };
         let text: String = text.chars().take(40).collect();
-        let message = format!("a line begins with `{text}`, which is no declaration");
+        let message = format!("unknown declaration `{text}`");
         let diagnostic = Diagnostic::error(codes::NET_SYNTAX, message).at(self.here(), "");
         self.told(match (near, words) {
             (Some(near), _) => {
@@ -183,7 +183,7 @@ impl Parser<'_> {
         }
     }
 
-    /// The word that begins the next line if it is one of `words`; empty lines are skipped.
+    /// The word that begins the next line, if it is one of `words`; empty lines are skipped.
     fn below<'w>(&mut self, words: &[&'w str]) -> Result<Option<&'w str>, Fail> {
         while self.token().kind == Kind::Newline {
             self.bump();
@@ -206,7 +206,7 @@ impl Parser<'_> {
                     "inner-first" => Policy::InnerFirst,
                     "outer-first" => Policy::OuterFirst,
                     other => {
-                        let message = format!("`{other}` is no conflict policy");
+                        let message = format!("unknown conflict policy `{other}`");
                         return self.fail(codes::NET_SYNTAX, self.before(), message);
                     }
                 };
@@ -255,7 +255,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// A word, or two with a hyphen between.
+    /// A word, or two words with a hyphen between them.
     fn hyphenated(&mut self) -> Result<String, Fail> {
         if self.token().kind != Kind::Word {
             return self.unexpected("a word");
@@ -544,7 +544,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// Items with commas between, perhaps none: then `end`, a word of the grammar or the end of the line follows at once.
+    /// Items separated by commas, possibly none: then `end`, a keyword or the end of the line follows immediately.
     fn row<T>(
         &mut self,
         end: &str,
@@ -670,7 +670,7 @@ impl Parser<'_> {
         let condition = self.expr()?;
         if let Some(first) = self.net_mut().emergency.as_ref().map(|first| first.meta.span) {
             self.told(
-                Diagnostic::error(codes::NET_SYNTAX, "a net has one emergency")
+                Diagnostic::error(codes::NET_SYNTAX, "second emergency; a net can have only one")
                     .at(start, "again here")
                     .at(first, "first here"),
             );

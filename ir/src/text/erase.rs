@@ -1,11 +1,11 @@
-//! A net without places, to compare nets that come from different sources.
+//! A net without source locations, to compare nets that come from different sources.
 
 use crate::expr::{Expr, ExprKind};
 use crate::net::*;
 use crate::span::{Name, Span};
 
 impl Net {
-    /// The same net with every span set to the default. Two nets that differ only in where they were written become equal.
+    /// The same net with every span set to the default. Two nets that differ only in source locations become equal.
     #[must_use]
     pub fn without_spans(&self) -> Net {
         let mut net = self.clone();

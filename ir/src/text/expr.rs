@@ -12,10 +12,10 @@ use crate::span::Span;
 /// An expression and its height.
 type Tall<L> = (Box<Expr<L>>, usize);
 
-/// Leaves that the text form can name.
+/// Leaves that the text form can refer to.
 pub(super) trait ReadLeaf: Sized {
     fn net(leaf: Leaf) -> Self;
-    /// None where outputs cannot be read.
+    /// The leaf for an output; `None` if outputs cannot be read.
     fn output(id: OutputId) -> Option<Self>;
 }
 
@@ -46,7 +46,7 @@ enum Infix {
 }
 
 impl Infix {
-    /// As the printer numbers them.
+    /// The same levels as in the printer.
     fn level(self) -> u8 {
         match self {
             Infix::Or => 1,
@@ -63,7 +63,7 @@ impl Parser<'_> {
         Ok(*self.above(0, 0)?.0)
     }
 
-    /// An expression of operators that bind tighter than `level`.
+    /// An expression whose operators bind tighter than `level`.
     fn above<L: ReadLeaf>(&mut self, level: u8, depth: usize) -> Result<Tall<L>, Fail> {
         let mut left = self.operand(level, depth)?;
         let mut compared = false;
@@ -123,9 +123,9 @@ impl Parser<'_> {
         })
     }
 
-    /// What stands between operators. Each form has a function of its own, which keeps the frames of the recursion small.
+    /// An operand. Each form has a function of its own, which keeps the stack frames of the recursion small.
     fn operand<L: ReadLeaf>(&mut self, level: u8, depth: usize) -> Result<Tall<L>, Fail> {
-        // A level of the expression is at most one operator and one pair of parentheses.
+        // Each level of the expression has at most one operator and one pair of parentheses.
         self.not_too_deep(depth.div_ceil(2))?;
         match (self.token().kind, self.text()) {
             (Kind::Symbol, "(") => {
@@ -260,7 +260,7 @@ impl Parser<'_> {
 
     fn named_leaf<L: ReadLeaf>(&mut self) -> Result<L, Fail> {
         let token = self.token();
-        // A plain word carries its ending; after a quoted name or a position it is a token of its own.
+        // A plain word includes its ending; after a quoted name or a position the ending is a separate token.
         let split = if token.kind == Kind::Word {
             self.text().rsplit_once('.').filter(|(_, last)| SUFFIXES.binary_search(last).is_ok())
         } else {
@@ -304,19 +304,19 @@ impl Parser<'_> {
                     None => self.fail(
                         codes::NET_SYNTAX,
                         span,
-                        "an output can be read in properties only",
+                        "an output can only be read in a property",
                     ),
                 };
             }
             Some(other) => {
-                let message = format!("`.{other}` is no value of anything");
+                let message = format!("unknown ending `.{other}`");
                 return self.fail(codes::NET_SYNTAX, self.before(), message);
             }
         }))
     }
 }
 
-/// An expression of this kind whose tallest operand has `below` levels.
+/// An expression of this kind whose highest operand has `below` levels.
 fn tall<L>(kind: ExprKind<L>, span: Span, below: usize) -> Tall<L> {
     (Box::new(Expr::new(kind, span)), below + 1)
 }
@@ -332,7 +332,7 @@ fn combine<L>(op: Infix, (a, h): Tall<L>, (b, i): Tall<L>) -> Tall<L> {
     tall(kind, span, h.max(i))
 }
 
-/// One more operand of a conjunction or disjunction.
+/// Adds an operand to a conjunction or disjunction.
 fn append<L>(left: &mut Tall<L>, (more, height): Tall<L>) {
     left.0.span = left.0.span.to(more.span);
     left.1 = left.1.max(height + 1);

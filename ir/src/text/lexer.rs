@@ -1,4 +1,4 @@
-//! Tokens of the text form, made one at a time: nothing is stored, so a long line costs no memory.
+//! Tokens of the text form, produced one at a time: nothing is stored, so a long line needs no memory.
 
 use super::is_word_char;
 use crate::span::{FileId, Span};
@@ -7,7 +7,7 @@ use std::borrow::Cow;
 /// Kinds of tokens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// A plain name or a word of the grammar, dots included.
+    /// A plain name or a keyword, including dots.
     Word,
     /// A name in back quotes.
     Quoted,
@@ -27,7 +27,7 @@ pub(super) enum Kind {
     Newline,
     /// The end of the text.
     End,
-    /// A quote that does not end in its line.
+    /// A quote that is not closed in its line.
     Open,
     /// A character that starts no token.
     Bad,
@@ -48,7 +48,7 @@ pub(super) struct Lexer<'a> {
     at: usize,
 }
 
-/// The length of the sign at the beginning, if there is one.
+/// The length of the symbol at the beginning, if there is one.
 fn sign(text: &[u8]) -> Option<usize> {
     Some(match text {
         [b'-', b'>', ..] | [b':' | b'<' | b'>', b'=', ..] | [b'<', b'>', ..] | [b'.', b'.', ..] => {
@@ -130,7 +130,7 @@ fn digits(text: &str) -> usize {
 }
 
 fn word(text: &str) -> usize {
-    // Names are nearly always ASCII: look at bytes until one is not.
+    // Names are nearly always ASCII: scan bytes until one is not.
     let ascii =
         text.bytes().take_while(|byte| byte.is_ascii_alphanumeric() || *byte == b'_').count();
     if text.as_bytes().get(ascii).is_none_or(u8::is_ascii) {
@@ -151,7 +151,7 @@ fn dotted(text: &str) -> usize {
     length
 }
 
-/// The length of a quoted text with both quotes; none if its line ends before.
+/// The length of a quoted text with both quotes; `None` if its line ends first.
 fn quoted(text: &str, quote: char) -> Option<usize> {
     let mut escaped = false;
     for (at, c) in text.char_indices().skip(1) {
@@ -166,7 +166,7 @@ fn quoted(text: &str, quote: char) -> Option<usize> {
     None
 }
 
-/// The text between quotes, escapes resolved; none if there is an escape that does not exist.
+/// The text between quotes, with escapes resolved; `None` if an escape is unknown.
 pub(super) fn unquote(text: &str) -> Option<Cow<'_, str>> {
     let inner = text.get(1..text.len().checked_sub(1)?)?;
     if !inner.contains('\\') {
@@ -196,7 +196,7 @@ pub(super) fn unquote(text: &str) -> Option<Cow<'_, str>> {
     Some(Cow::Owned(out))
 }
 
-/// `text` between two `quote`s, so that [`unquote`] gives it back and it stays on one line.
+/// `text` in quotes on one line, so that [`unquote`] returns it.
 pub(super) fn quote(text: &str, quote: char) -> String {
     let mut out = String::with_capacity(text.len() + 2);
     out.push(quote);

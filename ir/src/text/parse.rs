@@ -1,4 +1,4 @@
-//! Text to net: a pass that collects names, then one that reads declarations. A finding ends its declaration; reading goes on at the next.
+//! Text to net: the first pass collects names, the second reads declarations. An error ends its declaration; parsing continues with the next one.
 
 use super::RESERVED;
 use super::lexer::{Kind, Lexer, Token, unquote};
@@ -10,10 +10,10 @@ use crate::span::{FileId, Name, Span};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// At most so many findings are told; the rest is counted.
+/// The maximum number of findings that are reported; further ones are counted.
 const TOLD: usize = 100;
 
-/// The largest text that is read.
+/// The maximum size of a text in bytes.
 const SOURCE_LIMIT: usize = 64 << 20;
 
 /// Words that begin a declaration.
@@ -50,11 +50,11 @@ pub(super) const HEADS: &[&str] = &[
     "var",
 ];
 
-/// A finding was reported; the declaration cannot be read on.
+/// A finding was reported; the rest of the declaration cannot be read.
 #[derive(Debug)]
 pub(super) struct Fail;
 
-/// What the name of a signal means.
+/// The kind of a signal name.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Signal {
     Input(InputId),
@@ -78,11 +78,11 @@ struct Names<'a> {
     edges: BTreeMap<&'a str, EdgeId>,
 }
 
-/// Reads a net. The net is there when no error was found; whether it is valid is for [`crate::validate()`] to say.
+/// Reads a net. There is a net if no error was found; [`crate::validate()`] checks whether it is valid.
 #[must_use]
 pub fn parse(file: FileId, source: &str) -> (Option<Net>, Vec<Diagnostic>) {
     if source.len() > SOURCE_LIMIT {
-        let message = format!("the text has {} bytes, the limit is {SOURCE_LIMIT}", source.len());
+        let message = format!("the text has {} bytes; the limit is {SOURCE_LIMIT}", source.len());
         return (
             None,
             vec![Diagnostic::error(codes::NET_LIMIT, message).at(Span::new(file, 0, 0), "")],
@@ -111,7 +111,7 @@ pub fn parse(file: FileId, source: &str) -> (Option<Net>, Vec<Diagnostic>) {
     (findings.is_empty().then_some(net), findings)
 }
 
-/// The first pass: which names there are, so that a declaration can name a later one.
+/// The first pass: collects names, so that a declaration can refer to a later one.
 fn collect(source: &str) -> Names<'_> {
     let mut names = Names::default();
     let mut lexer = Lexer::new(source);
@@ -147,7 +147,7 @@ fn collect(source: &str) -> Names<'_> {
     }
 }
 
-/// Counts a declaration and notes its name if it is the first of its kind.
+/// Counts a declaration and stores its name if it is the first with this name.
 fn declare<'a>(
     names: &mut Names<'a>,
     counts: &mut [usize; 11],
@@ -200,7 +200,7 @@ fn name_text(token: Token, source: &str) -> Option<Cow<'_, str>> {
     }
 }
 
-/// The nearest name; not asked of large nets, where a hundred findings would cost more than reading.
+/// The nearest name; not computed for large nets, where a hundred findings would cost more than parsing.
 fn near<V>(wanted: &str, map: &Map<'_, V>) -> Option<String> {
     if map.len() > 2000 || wanted.len() > 100 {
         return None;
@@ -214,7 +214,7 @@ pub(super) struct Parser<'a> {
     source: &'a str,
     lexer: Lexer<'a>,
     token: Token,
-    /// Place of the token before.
+    /// Location of the previous token.
     before: Span,
     names: Names<'a>,
     net: Net,
@@ -222,7 +222,7 @@ pub(super) struct Parser<'a> {
     more: usize,
 }
 
-/// Functions that find a named thing: by reference in the text, or by a token that was read before.
+/// Functions that find a named object: by a reference in the text, or by a token that was read before.
 macro_rules! references {
     ($($(#[$doc:meta])* $by_ref:ident $by_token:ident: $map:ident -> $id:ty, $what:literal;)*) => {
         $(
@@ -289,14 +289,14 @@ impl<'a> Parser<'a> {
         self.fail(codes::NET_NAME, token.span(self.file), message)
     }
 
-    /// The signal of a name; one that does not exist is reported, and reading goes on with any.
+    /// The signal with a name; an unknown name is reported, and parsing continues with some signal.
     pub(super) fn signal(&mut self, token: Token) -> Result<Signal, Fail> {
         let found =
             name_text(token, self.source).and_then(|name| self.names.signals.get(&name).copied());
         if found.is_none() {
             let what = "input, event, variable or timer";
             if token.kind == Kind::Position {
-                let message = "a position does not say what kind of signal is meant";
+                let message = "a position alone does not select a kind of signal";
                 let help = "write `input ?0`, `var ?0` or `timer ?0`";
                 self.told(
                     Diagnostic::error(codes::NET_SYNTAX, message)
@@ -314,17 +314,17 @@ impl<'a> Parser<'a> {
     fn unknown(&mut self, token: Token, what: &str, near: Option<String>) {
         let text = token.text(self.source);
         let quote = if token.kind == Kind::Word { "`" } else { "" };
-        let message = format!("no {what} is called {quote}{text}{quote}");
+        let message = format!("unknown {what} {quote}{text}{quote}");
         let diagnostic = Diagnostic::error(codes::NET_NAME, message).at(token.span(self.file), "");
         self.told(match near {
             Some(near) => {
-                diagnostic.help(format!("there is `{near}`")).fix(token.span(self.file), near)
+                diagnostic.help(format!("did you mean `{near}`?")).fix(token.span(self.file), near)
             }
             None => diagnostic,
         });
     }
 
-    /// A token that names something.
+    /// A token that refers to an object.
     fn reference(&mut self, what: &str) -> Result<Token, Fail> {
         match self.token.kind {
             Kind::Word | Kind::Quoted => self.not_reserved()?,
@@ -380,7 +380,7 @@ impl<'a> Parser<'a> {
     }
 }
 
-/// Reading on, and findings.
+/// Control of the parser, and findings.
 impl<'a> Parser<'a> {
     pub(super) fn file(&self) -> FileId {
         self.file
@@ -402,7 +402,7 @@ impl<'a> Parser<'a> {
         self.token.span(self.file)
     }
 
-    /// The place of the token before.
+    /// The location of the previous token.
     pub(super) fn before(&self) -> Span {
         self.before
     }
@@ -425,7 +425,7 @@ impl<'a> Parser<'a> {
         self.token.kind == Kind::Word && HEADS.binary_search(&self.text()).is_ok()
     }
 
-    /// True at this word or sign.
+    /// True at this word or symbol.
     pub(super) fn is(&self, text: &str) -> bool {
         matches!(self.token.kind, Kind::Word | Kind::Symbol) && self.text() == text
     }
@@ -456,7 +456,7 @@ impl<'a> Parser<'a> {
         let found = match self.token.kind {
             Kind::Newline => "the end of the line".to_owned(),
             Kind::End => "the end of the text".to_owned(),
-            Kind::Open => "a quote that does not end in its line".to_owned(),
+            Kind::Open => "a quote that is not closed in its line".to_owned(),
             Kind::Word
             | Kind::Quoted
             | Kind::Suffix
@@ -478,7 +478,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Refuses a word of the grammar where a name is meant.
+    /// Rejects a keyword where a name is expected.
     pub(super) fn not_reserved(&mut self) -> Result<(), Fail> {
         if self.token.kind != Kind::Word || RESERVED.binary_search(&self.text()).is_err() {
             return Ok(());
@@ -524,7 +524,7 @@ impl<'a> Parser<'a> {
             Some(value) => Ok(value),
             None => {
                 self.told(
-                    Diagnostic::error(codes::NET_NUMBER, "the number does not fit 64 bits")
+                    Diagnostic::error(codes::NET_NUMBER, "the number does not fit in 64 bits")
                         .at(span, ""),
                 );
                 Ok(0)
@@ -532,7 +532,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// The nanoseconds of the unit of time at the next token, if one is there.
+    /// The unit of time at the next token in nanoseconds, if there is one.
     fn unit(&self) -> Option<u64> {
         if self.token.kind != Kind::Word {
             return None;
@@ -547,7 +547,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// `100000000 ns`; another unit is reported with what it is in nanoseconds, and reading goes on.
+    /// `100000000 ns`; another unit is reported with its value in nanoseconds, and parsing continues.
     pub(super) fn nanoseconds(&mut self) -> Result<u64, Fail> {
         let start = self.here();
         let value: u64 = self.number()?;
@@ -575,7 +575,7 @@ impl<'a> Parser<'a> {
         })
     }
 
-    /// A number of ticks in a condition with a unit of time behind it, which no condition has.
+    /// Reports a unit of time after a number of ticks in a condition, where units are not allowed.
     pub(super) fn no_unit(&mut self, ticks: i64, start: Span) {
         let Some(unit) = self.unit() else { return };
         let written = format!("{ticks} {}", self.text());
@@ -596,7 +596,7 @@ impl<'a> Parser<'a> {
         });
     }
 
-    /// A number without sign; one that is too large is reported, and reading goes on with 0.
+    /// A number without sign; a number that is too large is reported, and parsing continues with 0.
     pub(super) fn number<T: TryFrom<u64> + Default>(&mut self) -> Result<T, Fail> {
         if self.token.kind != Kind::Number {
             return self.unexpected("a number");
@@ -607,7 +607,7 @@ impl<'a> Parser<'a> {
             Some(value) => Ok(value),
             None => {
                 let bits = 8 * size_of::<T>();
-                let message = format!("the number does not fit {bits} bits");
+                let message = format!("the number does not fit in {bits} bits");
                 self.told(
                     Diagnostic::error(codes::NET_NUMBER, message).at(token.span(self.file), ""),
                 );
@@ -626,12 +626,12 @@ impl<'a> Parser<'a> {
             None => self.fail(
                 codes::NET_SYNTAX,
                 token.span(self.file),
-                "the text has an escape that does not exist",
+                "the text contains an unknown escape",
             ),
         }
     }
 
-    /// The name of what is declared here.
+    /// The name of the declared object.
     pub(super) fn name(&mut self) -> Result<Name, Fail> {
         match self.token.kind {
             Kind::Word => self.not_reserved()?,
@@ -653,12 +653,12 @@ impl<'a> Parser<'a> {
             None => self.fail(
                 codes::NET_SYNTAX,
                 token.span(self.file),
-                "the name has an escape that does not exist",
+                "the name contains an unknown escape",
             ),
         }
     }
 
-    /// `NAME META`; the head word stands before.
+    /// `NAME META`; the keyword has already been read.
     pub(super) fn head(&mut self) -> Result<(Name, Meta), Fail> {
         let start = self.before;
         let name = self.name()?;

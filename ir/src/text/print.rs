@@ -9,7 +9,7 @@ use crate::span::Name;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-/// The text of a net; see the module for its form. Spans are left out.
+/// The text of a net; the module documents its form. Spans are omitted.
 #[must_use]
 pub fn print(net: &Net) -> String {
     let mut printer = Printer { net, names: Names::of(net), out: String::new() };
@@ -25,7 +25,7 @@ pub fn print_expr(net: &Net, expr: &Expr) -> String {
     printer.out
 }
 
-/// Ids that their name does not find, because an earlier object has the same: they are written by position.
+/// Ids that their name does not identify, because an earlier object has the same name: they are written by position.
 #[derive(Default)]
 struct Names {
     parts: Shadowed<Part>,
@@ -82,7 +82,7 @@ fn reference<T>(
     }
 }
 
-/// A name as it stands in a text.
+/// A name in the text form.
 fn named(name: &str) -> String {
     if is_plain(name) { name.to_owned() } else { quote(name, '`') }
 }
@@ -526,7 +526,7 @@ impl Printer<'_> {
         }
     }
 
-    /// On one line where it is short and flat.
+    /// A block, on one line if it is short and flat.
     fn block(&mut self, list: &[Stmt], indent: usize) {
         let is_flat =
             !list.iter().any(|stmt| matches!(stmt.kind, StmtKind::If { .. })) && list.len() <= 4;
@@ -590,7 +590,7 @@ impl Printer<'_> {
         }
     }
 
-    /// In parentheses where it binds looser than `above`: or 1, and 2, not 3, comparison 4, sum 5, product 6.
+    /// In parentheses if it binds looser than `above`: or 1, and 2, not 3, comparison 4, sum 5, product 6.
     fn expr<L: WriteLeaf>(&mut self, expr: &GenericExpr<L>, above: u8) {
         let level = match &expr.kind {
             ExprKind::Or(all) if all.len() > 1 => 1,
@@ -713,7 +713,7 @@ impl WriteLeaf for PropertyLeaf {
     }
 }
 
-/// A position alone does not say what kind of signal it is.
+/// A position alone does not select a kind of signal.
 fn signal(kind: &str, reference: String) -> String {
     if reference.starts_with('?') { format!("{kind} {reference}") } else { reference }
 }

@@ -1,4 +1,4 @@
-//! Lists of statements in the text form.
+//! Statement lists in the text form.
 
 use super::lexer::Kind;
 use super::parse::{Fail, Parser, Signal};
@@ -14,7 +14,7 @@ impl Parser<'_> {
 
     fn nested_block(&mut self, depth: usize) -> Result<Block, Fail> {
         if depth >= DEPTH_LIMIT {
-            let message = format!("`if` is nested more than {DEPTH_LIMIT} deep");
+            let message = format!("`if` is nested more than {DEPTH_LIMIT} levels deep");
             return self.fail(codes::NET_LIMIT, self.here(), message);
         }
         self.expect("{")?;
@@ -82,7 +82,7 @@ impl Parser<'_> {
                 Signal::Var(var) => var,
                 Signal::Input(_) | Signal::Timer(_) => {
                     let name = target.text(self.source());
-                    let message = format!("`{name}` is assigned to, but it is not a variable");
+                    let message = format!("cannot assign to `{name}`: it is not a variable");
                     return self.fail(codes::NET_NAME, target.span(self.file()), message);
                 }
             }

@@ -7,7 +7,7 @@ use crate::net::{InputKind, Leaf};
 use std::collections::BTreeSet;
 
 impl Checker<'_> {
-    /// What would keep an emergency from forcing every output at once, and safe values that no output can have.
+    /// Reports what prevents an emergency from forcing every output at once, and safe values outside the type of the output.
     pub(super) fn emergency(&mut self) {
         let net = self.net;
         for output in net.outputs.values() {
@@ -15,7 +15,8 @@ impl Checker<'_> {
             let (name, span) = (&output.name, output.name.span);
             if output.is_extern() {
                 let message = format!("the extern action `{name}` has a safe value");
-                let help = "an emergency does not call it; that is all it can do";
+                let help =
+                    "remove the safe value: an emergency only stops calling an extern action";
                 self.report_with_help(codes::BAD_INIT, span, message, help);
             } else if matches!(output.ty.bounds(), (lo, hi) if safe < lo || safe > hi) {
                 let message = format!("the safe value {safe} of `{name}` is outside its type");
@@ -37,11 +38,11 @@ impl Checker<'_> {
             self.out.push(
                 Diagnostic::error(
                     codes::EMERGENCY,
-                    format!("the emergency asks the extern condition `{name}`"),
+                    format!("the emergency reads the extern condition `{name}`"),
                 )
                 .at(emergency.condition.span, "")
                 .at(name.span, "declared here")
-                .help("make it an input: what forces outputs must not wait for a function"),
+                .help("make it an input: an emergency must not wait for a function call"),
             );
         }
         for output in net.outputs.values().filter(|output| output.registered) {
@@ -50,23 +51,20 @@ impl Checker<'_> {
                 Diagnostic::error(
                     codes::EMERGENCY,
                     format!(
-                        "the output `{name}` is registered, so nothing can force it between clocks"
+                        "the output `{name}` is registered, so an emergency cannot force it between clock edges"
                     ),
                 )
                 .at(name.span, "declared here")
                 .at(span, "forces all outputs")
-                .help("drop `registered`"),
+                .help("remove `registered`"),
             );
         }
         if let Some(open) = net.unspecified.first() {
             self.out.push(
-                Diagnostic::error(
-                    codes::EMERGENCY,
-                    "a net with an emergency has cells that are left open",
-                )
-                .at(span, "")
-                .at(open.when.span, "what an output is here, nobody says")
-                .help("close the open cells, or leave the emergency out"),
+                Diagnostic::error(codes::EMERGENCY, "a net with an emergency contains open cells")
+                    .at(span, "")
+                    .at(open.when.span, "outputs have no defined value here")
+                    .help("specify the open cells, or remove the emergency"),
             );
         }
     }

@@ -1,4 +1,4 @@
-//! Types of expressions, and which values may be read at which place (invariants 7 to 13).
+//! Types of expressions, and which values each context may read (invariants 7 to 13).
 
 use super::Checker;
 use crate::codes;
@@ -8,14 +8,14 @@ use crate::interval::{Leaves, NetLeaves, TypeError, TypeErrorKind, check};
 use crate::net::{Driver, Expr, InputKind, Leaf, Net, PropertyLeaf, PropertyRole, TransitionId};
 use crate::span::Span;
 
-/// Where an expression stands.
+/// The context of an expression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Place {
     /// The receptivity of a transition.
     Guard(TransitionId),
     /// A list of a step, transition or history.
     List,
-    /// A place without edges and events, with its name.
+    /// A context without edges and events, with its name.
     Quiet(&'static str),
     /// `unspecified`.
     Unspecified,
@@ -38,14 +38,14 @@ impl Place {
     }
 }
 
-/// The leaves of a net as far as `place` may read them.
+/// The leaves of a net that `place` may read.
 struct Scope<'a> {
     net: &'a Net,
     place: Place,
 }
 
 impl Scope<'_> {
-    /// What is wrong with reading this here, in the user's terms.
+    /// Why this cannot be read here, in the user's terms.
     fn objection(&self, leaf: &Leaf) -> Option<&'static str> {
         let net = self.net;
         let event = match leaf {
@@ -65,13 +65,13 @@ impl Scope<'_> {
         };
         let is_input = matches!(leaf, Leaf::Input(_));
         match self.place {
-            Place::Assume if !is_input => return Some("something else than an input"),
+            Place::Assume if !is_input => return Some("a value that is not an input"),
             Place::Unspecified if !is_input && !matches!(leaf, Leaf::Active(_)) => {
-                return Some("something else than an input or a step bit");
+                return Some("a value that is neither an input nor a step bit");
             }
             Place::Assume | Place::Assert => {
                 if event == Some(InputKind::InternalEvent) {
-                    return Some("an internal event, which holds only within a reaction,");
+                    return Some("an internal event, which is true only within a reaction,");
                 }
             }
             Place::Guard(_) | Place::List
@@ -80,19 +80,19 @@ impl Scope<'_> {
                 return Some("an event of a statechart, which belongs after `on`,");
             }
             Place::Quiet(_) if event.is_some() => {
-                return Some("an event, which holds only within a micro-step,");
+                return Some("an event, which is true only within a micro-step,");
             }
             Place::Guard(_) | Place::List | Place::Quiet(_) | Place::Unspecified => {}
         }
         match (leaf, self.place) {
             (Leaf::Rise(_) | Leaf::Fall(_), Place::Quiet(_) | Place::Assert) => {
-                Some("an edge, which holds only within a reaction,")
+                Some("an edge, which is true only within a reaction,")
             }
             (Leaf::Fireable(other), Place::Guard(transition)) if *other >= transition => {
-                Some("whether a transition declared later, or this one, can fire")
+                Some("whether this transition or a later one is fireable")
             }
             (Leaf::Fireable(_), Place::List | Place::Quiet(_) | Place::Assert) => {
-                Some("whether a transition can fire")
+                Some("whether a transition is fireable")
             }
             _ => None,
         }
@@ -134,7 +134,7 @@ impl Leaves<PropertyLeaf> for Scope<'_> {
                 let what = match driver {
                     _ if self.place == Place::Assume => "an output",
                     Some(Driver::Extern { params, .. }) if !params.is_empty() => {
-                        "an extern action with arguments, which is no single value,"
+                        "an extern action with arguments, which has no single value,"
                     }
                     _ => return Ok(ty),
                 };
@@ -178,12 +178,12 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// A truth value at `place`.
+    /// Checks a Boolean at `place`.
     pub(super) fn condition(&mut self, expr: &Expr, place: Place) {
         self.generic(expr, place, true);
     }
 
-    /// A value at `place`, of the kind of `wanted`; gives its type where it has one.
+    /// Checks a value at `place` against the kind of `wanted`; returns its type if it has one.
     pub(super) fn value(&mut self, expr: &Expr, place: Place, wanted: Type) -> Option<Type> {
         self.generic(expr, place, wanted.is_bool())
     }

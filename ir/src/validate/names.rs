@@ -1,4 +1,4 @@
-//! Names: fit for a trace, and unique (invariants 2 and 3).
+//! Names: legal in a trace, and unique (invariants 2 and 3).
 
 use super::Checker;
 use crate::codes;
@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 /// Characters that separate or quote something in traces, stimuli and the text form.
 const FORBIDDEN: &str = ",;\"'`#()[]{}";
 
-/// Who has which name.
+/// The names in use and their owners.
 type Taken<'a> = BTreeMap<&'a str, (&'static str, Span)>;
 
 impl<'a> Checker<'a> {
@@ -52,7 +52,7 @@ impl<'a> Checker<'a> {
             self.claim(&mut taken, &output.name, "output");
             columns.push(&output.name);
         }
-        // The memory of a stored output is usually called like its output.
+        // The memory of a stored output usually has the output's name.
         let mut memory_of: BTreeMap<_, &str> = BTreeMap::new();
         for output in net.outputs.values() {
             if let Driver::Stored(var) = output.driver {
@@ -96,8 +96,9 @@ impl<'a> Checker<'a> {
             if let Some((prefix, "active" | "t" | "T" | "done")) = text.rsplit_once('.')
                 && let Some((owner, other)) = steps.get(prefix)
             {
-                let message =
-                    format!("the {what} `{text}` is called like a value of the {owner} `{prefix}`");
+                let message = format!(
+                    "the {what} `{text}` has the same name as a value of the {owner} `{prefix}`"
+                );
                 self.out.push(
                     Diagnostic::error(codes::NAME_TWICE, message)
                         .at(span, "")
@@ -122,7 +123,7 @@ impl<'a> Checker<'a> {
             let message = if *other == what {
                 format!("two {what}s are called `{name}`")
             } else {
-                format!("the {what} `{name}` is called like another {other}")
+                format!("the {what} `{name}` has the same name as another {other}")
             };
             let diagnostic =
                 Diagnostic::error(codes::NAME_TWICE, message).at(name.span, "the second");
@@ -143,8 +144,10 @@ impl<'a> Checker<'a> {
                 false
             }
             Some(wrong) => {
-                let message =
-                    format!("the name {:?} of a {what} has the character {wrong:?}", name.text);
+                let message = format!(
+                    "the name {:?} of a {what} contains the character {wrong:?}",
+                    name.text
+                );
                 self.report_with_help(
                     codes::BAD_NAME,
                     name.span,

@@ -13,23 +13,23 @@ use crate::net::{
 use crate::span::Span;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What a list of entered things is entered into.
+/// The domain of a list of entered things.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Domain {
     /// A whole chart.
     Part(PartId),
     /// A state that is active before and after.
     State(StepId),
-    /// As `State`, but only one of several lists that are entered together.
+    /// Like `State`, but only one of several lists that are entered together.
     Share(StepId),
 }
 
-/// The states as a forest; only sound links are in it, so it has no cycle.
+/// The states as a forest; it contains only valid links, so it has no cycle.
 struct Forest {
     children: IdMap<Step, Vec<StepId>>,
     /// Number of proper descendants.
     below: IdMap<Step, usize>,
-    /// Position in a depth-first walk, to ask for descendants.
+    /// Position in a depth-first walk, to test for descendants.
     entry: IdMap<Step, usize>,
 }
 
@@ -87,13 +87,13 @@ impl Checker<'_> {
             );
         }
         for forcing in &net.forcings {
-            self.report(code, forcing.span, "a forcing order stands in a statechart");
+            self.report(code, forcing.span, "a forcing order is not allowed in a statechart");
         }
         for drawn in &net.macros {
             self.report(
                 code,
                 drawn.name.span,
-                format!("the macro-step `{}` stands in a statechart", drawn.name),
+                format!("the macro-step `{}` is not allowed in a statechart", drawn.name),
             );
         }
         for step in net.steps.values() {
@@ -103,13 +103,17 @@ impl Checker<'_> {
                 _ if step.activation_link => "has an activation link",
                 _ if step.priority.is_some() => "has a priority",
                 _ if step.is_initial => {
-                    "is marked as initial, but `initial` of its chart says what is entered"
+                    "is marked as initial, but `initial` of its chart determines what is entered"
                 }
                 StepKind::Leaf | StepKind::Composite | StepKind::Parallel | StepKind::Final => {
                     continue;
                 }
             };
-            self.report(code, span, format!("`{name}` {what}, which a statechart does not have"));
+            self.report(
+                code,
+                span,
+                format!("`{name}` {what}, which is not allowed in a statechart"),
+            );
         }
     }
 
@@ -128,9 +132,9 @@ impl Checker<'_> {
             let complaint = if parent_id >= id {
                 "which is declared after it"
             } else if parent.part != step.part {
-                "which is of another chart"
+                "which is in another chart"
             } else if !matches!(parent.kind, StepKind::Composite | StepKind::Parallel) {
-                "which has no room for children"
+                "which is neither composite nor parallel"
             } else {
                 children[parent_id].push(id);
                 if parent.kind == StepKind::Parallel && step.kind == StepKind::Final {
@@ -143,7 +147,7 @@ impl Checker<'_> {
             self.report(
                 codes::HIERARCHY,
                 span,
-                format!("`{name}` lies in `{}`, {complaint}", parent.name),
+                format!("the parent of `{name}` is `{}`, {complaint}", parent.name),
             );
         }
         for (id, step) in net.steps.iter() {
@@ -166,7 +170,7 @@ impl Checker<'_> {
                 && !(is_nest && self.is_event(event))
             {
                 let message = format!(
-                    "`{name}` is no composite or parallel state, or raises something that is no event"
+                    "the done event of `{name}` is not an event, or `{name}` is neither composite nor parallel"
                 );
                 self.report(codes::HIERARCHY, span, message);
             }
@@ -175,7 +179,7 @@ impl Checker<'_> {
     }
 
     fn queue_bound(&mut self) {
-        /// Lists beyond the depth limit have been reported where lists are checked.
+        /// Lists beyond the depth limit are reported by the check of lists.
         fn raises_within(list: &[Stmt], depth: usize) -> bool {
             depth > 0
                 && list.iter().any(|stmt| match &stmt.kind {
@@ -208,7 +212,7 @@ impl Checker<'_> {
                 codes::SETTINGS,
                 net.name.span,
                 message,
-                "write `queue N`, N events at most",
+                "write `queue N` for at most N events",
             );
         }
     }
@@ -224,15 +228,16 @@ impl Checker<'_> {
         let net = self.net;
         let (name, span) = (&transition.name, transition.name.span);
         if transition.priority.is_some() && transition.kind == TransitionKind::Move {
-            let message =
-                format!("the transition `{name}` has a priority, which a statechart does not have");
+            let message = format!(
+                "the transition `{name}` has a priority, which is not allowed in a statechart"
+            );
             self.report(codes::WRONG_WORLD, span, message);
         }
         let &[source] = transition.requires.as_slice() else {
             if transition.kind == TransitionKind::Move {
                 let count = transition.requires.len();
                 let message = format!(
-                    "the transition `{name}` has {count} sources; in a statechart it has one"
+                    "the transition `{name}` has {count} sources; in a statechart it must have one"
                 );
                 self.report(codes::WRONG_WORLD, span, message);
             }
@@ -241,7 +246,7 @@ impl Checker<'_> {
         let Some(state) = net.steps.get(source) else { return };
         if state.part != transition.part {
             let message = format!(
-                "the transition `{name}` and its source `{}` are of different charts",
+                "the transition `{name}` and its source `{}` are in different charts",
                 state.name
             );
             self.report(codes::HIERARCHY, span, message);
@@ -255,13 +260,14 @@ impl Checker<'_> {
             return;
         }
         if !transition.restart {
-            let message =
-                format!("the transition `{name}` does not restart, but in a statechart all do");
+            let message = format!(
+                "the transition `{name}` does not restart, but in a statechart every transition does"
+            );
             self.report(codes::WRONG_WORLD, span, message);
         }
         if transition.enters.is_empty() {
             let message = format!(
-                "the transition `{name}` has no target; in a statechart that is a reaction"
+                "the transition `{name}` has no target; in a statechart only a reaction has none"
             );
             self.report(codes::WRONG_WORLD, span, message);
         }
@@ -298,8 +304,9 @@ impl Checker<'_> {
             outer(other) == outer(top) && net.steps[*other].part == net.steps[*top].part
         });
         if !same || transition.clears.len() != inside {
-            let message =
-                format!("the transition `{name}` does not leave exactly what lies in one state");
+            let message = format!(
+                "the transition `{name}` does not leave exactly the descendants of one state"
+            );
             self.report(codes::TRANSITION, span, message);
             return;
         }
@@ -314,7 +321,7 @@ impl Checker<'_> {
         }
         if !in_clears(source) && domain != Domain::State(source) {
             let message = format!(
-                "the transition `{name}` leaves states that its source `{}` does not lie among",
+                "the transition `{name}` leaves states that do not include its source `{}`",
                 state.name
             );
             self.report(codes::TRANSITION, span, message);
@@ -328,7 +335,7 @@ impl Checker<'_> {
         );
     }
 
-    /// Invariant 30: what is entered completes a configuration below `domain`.
+    /// Invariant 30: the entered states complete a configuration below `domain`.
     fn configuration(
         &mut self,
         list: &[Enter],
@@ -356,7 +363,7 @@ impl Checker<'_> {
                     };
                     if !at_home {
                         let message = format!(
-                            "{who} enters `{}`, but not the state it lies in before it",
+                            "{who} enters `{}` without first entering its parent",
                             step.name
                         );
                         self.report(code, span, message);
@@ -369,7 +376,7 @@ impl Checker<'_> {
                     let Some(step) = net.steps.get(id) else { return };
                     if step.kind != StepKind::Composite || !entered.contains(&id) {
                         let message = format!(
-                            "{who} runs the initial content of `{}`, which is no composite state entered before",
+                            "{who} runs the initial content of `{}`, which is not a composite state entered before",
                             step.name
                         );
                         self.report(code, span, message);
@@ -379,7 +386,7 @@ impl Checker<'_> {
                     let Some(history) = net.histories.get(id) else { return };
                     if !entered.contains(&history.owner) && base != Some(history.owner) {
                         let message = format!(
-                            "{who} enters the history `{}`, but not its state before it",
+                            "{who} enters the history `{}` without first entering its state",
                             history.name
                         );
                         self.report(code, span, message);
@@ -393,13 +400,17 @@ impl Checker<'_> {
             let by_history = state.is_some_and(|state| covered.contains(&state));
             let count = counts.get(&state).copied().unwrap_or(0) + usize::from(by_history);
             if !by_history && is_parallel && count != wanted {
-                let message = format!("{who} enters {count} of the {wanted} regions of `{name}`");
+                let message = format!(
+                    "{who} enters {count} of the {wanted} regions of `{name}`, but must enter all"
+                );
                 self.report(code, span, message);
             } else if !is_parallel && count != 1 {
                 self.report(
                     code,
                     span,
-                    format!("{who} enters {count} states within `{name}`, it must be one"),
+                    format!(
+                        "{who} enters {count} states within `{name}`, but must enter exactly one"
+                    ),
                 );
             }
         };
@@ -453,12 +464,12 @@ impl Checker<'_> {
             }
             let recorded: Vec<StepId> = history.cases.iter().map(|case| case.step).collect();
             let step_name = |id: StepId| net.steps.get(id).map(|step| step.name.text.clone());
-            self.twice(&recorded, span, "what the history records", step_name);
+            self.twice(&recorded, span, "the recorded states", step_name);
             for step in recorded.iter().filter(|step| net.steps.get(**step).is_some()) {
                 if !forest.is_below(*step, history.owner) {
                     let (step, owner) = (&net.steps[*step].name, &owner.name);
                     let message = format!(
-                        "the history `{name}` records `{step}`, which does not lie in `{owner}`"
+                        "the history `{name}` records `{step}`, which is not inside `{owner}`"
                     );
                     self.report(codes::HISTORY, span, message);
                 }
@@ -488,7 +499,7 @@ impl Checker<'_> {
     }
 }
 
-/// Numbers the forest depth first, without recursion: states may nest as deep as there are states.
+/// Numbers the forest depth first, without recursion, because the nesting depth of states is not bounded.
 fn walk(net: &crate::net::Net, children: IdMap<Step, Vec<StepId>>) -> Forest {
     let mut is_root = IdMap::filled(&net.steps, true);
     for child in children.values().flatten() {

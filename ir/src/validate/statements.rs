@@ -1,4 +1,4 @@
-//! Outputs, lists of actions, controlled actions, tasks (invariants 14 to 19).
+//! Outputs, statement lists, controlled actions, tasks (invariants 14 to 19).
 
 use super::Checker;
 use super::expressions::Place;
@@ -12,12 +12,12 @@ use crate::net::{
 };
 use crate::span::Span;
 
-/// What a list may hold besides assignments, calls and `if`.
+/// The statements that a list may contain besides assignments, calls and `if`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ListKind {
-    /// Everything.
+    /// All statements.
     Free,
-    /// Nothing else.
+    /// No others.
     Task,
 }
 
@@ -46,7 +46,7 @@ impl Checker<'_> {
                             codes::SETTINGS,
                             span,
                             message,
-                            "use `evolution single` or drop `mealy`",
+                            "use `evolution single` or remove `mealy`",
                         );
                     }
                 }
@@ -80,8 +80,7 @@ impl Checker<'_> {
                 }
             }
             if wants_bool && !output.ty.is_bool() {
-                let message =
-                    format!("the output `{name}` has a range, but no variable is its memory");
+                let message = format!("the output `{name}` has a range, but no variable stores it");
                 self.report_with_help(
                     codes::DRIVER,
                     span,
@@ -94,7 +93,7 @@ impl Checker<'_> {
             let count = memories[id.index()];
             if count != 1 {
                 let message = format!(
-                    "the variable `{}` is the memory of {count} outputs, it must be of one",
+                    "the variable `{}` is the memory of {count} outputs, but must be the memory of one",
                     var.name
                 );
                 self.report(codes::DRIVER, var.name.span, message);
@@ -111,7 +110,7 @@ impl Checker<'_> {
         let var = &self.net.vars[var];
         if var.origin != VarOrigin::StoredOutput {
             let message = format!(
-                "the output `{name}` shows the variable `{}`, which is no output's memory",
+                "the output `{name}` is stored in the variable `{}`, which is not the memory of an output",
                 var.name
             );
             self.report(codes::DRIVER, span, message);
@@ -140,7 +139,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Lists and tasks of steps. What else there is to a step is structure.
+    /// Lists and tasks of steps; the structure of steps is checked elsewhere.
     pub(super) fn steps(&mut self) {
         let net = self.net;
         for step in net.steps.values() {
@@ -163,12 +162,12 @@ impl Checker<'_> {
                 }
                 let var = &net.vars[*lock];
                 if !var.ty.is_bool() || var.len.is_some() || step.locks[..at].contains(lock) {
-                    let message = format!("`{}` cannot be a lock of `{name}`", var.name);
+                    let message = format!("`{}` cannot be a lock of the step `{name}`", var.name);
                     self.report_with_help(
                         codes::TASK,
                         span,
                         message,
-                        "name plain Boolean variables, each once",
+                        "list plain Boolean variables, each once",
                     );
                 }
             }
@@ -226,7 +225,7 @@ impl Checker<'_> {
 
     fn not_too_long(&mut self, ticks: u32, span: Span, what: &str) {
         if i64::from(ticks) > LONGEST {
-            let message = format!("{what} is {ticks} ticks, the most is {LONGEST}");
+            let message = format!("{what} is {ticks} ticks; the maximum is {LONGEST}");
             self.report_with_help(codes::DURATION, span, message, "use a longer tick");
         }
     }
@@ -250,7 +249,7 @@ impl Checker<'_> {
                         self.report(
                             codes::NET_LIMIT,
                             span,
-                            format!("`if` is nested more than {DEPTH_LIMIT} deep"),
+                            format!("`if` is nested more than {DEPTH_LIMIT} levels deep"),
                         );
                     } else {
                         self.list(then, place, kind, depth + 1);
@@ -279,15 +278,15 @@ impl Checker<'_> {
                     self.has(&net.sends, *slot, span, "send slot");
                     Some("cancels a send")
                 }
-                StmtKind::Code(_) => Some("holds text of a target language"),
+                StmtKind::Code(_) => Some("contains target-language text"),
             };
             if let (Some(what), ListKind::Task) = (foreign, kind) {
-                let message = format!("a task {what}; it may only assign and call");
+                let message = format!("a task {what}, but it may only assign and call");
                 self.report_with_help(
                     codes::TASK,
                     span,
                     message,
-                    "put it into the entry or exit list of the step",
+                    "move it to the entry or exit list of the step",
                 );
             }
         }
@@ -309,7 +308,7 @@ impl Checker<'_> {
             (None, None) => {}
             (None, Some(len)) => {
                 let message =
-                    format!("`{}` is an array of {len} elements, but no index is given", var.name);
+                    format!("`{}` is an array of {len} elements, so an index is needed", var.name);
                 self.report_with_help(
                     codes::INDEX,
                     span,
@@ -326,11 +325,11 @@ impl Checker<'_> {
                     && (lo < 0 || hi >= i64::from(len))
                 {
                     let message = format!(
-                        "the index can be {lo}..{hi}, `{}` has the elements 0..{}",
+                        "the index is in {lo}..{hi}, but `{}` has elements 0..{}",
                         var.name,
                         i64::from(len) - 1
                     );
-                    let help = "declare the index with the range of the array, or take it `mod` the number of elements";
+                    let help = "declare the index with the range of the array, or use the index `mod` the number of elements";
                     self.report_with_help(codes::INDEX, index.span, message, help);
                 }
             }
@@ -357,7 +356,7 @@ impl Checker<'_> {
                     codes::DRIVER,
                     span,
                     message,
-                    "declare a second extern action for one of the two",
+                    "declare a second extern action for one of the two uses",
                 );
             }
             self.arguments(output, params, arguments, span, place);
@@ -365,7 +364,7 @@ impl Checker<'_> {
             self.report(
                 codes::STATEMENT,
                 span,
-                format!("`{name}` is called, but it is no extern action"),
+                format!("`{name}` is called, but it is not an extern action"),
             );
         }
     }

@@ -1,4 +1,4 @@
-//! Settings, declarations, and the structure of nets that are no statecharts (invariants 4 to 6 and 20 to 25).
+//! Settings, declarations, and the structure of nets that are not statecharts (invariants 4 to 6 and 20 to 25).
 
 use super::Checker;
 use super::expressions::Place;
@@ -58,7 +58,7 @@ impl Checker<'_> {
                 self.report(
                     codes::BAD_TYPE,
                     span,
-                    format!("the event `{name}` has a range; an event is or is not"),
+                    format!("the event `{name}` has a range, but an event must be Boolean"),
                 );
             }
         }
@@ -69,18 +69,18 @@ impl Checker<'_> {
             let (name, span) = (&var.name, var.name.span);
             self.range(var.ty, span, name);
             if var.len == Some(0) {
-                self.report(codes::BAD_TYPE, span, format!("the array `{name}` has no element"));
+                self.report(codes::BAD_TYPE, span, format!("the array `{name}` has no elements"));
             }
             let wanted = var.len.unwrap_or(1) as usize;
             if var.init.len() != 1 && var.init.len() != wanted {
                 let given = var.init.len();
                 let message =
-                    format!("`{name}` has {given} values at reset, but {wanted} element(s)");
+                    format!("`{name}` has {given} value(s) at reset, but {wanted} element(s)");
                 self.report_with_help(
                     codes::BAD_INIT,
                     span,
                     message,
-                    "give one for all, or one for each",
+                    "give one value for all elements, or one for each",
                 );
             }
             let (lo, hi) = var.ty.bounds();
@@ -88,7 +88,7 @@ impl Checker<'_> {
                 self.report(
                     codes::BAD_INIT,
                     span,
-                    format!("`{name}` is {value} at reset, its range is {lo}..{hi}"),
+                    format!("`{name}` is {value} at reset, but its range is {lo}..{hi}"),
                 );
             }
         }
@@ -98,18 +98,18 @@ impl Checker<'_> {
         let Type::Int { lo, hi } = ty else { return };
         let fits = |value| i32::try_from(value).is_ok();
         if lo > hi {
-            let message = format!("the range {lo}..{hi} of `{what}` has no value");
+            let message = format!("the range {lo}..{hi} of `{what}` is empty");
             self.report_with_help(codes::BAD_TYPE, span, message, format!("write {hi}..{lo}"));
         } else if !fits(lo) || !fits(hi) {
             self.report(
                 codes::BAD_TYPE,
                 span,
-                format!("the range {lo}..{hi} of `{what}` is beyond 32 bits"),
+                format!("the range {lo}..{hi} of `{what}` exceeds 32 bits"),
             );
         }
     }
 
-    /// What all transitions have in common; whether they may be drawn so depends on the kind of chart.
+    /// Checks that all kinds of transitions share; further checks depend on the kind of chart.
     pub(super) fn transitions(&mut self) {
         let net = self.net;
         for (id, transition) in net.transitions.iter() {
@@ -131,7 +131,7 @@ impl Checker<'_> {
                 {
                     let name = &net.inputs[*event].name;
                     let message =
-                        format!("`{name}` stands after `on`, but it is an input, not an event");
+                        format!("`{name}` is used after `on`, but it is an input, not an event");
                     self.report_with_help(
                         codes::TRANSITION,
                         span,
@@ -168,8 +168,9 @@ impl Checker<'_> {
             || !reaction.clears.is_empty()
             || !reaction.enters.is_empty()
         {
-            let message =
-                format!("the reaction `{name}` must belong to one step, and enter and leave none");
+            let message = format!(
+                "the reaction `{name}` must belong to exactly one step and must not enter or leave steps"
+            );
             self.report(codes::TRANSITION, span, message);
         }
         if reaction.priority.is_some() {
@@ -232,10 +233,8 @@ impl Checker<'_> {
                 }
                 StepKind::Leaf | StepKind::Enclosing => continue,
             };
-            let message = format!(
-                "`{}` {what}, but the conflict policy is not that of a statechart",
-                step.name
-            );
+            let message =
+                format!("`{}` {what}, but the conflict policy is not for a statechart", step.name);
             self.report_with_help(
                 code,
                 step.name.span,
@@ -269,7 +268,7 @@ impl Checker<'_> {
                     Some(_) => {
                         let part = &net.parts[step.part].name;
                         let message = format!(
-                            "steps of the partial chart `{part}` lie in different enclosing steps"
+                            "steps of the partial chart `{part}` are in different enclosing steps"
                         );
                         self.report(codes::HIERARCHY, span, message);
                     }
@@ -285,8 +284,10 @@ impl Checker<'_> {
                     format!("`{}` encloses `{name}`, but is declared after it", parent.name);
                 self.report(codes::HIERARCHY, span, message);
             } else if parent.kind != StepKind::Enclosing {
-                let message =
-                    format!("`{name}` lies in `{}`, which is not an enclosing step", parent.name);
+                let message = format!(
+                    "the parent of `{name}` is `{}`, which is not an enclosing step",
+                    parent.name
+                );
                 self.report(codes::HIERARCHY, span, message);
             } else if let (Some(inner), Some(outer)) =
                 (net.parts.get(step.part), net.parts.get(parent.part))
@@ -314,8 +315,9 @@ impl Checker<'_> {
             return;
         }
         if transition.clears != transition.requires {
-            let message =
-                format!("the transition `{name}` leaves other steps than those that enable it");
+            let message = format!(
+                "the transition `{name}` leaves steps that differ from those that enable it"
+            );
             self.report(codes::TRANSITION, span, message);
         }
         if transition.requires.is_empty() && transition.enters.is_empty() {
@@ -349,7 +351,7 @@ impl Checker<'_> {
                 continue;
             }
             if forcing.target.is_empty() {
-                self.report(codes::FORCING, span, "the forcing order names no chart");
+                self.report(codes::FORCING, span, "the forcing order has no target chart");
             }
             let part_name = |id| net.parts.get(id).map(|part: &Part| part.name.text.clone());
             self.twice(&forcing.target, span, "the forced charts", part_name);
@@ -402,7 +404,7 @@ impl Checker<'_> {
             {
                 let name = &net.steps[*step].name;
                 let message = format!(
-                    "the forced situation lacks `{name}`, which its enclosing step activates"
+                    "the forced situation does not contain `{name}`, which its enclosing step activates"
                 );
                 self.report(codes::FORCING, span, message);
             }
@@ -422,7 +424,7 @@ impl Checker<'_> {
                     codes::FORCING,
                     span,
                     message,
-                    "let a chart of a higher level give the orders",
+                    "move the forcing orders to a chart of a higher level",
                 );
             }
         }
@@ -432,7 +434,7 @@ impl Checker<'_> {
         let net = self.net;
         let mut has_steps = IdMap::filled(&net.parts, false);
         let mut begins = IdMap::filled(&net.parts, false);
-        // A chart begins in an initial macro-step too: what its parts bring counts for the root part they stand behind.
+        // An initial macro-step also starts a chart: initial steps of its parts count for the root part before them.
         let mut root = PartId::from_index(0);
         let root_of = IdMap::build(&net.parts, |id, part| {
             if part.level <= 1 {
@@ -462,14 +464,14 @@ impl Checker<'_> {
         for (id, part) in net.parts.iter() {
             if part.level == 1 && has_steps[id] && !begins[id] {
                 let message = format!(
-                    "the chart `{}` has no initial step, so nothing can ever happen in it",
+                    "the chart `{}` has no initial step, so it can never become active",
                     part.name
                 );
                 self.report_with_help(
                     codes::NO_BEGINNING,
                     part.name.span,
                     message,
-                    "mark the step it starts in as initial",
+                    "mark the step in which it starts as initial",
                 );
             }
         }
@@ -511,7 +513,7 @@ impl Checker<'_> {
         }
     }
 
-    /// True if some event can stand in a queue: one that is raised, sent, or raised by completion.
+    /// True if a queue can contain some event: one that is raised, sent, or raised by completion.
     pub(super) fn is_event(&self, id: crate::net::InputId) -> bool {
         self.net
             .inputs
@@ -520,7 +522,7 @@ impl Checker<'_> {
     }
 }
 
-/// The steps among what is entered.
+/// The steps among the entered things.
 pub(super) fn entered_steps(enters: &[Enter]) -> Vec<StepId> {
     enters
         .iter()

@@ -1,5 +1,5 @@
-//! Random nets in which every field of every type takes every shape. They are not valid (ids dangle, names repeat, types don't fit): that is the
-//! point, for the text form must carry broken nets too.
+//! Random nets in which every field of every type takes every form. They are deliberately invalid (ids dangle, names repeat, types do not fit), because
+//! the text form must represent broken nets too.
 
 use grafsynth_ir::Arena;
 use grafsynth_ir::arena::Id;
@@ -7,7 +7,7 @@ use grafsynth_ir::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind, Type
 use grafsynth_ir::net::*;
 use grafsynth_ir::span::{Name, Span};
 
-/// xorshift64*: enough for tests, the same everywhere.
+/// xorshift64*: sufficient for tests, and the same on all machines.
 pub(crate) struct Random(u64);
 
 impl Random {
@@ -42,7 +42,7 @@ impl Random {
         if self.flip() { Some(make(self)) } else { None }
     }
 
-    /// Mostly an id that exists.
+    /// An id that usually exists.
     fn id<T>(&mut self) -> Id<T> {
         Id::from_index(self.below(4) as usize)
     }
@@ -313,7 +313,7 @@ fn action(r: &mut Random) -> ControlledAction {
     }
 }
 
-/// The net of this seed.
+/// The net for this seed.
 pub(crate) fn net(seed: u64) -> Net {
     let r = &mut Random::new(seed);
     let kinds = [InputKind::Pin, InputKind::Extern, InputKind::Event, InputKind::InternalEvent];

@@ -1,9 +1,9 @@
-//! Questions about one function, which make no new node: size, support, values, how often it is true.
+//! Queries about one function that create no node: size, support, values, number of satisfying assignments.
 
 use super::{Bdd, LEAF, Ref};
 
 impl Bdd {
-    /// The inner nodes below and including `f`, in ascending order.
+    /// The inner nodes of `f` including its root, in ascending order.
     pub(super) fn reached(&self, f: Ref) -> Vec<Ref> {
         let mut seen = std::collections::BTreeSet::new();
         let mut open = vec![f];
@@ -33,7 +33,7 @@ impl Bdd {
         levels
     }
 
-    /// The value of `f` where variable `level` has the value `value(level)`.
+    /// The value of `f` if the variable of each level has the value `value(level)`.
     pub fn eval(&self, f: Ref, mut value: impl FnMut(u32) -> bool) -> bool {
         let mut at = f;
         while !at.is_const() {
@@ -43,7 +43,7 @@ impl Bdd {
         at == Ref::TRUE
     }
 
-    /// Values that make `f` true, with 0 preferred, for the variables on one path; the others are free. None if `f` is never true.
+    /// An assignment that makes `f` true, with 0 preferred, for the variables on one path; the others are free. `None` if `f` is never true.
     #[must_use]
     pub fn any_sat(&self, f: Ref) -> Option<Vec<(u32, bool)>> {
         if f == Ref::FALSE {
@@ -60,8 +60,8 @@ impl Bdd {
         Some(path)
     }
 
-    /// The number of ways to make `f` true over the variables of `levels` (ascending; they must hold the support of `f`); `u128::MAX` stands for
-    /// that number and all larger ones.
+    /// The number of assignments to the variables of `levels` that make `f` true (`levels` is ascending and contains the support of `f`); `u128::MAX`
+    /// means that number or more.
     #[must_use]
     pub fn sat_count(&self, f: Ref, levels: &[u32]) -> u128 {
         let rank = |level: u32| {
@@ -97,7 +97,7 @@ impl Bdd {
         scaled(count_of(&counts, f), rank(self.nodes[f.0 as usize].level))
     }
 
-    /// True when `f` is true wherever all these (level, value) pairs hold; pairs ascending by level.
+    /// True if `f` is true for all assignments with these (level, value) pairs; pairs ascending by level.
     #[must_use]
     pub fn covers_cube(&self, f: Ref, cube: &[(u32, bool)]) -> bool {
         let mut seen = std::collections::BTreeSet::new();

@@ -1,4 +1,4 @@
-//! The reaction over several clocks: the program rewritten so that one clock makes one round of the evolution (semantics.md §9).
+//! The reaction in several clocks: rewrites the program so that one clock runs one round of the evolution (semantics.md §9).
 //!
 //! ```text
 //!   one reaction              one clock
@@ -8,12 +8,12 @@
 //!   after                     if not c { after, outputs and fault into registers }
 //!                             busy := c;  held := what the next clock reads
 //! ```
-//! A round is a check with what it fires: a micro-step, an event taken from a queue, or the empty check that ends the reaction. So a reaction of k
-//! micro-steps outside statecharts takes k + 1 clocks, and one that changes nothing takes one. The count of micro-steps, the limit and the fault are
-//! those of the program itself. The rest of the encoder knows nothing of all this but the cells that stand behind pins ([`Registers`]).
+//! A round is a check together with what it fires: a micro-step, an event taken from a queue, or the empty check that ends the reaction. So outside
+//! statecharts a reaction of k micro-steps takes k + 1 clocks, and one that changes nothing takes one. The micro-step count, the limit and the fault come
+//! from the program itself. The rest of the encoder only knows the cells for pins ([`Registers`]).
 //!
-//! What is held means nothing once `busy` is 0: the clock that then comes overwrites it before it reads it. It is not cleared, for that would cost
-//! every such flip-flop the products of `busy`'s own function.
+//! Held values have no meaning once `busy` is 0: the next clock overwrites them before it reads them. They are not cleared, because that would add the
+//! products of `busy`'s function to every such flip-flop.
 
 use super::{has_pin, substitute};
 use grafsynth_ir::Span;
@@ -25,15 +25,15 @@ use grafsynth_ir::program::{
 };
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A program of one round a clock.
+/// A program that runs one round per clock.
 pub(super) struct Stepwise {
     pub(super) program: Program,
     pub(super) registers: Registers,
 }
 
-/// The cells that a pin shows as they are: they move when a reaction ends.
+/// The cells that pins show directly; they change when a reaction ends.
 pub(super) struct Registers {
-    /// 1 while the reaction goes on; this one moves at every clock.
+    /// 1 while the reaction is running; this cell changes at every clock.
     pub(super) busy: CellId,
     /// The fault flag of the last row.
     pub(super) fault: CellId,
@@ -41,8 +41,8 @@ pub(super) struct Registers {
     pub(super) strobes: BTreeMap<OutputId, CellId>,
 }
 
-/// The program over several clocks. None where its shape does not allow it: nothing evolves, or actions are called on the way, of which a chip can
-/// show one call a reaction and cannot know here that there is no second one in a later clock.
+/// The program over several clocks. `None` if its form does not allow this: nothing evolves, or actions are called between micro-steps. A chip can show
+/// one call per reaction, and the encoder cannot exclude a second call in a later clock.
 pub(super) fn stepwise(net: &Net, program: &Program) -> Option<Stepwise> {
     let at = program.body.iter().position(|stmt| is_evolution(program, stmt))?;
     let (before, rest) = program.body.split_at(at);
@@ -58,7 +58,7 @@ pub(super) fn stepwise(net: &Net, program: &Program) -> Option<Stepwise> {
     exposed.block(body);
     exposed.expr(condition);
     exposed.block(after);
-    // What depends on nothing but inputs is made anew in each clock; all else that is still read must be held.
+    // Values that depend only on inputs are computed again in each clock; all other values that are still read must be held.
     let (pure, start) = split_pure(program, before, &exposed.read);
     let pure_temps: BTreeSet<TempId> = pure.iter().map(|&(temp, _)| temp).collect();
     let mut later = Used::default();
@@ -99,25 +99,25 @@ pub(super) fn stepwise(net: &Net, program: &Program) -> Option<Stepwise> {
     Some(maker.finish(out))
 }
 
-/// The loop that moves the situation; other loops settle conflicts or order what is due.
+/// True for the loop that changes the situation; other loops resolve conflicts or order due sends.
 fn is_evolution(program: &Program, stmt: &Stmt) -> bool {
     matches!(stmt, Stmt::Repeat { body, .. } if moves(program, body))
 }
 
-/// Some step may be stored.
+/// True if some step may be stored.
 pub(super) fn moves(program: &Program, block: &[Stmt]) -> bool {
     block.iter().any(|stmt| match stmt {
         Stmt::Store(cell, ..) => matches!(program.cells[*cell].origin, Origin::Step(_)),
         Stmt::If(_, then, otherwise) => moves(program, then) || moves(program, otherwise),
         Stmt::Repeat { body, .. } => moves(program, body),
-        // A state that is coded by its region moves as a temporary.
+        // A state that is coded by its region changes as a temporary.
         Stmt::Set(temp, _) => matches!(program.temps[*temp].role, TempRole::NextActive(_)),
         Stmt::Output(..) | Stmt::Call(..) | Stmt::Code(_) | Stmt::Fault(_) => false,
     })
 }
 
-/// Temporaries that are set once, to something that follows from inputs alone, and that `wanted` asks for, directly or through each other; and the
-/// block without them.
+/// Extracts temporaries that are set once, to a value that depends only on inputs, and that `wanted` reads directly or indirectly; returns them and the
+/// rest of the block.
 fn split_pure<'a>(
     program: &Program,
     before: &'a [Stmt],
@@ -191,7 +191,7 @@ fn count_sets(block: &[Stmt], counts: &mut BTreeMap<TempId, usize>) {
     }
 }
 
-/// Nothing that shows outside the reaction.
+/// True if the block has no effect outside the reaction.
 fn only_stores(block: &[Stmt]) -> bool {
     block.iter().all(|stmt| match stmt {
         Stmt::Set(..) | Stmt::Store(..) => true,
@@ -279,7 +279,7 @@ fn for_each_expr(block: &[Stmt], visit: &mut impl FnMut(&Expr)) {
     }
 }
 
-/// The temporaries that a block may read before it has set them. What only a branch sets counts as set in that branch alone.
+/// The temporaries that a block may read before it sets them. A temporary that only one branch sets counts as set only in that branch.
 #[derive(Default)]
 struct Exposed {
     read: BTreeSet<TempId>,
@@ -333,14 +333,14 @@ impl Exposed {
 
 /// An input of the reaction, or its tick.
 struct Taken {
-    /// What the pin carries.
+    /// The value of the pin.
     pin: Expr,
-    /// What the reaction works with.
+    /// The value that the reaction uses.
     now: TempId,
     ty: Type,
-    /// For the clocks after the first, where one of them reads it.
+    /// The value for the clocks after the first, if one of them reads it.
     held: Option<CellId>,
-    /// Of an event or the tick: one that came while busy.
+    /// For an event or the tick: one that came while busy.
     late: Option<CellId>,
 }
 
@@ -351,10 +351,10 @@ struct Maker<'a> {
     busy: CellId,
     inputs: BTreeMap<InputId, Taken>,
     tick: Option<Taken>,
-    /// An event or tick came when one was kept already.
+    /// An event or tick came while one was already stored.
     lost: Option<CellId>,
     outputs: BTreeMap<OutputId, CellId>,
-    /// Where it is noted at the end that an extern action is called.
+    /// Temporaries that record the calls of extern actions at the end.
     called: BTreeMap<OutputId, TempId>,
     strobes: BTreeMap<OutputId, CellId>,
     fault: CellId,
@@ -363,7 +363,7 @@ struct Maker<'a> {
 impl<'a> Maker<'a> {
     fn new(net: &Net, program: &'a Program, at_start: &Used, later: &Used) -> Self {
         let (cells, temps) = (program.cells.clone(), program.temps.clone());
-        // The two cells that every such program has get their ids just below.
+        // The two cells that every such program has get their ids below.
         let mut maker = Maker {
             program,
             cells,
@@ -412,7 +412,7 @@ impl<'a> Maker<'a> {
         maker
     }
 
-    /// Registers of the actions that are called at the end of a reaction or at reset.
+    /// Creates registers for the actions that are called at the end of a reaction or at reset.
     fn note_calls(&mut self, net: &Net, after: &[Stmt]) {
         let mut at_reset = BTreeSet::new();
         for effect in &self.program.reset_effects {
@@ -458,7 +458,7 @@ impl<'a> Maker<'a> {
         self.inputs.values().chain(&self.tick)
     }
 
-    /// On a clock with busy 0 what the pins carry and what came late, else what was taken then.
+    /// In a clock with busy 0: the values of the pins and the late events; otherwise the values taken then.
     fn take_inputs(&self) -> Vec<Stmt> {
         let mut out = Vec::new();
         let mut lost = Vec::new();
@@ -480,7 +480,7 @@ impl<'a> Maker<'a> {
                 let kept = Expr::or([occurs, of_cell(late)]);
                 keep.push(Stmt::Store(late, None, Expr::and([of_cell(self.busy), kept])));
             }
-            // Without a cell it is read in the first clock only.
+            // Without a cell it is read only in the first clock.
             let value = match taken.held {
                 Some(held) => select(of_cell(self.busy), of_cell(held), fresh),
                 None => fresh,
@@ -488,7 +488,7 @@ impl<'a> Maker<'a> {
             out.push(Stmt::Set(taken.now, value));
         }
         if let Some(cell) = self.lost {
-            // What was lost in an earlier reaction was told in its row.
+            // Losses in an earlier reaction were reported in its row.
             lost.push(Expr::and([of_cell(self.busy), of_cell(cell)]));
             out.push(Stmt::Store(cell, None, Expr::or(lost)));
         }
@@ -500,7 +500,7 @@ impl<'a> Maker<'a> {
     fn end(&self, after: &[Stmt]) -> Vec<Stmt> {
         let mut out: Vec<Stmt> =
             self.called.values().map(|&called| Stmt::Set(called, Expr::bool(false))).collect();
-        // A row that does not speak of a fault has none.
+        // A program without a fault statement has no fault.
         out.push(Stmt::Store(
             self.fault,
             None,
@@ -534,7 +534,7 @@ impl<'a> Maker<'a> {
                     Stmt::Repeat { limit, condition, body: self.registers(body) }
                 }
                 Stmt::Call(output, arguments) => {
-                    // The call stays, for the encoder asks whether there may be two.
+                    // The call is kept, because the encoder tests whether there may be two.
                     if let Some(&called) = self.called.get(&output) {
                         out.push(Stmt::Set(called, Expr::bool(true)));
                     }
@@ -547,7 +547,7 @@ impl<'a> Maker<'a> {
         out
     }
 
-    /// What the next clock needs, and the pins.
+    /// Stores the values that the next clock needs, and the pins.
     fn hold(&self, again: TempId, temps: &[(TempId, CellId)]) -> Vec<Stmt> {
         let mut out = Vec::new();
         let inputs = self.all_taken().filter_map(|taken| taken.held.map(|held| (taken.now, held)));
@@ -561,7 +561,7 @@ impl<'a> Maker<'a> {
         out
     }
 
-    /// Inputs and `dt` read as they were taken.
+    /// Replaces inputs and `dt` by the taken values.
     fn other(&self, leaf: Leaf) -> Leaf {
         match leaf {
             Leaf::Input(input) => {
@@ -589,7 +589,7 @@ impl<'a> Maker<'a> {
             reset_outputs: self.program.reset_outputs.clone(),
             reset_fault: self.program.reset_fault,
             body,
-            // Each micro-step has a clock of its own.
+            // Each micro-step has its own clock.
             evolution: None,
         };
         Stepwise { program, registers }

@@ -1,4 +1,4 @@
-//! The examples of the pages of this crate's codes.
+//! Tests the examples on the pages of this crate's codes.
 
 use crate::codes;
 use crate::encode::{EncodeOptions, encode};

@@ -1,4 +1,4 @@
-//! What a chip cannot do: calls with arguments, several calls in one reaction, text of another language.
+//! Constructs that a chip does not support: calls with arguments, several calls in one reaction, target-language text.
 
 use super::Encoder;
 use crate::codes;
@@ -26,13 +26,13 @@ impl Encoder<'_> {
             if times > 1 {
                 let output = &self.net.outputs[output];
                 let message = format!(
-                    "`{}` is called {times} times at reset, and a chip has one strobe pin for it",
+                    "`{}` is called {times} times at reset, but a chip has only one strobe pin for it",
                     output.name
                 );
                 self.diagnostics.push(
                     Diagnostic::error(codes::CALLED_TWICE, message)
                         .at(output.meta.span, "this action")
-                        .help("call it from one initial step only, or keep it on the CPU"),
+                        .help("call it from one initial step only, or build for `c`"),
                 );
             }
         }
@@ -40,12 +40,13 @@ impl Encoder<'_> {
 
     pub(super) fn refuse_arguments(&mut self, output: net::OutputId, span: Span) {
         let name = &self.net.outputs[output].name;
-        let message =
-            format!("the call of `{name}` has arguments, and a strobe pin of a chip carries none");
+        let message = format!(
+            "the call of `{name}` has arguments, but a strobe pin of a chip cannot carry arguments"
+        );
         let finding = Diagnostic::error(codes::CALL_ARGUMENTS, message)
             .at(span, "called with arguments")
-            .help("store the value in an output of its own and call the action without arguments, or keep it on the CPU");
-        // Unrolled micro-steps come by here more than once.
+            .help("store the value in a separate output and call the action without arguments, or build for `c`");
+        // Unrolled micro-steps reach this point more than once.
         if !self.diagnostics.contains(&finding) {
             self.diagnostics.push(finding);
         }
@@ -59,7 +60,7 @@ impl Encoder<'_> {
         let spans = code_places(self.net);
         let mut diagnostic = Diagnostic::error(
             codes::VERBATIM,
-            "the chart holds verbatim code, which a chip cannot run".to_owned(),
+            "the chart contains verbatim code, which a chip cannot run".to_owned(),
         )
         .help("write the action with assignments, make it an `extern action`, or build for `c`");
         for span in spans {
@@ -69,7 +70,7 @@ impl Encoder<'_> {
     }
 }
 
-/// Every place of the net that carries verbatim text, as far as the net knows it.
+/// The location of every verbatim text in the net.
 fn code_places(net: &Net) -> Vec<Span> {
     fn in_block(block: &net::Block, spans: &mut Vec<Span>) {
         for stmt in block {

@@ -1,4 +1,5 @@
-//! One register for each region, and history for free: the program rewritten so that a state with a history around it is coded by its region alone.
+//! One register for each region, which also stores the history: rewrites the program so that a state with a history in an enclosing state is coded by its
+//! region alone.
 //!
 //! ```text
 //!                  one flip-flop for each state          one register for each region
@@ -6,20 +7,20 @@
 //!   Auto, Manual   Auto, Manual                          Auto_r, Manual_r      Auto := On and Auto_r,  Manual := On and Manual_r
 //!   history h      h_Auto, h_Manual                      none: the register keeps its value while On is left
 //! ```
-//! The register of a region is one-hot, a flip-flop for each child of the state. While the state is active the flip-flop of a child says whether the
-//! child is; while it is not, the register keeps what it was when the state was last left, which is just what a history records. A state is active if
-//! its flip-flop is set and its parent is active ([`Origin::Region`]). Before the state was ever active its register holds zeros: nothing is recorded,
-//! and a history stands for its default.
+//! The register of a region is one-hot, with a flip-flop for each child of the state. While the state is active, the flip-flop of a child tells whether
+//! the child is active; while it is inactive, the register keeps its value from when the state was last left, which is what a history records. A state is
+//! active if its flip-flop is set and its parent is active ([`Origin::Region`]). Before the first activation of the state its register is zero: nothing is
+//! recorded, and a history uses its default.
 //!
-//! A deep history keeps all registers below its owner; an atomic state is recorded if every flip-flop on the way up to the owner is set. The regions
-//! of a parallel state are active exactly when it is and need no flip-flop, unless a history records the region itself.
+//! A deep history uses all registers below its owner; an atomic state is recorded if every flip-flop on the path up to the owner is set. The regions of a
+//! parallel state are active exactly if it is active and need no flip-flop, unless a history records the region itself.
 //!
-//! The program's own cells become temporaries, unpacked from the registers before the reaction and packed into them after its last micro-step. So what
-//! the reaction does is what it did before.
+//! The program's own cells become temporaries: they are unpacked from the registers before the reaction and packed after its last micro-step. So the
+//! behaviour of the reaction is unchanged.
 //!
-//! # Where it is not so
-//! A history may be entered by a transition from inside its owner that does not leave the owner. It then stands for what was recorded when the owner
-//! was left the last time, which the register does not know any more. Such a history keeps flip-flops of its own ([`kept_apart`]).
+//! # Exceptions
+//! A transition from inside the owner that does not leave the owner may enter the history. It then needs the states recorded when the owner was last left,
+//! which the register no longer contains. Such a history has its own flip-flops ([`kept_apart`]).
 
 use super::substitute;
 use grafsynth_ir::Span;
@@ -34,31 +35,32 @@ use std::collections::{BTreeMap, BTreeSet};
 /// A program over registers of regions.
 pub(super) struct Regions {
     pub(super) program: Program,
-    /// The top-level statement, counted from 1, after which the registers hold what the reaction leaves.
+    /// The top-level statement, counted from 1, after which the registers contain the final values of the reaction.
     pub(super) packed_at: usize,
-    /// The states that are coded by a region, parents first: what says that the state is active, its flip-flop, and its parent.
+    /// The states that are coded by a region, parents first.
     pub(super) gated: Vec<Gated>,
 }
 
-/// A state that has no flip-flop that says alone whether it is active.
+/// A state without a flip-flop that alone tells whether it is active.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Gated {
     /// Whether it is active, within the reaction.
     pub(super) active: TempId,
-    /// Its flip-flop in the register of its region; none for a region of a parallel state, which is active when that is.
+    /// Its flip-flop in the register of its region; `None` for a region of a parallel state, which is active if that state is.
     pub(super) register: Option<CellId>,
-    /// The parent: its own cell, or the temporary that says whether it is active.
+    /// The parent: its own cell, or the temporary that tells whether it is active.
     pub(super) parent: Leaf,
 }
 
-/// Histories that have flip-flops of their own, in order of declaration, each with why the register of the region is not enough; a clause for a report.
+/// Histories with their own flip-flops, in declaration order, each with the reason why the register of the region is not sufficient; a clause for a
+/// report.
 #[must_use]
 pub fn kept_apart(net: &Net) -> Vec<(HistoryId, &'static str)> {
     let apart = whys(net);
     apart.iter().filter_map(|(id, why)| Some((id, (*why)?))).collect()
 }
 
-/// Why a history is not kept by the registers of regions; none for one that is.
+/// Why a history is not stored in the registers of regions; `None` for one that is.
 fn whys(net: &Net) -> IdMap<History, Option<&'static str>> {
     let mut apart = IdMap::build(&net.histories, |_, history| {
         let recorded: BTreeSet<StepId> = history.cases.iter().map(|case| case.step).collect();
@@ -80,7 +82,7 @@ fn whys(net: &Net) -> IdMap<History, Option<&'static str>> {
     apart
 }
 
-/// What a list of entered things may enter by history, through other histories too.
+/// The histories that a list of entered things may enter, directly or through other histories.
 fn histories_of(net: &Net, enters: &[Enter]) -> BTreeSet<HistoryId> {
     let mut found = BTreeSet::new();
     let mut lists = vec![enters];
@@ -102,7 +104,7 @@ fn shallow(net: &Net, owner: StepId) -> BTreeSet<StepId> {
     net.steps.iter().filter(|(_, step)| step.parent == Some(owner)).map(|(id, _)| id).collect()
 }
 
-/// The atomic states in a state.
+/// The atomic states inside a state.
 fn deep(net: &Net, owner: StepId) -> BTreeSet<StepId> {
     let is_atomic = |kind: StepKind| matches!(kind, StepKind::Leaf | StepKind::Final);
     net.steps
@@ -113,21 +115,21 @@ fn deep(net: &Net, owner: StepId) -> BTreeSet<StepId> {
         .collect()
 }
 
-/// The states from `step` up to the child of `owner`; none if it does not lie in it.
+/// The states from `step` up to the child of `owner`; `None` if the step is not inside `owner`.
 fn way_up(net: &Net, step: StepId, owner: StepId) -> Option<Vec<StepId>> {
     let mut way = vec![step];
     loop {
         let last = *way.last()?;
         match net.steps[last].parent {
             Some(parent) if parent == owner => return Some(way),
-            // Parents are declared before children, so the way ends.
+            // Parents are declared before children, so the path ends.
             Some(parent) => way.push(parent),
             None => return None,
         }
     }
 }
 
-/// The program over registers of regions; none where no state is better coded so.
+/// The program over registers of regions; `None` if no state benefits.
 pub(super) fn regions(net: &Net, program: &Program) -> Option<Regions> {
     if !net.settings.policy.is_statechart() {
         return None;
@@ -145,16 +147,16 @@ pub(super) fn regions(net: &Net, program: &Program) -> Option<Regions> {
             recorded.insert((history, step), id);
         }
     }
-    // One that nothing enters records nothing.
+    // A history that nothing enters records nothing.
     for (id, history) in net.histories.iter() {
         kept[id] &= history.cases.iter().all(|case| recorded.contains_key(&(id, case.step)));
     }
     recorded.retain(|(id, _), _| kept[*id]);
-    // What a history records of which state: of the innermost one that asks for it.
+    // For each state, the history that records it: the innermost one.
     let mut memory: IdMap<Step, Option<HistoryId>> = IdMap::filled(&net.steps, None);
     let mut is_case: IdMap<Step, bool> = IdMap::filled(&net.steps, false);
     let mut by_depth: Vec<HistoryId> = net.histories.ids().filter(|id| kept[*id]).collect();
-    // Parents are declared before children, so the owner that is declared last is the innermost.
+    // Parents are declared before children, so the owner declared last is the innermost.
     by_depth.sort_by_key(|id| net.histories[*id].owner);
     for id in by_depth {
         let history = &net.histories[id];
@@ -201,10 +203,10 @@ pub(super) fn regions(net: &Net, program: &Program) -> Option<Regions> {
 struct Maker<'a> {
     net: &'a Net,
     program: Program,
-    /// The temporary that stands for a cell.
+    /// The temporary that replaces a cell.
     temp_of: BTreeMap<CellId, TempId>,
     gated: IdMap<Step, Option<Gated>>,
-    /// How it is read whether a step is active.
+    /// The leaf that tells whether a step is active.
     leaf: IdMap<Step, Option<Leaf>>,
 }
 
@@ -232,7 +234,7 @@ impl Maker<'_> {
             let all = own.into_iter().chain([*parent]).map(read);
             out.push(Stmt::Set(*active, Expr::and(all)));
         }
-        // While the parent of a state is not active its register keeps what was recorded: of an inner state, whether anything in it was.
+        // While the parent of a state is inactive, its register keeps the recorded value: for an inner state, whether anything in it was recorded.
         let mut kept: IdMap<Step, Vec<CellId>> = IdMap::filled(&self.net.steps, Vec::new());
         for (&(history, step), cell) in recorded {
             let owner = self.net.histories[history].owner;
@@ -273,7 +275,7 @@ impl Maker<'_> {
         for (cell, value) in init {
             self.program.cells[cell].init = vec![value];
         }
-        // Cells keep their numbers; those without a register have no elements left.
+        // Cells keep their ids; those without a register have no elements.
         let registers: BTreeMap<CellId, StepId> =
             gated.iter().filter_map(|(step, gated)| Some((gated.register?, *step))).collect();
         let gone: Vec<CellId> =

@@ -14,7 +14,7 @@ use grafsynth_ir::net::Evolution;
 use grafsynth_ir::program::{CellId, Leaf, Origin, Stmt, TempId, TempRole};
 use std::collections::BTreeMap;
 
-/// Two call sites are compared with diagrams up to this size.
+/// Conditions of two call sites are compared with diagrams up to this number of nodes.
 const EXCLUSIVE_LIMIT: usize = 200_000;
 
 impl Encoder<'_> {
@@ -36,7 +36,7 @@ impl Encoder<'_> {
         }
     }
 
-    /// Once the registers of regions hold what the reaction leaves, whether a state is active is a function of the new state too.
+    /// After the registers of regions are packed, the activity of a state is also a function of the new state.
     fn note_packed(&mut self) {
         let Some(regions) = self.regions.filter(|regions| regions.packed_at == self.now) else {
             return;
@@ -56,16 +56,16 @@ impl Encoder<'_> {
             format!("the circuit of `{}` needs more than {} nodes", self.net.name, self.max_nodes);
         let help = match (self.net.settings.evolution, &self.facts.stable_depth) {
             (Evolution::Stable { .. }, _) if self.stepwise.is_some() => {
-                "each micro-step has a clock of its own already, so it is arrays and arithmetic that are large: narrow their ranges, or build for `c`".to_owned()
+                "narrow the ranges of arrays and arithmetic, or build for `c`; each micro-step already has its own clock".to_owned()
             }
             (Evolution::Stable { limit }, None) if self.net.emergency.is_some() => format!(
-                "the evolution is composed into one clock, {limit} micro-steps deep, for no smaller depth is proved, and no micro-step can have a clock of its own, since an emergency forces all outputs in every clock; a smaller `limit` makes it smaller"
+                "use a smaller `limit`: one clock composes {limit} micro-steps, because no smaller depth is proved, and an emergency does not allow one clock per micro-step"
             ),
             (Evolution::Stable { limit }, None) => format!(
-                "the evolution is composed into one clock, {limit} micro-steps deep, for no smaller depth is proved; a smaller `limit` makes it smaller, and one without calls in action lists can have a clock for each micro-step"
+                "use a smaller `limit`: one clock composes {limit} micro-steps, because no smaller depth is proved; a chart without calls in statement lists can use one clock per micro-step"
             ),
             (Evolution::Single | Evolution::Stable { .. }, _) => {
-                "long arrays are large, and so are divisions and multiplications of wide integers: narrow their ranges, or build for `c`".to_owned()
+                "narrow the ranges of long arrays and of wide divisions and multiplications, or build for `c`".to_owned()
             }
         };
         Diagnostic::error(codes::TOO_LARGE, message).at(self.net.name.span, "this chart").help(help)
@@ -119,7 +119,7 @@ impl Encoder<'_> {
         }
     }
 
-    /// No fault is proved outright; or evolution ends within the proved depth, and there is no queue to overflow.
+    /// It is proved that there is no fault; or evolution ends within the proved depth, and there is no queue that could overflow.
     fn never_faults(&self) -> bool {
         if self.facts.always_stable.is_some() {
             return true;
@@ -150,7 +150,7 @@ impl Encoder<'_> {
         self.write(self.first_temp + temp.index(), value);
     }
 
-    /// Notes the name of a function in between, unless it is a constant or a pin that has its own.
+    /// Records the name of an intermediate function, unless it is a constant or a pin with its own name.
     fn wire(&mut self, name: String, node: NodeId, meta: &grafsynth_ir::net::Meta) {
         use grafsynth_ir::logic::Node;
         match self.builder.logic.nodes[node] {
@@ -204,7 +204,7 @@ impl Encoder<'_> {
         depth: u32,
     ) {
         if let Some(value) = self.builder.as_constant(condition) {
-            // A branch that always runs still hides what it sets from the new state: its conditions were those of the old one.
+            // Even a branch that always runs hides what it sets from the new state, because its conditions read the old state.
             let outer = self.path_after;
             self.path_after = self.join_after(after, value);
             self.block(if value { then } else { otherwise }, depth + 1);
@@ -231,7 +231,7 @@ impl Encoder<'_> {
         Some(self.builder.and([path, after]))
     }
 
-    /// Runs a branch and takes its writes back; gives what it wrote.
+    /// Runs a branch and undoes its writes; returns them.
     fn framed(&mut self, block: &[Stmt], depth: u32) -> BTreeMap<Place, Option<Value>> {
         self.log.push(BTreeMap::new());
         self.block(block, depth + 1);
@@ -255,7 +255,7 @@ impl Encoder<'_> {
             let now = self.values[place].clone();
             let then = taken.remove(&place).unwrap_or_else(|| now.clone());
             let otherwise = skipped.remove(&place).unwrap_or(now);
-            // A temporary that only one branch sets is read only where that branch ran.
+            // A temporary that only one branch sets is read only if that branch ran.
             let merged = match (then, otherwise) {
                 (Some(then), Some(otherwise)) => self.choose(condition, then, otherwise),
                 (Some(value), None) | (None, Some(value)) => value,
@@ -277,11 +277,11 @@ impl Encoder<'_> {
         }
     }
 
-    /// Micro-steps in one clock: each round runs where its condition holds. A round that does not run leaves everything as it was, so the next
-    /// condition is false too and needs no nesting.
+    /// Micro-steps in one clock: each round runs if its condition is true. A round that does not run changes nothing, so the next condition is false too
+    /// and needs no nesting.
     fn repeat(&mut self, limit: u32, condition: &Expr<Leaf>, body: &[Stmt], depth: u32) {
-        // What is proved of the rounds is said of the outermost loop that moves the situation; loops inside it settle conflicts, and one beside it
-        // orders what is due; they have bounds of their own.
+        // The proved bound of rounds applies to the outermost loop that changes the situation. Loops inside it resolve conflicts, and a loop beside it
+        // orders due sends; they have their own bounds.
         let is_evolution = depth == 0 && self.moves(body);
         let rounds = match self.facts.most_rounds(self.net).filter(|_| is_evolution) {
             Some(proved) => limit.min(proved.value),
@@ -296,7 +296,7 @@ impl Encoder<'_> {
         }
     }
 
-    /// Some step may be stored.
+    /// True if some step may be stored.
     fn moves(&self, block: &[Stmt]) -> bool {
         super::busy::moves(self.program, block)
     }
@@ -326,8 +326,8 @@ impl Encoder<'_> {
         }
     }
 
-    /// The value of an expression over the present state of the execution, or (`after`) over the state after the clock; none where a temporary was
-    /// not set or, after, where some cell is still to be stored.
+    /// The value of an expression over the current state of the execution, or (`after`) over the state after the clock edge; `None` if a temporary is not
+    /// set or, with `after`, if some cell is stored later.
     pub(super) fn eval(&mut self, expr: &Expr<Leaf>, after: bool) -> Option<Value> {
         Some(match &expr.kind {
             ExprKind::Bool(value) => Value::Bool(self.builder.constant(*value)),
@@ -413,7 +413,7 @@ impl Encoder<'_> {
             0,
             i64::try_from(count).unwrap_or(i64::MAX).saturating_sub(1).max(0),
         );
-        // Each bit of the index halves the row; what lies beyond the end is never asked for.
+        // Each index bit halves the row; elements beyond the end are never read.
         for bit in bits {
             let mut half = Vec::with_capacity(row.len().div_ceil(2));
             let mut pairs = row.into_iter();
@@ -428,7 +428,7 @@ impl Encoder<'_> {
         row.into_iter().next()
     }
 
-    /// True when no two of these calls happen in one reaction, as far as place invariants and diagrams of a bounded size show.
+    /// True if place invariants and diagrams of bounded size show that no two of these calls happen in one reaction.
     pub(super) fn exclusive(&mut self, sites: &[CallSite]) -> bool {
         if sites.len() < 2 {
             return true;
@@ -436,7 +436,7 @@ impl Encoder<'_> {
         let mut bdd = Bdd::with_limit(EXCLUSIVE_LIMIT);
         let mut functions = Functions::new();
         let mut check = || -> Result<bool, crate::bdd::Full> {
-            // At most one step of a component with one token.
+            // At most one step of a component with one token is active.
             let mut possible = crate::bdd::Ref::TRUE;
             let step_flop = |step| {
                 let holds = |flop: &grafsynth_ir::logic::Flop| {
@@ -444,7 +444,7 @@ impl Encoder<'_> {
                 };
                 self.builder.logic.flops.iter().find(|(_, flop)| holds(flop)).map(|(id, _)| id)
             };
-            // A state that is coded by its region has no flip-flop that tells it alone.
+            // A state that is coded by its region has no flip-flop that represents it alone.
             let is_told = |invariant: &Invariant| {
                 invariant.steps.iter().all(|&step| step_flop(step).is_some())
             };

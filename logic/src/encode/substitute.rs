@@ -1,9 +1,9 @@
-//! A piece of a program over other leaves: what was read and stored in one place is read and stored in another.
+//! Replaces leaves in a piece of a program: values are read from and stored in another place.
 
 use grafsynth_ir::program::{Expr, Leaf, Stmt};
 use std::convert::Infallible;
 
-/// The expression with each leaf replaced by the one that `other` gives for it.
+/// The expression with each leaf replaced by the result of `other`.
 pub(super) fn expr(expr: &Expr, other: &impl Fn(Leaf) -> Leaf) -> Expr {
     let mapped = expr.try_map(
         &mut |leaf, span| Ok::<_, Infallible>(Expr::leaf(other(*leaf), span)),
@@ -15,7 +15,7 @@ pub(super) fn expr(expr: &Expr, other: &impl Fn(Leaf) -> Leaf) -> Expr {
     }
 }
 
-/// The statements with each leaf replaced, where it is read and where it is stored. Elements of arrays stay in cells.
+/// The statements with each leaf replaced where it is read or stored. Elements of arrays stay in cells.
 pub(super) fn block(stmts: &[Stmt], other: &impl Fn(Leaf) -> Leaf) -> Vec<Stmt> {
     let expr = |old: &Expr| expr(old, other);
     let one = |stmt: &Stmt| match stmt {

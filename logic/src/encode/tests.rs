@@ -1,4 +1,4 @@
-//! Small programs, encoded and run against hand-made expectations.
+//! Small programs, encoded and compared with expectations made by hand.
 
 use super::{EncodeOptions, encode};
 use crate::chip::ChipSim;
@@ -72,7 +72,7 @@ fn bool_cell(text: &str, init: bool, origin: Origin) -> Cell {
     Cell { name: text.into(), ty: Type::Bool, len: None, init: vec![i64::from(init)], origin }
 }
 
-/// A ring of `n` steps, one input and one output each: net and program, as the lowering writes it.
+/// A ring of `n` steps, with one input and one output each: net and program, as the lowering makes them.
 fn ring(n: usize) -> (Valid<Net>, Program) {
     let mut net = Net { name: name("ring"), ..Net::default() };
     net.parts.push(Part { name: name("ring"), level: 1, ..Part::default() });
@@ -127,7 +127,7 @@ fn the_truck_has_the_equations_of_the_paper() {
     let wires: Vec<&str> = logic.wires.iter().map(|wire| wire.name.as_str()).collect();
     assert_eq!(wires, ["fire_t0", "fire_t1", "fire_t2", "fire_t3"]);
     for (id, flop) in logic.flops.iter() {
-        // Two products: enter, hold.
+        // Two products: enter and hold.
         let sum = sum_of_products(&logic, flop.next, false, false, Budget::default()).unwrap();
         let before = Id::from_index((id.index() + 3) % 4);
         let mut want = vec![
@@ -426,7 +426,7 @@ fn a_strobe_may_pulse_once_only() {
     let (net, program) = two_calls();
     let twice = encode(&net, &program, &Facts::default(), &EncodeOptions::default()).unwrap_err();
     assert_eq!(twice[0].code, codes::CALLED_TWICE);
-    // With the invariant it is clear that one of them calls. The pin is then a function of the new situation.
+    // With the invariant only one of them can call. The pin is then a function of the new situation.
     let steps = vec![Id::from_index(0), Id::from_index(1)];
     let facts = Facts {
         invariants: vec![Invariant { steps, count: 1, by: Proof::Structural }],

@@ -1,15 +1,15 @@
-//! The covering problem: fewest columns such that each row has one, with a proved lower bound.
+//! The covering problem: the fewest columns that cover all rows, with a proved lower bound.
 //!
 //! ```text
 //! rows ─ reduce (essential, dominated) ─► cyclic core ─ split into blocks ─► each block: dual bound, descent, branch and bound
 //! ```
-//! The lower bound is Lagrangian relaxation by subgradients, started from dual ascent, as in Caprara, Fischetti and Toth [1999]; prices are integers,
-//! so the bound is exact and the same on every machine. Reduced costs fix columns between bound and best cover. What the branching may cost is given
-//! in steps, not in seconds.
+//! The lower bound is a Lagrangian relaxation with subgradients, started from dual ascent, as in Caprara, Fischetti and Toth [1999]; prices are integers,
+//! so the bound is exact and the same on every machine. Reduced costs fix columns between the bound and the best cover. The limit of the branching is
+//! given in steps, not in seconds.
 
 use super::local;
 
-/// What is known of the minimum.
+/// A cover and a lower bound.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Solution {
     /// The chosen columns, ascending.
@@ -18,26 +18,26 @@ pub(super) struct Solution {
     pub(super) lower: usize,
 }
 
-/// Prices are in parts of a column.
+/// The unit of prices: one column costs this much.
 const UNIT: i64 = 1 << 16;
 
-/// Blocks and branches deeper than this are taken as they come.
+/// Blocks and branches deeper than this are solved heuristically.
 const MAX_DEPTH: usize = 200;
 
-/// A covering problem, columns numbered `0..`; `weights` decides between columns that do the same.
+/// A covering problem with columns numbered `0..`; `weights` decides between equivalent columns.
 #[derive(Debug, Clone)]
 struct Matrix {
     /// The columns of each row, sorted.
     rows: Vec<Vec<u32>>,
     /// The rows of each column, sorted.
     columns: Vec<Vec<u32>>,
-    /// Ties go to the lighter column.
+    /// Of equivalent columns the lighter one is chosen.
     weights: Vec<u32>,
-    /// What each column is called outside.
+    /// The outside number of each column.
     names: Vec<u32>,
 }
 
-/// A small cover of all rows, each a non-empty set of columns. `steps` bounds the work; the more, the nearer the bound and the cover.
+/// A small cover of all rows, each a non-empty set of columns. `steps` bounds the work; more steps give a better bound and cover.
 pub(super) fn solve(sets: &[Vec<u32>], weights: &[u32], steps: u64) -> Solution {
     let matrix = Matrix::new(sets, weights);
     let mut search = Search { steps };
@@ -59,7 +59,7 @@ impl Matrix {
         matrix
     }
 
-    /// Writes the columns anew from the rows.
+    /// Computes the columns from the rows.
     fn index(&mut self) {
         self.columns.iter_mut().for_each(Vec::clear);
         for (number, row) in (0u32..).zip(&self.rows) {
@@ -69,7 +69,7 @@ impl Matrix {
         }
     }
 
-    /// The problem without these rows and columns; columns that no row has go too.
+    /// Removes these rows and columns, and all columns without rows.
     fn compact(&mut self, is_row_gone: &[bool], is_column_gone: &[bool]) {
         let mut is_used = vec![false; self.columns.len()];
         let mut rows: Vec<Vec<u32>> = Vec::new();
@@ -107,7 +107,7 @@ impl Search {
         enough
     }
 
-    /// Solves; a cover with `limit` columns or more is of no interest (then the columns may be any cover).
+    /// Solves the problem; a cover with `limit` columns or more is not wanted (the result may then be any cover).
     fn whole(&mut self, matrix: &Matrix, depth: usize, limit: usize) -> Solution {
         let mut core = matrix.clone();
         let mut chosen = Vec::new();
@@ -128,7 +128,7 @@ impl Search {
         Solution { columns: chosen, lower }
     }
 
-    /// Takes essential columns, drops dominated rows and columns, until nothing changes.
+    /// Chooses essential columns and removes dominated rows and columns, until nothing changes.
     fn reduce(&mut self, matrix: &mut Matrix, chosen: &mut Vec<u32>) {
         loop {
             let (n_rows, n_columns) = (matrix.rows.len(), matrix.columns.len());
@@ -163,7 +163,7 @@ impl Search {
         }
     }
 
-    /// A row that contains another is covered with it.
+    /// Marks rows that contain another row: covering that one covers them too.
     fn dominated_rows(&mut self, matrix: &Matrix, is_gone: &mut [bool]) {
         let mut order: Vec<usize> = (0..matrix.rows.len()).collect();
         order.sort_by_key(|&row| matrix.rows[row].len());
@@ -186,7 +186,7 @@ impl Search {
         }
     }
 
-    /// A column whose rows another one has too is not needed; of equal ones the lightest, then the first stays.
+    /// Marks columns whose rows are all in another column; of equal ones the lightest is kept, then the first.
     fn dominated_columns(&mut self, matrix: &Matrix, is_gone: &mut [bool]) {
         for (number, column) in matrix.columns.iter().enumerate() {
             let Some(&shortest) = column.iter().min_by_key(|r| matrix.rows[**r as usize].len())
@@ -210,14 +210,14 @@ impl Search {
         }
     }
 
-    /// Solves a connected core by bound, descent and branching.
+    /// Solves a connected core by bounds, descent and branching.
     fn block(&mut self, matrix: &Matrix, depth: usize, limit: usize) -> Solution {
         let rounds = if depth == 0 { 600 } else { 80 };
         let mut relaxed = Relaxation::new(matrix, limit);
         relaxed.run(self, rounds);
         let mut lower = relaxed.lower();
         if depth == 0 && lower < relaxed.best.len() {
-            // A quarter of what is left goes into better covers, the rest into the proof.
+            // A quarter of the remaining steps is for better covers, the rest for the proof.
             let mut steps = self.steps / 4;
             let before = steps;
             let found =
@@ -233,7 +233,7 @@ impl Search {
         if lower >= goal || depth >= MAX_DEPTH || self.steps == 0 {
             return Solution { columns: name(&best), lower: lower.min(best.len()) };
         }
-        // Columns whose price shows that no better cover has them, or that each better one has.
+        // Columns whose price shows that no better cover contains them, or that each better one does.
         let (is_out, is_in) = relaxed.fixed(goal);
         if is_out.contains(&true) || is_in.contains(&true) {
             let mut smaller = matrix.clone();
@@ -261,7 +261,7 @@ impl Search {
         }
         let mut named: Vec<u32> = name(&best);
         best.clear();
-        // Some column of this row is in the cover: each in turn, the earlier ones excluded.
+        // Some column of this row is in the cover: try each in turn, excluding the earlier ones.
         let Some(row) = relaxed.branching_row() else {
             return Solution { columns: named, lower };
         };
@@ -340,7 +340,7 @@ fn blocks(matrix: &Matrix) -> Vec<Matrix> {
 /// The Lagrangian relaxation of one block.
 struct Relaxation<'a> {
     matrix: &'a Matrix,
-    /// The price of each row, and those of the best bound.
+    /// The price of each row, and the prices of the best bound.
     prices: Vec<i64>,
     best_prices: Vec<i64>,
     reduced: Vec<i64>,
@@ -355,7 +355,7 @@ impl<'a> Relaxation<'a> {
         let widest = |row: &Vec<u32>| {
             row.iter().map(|c| matrix.columns[*c as usize].len()).max().unwrap_or(1).max(1)
         };
-        // A row pays its share of the longest column that it could be covered with: no column is overpaid.
+        // A row pays its share of the longest column that can cover it, so no column is overpaid.
         let prices: Vec<i64> = matrix
             .rows
             .iter()
@@ -380,7 +380,7 @@ impl<'a> Relaxation<'a> {
         usize::try_from((self.bound + UNIT - 1).div_euclid(UNIT)).unwrap_or(0)
     }
 
-    /// Reduced costs and the bound at the present prices.
+    /// Reduced costs and the bound at the current prices.
     fn evaluate(&mut self) -> i64 {
         let mut bound: i64 = self.prices.iter().sum();
         for (column, rows) in self.matrix.columns.iter().enumerate() {
@@ -426,7 +426,7 @@ impl<'a> Relaxation<'a> {
             if self.lower() >= self.best.len().min(self.limit) {
                 break;
             }
-            // Rows that are covered too often get cheaper, open ones dearer.
+            // Rows that are covered too often become cheaper, open ones more expensive.
             let mut slack: Vec<i64> = vec![1; self.matrix.rows.len()];
             for (column, rows) in self.matrix.columns.iter().enumerate() {
                 if self.reduced[column] < 0 {
@@ -461,7 +461,7 @@ impl<'a> Relaxation<'a> {
         (cover.len(), weight(cover)) < (self.best.len(), weight(&self.best))
     }
 
-    /// A cover by reduced cost for each row that is newly covered, then without what the others make superfluous.
+    /// A cover chosen by reduced cost per newly covered row, then without columns that became superfluous.
     fn greedy(&self) -> Vec<u32> {
         let matrix = self.matrix;
         let mut n_covers = vec![0u32; matrix.rows.len()];
@@ -516,7 +516,7 @@ impl<'a> Relaxation<'a> {
         chosen
     }
 
-    /// Columns that no cover below `goal` has, and those that each such cover has.
+    /// Columns that no cover below `goal` contains, and those that each such cover contains.
     fn fixed(&self, goal: usize) -> (Vec<bool>, Vec<bool>) {
         // A cover below the goal costs at most this much.
         let most = (i64::try_from(goal).unwrap_or(i64::MAX / UNIT) - 1) * UNIT;
@@ -525,7 +525,7 @@ impl<'a> Relaxation<'a> {
         (out, taken)
     }
 
-    /// The row with the fewest columns; its columns, the most promising first.
+    /// The row with the fewest columns; its columns in order of promise.
     fn branching_row(&self) -> Option<Vec<u32>> {
         let row = self
             .matrix
@@ -547,7 +547,7 @@ mod tests {
     use super::solve;
     use proptest::prelude::*;
 
-    /// The fewest columns of at most 10, by trying all sets.
+    /// The minimum cover of at most 10 columns, by trying all sets.
     fn brute(sets: &[Vec<u32>]) -> usize {
         (0u32..1 << 10)
             .filter(|chosen| sets.iter().all(|set| set.iter().any(|c| chosen >> c & 1 == 1)))

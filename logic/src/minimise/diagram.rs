@@ -1,6 +1,7 @@
-//! Sums of products by diagrams: Minato's irredundant sum [Minato 1992, Morreale 1970], and a loop that expands, thins and reduces on diagrams.
+//! Sums of products from diagrams: Minato's irredundant sum [Minato 1992, Morreale 1970], and a loop that expands, removes and reduces products on
+//! diagrams.
 //!
-//! It needs no list of what is forbidden, so it also takes functions whose complement has no sum of bearable size.
+//! It needs no list of forbidden products, so it also handles functions whose complement has too many products.
 
 use super::Refused;
 use crate::bdd::{Bdd, Ref};
@@ -9,7 +10,7 @@ use crate::cover::{Cover, Cube};
 /// An irredundant sum of products between `lower` and `upper`.
 ///
 /// # Errors
-/// When the diagram or the sum grows beyond its limit.
+/// If the diagram or the sum exceeds its limit.
 pub fn isop(
     bdd: &mut Bdd,
     lower: Ref,
@@ -31,7 +32,7 @@ struct Isop<'a> {
 }
 
 impl Isop<'_> {
-    /// Adds products that cover `lower` within `upper`, and gives their sum. As deep as there are variables.
+    /// Adds products that cover `lower` within `upper`, and returns their sum. The recursion depth is the number of variables.
     fn run(&mut self, lower: Ref, upper: Ref) -> Result<Ref, Refused> {
         if lower == Ref::FALSE {
             return Ok(Ref::FALSE);
@@ -51,7 +52,7 @@ impl Isop<'_> {
             |bdd: &Bdd, f: Ref| if bdd.level(f) == Some(level) { bdd.branches(f) } else { (f, f) };
         let (lower0, lower1) = half(self.bdd, lower);
         let (upper0, upper1) = half(self.bdd, upper);
-        // What only the negative, what only the positive literal can cover.
+        // The parts that only the negative, or only the positive literal can cover.
         let only0 = self.bdd.and_not(lower0, upper1)?;
         let only1 = self.bdd.and_not(lower1, upper0)?;
         self.path.push((level as usize, false));
@@ -60,7 +61,7 @@ impl Isop<'_> {
         self.path.push((level as usize, true));
         let sum1 = self.run(only1, upper1)?;
         self.path.pop();
-        // What is left is covered without this variable.
+        // The rest is covered without this variable.
         let left0 = self.bdd.and_not(lower0, sum0)?;
         let left1 = self.bdd.and_not(lower1, sum1)?;
         let left = self.bdd.or(left0, left1)?;
@@ -71,7 +72,7 @@ impl Isop<'_> {
     }
 }
 
-/// Makes each product as large as `upper` allows and drops those that lie in another. Literals that few products share go first.
+/// Makes each product as large as `upper` allows and drops products that another one contains. Literals that few products share are removed first.
 pub(super) fn expand(bdd: &Bdd, upper: Ref, cover: &mut Cover) {
     let mut uses = vec![0usize; cover.n_vars * 2];
     let slot = |(var, value): (usize, bool)| var * 2 + usize::from(value);
@@ -103,7 +104,7 @@ pub(super) fn expand(bdd: &Bdd, upper: Ref, cover: &mut Cover) {
     cover.cubes = grown;
 }
 
-/// Drops products that the others make superfluous, those with most literals first.
+/// Drops products that the others make superfluous, those with the most literals first.
 pub(super) fn irredundant(bdd: &mut Bdd, lower: Ref, cover: &mut Cover) -> Result<(), Refused> {
     let mut cubes = std::mem::take(&mut cover.cubes);
     cubes.sort_by_key(|cube| std::cmp::Reverse(cube.n_literals()));
@@ -124,7 +125,7 @@ pub(super) fn irredundant(bdd: &mut Bdd, lower: Ref, cover: &mut Cover) -> Resul
     Ok(())
 }
 
-/// Shrinks each product to what only it covers, so that the next expansion can go another way.
+/// Shrinks each product to the part that only it covers, so that the next expansion can take another direction.
 pub(super) fn reduce(bdd: &mut Bdd, lower: Ref, cover: &mut Cover) -> Result<(), Refused> {
     let mut products =
         cover.cubes.iter().map(|cube| cube.to_bdd(bdd)).collect::<Result<Vec<_>, _>>()?;

@@ -1,7 +1,7 @@
-//! The proved minimum: all primes, the essential ones, a table of what is left, and its smallest cover [Quine 1952, McCluskey 1956].
+//! The proved minimum: all primes, the essential ones, a table of the rest, and its smallest cover [Quine 1952, McCluskey 1956].
 //!
-//! The rows of the table are kinds of points rather than points: the recursion finds those sets of primes that some point has alone and no other
-//! point makes superfluous, which is what the signature cubes of McGeer et al. [1993] stand for.
+//! The rows of the table are kinds of points rather than points. The recursion finds the sets of primes that cover some point and that no other point
+//! makes superfluous; these correspond to the signature cubes of McGeer et al. [1993].
 
 use super::covering::solve;
 use super::function::Function;
@@ -11,19 +11,19 @@ use super::rows::Rows;
 use super::terms::{Recursion, Terms, bits};
 use super::{Effort, Primes};
 
-/// What the exact method found out.
+/// The result of the exact method.
 pub(super) struct Found {
-    /// A sum, where the table was finished.
+    /// A sum, if the table was completed.
     pub(super) terms: Option<Terms>,
     /// No sum has fewer products.
     pub(super) lower: usize,
-    /// How many primes there are.
+    /// The number of primes, as far as known.
     pub(super) primes: Primes,
-    /// How many of them every minimal sum has.
+    /// The number of primes that every minimal sum contains.
     pub(super) n_essential: usize,
 }
 
-/// Looks for the smallest sum, given a sum of primes and products that cover what is free.
+/// Searches the smallest sum, given a sum of primes and products that cover the free part.
 pub(super) fn exact(function: &Function, cover: &Terms, free: &Terms, effort: &Effort) -> Found {
     let mut bdd = function.bdd.clone();
     bdd.limit_work(30 * effort.sets as u64);
@@ -38,7 +38,7 @@ pub(super) fn exact(function: &Function, cover: &Terms, free: &Terms, effort: &E
     drop(bdd);
     let shape = function.shape();
     let n_primes = Primes::All(primes.len());
-    // Every sum of primes has the essential ones, so only those of the given sum can be.
+    // Every sum of primes contains the essential ones, so only primes of the given sum can be essential.
     let mut all = primes.clone();
     all.extend(free);
     let mut recursion = Recursion::new(&all, effort.steps);
@@ -86,7 +86,7 @@ pub(super) fn exact(function: &Function, cover: &Terms, free: &Terms, effort: &E
     Found { terms, lower: n_essential + solution.lower, primes: n_primes, n_essential }
 }
 
-/// Runs the loop from each start; the best sum of all primes met.
+/// Runs the loop from each start; returns the best sum of all primes found.
 pub(super) fn best_of_starts(search: &mut Loop<'_>, starts: &[Terms]) -> Terms {
     let mut best: Option<Terms> = None;
     for start in starts {

@@ -1,8 +1,8 @@
-//! Growing one product to a prime against the forbidden products: the EXPAND step of espresso [Brayton et al. 1984].
+//! Expands one product to a prime against the forbidden products: the EXPAND step of espresso [Brayton et al. 1984].
 //!
-//! A product grows by *parts*: literals it gives up and outputs it gains. Of each forbidden product the blocking matrix has a row: the literals that keep
-//! the product apart from it, and its outputs. A row forbids a set of parts that leaves no such literal and takes such an output. Rows that a part no
-//! longer free keeps apart for ever go away, so the matrix gets small soon.
+//! A product grows by *parts*: literals that it drops and outputs that it gains. The blocking matrix has a row for each forbidden product: the literals
+//! that separate the product from it, and its outputs. A row forbids a set of parts that leaves no separating literal and includes such an output. Rows
+//! that are separated for good by a part that is no longer free are removed, so the matrix soon becomes small.
 
 use super::terms::{Terms, bits, ones, subset};
 
@@ -10,26 +10,26 @@ use super::terms::{Terms, bits, ones, subset};
 pub(super) struct Growth<'a> {
     terms: &'a Terms,
     term: &'a [u64],
-    /// Words of literals, one bit for each input, and words of a row: these and the outputs.
+    /// Words of literals, one bit for each input, and words of a row: literals and outputs.
     wi: usize,
     stride: usize,
-    /// The parts that were raised, and those that still may be.
+    /// The parts that were raised, and those that can still be raised.
     raised: Vec<u64>,
     free: Vec<u64>,
-    /// The rows that still say something.
+    /// The rows that still restrict the product.
     rows: Vec<u64>,
-    /// Other products that may come to lie inside, and the parts that each needs; rows of `stride`.
+    /// Other products that may become covered, and the parts that each needs; rows of `stride`.
     others: Vec<usize>,
     needs: Vec<u64>,
-    /// So many of them, in front, may come to lie inside; the rest only partly.
+    /// This many of them, at the front, may become covered completely; the others only partly.
     n_hopeful: usize,
 }
 
-/// Above this number of rows the last step looks for a large prime part by part.
+/// Above this number of rows the last step searches a large prime part by part.
 const MAX_COVER_ROWS: usize = 500;
 
 impl<'a> Growth<'a> {
-    /// A product of a list, which may come to contain those `candidates` of the list.
+    /// A product of a list, which may come to contain the `candidates` of the list.
     pub(super) fn new(
         terms: &'a Terms,
         index: usize,
@@ -75,7 +75,7 @@ impl<'a> Growth<'a> {
             let from = growth.needs.len();
             growth.needs.extend((0..wi).map(|k| term[k] & !own[k] | term[wi + k] & !own[wi + k]));
             growth.needs.extend_from_slice(&own[words..]);
-            // Outside the largest that this product can become: never inside.
+            // Outside the largest product that this one can become, so never covered.
             let is_near = growth.needs[from..]
                 .iter()
                 .zip(growth.raised.iter().zip(&growth.free))
@@ -90,7 +90,7 @@ impl<'a> Growth<'a> {
         growth
     }
 
-    /// The prime: towards the one that contains most of the others, then towards what they have in common, then to a large one.
+    /// The prime: first towards the one that contains most of the others, then towards their common part, then towards a large one.
     pub(super) fn prime(mut self) -> Vec<u64> {
         self.swallow();
         while !self.others.is_empty() {
@@ -114,7 +114,7 @@ impl<'a> Growth<'a> {
             .collect()
     }
 
-    /// Parts that one row alone hangs on are free no longer; rows that can't be touched any more go.
+    /// Parts that a single row depends on are no longer free; rows that cannot be violated any more are removed.
     fn settle(&mut self) {
         let (wi, stride) = (self.wi, self.stride);
         for row in self.rows.chunks_exact(stride) {
@@ -161,7 +161,7 @@ impl<'a> Growth<'a> {
         self.free[part / 64] &= !(1 << (part % 64));
     }
 
-    /// Raises what no row asks about.
+    /// Raises parts that occur in no row.
     fn raise_harmless(&mut self) {
         let mut asked = vec![0; self.stride];
         for row in self.rows.chunks_exact(self.stride) {
@@ -173,7 +173,7 @@ impl<'a> Growth<'a> {
         }
     }
 
-    /// Keeps the candidates that may still come to lie inside and do not yet.
+    /// Keeps the candidates that may still become covered and are not covered yet.
     fn thin_others(&mut self) {
         let stride = self.stride;
         let (mut kept, mut hopeful) = (0, 0);
@@ -196,7 +196,7 @@ impl<'a> Growth<'a> {
         self.needs.truncate(kept * stride);
     }
 
-    /// True if these parts may all be raised; `low` gains the parts that may then be raised no more.
+    /// True if all these parts can be raised; adds to `low` the parts that then cannot be raised any more.
     fn is_feasible(&self, need: &[u64], low: &mut [u64]) -> bool {
         let (wi, stride) = (self.wi, self.stride);
         low.fill(0);
@@ -225,7 +225,7 @@ impl<'a> Growth<'a> {
         true
     }
 
-    /// Takes in one candidate after the other, each time the one that leaves room for most of the others.
+    /// Covers one candidate after the other, each time the one that leaves room for most of the others.
     fn swallow(&mut self) {
         let stride = self.stride;
         let mut low = vec![0; stride];
@@ -277,7 +277,7 @@ impl<'a> Growth<'a> {
         bits(&self.free).max_by_key(|part| (counts[*part], std::cmp::Reverse(*part))).unwrap_or(0)
     }
 
-    /// A large prime: as few free parts as possible stay away.
+    /// A large prime: as few free parts as possible are not raised.
     fn largest(mut self) -> Vec<u64> {
         self.raise_harmless();
         if self.rows.len() > MAX_COVER_ROWS * self.stride {
@@ -290,7 +290,7 @@ impl<'a> Growth<'a> {
                 }
             }
         }
-        // Rows as sets of parts of which one must stay away; an output that a row shares already can't help.
+        // Rows as sets of parts of which at least one must not be raised; an output that a row already shares does not help.
         let (wi, stride) = (self.wi, self.stride);
         let mut sets: Vec<Vec<u64>> = Vec::new();
         for row in self.rows.chunks_exact(stride) {
@@ -315,7 +315,7 @@ impl<'a> Growth<'a> {
         while !open.is_empty() {
             counts.fill(0);
             for set in open.iter().map(|at| &sets[*at]) {
-                // A part that a short row hangs on is likely to be needed.
+                // A part that a short row depends on is likely to be needed.
                 let weight = 64 / ones(set).clamp(1, 64);
                 bits(set).for_each(|part| counts[part] += weight);
             }
@@ -328,7 +328,7 @@ impl<'a> Growth<'a> {
             self.free[part / 64] &= !(1 << (part % 64));
             open.retain(|at| sets[*at][part / 64] >> (part % 64) & 1 == 0);
         }
-        // What was taken first may be superfluous by now.
+        // Parts chosen first may have become superfluous.
         let mut stay = vec![0u64; stride];
         kept.iter().for_each(|part| stay[part / 64] |= 1 << (part % 64));
         for part in kept {
@@ -345,7 +345,7 @@ impl<'a> Growth<'a> {
         self.term()
     }
 
-    /// The part that keeps out the fewest forbidden products.
+    /// The part that blocks the fewest forbidden products.
     fn least_blocking(&self) -> usize {
         let mut counts = vec![0u32; self.stride * 64];
         for row in self.rows.chunks_exact(self.stride) {
@@ -354,7 +354,7 @@ impl<'a> Growth<'a> {
         bits(&self.free).min_by_key(|part| (counts[*part], *part)).unwrap_or(0)
     }
 
-    /// The product as it is now.
+    /// The current product.
     fn term(&self) -> Vec<u64> {
         let shape = self.terms.shape;
         let (wi, words) = (self.wi, shape.literal_words());

@@ -1,4 +1,4 @@
-//! Several incompletely specified functions of the same inputs: the question that a minimiser is asked.
+//! Several incompletely specified functions of the same inputs: the problem that a minimiser solves.
 
 use super::terms::{Shape, Terms};
 use super::{Refused, isop};
@@ -6,29 +6,29 @@ use crate::bdd::{Bdd, Full, Ref};
 use crate::cover::Cover;
 use std::collections::BTreeMap;
 
-/// Functions with don't-cares, each between a lower and an upper one, as diagrams over one order of the inputs.
+/// Functions with don't-cares, each between a lower and an upper bound, as diagrams over one input order.
 #[derive(Debug, Clone)]
 pub struct Function {
     pub(super) shape: Shape,
     pub(super) bdd: Bdd,
-    /// What each output must cover.
+    /// The lower bound of each output, which must be covered.
     pub(super) lower: Vec<Ref>,
-    /// What each output may cover.
+    /// The upper bound of each output, which may be covered.
     pub(super) upper: Vec<Ref>,
     /// The input at each level.
     pub(super) input_of: Vec<usize>,
     level_of: Vec<u32>,
-    /// A sum to start from; empty where none is known.
+    /// An initial sum; empty if none is known.
     pub(super) start: Terms,
     overlapping: Vec<usize>,
     contradictory: Vec<usize>,
 }
 
 impl Function {
-    /// From sums: true on `on`, free on `dc` (also where both say something), false elsewhere. With `off` given it is false there and free elsewhere.
+    /// From sums: true on `on`, free on `dc` (also where both apply), false elsewhere. If `off` is given, the function is false there and free elsewhere.
     ///
     /// # Errors
-    /// When the diagrams need more than `nodes` nodes, or there are more than [`super::MAX_VARIABLES`] inputs.
+    /// If the diagrams need more than `nodes` nodes, or there are more than [`super::MAX_VARIABLES`] inputs.
     pub fn new(on: &Terms, dc: &Terms, off: Option<&Terms>, nodes: usize) -> Result<Self, Refused> {
         let shape = on.shape;
         if shape.inputs() > super::MAX_VARIABLES {
@@ -40,7 +40,7 @@ impl Function {
         if shape.inputs() <= 10 || as_used == as_written {
             return Self::in_order(on, dc, off, nodes, as_written);
         }
-        // A good order shows soon; a bad one would fill whatever it may.
+        // A good order succeeds early; a bad one would use up any limit.
         let mut limit = nodes.min(1 << 14);
         loop {
             let first = Self::in_order(on, dc, off, limit, as_written.clone());
@@ -54,7 +54,7 @@ impl Function {
                 }
                 (Err(refused), Err(_)) => return Err(refused),
             };
-            // Once more with room for the work to come.
+            // Build again with room for the following work.
             return Self::in_order(on, dc, off, nodes, function.input_of);
         }
     }
@@ -101,7 +101,7 @@ impl Function {
                     function.bdd.not(off)?
                 }
             };
-            // Where it contradicts itself, off wins: the bounds stay in order.
+            // If the sums contradict each other, `off` wins, so that the bounds stay in order.
             let lower = function.bdd.and(lower, upper)?;
             function.lower.push(lower);
             function.upper.push(upper);
@@ -109,7 +109,7 @@ impl Function {
         Ok(function)
     }
 
-    /// One function of a manager between `lower` and `upper`, with a sum of it to start from.
+    /// One function of a manager between `lower` and `upper`, with an initial sum.
     pub(super) fn of_diagram(bdd: &Bdd, lower: Ref, upper: Ref, sum: &Cover) -> Self {
         let shape = Shape::new(sum.n_vars, 1);
         let mut start = Terms::new(shape);
@@ -127,7 +127,7 @@ impl Function {
         }
     }
 
-    /// One output, or its complement, as a function of its own.
+    /// One output, or its complement, as a separate function.
     pub(super) fn single(&self, output: usize, is_complemented: bool) -> Result<Self, Refused> {
         let mut bdd = self.bdd.clone();
         let (mut lower, mut upper) = (self.lower[output], self.upper[output]);
@@ -158,22 +158,22 @@ impl Function {
         })
     }
 
-    /// The outputs that were on and free at one point.
+    /// The outputs for which some point was both on and free.
     #[must_use]
     pub fn overlapping(&self) -> &[usize] {
         &self.overlapping
     }
 
-    /// The outputs that were off and also on or free at one point.
+    /// The outputs for which some point was off and also on or free.
     #[must_use]
     pub fn contradictory(&self) -> &[usize] {
         &self.contradictory
     }
 
-    /// The same with the outputs complemented that are marked.
+    /// The same functions with the marked outputs complemented.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn complemented(&self, is_complemented: &[bool]) -> Result<Self, Refused> {
         let mut function = self.clone();
         let mut is_changed = false;
@@ -218,7 +218,7 @@ impl Function {
         self.bdd.or_all(products)
     }
 
-    /// An irredundant sum for each output between two functions, equal products joined; none beyond `limit` products.
+    /// An irredundant sum for each output between two functions, with equal products shared; `None` beyond `limit` products.
     pub(super) fn sums(
         &mut self,
         bounds: &[(Ref, Ref)],
@@ -249,7 +249,7 @@ impl Function {
         Ok(Some(terms))
     }
 
-    /// Products that cover what is free, for each output.
+    /// Products that cover the free part of each output.
     pub(super) fn free(&mut self, limit: usize) -> Result<Option<Terms>, Refused> {
         let mut bounds = Vec::new();
         for output in 0..self.shape.outputs() {
@@ -259,7 +259,7 @@ impl Function {
         self.sums(&bounds, limit)
     }
 
-    /// Products that cover what is forbidden, for each output.
+    /// Products that cover the forbidden part of each output.
     pub(super) fn forbidden(&mut self, limit: usize) -> Result<Option<Terms>, Refused> {
         let mut bounds = Vec::new();
         for output in 0..self.shape.outputs() {
@@ -269,7 +269,7 @@ impl Function {
         self.sums(&bounds, limit)
     }
 
-    /// True if a product lies within the upper function of each of its outputs.
+    /// True if a product is within the upper bound of each of its outputs.
     pub(super) fn allows(&self, term: &[u64]) -> bool {
         let mut pairs: Vec<(u32, bool)> = Vec::new();
         for (level, &input) in (0u32..).zip(&self.input_of) {
@@ -282,10 +282,10 @@ impl Function {
             .all(|output| self.bdd.covers_cube(self.upper[output], &pairs))
     }
 
-    /// The outputs whose sum is not what was asked for: it misses something, or covers too much. None: the sum is right.
+    /// The outputs whose sum is wrong: it covers too little or too much. Empty if the sum is correct.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub fn wrong_outputs(&mut self, terms: &Terms) -> Result<Vec<usize>, Refused> {
         let mut wrong = Vec::new();
         for output in 0..self.shape.outputs() {
@@ -300,7 +300,7 @@ impl Function {
     }
 }
 
-/// The inputs in the order in which the products name them, so that inputs used together are neighbours.
+/// The inputs in the order of their first use in the products, so that inputs used together are neighbours.
 fn order_of_use(on: &Terms, off: Option<&Terms>) -> Vec<usize> {
     let shape = on.shape;
     let mut order = Vec::new();

@@ -1,10 +1,10 @@
-//! The loop of espresso [Brayton et al. 1984], with exact covering where espresso has a greedy choice, and a pool of all primes met.
+//! The loop of espresso [Brayton et al. 1984], with exact covering where espresso makes a greedy choice, and a pool of all primes found.
 //!
 //! ```text
 //! sum ─ expand ─ irredundant ─ essential ─► reduce ─ expand ─ irredundant … ─► last gasp ─► irredundant over the pool ─► sparse
 //! ```
-//! Products are expanded against the forbidden products (the blocking matrix), towards those that swallow most others; where the forbidden part
-//! has no sum of bearable size, against the diagram.
+//! Products are expanded against the forbidden products (the blocking matrix), towards primes that cover most others; if the forbidden part has too many
+//! products, against the diagram.
 
 use super::covering::solve;
 use super::expand::Growth;
@@ -13,19 +13,19 @@ use super::rows::Rows;
 use super::terms::{Recursion, Shape, Spent, Terms, bits};
 use std::collections::BTreeSet;
 
-/// The loop over one question.
+/// The loop for one problem.
 pub(super) struct Loop<'a> {
     function: &'a Function,
     shape: Shape,
-    /// What each output must not cover; none: ask the diagram.
+    /// What each output must not cover; `None` if the diagram is used instead.
     pub(super) off: Option<Terms>,
     /// What each output may or may not cover.
     free: Terms,
-    /// This, and the essential primes once they are known: nobody else has to cover it.
+    /// The free part, and the essential primes once they are known: other products do not have to cover it.
     done: Terms,
-    /// The primes that every sum of primes has.
+    /// The primes that every sum of primes contains.
     essential: Option<Terms>,
-    /// Every prime met.
+    /// Every prime found.
     pool: BTreeSet<Vec<u64>>,
     /// Steps left for all recursions.
     steps: u64,
@@ -54,7 +54,7 @@ impl<'a> Loop<'a> {
         }
     }
 
-    /// Brings a sum to a local minimum. Whatever runs out, the result is a right sum.
+    /// Improves a sum to a local minimum. Even if the steps run out, the result is a correct sum.
     pub(super) fn run(&mut self, start: &Terms) -> Terms {
         let cost = |terms: &Terms| (terms.len(), terms.n_literals());
         let mut best = start.clone();
@@ -91,12 +91,12 @@ impl<'a> Loop<'a> {
         best
     }
 
-    /// The primes that every sum of primes has; with them a result of [`Loop::run`] is whole.
+    /// The primes that every sum of primes contains; together with them a result of [`Loop::run`] is complete.
     pub(super) fn essential(&self) -> Terms {
         self.essential.clone().unwrap_or_else(|| Terms::new(self.shape))
     }
 
-    /// Which primes of a sum are the only ones at some point: there no neighbour outside the prime is allowed, and no further output.
+    /// Finds the primes of a sum that alone cover some point: no neighbour outside the prime is allowed there, and no further output.
     fn essential_of(&mut self, terms: &Terms) -> Vec<bool> {
         let shape = self.shape;
         let words = shape.literal_words();
@@ -105,7 +105,7 @@ impl<'a> Loop<'a> {
         let mut is_essential = vec![false; terms.len()];
         for (index, is_essential) in is_essential.iter_mut().enumerate() {
             let term = terms.get(index);
-            // What lies in others or beside them, and what others have for more outputs.
+            // The points in or next to other products, and other products with more outputs.
             let mut beside = Terms::new(shape);
             for (_, near) in all.iter().enumerate().filter(|(other, _)| *other != index) {
                 let Some(mut own) = shape.without_conflict(near, term) else { continue };
@@ -121,7 +121,7 @@ impl<'a> Loop<'a> {
                 if own[words..].iter().any(|outputs| *outputs != 0) {
                     beside.push(&own);
                 }
-                // What has another value of the field beside this product is beside it for all values.
+                // A product with another value of the field is adjacent for all values.
                 let is_other = |value: usize| {
                     let (own, other) = (shape.literal(term, value), shape.literal(near, value));
                     own == Some(false) && other != Some(false)
@@ -149,7 +149,7 @@ impl<'a> Loop<'a> {
         is_essential
     }
 
-    /// The best sum of the primes met so far.
+    /// The best sum of the primes found so far.
     pub(super) fn best_of_pool(&mut self, best: Terms) -> Terms {
         let mut all = best.clone();
         let own: BTreeSet<Vec<u64>> = best.iter().map(<[u64]>::to_vec).collect();
@@ -177,7 +177,7 @@ impl<'a> Loop<'a> {
         }
     }
 
-    /// Makes each product prime, and drops those that lie in another.
+    /// Expands each product to a prime, and drops products that another one contains.
     pub(super) fn expand(&mut self, terms: &Terms, is_prime: &[bool]) -> Terms {
         let shape = self.shape;
         let mut order: Vec<usize> = (0..terms.len()).collect();
@@ -216,7 +216,7 @@ impl<'a> Loop<'a> {
         terms
     }
 
-    /// Grows one product by literals, then by outputs, as far as the diagram allows.
+    /// Expands one product by literals, then by outputs, as far as the diagram allows.
     fn expand_by_diagram(&self, term: &[u64]) -> Vec<u64> {
         let shape = self.shape;
         let mut grown = term.to_vec();
@@ -239,7 +239,7 @@ impl<'a> Loop<'a> {
         grown
     }
 
-    /// True if the others and what is free cover a product for all its outputs; false also when the steps run out.
+    /// True if the other products and the free part cover a product for all its outputs; also false if the steps run out.
     fn is_covered(&mut self, all: &Terms, term: &[u64], skip: impl Fn(usize) -> bool) -> bool {
         let mut recursion = Recursion::new(all, self.steps);
         let near = recursion.meeting(term, skip);
@@ -248,7 +248,7 @@ impl<'a> Loop<'a> {
             let mut last = None;
             bits(self.shape.outputs_of(term)).all(|output| {
                 let list = recursion.of_output(&near, output);
-                // Outputs with the same products have the same answer.
+                // Outputs with the same products have the same result.
                 if last.as_ref() == Some(&list) {
                     return true;
                 }
@@ -265,12 +265,12 @@ impl<'a> Loop<'a> {
         outputs.into_iter()
     }
 
-    /// A smallest part of the products that still covers everything, as far as the steps go.
+    /// A smallest subset of the products that still covers everything, as far as the steps allow.
     pub(super) fn irredundant(&mut self, terms: Terms) -> Terms {
         let n = terms.len();
         let mut all = terms.clone();
         all.extend(&self.done);
-        // What nobody else covers stays.
+        // Products that cover something alone are kept.
         let needed: Vec<bool> = (0..n)
             .map(|index| !self.is_covered(&all, terms.get(index), |other| other == index))
             .collect();
@@ -296,7 +296,7 @@ impl<'a> Loop<'a> {
         }
     }
 
-    /// Drops products one after the other that the rest covers.
+    /// Drops products one after the other if the rest covers them.
     fn thin(&mut self, terms: Terms) -> Terms {
         let n = terms.len();
         let mut all = terms.clone();
@@ -317,7 +317,7 @@ impl<'a> Loop<'a> {
         terms.select((0..n).filter(|index| !is_gone[*index]))
     }
 
-    /// The fewest of `columns` that cover the regions with the help of the blockers, and how many are needed at least; none when steps run out.
+    /// The fewest of `columns` that cover the regions together with the blockers, and a lower bound; `None` if the steps run out.
     pub(super) fn choose(
         &mut self,
         columns: &Terms,
@@ -362,8 +362,8 @@ impl<'a> Loop<'a> {
         outcome
     }
 
-    /// Shrinks each product to what the others leave to it, and says which ones stay as they are; `by_weight`: in the order of their weights alone;
-    /// `alone`: the others as they were, not as they became.
+    /// Shrinks each product to the part that the others do not cover, and tells which ones are unchanged. `by_weight`: in the order of their weights only;
+    /// `alone`: against the original products, not the shrunk ones.
     fn reduce(&mut self, terms: Terms, by_weight: bool, alone: bool) -> (Terms, Vec<bool>) {
         let shape = self.shape;
         let words = shape.literal_words();
@@ -371,7 +371,7 @@ impl<'a> Loop<'a> {
         let weights = weights(&terms);
         let mut order: Vec<usize> = (0..n).collect();
         order.sort_by_key(|&index| (std::cmp::Reverse(weights[index]), index));
-        // As espresso: the largest first, then by their distance from it.
+        // As in espresso: the largest first, then by their distance from it.
         if let Some(&largest) = order.first()
             && !by_weight
         {
@@ -434,7 +434,7 @@ impl<'a> Loop<'a> {
             }
             match literals {
                 Some(literals) => kept[..words].copy_from_slice(&literals),
-                // The others cover it all.
+                // The others cover all of it.
                 None if alone => continue,
                 None => {
                     is_empty[index] = true;
@@ -453,11 +453,11 @@ impl<'a> Loop<'a> {
         (shrunk, is_same)
     }
 
-    /// New primes over pairs of products that were shrunk each by itself, and the best choice with them.
+    /// New primes over pairs of products that were each shrunk alone, and the best choice with them.
     fn last_gasp(&mut self, terms: &Terms) -> Terms {
         let shape = self.shape;
         let (mut shrunk, is_same) = self.reduce(terms.clone(), true, true);
-        // What did not shrink is the only way to cover some corner of it.
+        // A product that did not shrink is the only one that covers some corner.
         shrunk.retain(|index, _| !is_same[index]);
         let mut found: BTreeSet<Vec<u64>> = BTreeSet::new();
         for a in 0..shrunk.len() {
@@ -492,7 +492,7 @@ impl<'a> Loop<'a> {
         self.irredundant(all)
     }
 
-    /// Takes products away from outputs that do without them, then makes them as short as that allows.
+    /// Removes products from outputs that do not need them, then shortens the products as far as this allows.
     pub(super) fn sparse(&mut self, mut terms: Terms) -> Terms {
         let shape = self.shape;
         let n = terms.len();
@@ -526,7 +526,7 @@ impl<'a> Loop<'a> {
         terms
     }
 
-    /// At least so many products are needed: pairwise no product can cover two of these points. `looks` bounds the comparisons with forbidden products.
+    /// A lower bound on the number of products: no product can cover two of these points. `looks` bounds the comparisons with forbidden products.
     pub(super) fn independent_points(&mut self, terms: &Terms, looks: usize) -> usize {
         let shape = self.shape;
         let mut all = terms.clone();
@@ -546,7 +546,7 @@ impl<'a> Loop<'a> {
                 if let Some(region) = gap {
                     let mut point = shape.empty();
                     point[..shape.literal_words()].copy_from_slice(&region);
-                    // An input that is still open may have either value; points have one.
+                    // An input that is still open may have either value; a point has one.
                     for input in 0..shape.inputs() {
                         if shape.literal(&point, input).is_none() {
                             shape.set_literal(&mut point, input, Some(false));
@@ -559,7 +559,7 @@ impl<'a> Loop<'a> {
             self.steps = recursion.steps;
             by_term.push(own);
         }
-        // One point of each product first, then the second ones: as many as can be compared pairwise at a bearable cost.
+        // One point of each product first, then a second one: as many as can be compared pairwise at a reasonable cost.
         let cost = self.off.as_ref().map_or(10_000, |off| off.len() + 1);
         let most = (looks / cost).isqrt().clamp(64, 4_000);
         let longest = by_term.iter().map(Vec::len).max().unwrap_or(0);
@@ -593,7 +593,7 @@ impl<'a> Loop<'a> {
     }
 }
 
-/// How much each product has in common with the others: large ones have large weights.
+/// A measure of what each product shares with the others: large products have large weights.
 fn weights(terms: &Terms) -> Vec<u64> {
     let shape = terms.shape;
     let n = terms.len() as u64;
@@ -615,7 +615,7 @@ fn weights(terms: &Terms) -> Vec<u64> {
         .collect()
 }
 
-/// Products that do the same are told apart by their literals.
+/// Weights that distinguish equivalent products by their number of literals.
 pub(super) fn literal_weights(terms: &Terms) -> Vec<u32> {
     let shape = terms.shape;
     terms.iter().map(|term| u32::try_from(shape.n_literals(term)).unwrap_or(u32::MAX)).collect()

@@ -1,9 +1,9 @@
-//! A local search for small covers: rows that stay open gain weight until somebody covers them [Gao, Weise and Li 2015].
+//! A local search for small covers: rows that stay uncovered gain weight until a column covers them [Gao, Weise and Li 2015].
 //!
-//! It proves nothing, and finds what greedy choices guided by prices miss in symmetric tables, where all columns look alike.
+//! It proves nothing, but finds covers that greedy choices by price miss in symmetric tables, where all columns are alike.
 
-/// Tries to cover all rows with fewer columns than `cover` has, down to `goal`. Columns are lists of rows and rows lists of columns, both numbered from
-/// 0. `steps` bounds the work in looks at one entry; the same question gets the same answer.
+/// Tries to cover all rows with fewer columns than `cover`, down to `goal`. Columns are lists of rows and rows are lists of columns, both numbered from 0.
+/// `steps` bounds the work in entries visited; the same problem always gives the same result.
 pub(super) fn improve(
     rows: &[Vec<u32>],
     columns: &[Vec<u32>],
@@ -69,15 +69,15 @@ struct Search<'a> {
     columns: &'a [Vec<u32>],
     weights: Vec<i64>,
     n_covers: Vec<u32>,
-    /// The open rows, and where each row is among them.
+    /// The uncovered rows, and the position of each row among them.
     open: Vec<usize>,
     place: Vec<usize>,
-    /// Outside: the weight it would cover. Inside: minus the weight that only it covers.
+    /// For a column outside the cover: the weight that it would cover. Inside: minus the weight that it alone covers.
     scores: Vec<i64>,
     is_in: Vec<bool>,
     /// The round of the last move of each column.
     stamps: Vec<u64>,
-    /// Something about its rows changed since it left.
+    /// True if one of its rows changed since the column left the cover.
     may_enter: Vec<bool>,
     chosen: Vec<u32>,
     work: u64,
@@ -161,7 +161,7 @@ impl Search<'_> {
         self.place[row] = usize::MAX;
     }
 
-    /// The chosen column that would be missed least; of equal ones the one that has been there longest.
+    /// The chosen column with the smallest loss; of equal ones the one that has been in the cover longest.
     fn cheapest(&mut self, tabu: usize) -> Option<usize> {
         self.work += self.chosen.len() as u64;
         self.chosen
@@ -173,7 +173,7 @@ impl Search<'_> {
             })
     }
 
-    /// The column of a row that covers most weight; of equal ones the one that has been away longest.
+    /// The column of a row that covers the most weight; of equal ones the one that has been outside longest.
     fn dearest_of(&mut self, row: usize) -> Option<usize> {
         self.work += self.rows[row].len() as u64;
         self.rows[row]
@@ -185,7 +185,7 @@ impl Search<'_> {
             })
     }
 
-    /// Open rows gain weight.
+    /// Increases the weight of uncovered rows.
     fn press(&mut self) {
         for at in 0..self.open.len() {
             let row = self.open[at];

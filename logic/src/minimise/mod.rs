@@ -1,13 +1,13 @@
-//! Two-level minimisation: small sums of products, and proofs that none is smaller.
+//! Two-level minimisation: small sums of products, and proofs that no smaller one exists.
 //!
 //! ```text
 //! Function ─ heuristic: espresso's loop, a pool of primes ─► small sum ─┐
-//!    └────── exact: primes ─ essential ─ table ─ covering ─► least sum ─┴─► checked against the Function ─► Outcome
+//!    └────── exact: primes ─ essential ─ table ─ covering ─► minimum   ─┴─► checked against the Function ─► Outcome
 //! diagram of a circuit's node ─ isop ─ expand, irredundant, reduce ─ (small ones: exact) ─► sum_of_products
 //! ```
-//! A PLA shares products between outputs ([`shared`]); a PAL does not, and can invert ([`per_output`]). Don't-cares are part of the question: a result
-//! lies anywhere between a lower and an upper function. An answer says whether it is proved to be the least ([`Minimum::Exact`]), and otherwise how many
-//! products are needed at least. Whatever the loops do, the result is compared with both functions before it is returned.
+//! A PLA shares products between outputs ([`shared`]); a PAL does not, and can invert ([`per_output`]). Don't-cares are part of the problem: a result may
+//! be anywhere between a lower and an upper function. An outcome tells whether it is a proved minimum ([`Minimum::Exact`]), and otherwise a lower bound on
+//! the number of products. Every result is checked against both functions before it is returned.
 
 mod covering;
 mod diagram;
@@ -38,14 +38,14 @@ use diagram::{expand, irredundant, reduce};
 use grafsynth_ir::logic::{Logic, Node, NodeId};
 use heuristic::Loop;
 
-/// What a question may cost.
+/// Limits of a minimisation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budget {
-    /// The largest number of products of interest.
+    /// The maximum number of products.
     pub products: usize,
-    /// The largest diagram, in nodes.
+    /// The maximum size of the diagrams, in nodes.
     pub nodes: usize,
-    /// What the search for the proved minimum may cost; none: only a local minimum is looked for.
+    /// The effort of the search for the proved minimum; `None`: only a local minimum is computed.
     pub exact: Option<Effort>,
 }
 
@@ -60,7 +60,7 @@ impl Default for Budget {
 pub enum Refused {
     /// The diagram of the function is too large.
     Nodes(usize),
-    /// The sum needs more products than the budget has.
+    /// The sum needs more products than the budget allows.
     Products(usize),
     /// The function has too many variables.
     Variables(usize),
@@ -82,7 +82,7 @@ impl std::fmt::Display for Refused {
     }
 }
 
-/// Functions of more variables are refused: [`isop`] recurses once for each.
+/// Functions of more variables are rejected, because [`isop`] recurses once per variable.
 pub const MAX_VARIABLES: usize = 1024;
 
 /// Products of literals of a circuit.
@@ -90,10 +90,10 @@ pub type Product = Vec<(Var, bool)>;
 
 /// The function of a node as a small sum of products, each sorted by variable, flip-flops first.
 ///
-/// With `dont_cares` the result may differ from the node where one of [`Logic::never`] is true.
+/// With `dont_cares` the result may differ from the node if one of [`Logic::never`] is true.
 ///
 /// # Errors
-/// When the budget does not suffice.
+/// If the budget is not sufficient.
 pub fn sum_of_products(
     logic: &Logic,
     node: NodeId,
@@ -104,10 +104,10 @@ pub fn sum_of_products(
     proved_sum_of_products(logic, node, negated, dont_cares, budget).map(|(products, _)| products)
 }
 
-/// As [`sum_of_products`], with what is known of the least number of products.
+/// Like [`sum_of_products`], with a lower bound on the number of products.
 ///
 /// # Errors
-/// When the budget does not suffice.
+/// If the budget is not sufficient.
 pub fn proved_sum_of_products(
     logic: &Logic,
     node: NodeId,
@@ -119,11 +119,11 @@ pub fn proved_sum_of_products(
     sum_between(logic, node, negated, dont_cares, budget)
 }
 
-/// As [`proved_sum_of_products`]; the result may differ from the node wherever one of these don't-cares is true. Of a don't-care over other signals too
-/// that part counts which is true whatever those are.
+/// Like [`proved_sum_of_products`]; the result may differ from the node wherever one of these don't-cares is true. If a don't-care also reads other
+/// signals, only the part that is true for all their values counts.
 ///
 /// # Errors
-/// When the budget does not suffice.
+/// If the budget is not sufficient.
 pub fn sum_between(
     logic: &Logic,
     node: NodeId,
@@ -131,7 +131,7 @@ pub fn sum_between(
     dont_cares: &[NodeId],
     budget: Budget,
 ) -> Result<(Vec<Product>, Minimum), Refused> {
-    // Variables in the order of the circuit, flip-flops first: products come out as people write them.
+    // Variables in the order of the circuit, flip-flops first: this gives products in the usual notation.
     let vars = vars_of(logic, node);
     sum_of_products_over(logic, node, &vars, negated, dont_cares, budget)
 }
@@ -180,7 +180,7 @@ fn sum_of_products_over(
     let (mut lower, mut upper) = (on, on);
     let n_vars = u32::try_from(vars.len()).unwrap_or(u32::MAX);
     for &never in dont_cares {
-        // Don't-cares save products; they are no reason to refuse a function.
+        // Don't-cares save products; a failure to build them is no reason to reject a function.
         let Ok(open) = part_over(&mut bdd, &mut functions, logic, never, n_vars) else { continue };
         if open != Ref::FALSE {
             lower = bdd.and_not(lower, open)?;
@@ -197,7 +197,7 @@ fn sum_of_products_over(
     Ok((products, minimum))
 }
 
-/// Where a node is true whatever the variables from level `n_vars` on are.
+/// The assignments for which a node is true whatever the variables from level `n_vars` on are.
 fn part_over(
     bdd: &mut Bdd,
     functions: &mut Functions,
@@ -215,10 +215,10 @@ fn part_over(
     bdd.forall(value, others)
 }
 
-/// A small sum of products between `lower` and `upper` over levels `0..n_vars`, and what is known of the least one.
+/// A small sum of products between `lower` and `upper` over levels `0..n_vars`, and a lower bound.
 ///
 /// # Errors
-/// When the budget does not suffice.
+/// If the budget is not sufficient.
 pub fn minimise(
     bdd: &mut Bdd,
     lower: Ref,
@@ -232,7 +232,7 @@ pub fn minimise(
     let first = isop(bdd, lower, upper, n_vars, budget.products.saturating_mul(2))?;
     let mut best = first.clone();
     let mut cover = first;
-    // A round is quadratic in the products at worst; a long sum is taken as it comes.
+    // A round is quadratic in the products in the worst case, so a long sum gets only one round.
     let rounds = if best.cubes.len() <= 600 { 8 } else { 1 };
     for _ in 0..rounds {
         expand(bdd, upper, &mut cover);
@@ -264,10 +264,10 @@ pub fn minimise(
     Ok((best, minimum))
 }
 
-/// Larger questions than these stay with the local minimum: variables, products, nodes.
+/// Larger problems than these get only a local minimum: variables, products, nodes.
 const SMALL: (usize, usize, usize) = (18, 96, 1 << 15);
 
-/// Looks for the proved minimum of a small question; a sum that is no shorter stays as it was.
+/// Searches the proved minimum of a small problem; a sum that is not shorter is discarded.
 fn improve(
     bdd: &Bdd,
     lower: Ref,
@@ -287,7 +287,7 @@ fn improve(
     let question = Function::of_diagram(bdd, lower, upper, best);
     let outcome = match shared(&question, effort) {
         Ok(outcome) => outcome,
-        // The copy of the manager has no room for more; the sum at hand is right all the same.
+        // The copy of the manager has no more room; the current sum is still correct.
         Err(Refused::Nodes(_) | Refused::Products(_) | Refused::Variables(_)) => {
             return Ok(Minimum::Between { lower: at_least_one, found: n_products });
         }
@@ -307,31 +307,31 @@ fn improve(
     Ok(outcome.minimum)
 }
 
-/// How much work a minimisation may be. All figures count steps, never seconds: the same question gets the same answer on every machine.
+/// Limits of the work of a minimisation. All figures count steps, never seconds: the same problem gives the same result on every machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
-    /// Look for the proved minimum; otherwise only for a small sum.
+    /// Search the proved minimum; otherwise only a small sum.
     pub exact: bool,
-    /// The largest diagram, in nodes.
+    /// The maximum size of the diagrams, in nodes.
     pub nodes: usize,
-    /// More primes than this are not listed.
+    /// The maximum number of primes that are listed.
     pub primes: usize,
-    /// The largest diagram of sets of primes, in nodes.
+    /// The maximum size of the diagrams of prime sets, in nodes.
     pub sets: usize,
-    /// The largest table, in rows.
+    /// The maximum number of rows of the table.
     pub rows: usize,
-    /// Steps of the recursions over products, each about a look at one product.
+    /// Steps of the recursions over products; one step visits about one product.
     pub steps: u64,
     /// Steps of the branching over the table.
     pub branching: u64,
-    /// Forbidden products beyond this number are not listed; the diagram is asked instead.
+    /// The maximum number of forbidden products that are listed; beyond it the diagram is used instead.
     pub forbidden: usize,
-    /// Looks at a forbidden product for a lower bound where no proof was found otherwise.
+    /// Visits of forbidden products for a lower bound if no proof was found otherwise.
     pub looks: usize,
 }
 
 impl Effort {
-    /// Ten times the work for each unit more: 0 is a few milliseconds, 3 a few seconds, 5 minutes.
+    /// The effort of a level; each unit allows ten times the work: 0 is a few milliseconds, 3 a few seconds, 5 minutes.
     #[must_use]
     pub fn of_level(level: u32, exact: bool) -> Self {
         let level = level.min(9);
@@ -353,7 +353,7 @@ impl Effort {
         }
     }
 
-    /// For a small sum soon: the loop may do the work of this level, and the table of primes is made only where it is a short one.
+    /// For a small sum quickly: the loop may do the work of this level, but the table of primes is made only if it is short.
     #[must_use]
     pub fn quick(level: u32) -> Self {
         let effort = Self::of_level(level, true);
@@ -369,51 +369,51 @@ impl Effort {
     }
 }
 
-/// A question without a sum to start from is refused when its first one is longer.
+/// A problem without an initial sum is rejected if its first sum is longer than this.
 const MAX_START: usize = 20_000;
 
-/// How far the primes are known.
+/// The number of primes, as far as known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Primes {
-    /// All of them, so many.
+    /// The exact number; all primes were listed.
     All(usize),
-    /// At least so many, too many to list.
+    /// At least this many, too many to list.
     MoreThan(u64),
-    /// Their diagram is too large, or they were not asked for.
+    /// Their diagram is too large, or they were not computed.
     Unknown,
 }
 
-/// What is known of the number of products.
+/// The proved bounds on the number of products.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Minimum {
-    /// No sum has fewer products: proved.
+    /// Proved: no sum has fewer products.
     Exact,
-    /// `found` products suffice, `lower` are needed.
+    /// `found` products are sufficient, `lower` are necessary.
     Between {
         /// No sum has fewer products.
         lower: usize,
-        /// The sum has so many.
+        /// The sum has this many.
         found: usize,
     },
 }
 
-/// A minimised sum, checked against the question.
+/// A minimised sum, checked against the problem.
 #[derive(Debug, Clone)]
 pub struct Outcome {
     /// The products.
     pub terms: Terms,
-    /// How good their number is.
+    /// The quality of the result.
     pub minimum: Minimum,
-    /// How many primes the question has.
+    /// The number of primes of the problem.
     pub primes: Primes,
-    /// How many of them every minimal sum of primes has, as far as known.
+    /// The number of primes that every minimal sum of primes contains, as far as known.
     pub n_essential: usize,
 }
 
-/// A small sum for all outputs together, products shared between them: for a PLA. The number of products counts, then the literals.
+/// A small sum for all outputs together, with shared products: for a PLA. Minimises the number of products, then the literals.
 ///
 /// # Errors
-/// When the diagrams need more than the effort's nodes, or there is no sum to start from and none of bearable length.
+/// If the diagrams need more than the effort's nodes, or if there is no initial sum and none of acceptable length.
 pub fn shared(function: &Function, effort: &Effort) -> Result<Outcome, Refused> {
     let mut function = function.clone();
     let free = function.free(effort.forbidden)?;
@@ -463,26 +463,27 @@ pub fn shared(function: &Function, effort: &Effort) -> Result<Outcome, Refused> 
     Ok(Outcome { terms: best, minimum, primes: found.primes, n_essential: found.n_essential })
 }
 
-/// The sum of one output, as a PAL has it.
+/// The sum of one output in the form of a PAL.
 #[derive(Debug, Clone)]
 pub struct OneOutput {
-    /// The sum is that of the complement: the output inverts it.
+    /// The sum is that of the complement, and the output inverts it.
     pub is_complemented: bool,
     /// The sum.
     pub outcome: Outcome,
 }
 
-/// A small sum for each output by itself, for a PAL. With `free_polarity` the complement is taken where it needs fewer products, then fewer literals.
+/// A small sum for each output separately, for a PAL. With `free_polarity` the complement is chosen if it needs fewer products, or equally many and fewer
+/// literals.
 ///
 /// # Errors
-/// When the diagrams need more than the effort's nodes.
+/// If the diagrams need more than the effort's nodes.
 pub fn per_output(
     function: &Function,
     free_polarity: bool,
     effort: &Effort,
 ) -> Result<Vec<OneOutput>, Refused> {
     let mut outputs = Vec::new();
-    // All outputs together may be this much work.
+    // The limit for all outputs together.
     let n_outputs = (function.shape.outputs() as u64).max(1);
     let effort = &Effort {
         steps: effort.steps / n_outputs,
@@ -496,7 +497,7 @@ pub fn per_output(
             outputs.push(OneOutput { is_complemented: false, outcome });
             continue;
         }
-        // Both sides in short; the proof begins with the smaller one and often spares the other.
+        // First both polarities quickly; the proof starts with the smaller one and often makes the other unnecessary.
         let quick = Effort { exact: false, ..*effort };
         let cost = |outcome: &Outcome| (outcome.terms.len(), outcome.terms.n_literals());
         let mut sides = Vec::new();
@@ -504,7 +505,7 @@ pub fn per_output(
             let side = if is_complemented { function.single(output, true)? } else { plain.clone() };
             match shared(&side, &quick) {
                 Ok(outcome) => sides.push((side, OneOutput { is_complemented, outcome })),
-                // A complement without a sum of bearable length is no choice.
+                // A complement without a sum of acceptable length is not an option.
                 Err(Refused::Products(_)) if is_complemented => {}
                 Err(refused) => return Err(refused),
             }
@@ -572,7 +573,7 @@ mod circuit_tests {
                 prop_assert_eq!(table(cover) & !upper, 0);
             }
             prop_assert!(small.cubes.len() <= raw.cubes.len());
-            // Prime: no literal can go; irredundant: no product can go.
+            // Prime: no literal can be removed; irredundant: no product can be removed.
             for (index, cube) in small.cubes.iter().enumerate() {
                 for (var, _) in cube.literals() {
                     let mut larger = cube.clone();
@@ -624,7 +625,7 @@ mod circuit_tests {
 
     #[test]
     fn constraints_are_used_only_when_asked_for() {
-        // Never a and b: a*/b is then a.
+        // a and b are never both true, so a*/b is a.
         let mut builder = Builder::default();
         let (a, b) = (builder.input_named("a"), builder.input_named("b"));
         let not_b = builder.not(b);

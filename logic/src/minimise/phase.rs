@@ -1,41 +1,41 @@
-//! Output phases of a PLA: which outputs are written inverted, so that all of them together need the fewest shared products.
+//! Output phases of a PLA: chooses which outputs are inverted, so that all of them together need the fewest shared products.
 //!
 //! ```text
 //! f1 … fm ─ with their complements: 2m outputs, minimised together [Sasao 1984] ─► one side of each, by the products it needs ─┐
 //! all as they are, each at its smaller side by itself ──────────────────────────────────────────────────────────────────────┴► flips of one and two
 //! ```
-//! A choice is judged by the heuristic sum that it gets, a fixed number of choices at most, so the search ends and repeats.
+//! A choice is judged by the heuristic sum that it gives. The number of judged choices is fixed, so the search ends and is reproducible.
 
 use super::terms::{Shape, Terms, bits};
 use super::{Effort, Function, Outcome, Refused, shared};
 use std::collections::BTreeMap;
 
-/// Outputs and the sum they have.
+/// Output phases and their sum.
 #[derive(Debug, Clone)]
 pub struct Phased {
-    /// The outputs that are written inverted.
+    /// The outputs that are inverted.
     pub is_complemented: Vec<bool>,
-    /// The sum of the outputs so written.
+    /// The sum of the outputs with these phases.
     pub outcome: Outcome,
-    /// So many choices were judged.
+    /// The number of choices judged.
     pub tries: usize,
-    /// All choices there are were judged.
+    /// True if all possible choices were judged.
     pub is_complete: bool,
 }
 
-/// Products, then literals; none: not judged.
+/// Products, then literals; `None` if not judged.
 type Cost = Option<(usize, usize)>;
 
 struct Search<'a> {
     function: &'a Function,
     effort: Effort,
-    /// The cost of each choice judged so far; none: it has no sum of bearable length.
+    /// The cost of each choice judged so far; `None` if its sum is too long.
     known: BTreeMap<Vec<bool>, Cost>,
     tries: usize,
 }
 
 impl Search<'_> {
-    /// Products and literals of a choice; none where it can't be judged, or no more tries are left.
+    /// Products and literals of a choice; `None` if it cannot be judged, or no more tries are left.
     fn cost(&mut self, phases: &[bool]) -> Cost {
         if let Some(&cost) = self.known.get(phases) {
             return cost;
@@ -50,7 +50,7 @@ impl Search<'_> {
         cost
     }
 
-    /// Flips single outputs, then pairs, as long as that helps.
+    /// Inverts single outputs, then pairs, as long as this improves the cost.
     fn descend(&mut self, start: Vec<bool>) -> (Cost, Vec<bool>) {
         let n = start.len();
         let mut best = start;
@@ -77,17 +77,17 @@ impl Search<'_> {
     }
 }
 
-/// Looks for the phases with the fewest shared products; `tries` choices are judged at most.
+/// Searches the phases with the fewest shared products; judges at most `tries` choices.
 ///
 /// # Errors
-/// When the diagrams need more than the effort's nodes, or the outputs as they are have no sum of bearable length.
+/// If the diagrams need more than the effort's nodes, or if the sum of the outputs without inversion is too long.
 pub fn phased(function: &Function, effort: &Effort, tries: usize) -> Result<Phased, Refused> {
     let n = function.shape().outputs();
     let quick = Effort { exact: false, looks: 0, steps: effort.steps / 8, ..*effort };
     let mut search =
         Search { function, effort: quick, known: BTreeMap::new(), tries: tries.max(1) };
     let mut starts = vec![vec![false; n]];
-    // Sides that fit together, from the sum of all sides.
+    // Phases that fit together, from the sum of all outputs and complements.
     if let Ok(doubled) = function.doubled()
         && let Ok(outcome) = shared(&doubled, &quick)
     {
@@ -98,12 +98,12 @@ pub fn phased(function: &Function, effort: &Effort, tries: usize) -> Result<Phas
     }
     let all = u32::try_from(n).ok().and_then(|n| 1usize.checked_shl(n));
     if all.is_some_and(|all| all <= search.tries) {
-        // Few enough to try every one.
+        // Few enough to try all of them.
         let choices = 0..all.unwrap_or(0);
         starts = choices.map(|choice| (0..n).map(|o| choice >> o & 1 == 1).collect()).collect();
     }
     let mut best: (Cost, Vec<bool>) = (None, vec![false; n]);
-    // The most promising start first: the tries may run out.
+    // The most promising start first, because the tries may run out.
     let mut judged: Vec<(Cost, Vec<bool>)> =
         starts.into_iter().map(|start| (search.cost(&start), start)).collect();
     judged.sort_by_key(|(cost, _)| (cost.is_none(), *cost));
@@ -117,7 +117,7 @@ pub fn phased(function: &Function, effort: &Effort, tries: usize) -> Result<Phas
     let tries = search.known.len();
     let turned = function.complemented(&best.1)?;
     let outcome = shared(&turned, effort)?;
-    // Whatever the quick judgement said: never more than without phases.
+    // The quick judgement may be wrong: never return more than without phases.
     if best.1.contains(&true) {
         let plain = shared(function, effort)?;
         let cost = |outcome: &Outcome| (outcome.terms.len(), outcome.terms.n_literals());
@@ -129,7 +129,7 @@ pub fn phased(function: &Function, effort: &Effort, tries: usize) -> Result<Phas
     Ok(Phased { is_complemented: best.1, outcome, tries, is_complete })
 }
 
-/// One side of each of `n` outputs of a sum that has both, the complements behind: with as few products as flips of single outputs lead to.
+/// One phase for each of `n` outputs of a sum that contains both, the complements last: with as few products as inverting single outputs achieves.
 fn sides(terms: &Terms, n: usize) -> Vec<bool> {
     let shape = terms.shape;
     let users: Vec<Vec<usize>> =
@@ -160,7 +160,7 @@ fn sides(terms: &Terms, n: usize) -> Vec<bool> {
 }
 
 impl Function {
-    /// The same outputs, and behind them their complements.
+    /// The same outputs, followed by their complements.
     fn doubled(&self) -> Result<Self, Refused> {
         let mut doubled = self.clone();
         for (lower, upper) in self.lower.iter().zip(&self.upper) {

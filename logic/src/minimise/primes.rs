@@ -4,15 +4,15 @@
 //! upper functions f1 … fm  ─►  g = (f1 + y1)(f2 + y2) … (fm + ym)  ─►  primes of g, as a diagram of sets  ─►  list
 //! ```
 //! Each output has a tag y; a prime of `g` without the tag of an output is a prime product of that output [Bartee 1961]. The primes come from the
-//! recursion of Coudert and Madre [1992]: those that need no literal of the top input are the primes of the conjunction of both halves, those that
-//! need one are the primes of that half that are not among them. Sets of products are kept as diagrams with three branches a node (negative literal,
-//! positive literal, none), so that many primes take few nodes.
+//! recursion of Coudert and Madre [1992]: the primes without a literal of the top input are the primes of the conjunction of both halves; the primes with
+//! such a literal are the primes of that half that are not among them. Sets of products are stored as diagrams with three branches per node (negative
+//! literal, positive literal, none), so many primes take few nodes.
 
 use super::terms::{Shape, Terms};
 use crate::bdd::{Bdd, Ref};
 use std::collections::BTreeMap;
 
-/// A set of products: 0 is empty, 1 holds the product without literals alone.
+/// A set of products: 0 is the empty set, 1 contains only the product without literals.
 type Set = u32;
 
 const EMPTY: Set = 0;
@@ -30,9 +30,9 @@ struct Node {
 /// Why there is no list of primes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum TooMany {
-    /// The diagrams grow beyond their limit.
+    /// The diagrams exceed their limit.
     Nodes,
-    /// So many primes (saturated), more than wanted.
+    /// The number of primes (saturated) exceeds the limit.
     Primes(u64),
 }
 
@@ -60,7 +60,7 @@ impl Sets {
         Ok(set)
     }
 
-    /// The products of `a` that are not in `b`. As deep as there are levels.
+    /// The products of `a` that are not in `b`. The recursion depth is the number of levels.
     fn without(&mut self, a: Set, b: Set) -> Result<Set, TooMany> {
         if a == EMPTY || a == b {
             return Ok(EMPTY);
@@ -89,7 +89,7 @@ impl Sets {
     }
 
     fn count(&self, set: Set) -> u64 {
-        // A node is numbered after its branches.
+        // The id of a node is larger than those of its branches.
         let mut counts: Vec<u64> = vec![0, 1];
         for node in &self.nodes[2..=(set as usize).max(1)] {
             let of = |set: Set| counts[set as usize];
@@ -110,7 +110,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The primes of a function. As deep as there are levels.
+    /// The primes of a function. The recursion depth is the number of levels.
     fn primes(&mut self, f: Ref) -> Result<Set, TooMany> {
         let Some(level) = self.bdd.level(f) else {
             return Ok(if f == Ref::TRUE { UNIT } else { EMPTY });
@@ -138,7 +138,7 @@ impl Search<'_> {
         Ok(set)
     }
 
-    /// Lists a set. As deep as there are levels.
+    /// Lists a set. The recursion depth is the number of levels.
     fn list(&self, set: Set, input_of: &[usize], term: &mut Vec<u64>, found: &mut Terms) {
         let shape = found.shape;
         if set == EMPTY {
@@ -170,10 +170,10 @@ impl Search<'_> {
     }
 }
 
-/// The prime products of these functions, whose inputs lie at levels `0..inputs`; `input_of` says which input is at each level.
+/// The prime products of these functions, whose inputs have the levels `0..inputs`; `input_of` maps each level to its input.
 ///
 /// # Errors
-/// When there are more than `max_primes`, or the diagrams need more than `max_nodes` nodes.
+/// If there are more than `max_primes`, or if the diagrams need more than `max_nodes` nodes.
 pub(super) fn all_primes(
     bdd: &mut Bdd,
     upper: &[Ref],

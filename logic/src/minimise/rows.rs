@@ -1,6 +1,6 @@
-//! The rows of a covering table: for each kind of point the columns that cover it.
+//! The rows of a covering table: for each kind of point, the columns that cover it.
 
-/// Sets of columns, each sorted, none of which contains an earlier one.
+/// Sets of columns, each sorted; none contains an earlier one.
 #[derive(Debug, Clone)]
 pub(super) struct Rows {
     sets: Vec<Vec<u32>>,
@@ -13,7 +13,7 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// For so many columns; it stops taking sets beyond `limit`.
+    /// An empty table for `n_columns` columns; sets beyond `limit` are rejected.
     pub(super) fn new(n_columns: usize, limit: usize) -> Self {
         Rows {
             sets: Vec::new(),
@@ -32,7 +32,7 @@ impl Rows {
         self.sets.len() >= self.limit
     }
 
-    /// True if these columns contain a set; and how many sets were looked at.
+    /// Whether these columns contain a stored set, and how many sets were visited.
     pub(super) fn has_subset_of(&mut self, columns: &[u32]) -> (bool, usize) {
         let mut marked = true;
         for &column in columns {

@@ -1,9 +1,8 @@
-//! Sums of a state machine with one flip-flop for each state: symbolic minimisation [De Micheli, Brayton, Sangiovanni-Vincentelli 1985].
+//! Sums of a state machine with one flip-flop per state: symbolic minimisation [De Micheli, Brayton, Sangiovanni-Vincentelli 1985].
 //!
-//! Of some inputs always exactly one is true; whatever the functions are elsewhere is free. On the points that count, every product of literals of
-//! those inputs is a set of values: one value where it has a positive literal, all but the negated ones where it has none. So they are one
-//! multi-valued variable, products are taken with negative literals alone, and the codes that never occur need neither products nor diagrams: for `n`
-//! values these would be n(n-1)/2 pairs.
+//! Of the inputs in the field, exactly one is true; elsewhere the functions are free. On the relevant points, every product of literals of those inputs is
+//! a set of values: one value if it has a positive literal, all but the negated ones if it has none. So they form one multi-valued variable, products use
+//! negative literals only, and the codes that never occur need neither products nor diagrams: for `n` values these would be n(n-1)/2 pairs.
 //!
 //! ```text
 //! on, off ─ one value a forbidden product ─ espresso's loop over values ─► products of values ─ fewest literals ─► checked against the Function
@@ -17,12 +16,12 @@ use super::{Effort, Minimum, Outcome, Primes, Refused};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// A small sum for all outputs together where always exactly one of the inputs in `field` is true: true on `on`, false on `off`, free elsewhere and
-/// wherever none or several of those inputs are true, as the products say by a literal of each of them. `function` says the same and is what the result is compared with; `known` is a sum of it that
-/// may serve as a start. None where `function` says anything else, or `on` and `off` contradict each other.
+/// A small sum for all outputs together if exactly one of the inputs in `field` is always true: true on `on`, false on `off`, free elsewhere and wherever
+/// none or several of those inputs are true. Each product contains a literal of each of those inputs. `function` must be the same function; the result is
+/// compared with it. `known` is a sum of it that may serve as a start. `None` if `function` is different, or if `on` and `off` contradict each other.
 ///
 /// # Errors
-/// When the diagrams need more than the effort's nodes.
+/// If the diagrams need more than the effort's nodes.
 pub fn one_hot(
     function: &Function,
     (on, off): (&Terms, &Terms),
@@ -61,14 +60,14 @@ pub fn one_hot(
     Ok(Some(Outcome { terms: best, minimum, primes: Primes::Unknown, n_essential: 0 }))
 }
 
-/// The values of the field that a product of any literals has.
+/// The values of the field for which a product can be true.
 fn values(shape: Shape, term: &[u64]) -> Vec<usize> {
     let positive: Vec<usize> =
         shape.one_hot().filter(|value| shape.literal(term, *value) == Some(true)).collect();
     match positive.as_slice() {
         [] => shape.one_hot().filter(|value| shape.literal(term, *value) != Some(false)).collect(),
         [value] => vec![*value],
-        // Two are never true.
+        // Two of them are never true together.
         [..] => Vec::new(),
     }
 }
@@ -79,14 +78,14 @@ fn without_values(shape: Shape, term: &[u64]) -> Vec<u64> {
     term
 }
 
-/// All values but this one are excluded.
+/// Excludes this value with a negative literal.
 fn add_negative(shape: Shape, term: &mut [u64], value: usize) {
     for other in shape.one_hot().filter(|other| *other != value) {
         shape.set_literal(term, other, Some(false));
     }
 }
 
-/// Each product once for each of its values.
+/// Repeats each product for each of its values.
 fn of_one_value(
     terms: &Terms,
     shape: Shape,
@@ -103,7 +102,7 @@ fn of_one_value(
     single
 }
 
-/// The same products as sets of values: negative literals alone.
+/// The same products as sets of values, with negative literals only.
 fn of_values(terms: &Terms, shape: Shape) -> Terms {
     let mut sets = Terms::new(shape);
     for term in terms.iter() {
@@ -120,7 +119,8 @@ fn of_values(terms: &Terms, shape: Shape) -> Terms {
     sets
 }
 
-/// What is neither on nor off for the values of the field; products that differ in the value alone are joined. None where on and off contradict each other.
+/// The points that are neither on nor off, for the values of the field; products that differ only in the value are merged. `None` if on and off contradict
+/// each other.
 fn free(on: &Terms, off: &Terms, shape: Shape, effort: &Effort) -> Result<Option<Terms>, Refused> {
     let mut joined: BTreeMap<Vec<u64>, Vec<usize>> = BTreeMap::new();
     for value in shape.one_hot() {
@@ -151,7 +151,7 @@ fn free(on: &Terms, off: &Terms, shape: Shape, effort: &Effort) -> Result<Option
     Ok(Some(free))
 }
 
-/// A product of one value has that literal alone; of several, the others negated.
+/// A product of one value has only that positive literal; one of several values has the others negated.
 fn with_few_literals(terms: &Terms, plain: Shape) -> Terms {
     let shape = terms.shape;
     let mut short = Terms::new(plain);
@@ -171,7 +171,7 @@ mod tests {
     use super::one_hot;
     use crate::minimise::{Effort, Function, Minimum, Shape, Terms, shared};
 
-    /// Numbers that look random and are the same in every run.
+    /// Deterministic pseudo-random numbers.
     struct Dice(u64);
 
     impl Dice {
@@ -189,7 +189,7 @@ mod tests {
     fn machine(dice: &mut Dice, n_states: usize, n_outputs: usize) -> (Terms, Terms) {
         let shape = Shape::new(INPUTS + n_states, n_states + n_outputs);
         let (mut on, mut off) = (Terms::new(shape), Terms::new(shape));
-        // Few different rows: states have much in common.
+        // Few different rows, so that states have much in common.
         let mut rows: Vec<(Vec<usize>, Vec<usize>)> = Vec::new();
         for state in 0..n_states {
             for word in 0..1usize << INPUTS {
@@ -238,7 +238,7 @@ mod tests {
                 .expect("small")
                 .expect("a machine");
             let terms = &alone.terms;
-            // Point by point: what each row asks for.
+            // For each point: the specified value of each row.
             for (asked, rows) in [(true, &on), (false, &off)] {
                 for row in rows.iter() {
                     for output in 0..on.shape.outputs() {
@@ -270,7 +270,7 @@ mod tests {
 
     #[test]
     fn a_function_that_says_more_than_the_table_is_refused() {
-        // Two states; the strict function is also true when none is active.
+        // Two states; the strict function is also true if none is active.
         let shape = Shape::new(2, 1);
         let (mut on, mut off) = (Terms::new(shape), Terms::new(shape));
         on.add([(0, true), (1, false)], [0]);

@@ -1,27 +1,27 @@
-//! Products of several outputs, flat in memory, and the questions on lists of them that need a recursion.
+//! Products of several outputs, stored in a flat array, and the queries on lists of them that need a recursion.
 //!
-//! A product is a set of literals and a set of outputs: words of positive literals, words of negative literals, words of outputs. Fewer literals and
-//! more outputs make it larger. Everything here follows the unate recursive paradigm of espresso [Brayton et al. 1984]: a variable that occurs in one
-//! polarity only need not be split on.
+//! A product is a set of literals and a set of outputs: words of positive literals, words of negative literals, words of outputs. Fewer literals and more
+//! outputs make it larger. The algorithms follow the unate recursive paradigm of espresso [Brayton et al. 1984]: a variable that occurs in one polarity
+//! only does not need a split.
 
 use super::rows::Rows;
 use std::ops::Range;
 
-/// How many inputs and outputs products have.
+/// The number of inputs and outputs of products.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shape {
     inputs: usize,
     outputs: usize,
-    /// Words of one polarity.
+    /// The number of words of one polarity.
     wi: usize,
-    /// Words of outputs.
+    /// The number of words of outputs.
     wo: usize,
-    /// The inputs of which always exactly one is true: the first of them, and how many.
+    /// The inputs of which exactly one is always true: the first of them, and their number.
     one_hot: (usize, usize),
 }
 
 impl Shape {
-    /// Products of so many inputs and outputs.
+    /// The shape of products with these numbers of inputs and outputs.
     #[must_use]
     pub fn new(inputs: usize, outputs: usize) -> Self {
         Shape {
@@ -33,18 +33,18 @@ impl Shape {
         }
     }
 
-    /// The same where of a run of inputs always exactly one is true. Products have no positive literals there, and belong to those values whose input has
-    /// no negative one: one multi-valued variable.
+    /// The same shape with a one-hot field: a run of inputs of which exactly one is always true. Products have no positive literals there; they contain
+    /// the values whose input has no negative literal. The field is one multi-valued variable.
     pub(super) fn with_one_hot(self, field: Range<usize>) -> Self {
         Shape { one_hot: (field.start, field.len()), ..self }
     }
 
-    /// The inputs of which exactly one is true; empty where there are none.
+    /// The inputs of the one-hot field; empty if there is none.
     pub(super) fn one_hot(self) -> Range<usize> {
         self.one_hot.0..self.one_hot.0 + self.one_hot.1
     }
 
-    /// The literals of a product, with a one-hot field once for each value that it has there: regions in which a recursion may take inputs one by one.
+    /// The literals of a product, repeated for each of its values of a one-hot field: regions in which a recursion can split on single inputs.
     pub(super) fn regions(self, term: &[u64]) -> Vec<Vec<u64>> {
         let field = self.one_hot();
         if field.is_empty() {
@@ -60,7 +60,7 @@ impl Shape {
         field.filter(|value| self.literal(term, *value) != Some(false)).map(region).collect()
     }
 
-    /// Takes the positive literals of the one-hot field away: the others say the same.
+    /// Removes the positive literals of the one-hot field, which the negative ones imply.
     pub(super) fn without_positive(self, literals: &mut [u64]) {
         for value in self.one_hot() {
             literals[value / 64] &= !(1 << (value % 64));
@@ -79,17 +79,17 @@ impl Shape {
         self.outputs
     }
 
-    /// Words of one product.
+    /// The number of words of one product.
     pub(super) fn stride(self) -> usize {
         self.literal_words() + self.wo
     }
 
-    /// Words of its literals.
+    /// The number of words of its literals.
     pub(super) fn literal_words(self) -> usize {
         2 * self.wi
     }
 
-    /// Words of one polarity.
+    /// The number of words of one polarity.
     pub(super) fn input_words(self) -> usize {
         self.wi
     }
@@ -113,7 +113,7 @@ impl Shape {
         }
     }
 
-    /// Puts a literal or takes it away.
+    /// Sets or removes a literal.
     pub fn set_literal(self, term: &mut [u64], input: usize, literal: Option<bool>) {
         let (word, bit) = (input / 64, 1 << (input % 64));
         term[word] &= !bit;
@@ -131,12 +131,12 @@ impl Shape {
         term[self.literal_words() + output / 64] >> (output % 64) & 1 == 1
     }
 
-    /// Gives the product to an output.
+    /// Adds an output to the product.
     pub fn add_output(self, term: &mut [u64], output: usize) {
         term[self.literal_words() + output / 64] |= 1 << (output % 64);
     }
 
-    /// Takes the product away from an output.
+    /// Removes an output from the product.
     pub fn remove_output(self, term: &mut [u64], output: usize) {
         term[self.literal_words() + output / 64] &= !(1 << (output % 64));
     }
@@ -153,18 +153,18 @@ impl Shape {
         ones(self.outputs_of(term))
     }
 
-    /// True when both products belong to this output and have a point in common.
+    /// True if both products belong to this output and have a common point.
     #[must_use]
     pub fn meet(self, a: &[u64], b: &[u64], output: usize) -> bool {
         self.has_output(a, output) && self.has_output(b, output) && !self.conflict(a, b)
     }
 
-    /// True when no point lies in both inputs.
+    /// True if the products have no common point.
     pub(super) fn conflict(self, a: &[u64], b: &[u64]) -> bool {
         (0..self.wi).any(|k| a[k] & b[self.wi + k] | a[self.wi + k] & b[k] != 0)
     }
 
-    /// A product without the literal that keeps it apart from another; none if there are two such literals.
+    /// A product without the one literal that separates it from another; `None` if there are two such literals.
     pub(super) fn without_conflict(self, a: &[u64], b: &[u64]) -> Option<Vec<u64>> {
         let mut term = a.to_vec();
         let mut n = 0;
@@ -177,18 +177,18 @@ impl Shape {
         (n <= 1).then_some(term)
     }
 
-    /// True when some output has both.
+    /// True if some output has both.
     pub(super) fn share_output(self, a: &[u64], b: &[u64]) -> bool {
         self.outputs_of(a).iter().zip(self.outputs_of(b)).any(|(a, b)| a & b != 0)
     }
 
-    /// True when `a` contains `b`: fewer literals, more outputs.
+    /// True if `a` contains `b`: fewer literals, more outputs.
     pub(super) fn contains(self, a: &[u64], b: &[u64]) -> bool {
         subset(self.literals_of(a), self.literals_of(b))
             && subset(self.outputs_of(b), self.outputs_of(a))
     }
 
-    /// The smallest product that contains both, into `a`.
+    /// Makes `a` the smallest product that contains both.
     pub(super) fn join(self, a: &mut [u64], b: &[u64]) {
         let literals = self.literal_words();
         for k in 0..literals {
@@ -213,7 +213,7 @@ pub(super) fn subset(a: &[u64], b: &[u64]) -> bool {
     a.iter().zip(b).all(|(a, b)| a & !b == 0)
 }
 
-/// The numbers of the bits that are set.
+/// The positions of the set bits.
 pub(super) fn bits(words: &[u64]) -> impl Iterator<Item = usize> + '_ {
     words.iter().enumerate().flat_map(|(index, &word)| {
         let mut rest = word;
@@ -230,14 +230,14 @@ pub(super) fn bits(words: &[u64]) -> impl Iterator<Item = usize> + '_ {
 /// A list of products of one shape.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Terms {
-    /// Of each of them.
+    /// The shape of each product.
     pub shape: Shape,
     data: Vec<u64>,
     n: usize,
 }
 
 impl Terms {
-    /// No products yet.
+    /// An empty list.
     #[must_use]
     pub fn new(shape: Shape) -> Self {
         Terms { shape, data: Vec::new(), n: 0 }
@@ -249,7 +249,7 @@ impl Terms {
         self.n
     }
 
-    /// True if there is none.
+    /// True if the list is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.n == 0
@@ -302,7 +302,7 @@ impl Terms {
         self.iter().map(|term| self.shape.n_literals(term)).sum()
     }
 
-    /// Keeps the products whose numbers `keep` likes.
+    /// Keeps the products for which `keep` returns true.
     pub(super) fn retain(&mut self, mut keep: impl FnMut(usize, &[u64]) -> bool) {
         let mut kept = Terms::new(self.shape);
         for (index, term) in self.iter().enumerate() {
@@ -313,14 +313,14 @@ impl Terms {
         *self = kept;
     }
 
-    /// The products in the order of these numbers.
+    /// The products with these indices, in this order.
     pub(super) fn select(&self, order: impl IntoIterator<Item = usize>) -> Terms {
         let mut selected = Terms::new(self.shape);
         order.into_iter().for_each(|index| selected.push(self.get(index)));
         selected
     }
 
-    /// The products of one output, as those of the only one.
+    /// The products of one output, as products with a single output.
     #[must_use]
     pub fn of_output(&self, output: usize) -> Terms {
         let shape = self.shape;
@@ -335,7 +335,7 @@ impl Terms {
         own
     }
 
-    /// Each product once for each of its outputs.
+    /// Repeats each product for each of its outputs.
     pub(super) fn unwrapped(&self) -> Terms {
         let shape = self.shape;
         let words = shape.literal_words();
@@ -351,7 +351,7 @@ impl Terms {
         single
     }
 
-    /// Drops what lies in another product, of equal ones all but the first.
+    /// Drops products that another one contains; of equal ones the first is kept.
     pub(super) fn absorb(&mut self) {
         let mut order: Vec<usize> = (0..self.n).collect();
         let size = |index: &usize| {
@@ -370,7 +370,7 @@ impl Terms {
         *self = self.select(kept);
     }
 
-    /// Products first that a reader expects first: by literals from the first input on, positive before negative before absent.
+    /// Sorts the products for readers: by literals from the first input on, positive before negative before absent.
     pub(super) fn sort(&mut self) {
         let rank = |term: &[u64], input: usize| match self.shape.literal(term, input) {
             Some(true) => 0,
@@ -389,7 +389,7 @@ impl Terms {
     }
 }
 
-/// A question on products that ran out of steps.
+/// The steps of a query ran out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Spent;
 
@@ -400,7 +400,7 @@ pub(super) struct Recursion<'a> {
     pub(super) steps: u64,
 }
 
-/// The products that matter in a part of a region, in one stretch of a shared stack.
+/// The products that are relevant in a part of a region, as a range of a shared stack.
 type Part = Range<usize>;
 
 impl<'a> Recursion<'a> {
@@ -422,7 +422,7 @@ impl<'a> Recursion<'a> {
         Ok(())
     }
 
-    /// The products that meet a product in some output, without those that `skip` names: for [`Recursion::of_output`].
+    /// The products that intersect a product in some output, except those that `skip` selects: for [`Recursion::of_output`].
     pub(super) fn meeting(&self, term: &[u64], skip: impl Fn(usize) -> bool) -> Vec<u32> {
         let shape = self.terms.shape;
         (0u32..)
@@ -436,7 +436,7 @@ impl<'a> Recursion<'a> {
             .collect()
     }
 
-    /// Those of a list that an output has.
+    /// The products of a list that have this output.
     pub(super) fn of_output(&self, list: &[u32], output: usize) -> Vec<u32> {
         let shape = self.terms.shape;
         list.iter()
@@ -445,7 +445,7 @@ impl<'a> Recursion<'a> {
             .collect()
     }
 
-    /// Those of a list that have a point in a region.
+    /// The products of a list that intersect a region.
     pub(super) fn within(&self, list: &[u32], region: &[u64]) -> Vec<u32> {
         let shape = self.terms.shape;
         list.iter()
@@ -454,7 +454,7 @@ impl<'a> Recursion<'a> {
             .collect()
     }
 
-    /// True if these products together cover all of a region; else, with a witness wanted, `region` gains the literals of a part that none covers.
+    /// True if these products together cover all of a region. Otherwise, if a witness is wanted, adds to `region` the literals of an uncovered part.
     pub(super) fn covers(&mut self, list: Vec<u32>, region: &mut Vec<u64>) -> Result<bool, Spent> {
         let mut stack = list;
         let part = 0..stack.len();
@@ -505,8 +505,8 @@ impl<'a> Recursion<'a> {
         Ok(true)
     }
 
-    /// Moves into the corner that is hardest to cover: each input that occurs in one polarity gets the other value, and the products that have it go
-    /// away. The products from `start` on are thinned in place.
+    /// Moves to the corner that is hardest to cover: each input that occurs in one polarity gets the other value, and the products with that literal are
+    /// removed. The products from `start` on are filtered in place.
     fn drop_unate(&self, stack: &mut Vec<u32>, start: usize, region: &mut [u64]) -> usize {
         let wi = self.terms.shape.input_words();
         let mut both = vec![0u64; 2 * wi];
@@ -546,7 +546,7 @@ impl<'a> Recursion<'a> {
         }
     }
 
-    /// The input outside the region's literals that most products have in one or the other polarity.
+    /// The input outside the region's literals that occurs in the most products.
     fn most_binate(&self, list: &[u32], region: &[u64]) -> usize {
         let shape = self.terms.shape;
         let wi = shape.input_words();
@@ -567,7 +567,7 @@ impl<'a> Recursion<'a> {
         best.unwrap_or(0)
     }
 
-    /// The literals of the smallest product that contains what these products leave uncovered of a region; none if they leave nothing.
+    /// The literals of the smallest product that contains the part of a region that these products do not cover; `None` if they cover it all.
     pub(super) fn hull_of_rest(
         &mut self,
         list: Vec<u32>,
@@ -607,7 +607,7 @@ impl<'a> Recursion<'a> {
         }
         let is_unate = (0..wi).all(|k| both[k] & both[wi + k] & !(region[k] | region[wi + k]) == 0);
         if is_unate {
-            // What a unate sum leaves open touches both sides of each input but where one literal alone is a product.
+            // The uncovered part of a unate sum touches both sides of each input, except if one literal alone is a product.
             let mut rest = region.to_vec();
             for &term in &stack[part] {
                 let free = |k: usize| self.literals(term)[k] & !region[k];
@@ -642,8 +642,8 @@ impl<'a> Recursion<'a> {
         Ok(())
     }
 
-    /// Which columns (the products below `n_columns`) can cover the points of a region: one set of columns for each kind of point that no other kind
-    /// makes superfluous. Points that the other products cover need no column. Sets go to `rows`.
+    /// Which columns (the products below `n_columns`) can cover the points of a region: one set of columns for each kind of point that no other kind makes
+    /// superfluous. Points that the other products cover need no column. Adds the sets to `rows`.
     pub(super) fn rows(
         &mut self,
         list: Vec<u32>,
@@ -668,7 +668,7 @@ impl<'a> Recursion<'a> {
     ) -> Result<(), Spent> {
         self.spend(part.len())?;
         if rows.is_full() {
-            // What is still to come would be looked for and not taken.
+            // Further sets would be searched but not stored.
             return Err(Spent);
         }
         let (before, n_whole) = (stack.len(), whole.len());

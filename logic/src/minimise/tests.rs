@@ -1,9 +1,9 @@
-//! Laws of the minimiser against truth tables, and against the minimum by brute force.
+//! Laws of the minimiser, checked against truth tables and brute force.
 
 use super::{Effort, Function, Minimum, Refused, Shape, Terms, per_output, phased, shared};
 use proptest::prelude::*;
 
-/// The function whose outputs are these truth tables over `n` inputs; `dc` is free.
+/// The functions with these truth tables over `n` inputs; `dc` is free.
 fn function(n: usize, on: &[u64], dc: &[u64]) -> Function {
     let shape = Shape::new(n, on.len());
     let minterms = |tables: &[u64]| {
@@ -32,7 +32,7 @@ fn table(terms: &Terms, output: usize) -> u64 {
         .fold(0, |table, row| table | 1 << row)
 }
 
-/// The fewest products by trying: all products within the upper functions that are maximal, then depth-first over the first open point.
+/// The minimum number of products by brute force: all maximal products within the upper functions, then depth-first over the first uncovered point.
 fn brute(n: usize, on: &[u64], upper: &[u64]) -> usize {
     let mut products: Vec<Vec<u64>> = Vec::new();
     for code in 0..3usize.pow(u32::try_from(n).unwrap()) {
@@ -168,7 +168,7 @@ proptest! {
             prop_assert_eq!(lower[output] & !got, 0);
             prop_assert_eq!(got & off[output], 0);
         }
-        // No choice of phases needs fewer than the least of all choices.
+        // No choice of phases needs fewer products than the best of all choices.
         let least = (0..8usize).map(|choice| {
             let side = |output: usize| if choice >> output & 1 == 1 { off[output] } else { lower[output] };
             let on: Vec<u64> = (0..3).map(side).collect();
@@ -216,7 +216,7 @@ proptest! {
 
 #[test]
 fn functions_without_a_bearable_complement_are_minimised_too() {
-    // a0 b0 + a1 b1 + …: the complement has 2^30 products, the sum 30 primes, all essential; in the order as written the diagram explodes.
+    // a0 b0 + a1 b1 + …: the complement has 2^30 products, the sum has 30 primes, all essential; in the written order the diagram explodes.
     let n = 30;
     let shape = Shape::new(2 * n, 1);
     let mut on = Terms::new(shape);

@@ -1,8 +1,8 @@
-//! Which step gets which number.
+//! Searches the assignment of codes to steps.
 //!
-//! Steps that follow each other, or are together in a function, should have codes that differ in few bits: an embedding weighs these pairs and is made better
-//! by exchanges. Then exchanges are judged by the sums themselves: by their widest and their total ([`better`]), or by whether they find room in the macrocells
-//! of a device ([`within`]). Every search is a fixed number of judgements in a fixed order, so it ends and repeats.
+//! Steps that follow each other, or that occur together in a function, should have codes that differ in few bits: an embedding weights these pairs and is
+//! improved by exchanges. Then exchanges are judged by the sums themselves: by the widest sum and the total ([`better`]), or by whether they fit in the
+//! macrocells of a device ([`within`]). Every search is a fixed number of judgements in a fixed order, so it ends and is reproducible.
 
 use super::{Plan, apply};
 use crate::build::needed;
@@ -10,17 +10,17 @@ use crate::minimise::{Budget, sum_between};
 use grafsynth_ir::logic::{FlopId, Function, Logic, Node, NodeId};
 use std::collections::BTreeMap;
 
-/// What a device has for sums.
+/// The macrocells of a device.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Room {
-    /// The product terms of each macrocell that is left for flip-flops and outputs.
+    /// The product terms of each macrocell that is available for flip-flops and outputs.
     pub terms: Vec<usize>,
-    /// The sum of a flip-flop is of what its first value is not: the device wakes all of them at 0, and polarity makes the difference.
+    /// The initial value of a flip-flop fixes the polarity of its sum, because the device powers up all flip-flops at 0.
     pub is_by_power_up: bool,
 }
 
 impl Room {
-    /// How many products of sums of these sizes have no place, if each sum takes the widest macrocell left for the widest sum.
+    /// The number of products of these sums that do not fit, if the widest sum takes the widest macrocell, and so on.
     fn overflow(&self, sums: &mut [usize]) -> usize {
         let mut terms = self.terms.clone();
         terms.sort_unstable_by(|a, b| b.cmp(a));
@@ -30,7 +30,7 @@ impl Room {
     }
 }
 
-/// Numbers that look random and are the same in every run.
+/// Deterministic pseudo-random numbers.
 struct Dice(u64);
 
 impl Dice {
@@ -46,7 +46,7 @@ impl Dice {
     }
 }
 
-/// Two members exchange their codes, or one takes a code that nobody has. None where that changes nothing.
+/// Exchanges the codes of two members, or gives one an unused code. `None` if nothing changes.
 fn exchange(plan: &Plan, dice: &mut Dice) -> Option<Plan> {
     let (a, b) = (dice.below(plan.members.len()), dice.below(1 << plan.n_bits) as u64);
     if plan.idle == Some(b) || plan.codes[a] == b {
@@ -61,17 +61,17 @@ fn exchange(plan: &Plan, dice: &mut Dice) -> Option<Plan> {
     Some(changed)
 }
 
-/// What a search within a device begins with.
+/// The start of a search for a device.
 #[derive(Debug, Clone, Copy)]
 enum Start {
-    /// Near codes for near steps.
+    /// Similar codes for neighbouring steps.
     Embedded,
-    /// The steps by their names, numbers in them by value: whoever drew the chart may have numbered its states as they are to be coded.
+    /// The steps sorted by their names, numbers in names by value: the designer may have numbered the states in a good order for coding.
     ByName,
 }
 
-/// Codes whose sums find room in a device, if so many judgements find some: from each start and with each number of bits that the device has flip-flops for, a search
-/// that takes a worse step as long as it is not much worse, and ever less so.
+/// Codes whose sums fit in a device, if the given number of judgements finds some: from each start and with each number of bits that the device has
+/// flip-flops for, a search that accepts slightly worse moves, and ever fewer of them.
 pub(super) fn within(
     logic: &Logic,
     plans: Vec<Plan>,
@@ -108,7 +108,7 @@ pub(super) fn within(
     searches.into_iter().find_map(|plans| settle(logic, plans, room, share, work))
 }
 
-/// One search of [`within`], which ends after so many judgements, or when no work is left.
+/// One search of [`within`], which ends after the given number of judgements, or when the work budget is used up.
 fn settle(
     logic: &Logic,
     mut plans: Vec<Plan>,
@@ -118,7 +118,7 @@ fn settle(
 ) -> Option<Vec<Plan>> {
     let mut now = misfit(&apply(logic, &plans), room);
     if now.0 * 2 > room.terms.iter().sum() {
-        // Exchanges save something, and not half of what there is.
+        // Exchanges can save something, but not half of the products.
         return None;
     }
     let mut dice = Dice::new();
@@ -134,7 +134,7 @@ fn settle(
         let Some(changed) = exchange(&plans[which], &mut dice) else { continue };
         let kept = std::mem::replace(&mut plans[which], changed);
         let then = misfit(&apply(logic, &plans), room);
-        // What may be lost in a step: a tenth at first, nothing in the last third.
+        // The loss that a move may cause: a tenth at first, nothing in the last third.
         let slack = (now.1 / 10) * (2 * tries).saturating_sub(3 * at) / (2 * tries);
         if then.0 == 0 || then.1 <= now.1 + slack {
             now = then;
@@ -145,7 +145,7 @@ fn settle(
     (now.0 == 0).then_some(plans)
 }
 
-/// The products that find no room, what a search goes by (these many times over, and all products), and about how much work it was.
+/// The products that do not fit, the cost that guides the search (these products, weighted, plus all products), and an estimate of the work.
 fn misfit(logic: &Logic, room: &Room) -> (usize, usize, usize) {
     let mut sums = Vec::new();
     for (id, flop) in logic.flops.iter() {
@@ -156,7 +156,7 @@ fn misfit(logic: &Logic, room: &Room) -> (usize, usize, usize) {
         let fixed = output.registered.filter(|_| room.is_by_power_up);
         sums.push(shortest(logic, output.value, Function::Output(id), fixed));
     }
-    // A function without a sum of sensible size finds no room for certain.
+    // A function without a sum of acceptable size certainly does not fit.
     let of_one =
         |sum: &Option<(usize, usize)>| sum.map_or(TOO_WIDE_WORK, |(products, all)| products * all);
     let work = logic.nodes.len() + sums.iter().map(of_one).sum::<usize>();
@@ -167,10 +167,10 @@ fn misfit(logic: &Logic, room: &Room) -> (usize, usize, usize) {
     (overflow, overflow * 8 + total, work)
 }
 
-/// Sums of more products than this are not made.
+/// Sums of more products than this are not computed.
 const MOST: usize = 64;
 
-/// Products and literals of a function's sum in this polarity, or in the better one. None if it is too wide.
+/// Products and literals of a function's sum in this polarity, or in the better one. `None` if it is too wide.
 fn shortest(
     logic: &Logic,
     node: NodeId,
@@ -205,7 +205,7 @@ fn by_name(logic: &Logic, plan: &mut Plan) {
     }
 }
 
-/// A name as text and numbers in turn.
+/// A name as alternating text and numbers.
 fn natural(name: &str) -> Vec<(String, u64)> {
     let mut parts: Vec<(String, u64)> = vec![Default::default()];
     let mut is_number = false;
@@ -227,7 +227,7 @@ fn natural(name: &str) -> Vec<(String, u64)> {
     parts
 }
 
-/// Codes found by a search, first for near codes of near steps, then for short sums.
+/// Codes found by a search: first for similar codes of neighbouring steps, then for short sums.
 pub(super) fn better(logic: &Logic, mut plans: Vec<Plan>, tries: usize) -> Vec<Plan> {
     for plan in &mut plans {
         embed(logic, plan);
@@ -254,19 +254,19 @@ pub(super) fn better(logic: &Logic, mut plans: Vec<Plan>, tries: usize) -> Vec<P
     plans
 }
 
-/// So much work, as [`work_of`] has it, and a search ends: some seconds, which only circuits with sums far too wide for a device come to.
+/// The work limit of a search, in units of [`work_of`]: some seconds, which only circuits with sums far too wide for a device reach.
 const MOST_WORK: usize = 6_000_000;
 
-/// About how much work it was to find sums of this cost: each product is tried without each literal.
+/// An estimate of the work to find sums of this cost: each product is tried without each literal.
 fn work_of((too_wide, widest, _, literals): (usize, usize, usize, usize)) -> usize {
     let of_one = |products: usize, literals: usize| products.saturating_mul(literals);
     of_one(widest, literals).saturating_add(of_one(too_wide, TOO_WIDE_WORK))
 }
 
-/// The work of a sum that was given up.
+/// The work of a sum that was abandoned.
 const TOO_WIDE_WORK: usize = MOST * MOST * 8;
 
-/// What the sums of a circuit cost: those too wide to have one, the widest, all products, literals.
+/// The cost of the sums of a circuit: the number of too wide sums, the widest, all products, literals.
 fn cost(logic: &Logic) -> (usize, usize, usize, usize) {
     let mut total = (0, 0, 0, 0);
     let flops = logic.flops.iter().map(|(id, flop)| (flop.next, Function::Next(id)));
@@ -284,7 +284,7 @@ fn cost(logic: &Logic) -> (usize, usize, usize, usize) {
     total
 }
 
-/// Gives steps that are near each other codes that are near each other: how often two are together in a function is their weight.
+/// Gives neighbouring steps similar codes; the weight of two steps is how often they occur together in a function.
 fn embed(logic: &Logic, plan: &mut Plan) {
     let place: BTreeMap<FlopId, usize> =
         plan.members.iter().enumerate().map(|(at, flop)| (*flop, at)).collect();
@@ -312,7 +312,7 @@ fn embed(logic: &Logic, plan: &mut Plan) {
         for (at, &a) in read.iter().enumerate() {
             for &b in read[at + 1..].iter().chain(&own) {
                 if a != b {
-                    // A step and the one that it is entered from weigh more than two that are only read together.
+                    // A step and its predecessor weigh more than two steps that are only read together.
                     let more = if own == Some(a) || own == Some(b) { 3 } else { 1 };
                     weight[a][b] += more;
                     weight[b][a] += more;

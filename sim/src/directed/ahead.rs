@@ -1,5 +1,5 @@
-//! Directed reactions made ahead of what is compared with them. Which ones are made depends on the net alone, so a batch of them is there before the first
-//! answer is asked for, and whoever answers may take those of different runs together.
+//! Executes directed reactions before other outputs are compared with them. The choice of reactions depends only on the net, so a batch of them exists
+//! before the first answer is needed, and the answering side may combine reactions of different runs.
 
 use std::ops::Range;
 
@@ -9,33 +9,33 @@ use grafsynth_ir::net::Net;
 use super::{Coverage, Directed, Start};
 use crate::row::{InputRow, Row};
 
-/// The micro-steps of the net after which no more reactions are made: a reaction may take as many as the chart's `limit` allows.
+/// The number of micro-steps after which no more reactions are run: a reaction may take as many as the chart's `limit` allows.
 pub const MICRO_STEPS: u64 = 1_000_000;
 
-/// A reaction that the net has made.
+/// A reaction that the net has executed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Made {
-    /// The answer that it goes on from: 0 is that after reset, `n + 1` that of reaction `n`.
+    /// The answer from which it continues: 0 is the state after reset, `n + 1` that of reaction `n`.
     pub from: usize,
     /// Its inputs.
     pub row: InputRow,
 }
 
-/// Reactions of a net, a batch at a time; see the module.
+/// Reactions of a net, in batches; see the module documentation.
 pub struct Ahead<'n> {
     directed: Directed<'n>,
     made: Vec<Made>,
-    /// By number of a saved state: the answer that left it behind.
+    /// By number of a saved state: the answer after which it was saved.
     saved: Vec<usize>,
     reactions: usize,
-    /// Where no inputs keep what the chart assumes, a run ends; there may be no others.
+    /// If no inputs satisfy the chart's assumptions, a run ends; there may be no other inputs.
     tries: usize,
     micro_steps: u64,
 }
 
 impl<'n> Ahead<'n> {
-    /// Makes this many reactions: fewer where no inputs are found that keep what the chart assumes, or once they have taken [`MICRO_STEPS`]. `seed` and
-    /// `max_dt` are those of [`Directed::new`].
+    /// Prepares this number of reactions; fewer if no inputs are found that satisfy the chart's assumptions, or after [`MICRO_STEPS`]. `seed` and `max_dt`
+    /// are those of [`Directed::new`].
     #[must_use]
     pub fn new(net: &'n Valid<Net>, seed: u64, max_dt: u32, reactions: usize) -> Self {
         Ahead {
@@ -48,7 +48,7 @@ impl<'n> Ahead<'n> {
         }
     }
 
-    /// Makes the next reactions, at most `most`: their numbers, and what the net answers to each. No more are to come once there are none.
+    /// Executes the next reactions, at most `most`: returns their numbers and the net's rows. If the result is empty, there are no more.
     #[must_use]
     pub fn batch(&mut self, most: usize) -> (Range<usize>, Vec<Row>) {
         let first = self.made.len();
@@ -82,19 +82,19 @@ impl<'n> Ahead<'n> {
         self.micro_steps >= MICRO_STEPS
     }
 
-    /// What the net shows after reset, until the first batch is made; then, after the last reaction.
+    /// The net's row after reset until the first batch is executed; then the row of the last reaction.
     #[must_use]
     pub fn row(&self) -> &Row {
         self.directed.row()
     }
 
-    /// The reactions made so far.
+    /// The reactions executed so far.
     #[must_use]
     pub fn made(&self) -> &[Made] {
         &self.made
     }
 
-    /// The inputs from reset up to and with a reaction.
+    /// The inputs from reset up to and including a reaction.
     #[must_use]
     pub fn path(&self, last: usize) -> Vec<InputRow> {
         let mut rows = Vec::new();
@@ -107,7 +107,7 @@ impl<'n> Ahead<'n> {
         rows
     }
 
-    /// What was seen so far.
+    /// The coverage so far.
     #[must_use]
     pub fn coverage(&self) -> Coverage {
         Coverage {

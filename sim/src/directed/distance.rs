@@ -1,5 +1,5 @@
-//! How far a Boolean is from having a wanted value: the branch distance of search-based testing [Korel 1990; McMinn, Search-based software test data
-//! generation, 2004], on receptivities as they are read in the first check of a reaction.
+//! The distance of a Boolean from a wanted value: the branch distance of search-based testing [Korel 1990; McMinn, Search-based software test data
+//! generation, 2004], for receptivities as they are read in the first check of a reaction.
 
 use grafsynth_ir::expr::{CompareOp, Expr as GenericExpr, ExprKind};
 use grafsynth_ir::net::{EdgeId, Expr, Leaf, Net, StepId, TransitionId};
@@ -11,19 +11,20 @@ use crate::simulator::Simulator;
 use crate::state::State;
 use crate::tables::Tables;
 
-/// What no input of this reaction mends.
+/// The distance of something that no input of this reaction can change.
 const FAR: u64 = 1 << 20;
 
-/// What is asked of the inputs of a distance.
+/// The inputs for which a distance is computed.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Given<'r> {
     /// These inputs and this `dt`.
     Row(&'r InputRow),
-    /// None: what depends on inputs (and on `dt`, if it is free) counts as what is wanted, so the distance is that of the state alone.
+    /// None: expressions that depend on inputs (and on `dt`, if it is free) count as having the wanted value, so the result is the distance of the state
+    /// alone.
     Any { free_dt: bool },
 }
 
-/// Everything that an expression reads.
+/// All values that an expression can read.
 pub(super) struct Context<'s> {
     net: &'s Net,
     tables: &'s Tables,
@@ -42,7 +43,7 @@ impl<'s> Context<'s> {
         &self.tables.layout
     }
 
-    /// The distance from firing a transition that is enabled: its receptivity and one of its events.
+    /// The distance of an enabled transition from firing: its receptivity and one of its events.
     pub(super) fn to_fire(&self, transition: TransitionId) -> u64 {
         let data = &self.net.transitions[transition];
         let event = match self.given {
@@ -61,8 +62,8 @@ impl<'s> Context<'s> {
         row.value(event) != 0 || raised
     }
 
-    /// The distance of `expr` from `wanted`: 0 exactly where it has that value. What `otherwise` looks at is followed once (`deep`), or a long list of
-    /// them would take for ever.
+    /// The distance of `expr` from `wanted`: 0 exactly if it has this value. The transitions that `otherwise` refers to are followed once (`deep`),
+    /// because a long chain of them would take exponential time.
     fn to(&self, expr: &Expr, wanted: bool, deep: bool) -> u64 {
         match &expr.kind {
             ExprKind::Bool(value) if *value == wanted => 0,
@@ -106,7 +107,7 @@ impl<'s> Context<'s> {
         all.iter().fold(0, |sum, a| sum.saturating_add(self.to(a, wanted, deep)))
     }
 
-    /// An edge to `after` needs the other value before: where it is not there, a row that brings it is the nearest thing.
+    /// An edge to `after` needs the other value before; if that is missing, the nearest row is one that produces it.
     fn edge(&self, edge: EdgeId, after: bool, wanted: bool, deep: bool) -> u64 {
         let old = self.state.cells[self.layout().edge(edge)] != 0;
         let operand = &self.net.edges[edge].expr;
@@ -138,7 +139,7 @@ impl<'s> Context<'s> {
         }
     }
 
-    /// The inputs (or `dt`) decide it, and they are not given.
+    /// True if the inputs (or `dt`) decide it and are not given.
     fn is_free(&self, expr: &Expr) -> bool {
         let Given::Any { free_dt } = self.given else { return false };
         let mut is_free = false;
@@ -198,7 +199,7 @@ impl<'s> Context<'s> {
     }
 }
 
-/// How far `a` has to move for the comparison to hold.
+/// The change of `a` that makes the comparison true.
 fn compare(op: CompareOp, a: i64, b: i64) -> u64 {
     match op {
         _ if op.apply(a, b) => 0,

@@ -1,7 +1,7 @@
-//! Directed random runs: short, often restarted, and led to transitions that have not fired yet.
+//! Directed random runs: short, often restarted, and aimed at transitions that have not fired yet.
 //!
-//! One long random run falls into whatever absorbs it and sees nothing more. [`Directed`] instead makes many short runs, from reset or from a state that
-//! an earlier run left behind, and gives one reaction at a time; whoever compares an output with the net asks that output for the same reaction:
+//! One long random run is trapped in an absorbing situation and then sees nothing new. [`Directed`] instead makes many short runs, from reset or from a
+//! state of an earlier run, and returns one reaction at a time; to compare an output with the net, execute the same reaction with that output:
 //!
 //! ```text
 //! let mut directed = Directed::new(&net, seed, MAX_DT);
@@ -13,8 +13,8 @@
 //! }
 //! ```
 //!
-//! A run heads for a transition: towards its steps by the shortest way in the drawing, then by inputs and ticks that make its receptivity true
-//! (`solve`). States are kept that are new, or nearer to a transition that has never fired than all before them.
+//! A run aims at a transition: towards its steps on the shortest path in the chart, then with inputs and ticks that make its receptivity true (`solve`).
+//! It saves states that are new, or nearer to a transition that has never fired than all earlier ones.
 
 pub(crate) mod ahead;
 mod distance;
@@ -35,87 +35,96 @@ use crate::stimulus::{MAX_DT, breaks_assumption};
 use distance::{Context, Given};
 use ticks::Thresholds;
 
-/// The most states that are kept for new situations; those that lead to transitions are kept besides.
+/// The maximum number of states saved for new situations; those that lead to transitions are saved in addition.
 const MAX_SITUATIONS: usize = 256;
-/// The most transitions that states are kept for.
+/// The maximum number of transitions for which states are saved.
 const MAX_WANTED: usize = 256;
-/// Reactions of a run, at least and beyond.
+/// The minimum length of a run, and the range of the random addition, in reactions.
 const RUN: (usize, usize) = (6, 40);
-/// Tries for one row to keep the assumptions of the chart.
+/// The number of attempts to find a row that satisfies the chart's assumptions.
 const MAX_TRIES: usize = 64;
 
-/// Where a reaction starts.
+/// The start of a reaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Start {
-    /// Where the last one ended.
+    /// The state after the last reaction.
     Here,
     /// After a reset.
     Reset,
-    /// In the state that was saved under this number.
+    /// The state that was saved under this number.
     Saved(usize),
 }
 
 /// One reaction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Move {
-    /// Where it starts.
+    /// Its start.
     pub from: Start,
-    /// Its inputs. They keep what the chart assumes.
+    /// Its inputs. They satisfy the chart's assumptions.
     pub row: InputRow,
-    /// The state after it is wanted again under this number; numbers count up from 0, and one that was given before is given anew.
+    /// Save the state after it under this number. Numbers count up from 0; a repeated number replaces the earlier state.
     pub save: Option<usize>,
 }
 
-/// How much of a net was seen.
+/// The part of a net that was exercised.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Coverage {
-    /// Reactions that were made.
+    /// The number of reactions executed.
     pub reactions: u64,
     /// Transitions and reactions of steps that fired at least once.
     pub fired: usize,
     /// Those that never did, in declaration order.
     pub never: Vec<TransitionId>,
-    /// Fewer reactions were made than asked for, because of their micro-steps ([`MICRO_STEPS`](crate::MICRO_STEPS)).
+    /// Fewer reactions were executed than requested, because of their micro-steps ([`MICRO_STEPS`](crate::MICRO_STEPS)).
     pub is_cut_short: bool,
 }
 
-/// A state to go on from.
+/// A state from which runs can continue.
 struct Saved {
     state: State,
-    /// The last reaction that led there; none after reset.
+    /// The last reaction that led to it; `None` after reset.
     trail: Option<usize>,
     visits: u32,
-    /// What it is kept for: its situation, transitions that it is near to. Without any it may be replaced.
+    /// The number of reasons to keep it: its situation, and transitions that it is near to. A state without reasons may be replaced.
     owners: usize,
 }
 
-/// How far a state is from firing a transition: steps of the way to its own steps, then what its receptivity lacks. Smaller is nearer.
+/// The distance of a state from firing a transition: the length of the path to its steps, then the distance of its receptivity. Smaller is nearer.
 type Nearness = (u64, u64);
 
-/// What leads a run.
+/// How far the active steps are from a step that a transition requires.
+struct Distance {
+    to: StepId,
+    /// Transitions from the nearest active step to this one; [`UNREACHED`] if there is no way.
+    least: u64,
+    /// The active steps that are that near.
+    nearest: Vec<StepId>,
+}
+
+/// The aim of a run.
 #[derive(Debug, Clone, Copy)]
 enum Aim {
-    /// Any inputs, made so.
+    /// Any inputs, generated in this manner.
     Any(Manner),
     /// This transition.
     Fire(TransitionId),
 }
 
-/// Gives reactions of a net; see the module.
+/// Generates reactions of a net; see the module documentation.
 pub struct Directed<'n> {
     net: &'n Net,
     simulator: Simulator<'n>,
     rows: Rows<'n>,
     max_dt: u32,
     thresholds: Thresholds,
-    /// By step: the transitions that need it, and the steps that one transition leads to from it.
+    /// By step: the transitions that need it, and the steps that one transition reaches from it.
     leaving: Vec<Vec<TransitionId>>,
     before: Vec<Vec<StepId>>,
-    /// By step that was asked for: from each step, how many transitions away it is.
+    /// By target step: the distance from each step, in transitions.
     ways: BTreeMap<StepId, Vec<u32>>,
     times_fired: Vec<u64>,
     reactions: u64,
-    /// Each reaction with the one before it.
+    /// Each reaction with the previous one.
     trail: Vec<(Option<usize>, InputRow)>,
     last: Option<usize>,
     saved: Vec<Saved>,
@@ -126,7 +135,7 @@ pub struct Directed<'n> {
 }
 
 impl<'n> Directed<'n> {
-    /// Reactions with `dt` in `0..=max_dt` (1 for what runs one reaction a clock); the same for the same seed.
+    /// Generates reactions with `dt` in `0..=max_dt` (use 1 for an output that runs one reaction per clock); the same for the same seed.
     #[must_use]
     pub fn new(net: &'n Valid<Net>, seed: u64, max_dt: u32) -> Self {
         let net: &'n Net = net;
@@ -161,7 +170,7 @@ impl<'n> Directed<'n> {
         }
     }
 
-    /// Values of an input that matter to somebody else, such as a chart that is compared with this one.
+    /// Adds relevant values of an input for another user, such as a chart that is compared with this one.
     pub fn also_try(&mut self, input: grafsynth_ir::net::InputId, values: &[i64]) {
         let (lo, hi) = self.net.inputs[input].ty.bounds();
         let known = &mut self.rows.interesting[input.index()];
@@ -170,10 +179,10 @@ impl<'n> Directed<'n> {
         known.dedup();
     }
 
-    /// The next reaction, which the net has made when this returns. None only if no inputs are found that keep what the chart assumes.
+    /// The next reaction, which the net has already executed on return. `None` only if no inputs are found that satisfy the chart's assumptions.
     #[expect(
         clippy::should_implement_trait,
-        reason = "an iterator could not be asked for the row in between"
+        reason = "an iterator would not give access to the row in between"
     )]
     pub fn next(&mut self) -> Option<Move> {
         let from = if self.left_in_run == 0 { self.begin_run() } else { Start::Here };
@@ -181,7 +190,7 @@ impl<'n> Directed<'n> {
         let row = match self.lawful() {
             Some(row) => row,
             None => {
-                // What was held may break an assumption after reset only.
+                // Held inputs may violate an assumption only after reset.
                 self.left_in_run = 0;
                 return None;
             }
@@ -200,7 +209,7 @@ impl<'n> Directed<'n> {
         if let Aim::Fire(wanted) = self.aim
             && self.simulator.fired().contains(&wanted)
         {
-            // There: a little further by chance, for what comes next is new too.
+            // The transition has fired: continue at random for a while, because what follows is also new.
             self.aim = Aim::Any(Manner::Held);
             self.left_in_run = self.left_in_run.min(4);
         }
@@ -214,7 +223,7 @@ impl<'n> Directed<'n> {
         Some(Move { from, row, save })
     }
 
-    /// What the net answered to the last reaction.
+    /// The net's row for the last reaction.
     #[must_use]
     pub fn row(&self) -> &Row {
         self.simulator.row()
@@ -239,7 +248,7 @@ impl<'n> Directed<'n> {
         rows
     }
 
-    /// What was seen so far.
+    /// The coverage so far.
     #[must_use]
     pub fn coverage(&self) -> Coverage {
         let never: Vec<TransitionId> = self
@@ -258,7 +267,7 @@ impl<'n> Directed<'n> {
 
     // --- runs ------------------------------------------------------------------------------------------------------------------------------
 
-    /// Chooses what to look for, and where from.
+    /// Chooses an aim and a start.
     fn begin_run(&mut self) -> Start {
         let (least, beyond) = RUN;
         self.left_in_run = least + self.rows.random.below(beyond);
@@ -295,7 +304,7 @@ impl<'n> Directed<'n> {
         }
     }
 
-    /// A transition that has never fired, or has least.
+    /// A transition that has never fired, or has fired least often.
     fn wanted(&mut self) -> Option<TransitionId> {
         let never: Vec<TransitionId> = self
             .net
@@ -303,9 +312,9 @@ impl<'n> Directed<'n> {
             .ids()
             .filter(|transition| self.times_fired[transition.index()] == 0)
             .collect();
-        // Some never can: they must not take all the work.
+        // Some can never fire: they must not take all the work.
         if !never.is_empty() && self.rows.random.below(4) != 0 {
-            // Of two the nearer.
+            // The nearer of two.
             let (a, b) = (self.rows.random.pick(&never), self.rows.random.pick(&never));
             return a.into_iter().chain(b).min_by_key(|it| self.nearness_known(**it)).copied();
         }
@@ -329,7 +338,7 @@ impl<'n> Directed<'n> {
             .min_by_key(|at| self.saved[*at].visits)
     }
 
-    /// Keeps the present state where it is worth it, and says under which number.
+    /// Saves the current state if it is useful, and returns its number.
     fn keep(&mut self, is_first: bool) -> Option<usize> {
         let is_wanted = self.is_new_situation(is_first);
         let never: Vec<TransitionId> = self
@@ -378,8 +387,8 @@ impl<'n> Directed<'n> {
         }
     }
 
-    /// True if the present state is to be kept for its situation: there is none yet, or it takes the place of another one now and then, for its variables
-    /// and times may be others.
+    /// True if the current state should be saved for its situation: there is no such state yet, or it replaces another one occasionally, because its
+    /// variables and times may differ.
     fn is_new_situation(&mut self, is_first: bool) -> bool {
         if self.situations.contains_key(self.simulator.state().situation()) {
             return is_first || self.rows.random.one_in(16);
@@ -396,9 +405,9 @@ impl<'n> Directed<'n> {
         true
     }
 
-    /// How near the present state is to firing a transition.
+    /// The distance of the current state from firing a transition.
     fn nearness(&mut self, transition: TransitionId) -> Nearness {
-        let level = self.level(transition, None);
+        let level = self.level(transition);
         let lack = if level == 0 {
             let given = Given::Any { free_dt: self.max_dt > 1 };
             Context::of(&self.simulator, given).to_fire(transition)
@@ -408,32 +417,58 @@ impl<'n> Directed<'n> {
         (level, lack)
     }
 
-    /// The transitions between the active steps and those that this one needs; with `moved`, if that one had fired.
-    fn level(&mut self, transition: TransitionId, moved: Option<TransitionId>) -> u64 {
-        let net = self.net;
-        let mut sum = 0;
-        for step in &net.transitions[transition].requires {
+    /// The number of transitions between the active steps and the steps that this transition requires.
+    fn level(&mut self, transition: TransitionId) -> u64 {
+        self.distances(transition).iter().map(|required| required.least).sum()
+    }
+
+    /// For each step that a transition requires, how far the active steps are from it.
+    fn distances(&mut self, transition: TransitionId) -> Vec<Distance> {
+        let requires = &self.net.transitions[transition].requires;
+        let mut distances = Vec::with_capacity(requires.len());
+        for step in requires {
             if !self.ways.contains_key(step) {
                 let way = self.way(*step);
                 self.ways.insert(*step, way);
             }
             let way = &self.ways[step];
-            let active = self.simulator.state().situation();
-            let of = |step: StepId| u64::from(way[step.index()]);
-            let least = match moved {
-                None => active.iter().map(of).min(),
-                Some(moved) => {
-                    let data = &net.transitions[moved];
-                    let stays = active.iter().filter(|step| !data.clears.contains(step));
-                    stays.chain(entered(net, &data.enters)).map(of).min()
+            let mut distance =
+                Distance { to: *step, least: u64::from(UNREACHED), nearest: Vec::new() };
+            for active in self.simulator.state().situation().iter() {
+                let of = u64::from(way[active.index()]);
+                if of < distance.least {
+                    distance.least = of;
+                    distance.nearest.clear();
                 }
-            };
-            sum += least.unwrap_or(u64::from(UNREACHED));
+                if of == distance.least {
+                    distance.nearest.push(active);
+                }
+            }
+            distances.push(distance);
         }
-        sum
+        distances
     }
 
-    /// From each step, how many transitions away this one is.
+    /// What [`Directed::level`] would be if `moved` had fired. Only a transition that clears every nearest step makes the others count.
+    fn level_after(&self, distances: &[Distance], moved: TransitionId) -> u64 {
+        let data = &self.net.transitions[moved];
+        let entered = entered(self.net, &data.enters);
+        let of_one = |distance: &Distance| {
+            let way = &self.ways[&distance.to];
+            let of = |step: StepId| u64::from(way[step.index()]);
+            let stays = |step: &StepId| !data.clears.contains(step);
+            let staying = if distance.nearest.iter().any(stays) {
+                distance.least
+            } else {
+                let active = self.simulator.state().situation();
+                active.iter().filter(stays).map(of).min().unwrap_or(u64::from(UNREACHED))
+            };
+            entered.iter().map(|step| of(*step)).fold(staying, u64::min)
+        };
+        distances.iter().map(of_one).sum()
+    }
+
+    /// From each step, the distance to this one in transitions.
     fn way(&self, to: StepId) -> Vec<u32> {
         let mut way = vec![UNREACHED; self.net.steps.len()];
         way[to.index()] = 0;
@@ -451,7 +486,7 @@ impl<'n> Directed<'n> {
 
     // --- rows ------------------------------------------------------------------------------------------------------------------------------
 
-    /// A row that keeps the assumptions, if one is found.
+    /// A row that satisfies the assumptions, if one is found.
     fn lawful(&mut self) -> Option<InputRow> {
         if let Aim::Fire(wanted) = self.aim
             && let Some(next) = self.toward(wanted)
@@ -476,9 +511,10 @@ impl<'n> Directed<'n> {
         Some(self.rows.held()).filter(|row| !breaks_assumption(self.net, row))
     }
 
-    /// The transition to fire now: the wanted one, or one on the way to it. Now and then none: what helps may be a reaction on the side.
+    /// The transition to fire now: the wanted one, or one on the path to it. Occasionally none, because a reaction elsewhere may help.
     fn toward(&mut self, wanted: TransitionId) -> Option<TransitionId> {
-        let level = self.level(wanted, None);
+        let distances = self.distances(wanted);
+        let level: u64 = distances.iter().map(|required| required.least).sum();
         if self.rows.random.one_in(4) {
             return None;
         }
@@ -497,7 +533,7 @@ impl<'n> Directed<'n> {
         enabled.dedup();
         let mut best = Vec::new();
         for transition in &enabled {
-            if self.level(wanted, Some(*transition)) < level {
+            if self.level_after(&distances, *transition) < level {
                 best.push(*transition);
             }
         }
@@ -505,7 +541,7 @@ impl<'n> Directed<'n> {
         self.rows.random.pick(from).copied()
     }
 
-    /// Some number of ticks: mostly at thresholds of the present state.
+    /// A number of ticks: usually at a threshold of the current state.
     fn dt(&mut self) -> u32 {
         if self.max_dt <= 1 {
             return if self.rows.random.one_in(4) { 0 } else { self.max_dt };
@@ -519,7 +555,7 @@ impl<'n> Directed<'n> {
             }
             13 | 14 => self.rows.random.below(12).min(self.max_dt as usize) as u32,
             _ => {
-                // Where counters of 8, 16 and 32 bits end.
+                // The limits of counters of 8, 16 and 32 bits.
                 let widths = [0xFE, 0xFF, 0x100, 0xFFFE, 0xFFFF, 0x1_0000, MAX_DT - 1, MAX_DT];
                 let wide = widths[self.rows.random.below(widths.len())];
                 wide.min(self.max_dt)

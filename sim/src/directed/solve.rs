@@ -1,4 +1,4 @@
-//! Inputs and ticks that make a receptivity true: the alternating variable method [Korel 1990], one input after another, with growing strides.
+//! Finds inputs and ticks that make a receptivity true: the alternating variable method [Korel 1990], one input after another, with growing steps.
 
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{Expr, InputId, InputKind, Leaf, TransitionId};
@@ -13,12 +13,12 @@ use crate::stimulus::breaks_assumption;
 const STARTS: usize = 3;
 /// Rounds over all inputs from each of them.
 const ROUNDS: usize = 3;
-/// Inputs of at most so many values are looked through where nothing nearer helps (a remainder, a product).
+/// Inputs with at most this many values are searched completely if no step improves the distance (for a remainder or a product).
 const SCANNED: u64 = 1 << 16;
-/// A broken assumption is worse than anything.
+/// The penalty of a violated assumption, larger than any distance.
 const UNLAWFUL: u64 = 1 << 40;
 
-/// What a search may change.
+/// A value that a search may change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Knob {
     Input(InputId),
@@ -26,7 +26,7 @@ enum Knob {
 }
 
 impl Directed<'_> {
-    /// The row nearest to firing this transition that a short search finds, from the present state.
+    /// The row nearest to firing this transition that a short search finds from the current state.
     pub(super) fn solve(&mut self, transition: TransitionId) -> InputRow {
         let knobs = self.knobs(transition);
         let mut best: Option<(u64, InputRow)> = None;
@@ -72,7 +72,7 @@ impl Directed<'_> {
         lack.saturating_add(if breaks_assumption(self.net, row) { UNLAWFUL } else { 0 })
     }
 
-    /// One event of those that it waits for holds, as a rule alone: another could lead elsewhere.
+    /// Sets one of the events that it waits for, usually alone, because another one could lead elsewhere.
     fn only_event(&mut self, transition: TransitionId, row: &mut InputRow) {
         let net = self.net;
         let external: Vec<InputId> = net.transitions[transition]
@@ -95,7 +95,7 @@ impl Directed<'_> {
         }
     }
 
-    /// The inputs that its receptivity reads, those of its edges and of what `otherwise` looks at included; `dt` if it reads a time.
+    /// The inputs that its receptivity reads, including those of its edges and of transitions that `otherwise` refers to; `dt` if it reads a time.
     fn knobs(&mut self, transition: TransitionId) -> Vec<Knob> {
         let net = self.net;
         let mut knobs = Vec::new();
@@ -139,7 +139,7 @@ impl Directed<'_> {
         }
     }
 
-    /// Sets a knob, if that is a value it can have.
+    /// Sets a knob if the value is within its range.
     fn set(&self, row: &mut InputRow, knob: Knob, value: i64) -> bool {
         match knob {
             Knob::Input(input) => {
@@ -167,7 +167,7 @@ impl Directed<'_> {
         true
     }
 
-    /// Takes the value if it is nearer.
+    /// Keeps the value if it is nearer.
     fn attempt(
         &self,
         transition: TransitionId,
@@ -189,7 +189,7 @@ impl Directed<'_> {
         is_nearer
     }
 
-    /// The best value of one knob while the others stay.
+    /// Finds the best value of one knob while the others are fixed.
     fn turn(&mut self, transition: TransitionId, knob: Knob, row: &mut InputRow, cost: &mut u64) {
         let values = match knob {
             Knob::Input(input) => match self.net.inputs[input].ty {
@@ -211,7 +211,7 @@ impl Directed<'_> {
                 return;
             }
         }
-        // Strides that double as long as they lead nearer.
+        // Step sizes double while the distance decreases.
         let mut is_moving = true;
         while is_moving && *cost != 0 {
             is_moving = false;
@@ -229,7 +229,7 @@ impl Directed<'_> {
         }
     }
 
-    /// Looks through all values of a knob, if they are not too many.
+    /// Tries all values of a knob, if they are not too many.
     fn scan(&self, transition: TransitionId, knob: Knob, row: &mut InputRow, cost: &mut u64) {
         let Knob::Input(input) = knob else { return };
         let (lo, hi) = self.net.inputs[input].ty.bounds();

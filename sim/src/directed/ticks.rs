@@ -1,4 +1,4 @@
-//! The `dt` at which something changes in a state: at, just before and just after each threshold of what counts now.
+//! The `dt` values at which something changes in a state: at, just before and just after each threshold of a running counter.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,7 +14,7 @@ use crate::stimulus::MAX_DT;
 pub struct Thresholds(BTreeMap<Leaf, BTreeSet<i64>>);
 
 impl Thresholds {
-    /// Those of all expressions of the net.
+    /// The thresholds in all expressions of the net.
     #[must_use]
     pub fn of(net: &Net) -> Self {
         let mut thresholds = Thresholds::default();
@@ -35,7 +35,7 @@ impl Thresholds {
         expr.operands().for_each(|operand| self.collect(operand));
     }
 
-    /// What is left to each threshold that is still ahead, and one less and one more; at most `max_dt`, in ascending order.
+    /// The remaining ticks to each threshold that is still ahead, and one less and one more; at most `max_dt`, in ascending order.
     #[must_use]
     pub fn ahead(&self, simulator: &Simulator<'_>, max_dt: u32) -> Vec<u32> {
         let left = self.left(simulator);
@@ -47,14 +47,14 @@ impl Thresholds {
             .collect()
     }
 
-    /// So many ticks, and any more, do the same in this state: everything that counts has arrived beyond its last threshold. 0 where nothing counts.
+    /// The number of ticks beyond which more ticks make no difference in this state: every counter is beyond its last threshold. 0 if nothing counts.
     #[must_use]
     pub fn horizon(&self, simulator: &Simulator<'_>) -> u32 {
         let farthest = self.left(simulator).last().copied().unwrap_or(-1).saturating_add(1);
         u32::try_from(farthest.max(0)).unwrap_or(MAX_DT).min(MAX_DT)
     }
 
-    /// From the present state to each threshold of what counts now; what lies behind is negative.
+    /// The distance from the current state to each threshold of a running counter; negative if it has passed.
     fn left(&self, simulator: &Simulator<'_>) -> BTreeSet<i64> {
         let (net, tables, state, _) = simulator.parts();
         let layout = &tables.layout;

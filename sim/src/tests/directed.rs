@@ -1,11 +1,11 @@
-//! Directed runs: what they reach, and that what they hand over can be followed.
+//! Directed runs: what they reach, and whether their reactions can be replayed.
 
 use super::net;
 use crate::{Ahead, Directed, MAX_DT, MICRO_STEPS, Simulator, Start, State, Stimulus, run};
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;
 
-/// Makes reactions until all transitions have fired; how many, or the names of those that have not.
+/// Executes reactions until all transitions have fired; returns their number, or the names of transitions that have not fired.
 fn reactions_for_all(net: &Valid<Net>, most: u64, max_dt: u32) -> Result<u64, Vec<String>> {
     let mut directed = Directed::new(net, 1, max_dt);
     while directed.coverage().reactions < most {
@@ -18,7 +18,7 @@ fn reactions_for_all(net: &Valid<Net>, most: u64, max_dt: u32) -> Result<u64, Ve
     Err(never.into_iter().map(|id| net.transitions[id].name.text.clone()).collect())
 }
 
-/// Numbers that no chance meets, a sum that many reactions have to fill, and a remainder.
+/// Numbers that random inputs do not hit, a sum that needs many reactions, and a remainder.
 const SAFE: &str = "
 input E bool event
 input k int 0..65535
@@ -46,7 +46,7 @@ fn numbers_that_chance_does_not_meet_are_found() {
 
 #[test]
 fn runs_start_again_from_what_absorbs_them() {
-    // Any noise ends in `sink` within a few rows; ten rows with the right one of eight inputs lead to `last`.
+    // Random inputs end in `sink` within a few rows; ten rows with the right one of eight inputs lead to `last`.
     let mut body = String::new();
     for at in 0..8 {
         body += &format!("input i{at} bool\n");
@@ -74,7 +74,7 @@ fn runs_start_again_from_what_absorbs_them() {
 
 #[test]
 fn ticks_stand_at_thresholds() {
-    // Five ticks exactly, seen only by dt 5 at once or by as many single ticks: the window is left at six.
+    // Exactly five ticks, seen only with dt 5 at once or with single ticks: the window is left at six.
     let body = "
 input a bool
 step s in g initial
@@ -131,7 +131,7 @@ fn a_follower_sees_the_same_and_a_path_leads_there_from_reset() {
 
 #[test]
 fn what_can_never_hold_ends() {
-    // A net without transitions, and one none of whose inputs is ever lawful.
+    // A net without transitions, and one whose assumptions no input satisfies.
     let empty = net("", "step s in g initial");
     assert!(Directed::new(&empty, 1, 1).next().is_some());
     let none = net("", "input a bool\nstep s in g initial\nassume never a or not a");

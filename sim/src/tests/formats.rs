@@ -1,4 +1,4 @@
-//! Semantics §11: stimuli and traces as text, and every way in which they can be wrong.
+//! Semantics §11: stimuli and traces as text, and all errors in them.
 
 use grafsynth_ir::{Diagnostic, FileId};
 
@@ -47,36 +47,36 @@ fn each_error_of_a_stimulus() {
     );
     assert_eq!(
         problems(&chart, "n,load, n\n"),
-        ["G0502@n: column `n` is named twice (remove one of them)"]
+        ["G0502@n: column `n` is listed twice (remove one of them)"]
     );
     assert_eq!(
         problems(&chart, "n,load\n8,2\nx,\n"),
         [
-            "G0503@8: `n` cannot be `8` (write a whole number from -3 to 7)",
-            "G0503@2: `load` cannot be `2` (write 0 or 1)",
-            "G0503@x: `n` cannot be `x` (write a whole number from -3 to 7)",
-            "G0503@: `load` cannot be `` (write 0 or 1)",
+            "G0503@8: invalid value for `n`: `8` (write a whole number from -3 to 7)",
+            "G0503@2: invalid value for `load`: `2` (write 0 or 1)",
+            "G0503@x: invalid value for `n`: `x` (write a whole number from -3 to 7)",
+            "G0503@: invalid value for `load`: `` (write 0 or 1)",
         ]
     );
     assert_eq!(
         problems(&chart, "n,load\n1\n1,1,1\n"),
         [
-            "G0504@1: the row has 1 cells, the header 2 (write one cell for each name of the header)",
-            "G0504@1,1,1: the row has 3 cells, the header 2 (write one cell for each name of the header)",
+            "G0504@1: the row has 1 cells, but the header has 2 (write one cell for each column of the header)",
+            "G0504@1,1,1: the row has 3 cells, but the header has 2 (write one cell for each column of the header)",
         ]
     );
     assert_eq!(
         problems(&chart, "dt\n-1\n1.5\n2147483648\n"),
         [
-            "G0505@-1: dt cannot be `-1`: time does not run backwards (write a number of ticks from 0 to 2147483647)",
-            "G0505@1.5: dt cannot be `1.5`: it is no whole number of ticks (write a number of ticks from 0 to 2147483647)",
-            "G0505@2147483648: dt cannot be `2147483648`: it is no whole number of ticks (write a number of ticks from 0 to 2147483647)",
+            "G0505@-1: invalid dt `-1`: it is negative (write a number of ticks from 0 to 2147483647)",
+            "G0505@1.5: invalid dt `1.5`: it is not a whole number of ticks (write a number of ticks from 0 to 2147483647)",
+            "G0505@2147483648: invalid dt `2147483648`: it is not a whole number of ticks (write a number of ticks from 0 to 2147483647)",
         ]
     );
     assert_eq!(
         problems(&chart, "e,f\n1,0\n1,1\n"),
         [
-            "G0506@1: `e` and `f` occur in one row (2), but the chart declares `events exclusive` (let them occur in two rows; `dt` 0 makes no time pass between)"
+            "G0506@1: `e` and `f` occur in one row (2), but the chart declares `events exclusive` (split them into two rows; with `dt` 0 no time passes in between)"
         ]
     );
     assert_eq!(
@@ -89,7 +89,7 @@ fn each_error_of_a_stimulus() {
             "G0508@r: `r` is an internal event: only the chart raises it (remove the column, or declare the event without `internal`)"
         ]
     );
-    // A hundred errors are enough.
+    // A hundred errors are the limit.
     assert_eq!(problems(&chart, &format!("n\n{}", "x\n".repeat(5000))).len(), 100);
     assert!(problems(&chart, &"q,".repeat(200_000)).len() <= 101);
 }
@@ -101,7 +101,7 @@ fn a_broken_assumption_is_a_warning_and_masks() {
     assert_eq!(
         problems(&truck, text),
         [
-            "G0509@1,1: row 2 breaks an assumption of the chart (from this row on comparisons look at no cell: back ends may rely on the assumption)"
+            "G0509@1,1: row 2 violates an assumption of the chart (change the row; from here on comparisons ignore all cells, because back ends may rely on the assumption)"
         ]
     );
     let (stimulus, _) = Stimulus::parse_csv(&truck, FileId(0), text);
@@ -125,7 +125,7 @@ fn stimuli_come_back_from_text() {
     let stimulus = Stimulus::random(&truck, 50, 3, 4);
     let (again, problems) = Stimulus::parse_csv(&truck, FileId(0), &stimulus.to_csv(&truck));
     assert_eq!((again.as_ref(), problems.len()), (Some(&stimulus), 0));
-    // Any order of columns, blanks, comments and CR are read.
+    // Any order of columns, blanks, comments and CR are accepted.
     let (odd, _) =
         Stimulus::parse_csv(&truck, FileId(0), "# of the truck\r\n b , m \r\n\r\n1, 0 # moves\r\n");
     let row = odd.unwrap().row(0);
@@ -155,7 +155,7 @@ fn random_stimuli_keep_the_rules_and_move_the_chart() {
             .rows()
             .all(|row| row.values.iter().sum::<i64>() <= 1)
     );
-    // A guard that only one value in 70 001 opens is found.
+    // A guard that is true for only one value in 70 001 is found.
     let narrow = net(
         "",
         "input n int 0..70000
@@ -252,20 +252,22 @@ fn traces_come_back_and_differences_are_found() {
         format!("{}: {}", problem.code.id, problem.message)
     };
     assert_eq!(message(""), "G0511: the trace is empty");
-    assert_eq!(message("scan,dt,j\n"), "G0511: column 3 is `j` but the chart has `i` there");
+    assert_eq!(message("scan,dt,j\n"), "G0511: column 3 is `j`, but the chart has `i` there");
     assert_eq!(message("scan,dt\n"), "G0511: the trace has 2 columns, the chart 14");
     assert_eq!(
         message(&csv.replacen("s.a", "s.c", 1)),
-        "G0512: `s.c s.b` cannot stand in column `steps`"
+        "G0512: `s.c s.b` is not valid in column `steps`"
     );
     assert_eq!(
         message(&csv.replacen("-3:1", "-3:y", 1)),
-        "G0512: `-3:y;7:0` cannot stand in column `tell`"
+        "G0512: `-3:y;7:0` is not valid in column `tell`"
     );
-    assert!(message(&(csv + "1,2\n")).starts_with("G0504: the row has 2 cells, the header 14"));
+    assert!(
+        message(&(csv + "1,2\n")).starts_with("G0504: the row has 2 cells, but the header has 14")
+    );
 }
 
-/// Every code that a stimulus, trace or saved state can give has its page, and the page's example gives it.
+/// Every code that a stimulus, trace or saved state can cause has a page, and the example on the page triggers it.
 #[test]
 fn the_list_of_codes_is_in_order() {
     let ids: Vec<&str> = codes::ALL.iter().map(|code| code.id).collect();

@@ -79,7 +79,7 @@ fn staying_and_restarting() {
     );
 }
 
-/// §3.2: two transitions do it too, and `restart` of the one that adds decides.
+/// §3.2: the same with two transitions; `restart` of the one that adds the step decides.
 #[test]
 fn two_transitions_can_keep_a_step() {
     check(
@@ -100,7 +100,7 @@ fn two_transitions_can_keep_a_step() {
     );
 }
 
-/// §3.2: `otherwise` asks whether those above it are fireable, not whether they win.
+/// §3.2: `otherwise` tests whether the earlier transitions are fireable, not whether they win.
 #[test]
 fn otherwise_looks_at_what_is_fireable() {
     check(
@@ -160,7 +160,7 @@ fn sources_sinks_and_reactions() {
          b,2
          b,2",
     );
-    // A reaction on a level is a livelock in `stable`.
+    // A reaction with a level condition is a livelock in `stable`.
     check(
         &net(
             "evolution stable limit 3",
@@ -195,13 +195,13 @@ fn lists_run_in_one_order() {
          transition t2 in g a -> d priority 1
              do { s := s * 10 + 4 }";
     check(&net("policy priority", body), "dt\n1\n", "steps,s\na b,0\nc d,124356");
-    // Under `all` numbers don't order actions.
+    // Under `all`, priorities do not order actions.
     check(&net("policy all", body), "dt\n1\n", "steps,s\na b,0\nc d,123456");
-    // Simultaneous: all read the start, the last write wins.
+    // Simultaneous: all read the values at the start, the last write wins.
     check(&net("assign simultaneous", body), "dt\n1\n", "steps,s\na b,0\nc d,6");
 }
 
-/// §3.3: bits drop after the exit list and rise before the entry list.
+/// §3.3: step bits are cleared after the exit list and set before the entry list.
 #[test]
 fn bits_change_within_the_lists() {
     let body = "var seen int 0..9999 = 0
@@ -214,11 +214,11 @@ fn bits_change_within_the_lists() {
          transition t in g a -> b, c
              do { if not a.active and not b.active { seen := seen + 100 } }";
     check(&net("", body), "dt\n1\n", "steps,seen\na,0\nb c,1111");
-    // Simultaneous: step bits of the start; the second and third conditions are false, the last write of the others wins.
+    // Simultaneous: step bits from the start; the second and third conditions are false, the last write of the others wins.
     check(&net("assign simultaneous", body), "dt\n1\n", "steps,seen\na,0\nb c,1000");
 }
 
-/// §3.4: `stable` goes on; external events hold in the first micro-step only; the limit is exact.
+/// §3.4: `stable` continues; external events are present only in the first micro-step; the limit is exact.
 #[test]
 fn search_for_stability() {
     let body = "input i bool
@@ -299,7 +299,7 @@ fn a_check_that_fires_nothing_ends_the_reaction() {
     );
 }
 
-/// §3.6: conditions read the resulting variables; mealy outputs the situation before.
+/// §3.6: conditions read the resulting variables; mealy outputs read the situation before.
 #[test]
 fn moore_and_mealy() {
     check(
@@ -330,7 +330,7 @@ fn moore_and_mealy() {
     );
 }
 
-/// §3.6: what is left open is held or 0, and masked from there on.
+/// §3.6: open cells are held or 0, and masked from there on.
 #[test]
 fn unspecified_cells() {
     let chart = net(
@@ -353,7 +353,7 @@ fn unspecified_cells() {
     assert_eq!(trace.rows[3].open, [false, false, false, true, true]);
 }
 
-/// §3.6: row 0 shows the mealy cell of the reset situation with all inputs 0, so it is open where that cell is; nothing else is open there.
+/// §3.6: row 0 shows the mealy cell of the reset situation with all inputs 0, so it is open if that cell is; nothing else is open there.
 #[test]
 fn unspecified_cells_of_row_0() {
     let chart = net(
@@ -374,7 +374,7 @@ fn unspecified_cells_of_row_0() {
     assert_eq!(trace.rows[1].open, [] as [bool; 0]);
 }
 
-/// §3.7: edges of inputs compare with the previous reaction and live until the first micro-step; others compare with the last micro-step.
+/// §3.7: edges of inputs compare with the previous reaction and last until the first micro-step; others compare with the last micro-step.
 #[test]
 fn edges() {
     let body = "input i bool
@@ -432,7 +432,7 @@ fn edges() {
     );
 }
 
-/// §3.7: what a body assigns at the end of a reaction is an edge for the next.
+/// §3.7: an assignment in a body at the end of a reaction is an edge for the next reaction.
 #[test]
 fn edges_of_what_the_end_assigns() {
     check(
@@ -455,7 +455,7 @@ fn edges_of_what_the_end_assigns() {
     );
 }
 
-/// §4: `all` fires both, `priority` the most urgent of those that compete; one that waits blocks nobody [C16].
+/// §4: `all` fires both, `priority` the most urgent of those that compete; a transition that is not chosen blocks nothing [C16].
 #[test]
 fn policies_all_and_priority() {
     let body = "step a in g initial
@@ -468,15 +468,15 @@ fn policies_all_and_priority() {
          transition t2 in g b, c -> y priority 3
          transition t3 in g c -> z";
     check(&net("policy all", body), "dt\n1\n", "steps\na b c\nx y z");
-    // t2 is numbered and goes first; t1 and t3 share a step with it and wait.
+    // t2 has a priority and goes first; t1 and t3 share a step with it and are not chosen.
     check(&net("policy priority", body), "dt\n1\n", "steps\na b c\na y");
     let body = body.replace(" priority 3", "");
-    // t1 goes first; t2 waits and does not block t3.
+    // t1 goes first; t2 is not chosen and does not block t3.
     check(&net("policy priority", &body), "dt\n1\n", "steps\na b c\nx z");
     check(&net("policy priority\nfire one", &body), "dt\n1\n1\n", "steps\na b c\nc x\nx z");
 }
 
-/// §4: P first, then the older branch, then declaration; a sink comes last.
+/// §4: P first, then the older branch, then declaration; a sink transition comes last.
 #[test]
 fn policy_priority_age() {
     let body = "step a in g initial
@@ -505,7 +505,7 @@ fn policy_priority_age() {
     check(&net("policy priority-age", sink), "dt\n1\n1\n", "steps\na\na\na");
 }
 
-/// §4, ranks: the chart's rank comes before all other keys, for competing and for actions.
+/// §4, ranks: the chart's rank comes before all other keys, both for conflicts and for actions.
 #[test]
 fn schedules() {
     let body = "part outer level 1 priority 2
@@ -574,7 +574,7 @@ fn saturation_and_races_are_noted() {
     assert_eq!(
         messages,
         [
-            "a value for `n` did not fit 0..5, in row 1",
+            "a value for `n` was outside 0..5, in row 1",
             "`n` is written by the entry list of `b` and by the entry list of `c` in one micro-step, in row 1",
         ]
     );
@@ -632,7 +632,7 @@ fn extern_actions() {
     assert!(matches!(simulator.effects()[..], [Effect::Condition(_), Effect::Call(..)]));
 }
 
-/// §6: tasks run while their costs fit the budget; the index is 0 on activation.
+/// §6: tasks run while their costs fit in the budget; the index is 0 on activation.
 #[test]
 fn tasks() {
     check(
@@ -658,7 +658,7 @@ fn tasks() {
     );
 }
 
-/// §8: an enclosing step takes all that is inside with it; a restart enters by the links [C24].
+/// §8: an enclosing step deactivates all steps inside it; a restart enters by the activation links [C24].
 #[test]
 fn enclosing_steps() {
     let body = "part g level 1
@@ -696,7 +696,7 @@ fn enclosing_steps() {
     );
 }
 
-/// §8: forced charts do not move, and take the forced situation with their lists once.
+/// §8: forced charts do not move; they take the forced situation and run its lists once.
 #[test]
 fn forcing() {
     let chart = |order: &str| {
@@ -741,7 +741,7 @@ fn forcing() {
     check(&chart("situation ()"), "i\n0\n1\n0\n", "steps,n\nfree a,0\nfree b,11\nstop,11\nfree,11");
 }
 
-/// §11: full traces, with the columns of the stimulus.
+/// §11: complete traces, including the columns of the stimulus.
 #[test]
 fn full_trace_of_the_truck() {
     let truck = net("", TRUCK);

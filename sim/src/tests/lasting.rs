@@ -1,4 +1,4 @@
-//! States: equal states react alike, and a changed net takes over what it still has.
+//! States: equal states behave the same, and a changed net restores the parts that it still has.
 
 use super::{TRUCK, net};
 use crate::{InputRow, Simulator};
@@ -50,7 +50,7 @@ fn a_changed_net_takes_over_by_name() {
     let active: Vec<&str> =
         after.row().steps.iter().map(|step| new.steps[*step].name.text.as_str()).collect();
     assert_eq!(active, ["b"]);
-    // The order of activation is taken over too: b is the younger branch, so c is next.
+    // The order of activation is restored too: b is the younger branch, so c is next.
     after.step(&InputRow { dt: 15, ..InputRow::zero(&new) });
     after.step(&InputRow::zero(&new));
     after.step(&InputRow::zero(&new).with(input, 1));
@@ -70,7 +70,7 @@ fn text_that_is_no_state_is_refused() {
     let other = simulator.save().replace("state 1", "state 99");
     assert_eq!(
         message(&mut simulator, &other),
-        "the saved state has format `grafsynth state 99`, this version reads `grafsynth state 1`"
+        "the saved state has format `grafsynth state 99`, but this version reads `grafsynth state 1`"
     );
 }
 

@@ -1,4 +1,4 @@
-//! Each section of `docs/semantics.md` on the smallest net that shows it, with its exact trace.
+//! Each section of `docs/semantics.md` on the smallest net that demonstrates it, with its exact trace.
 
 mod choices;
 mod directed;
@@ -49,7 +49,7 @@ fn net(settings: &str, body: &str) -> Valid<Net> {
     validate(net).unwrap_or_else(|problems| panic!("{problems:#?}"))
 }
 
-/// The trace under a stimulus, without the columns `scan` and those of the stimulus: they say nothing new.
+/// The trace for a stimulus, without the columns `scan` and those of the stimulus, which are redundant.
 fn trace(net: &Valid<Net>, stimulus: &str) -> String {
     let (parsed, problems) = Stimulus::parse_csv(net, FileId(0), stimulus);
     let parsed = parsed.unwrap_or_else(|| panic!("{problems:#?}"));
@@ -74,7 +74,7 @@ fn check(net: &Valid<Net>, stimulus: &str, expected: &str) {
     survives_saving(net, stimulus);
 }
 
-/// Saving and restoring between any two rows changes nothing.
+/// Checks that saving and restoring between any two rows changes nothing.
 fn survives_saving(net: &Valid<Net>, stimulus: &str) {
     let (Some(parsed), _) = Stimulus::parse_csv(net, FileId(0), stimulus) else { return };
     let mut straight = Simulator::new(net);
@@ -86,7 +86,7 @@ fn survives_saving(net: &Valid<Net>, stimulus: &str) {
             "{report:?}"
         );
         assert_eq!(restored.state(), straight.state());
-        // A call is no value that goes on.
+        // The value of a call is not kept.
         let is_shown =
             |output: &&OutputId| !matches!(net.outputs[**output].driver, Driver::Extern { .. });
         for output in net.outputs.ids().filter(|output| is_shown(&output)) {

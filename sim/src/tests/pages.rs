@@ -1,6 +1,6 @@
-//! The page of each code: its example gives the code.
+//! The page of each code: its example triggers the code.
 //!
-//! An example is a net; the file that goes with it stands in comments behind the line `// stimulus`, `// trace` or `// state`.
+//! An example is a net; its file is in comments after the line `// stimulus`, `// trace` or `// state`.
 
 use grafsynth_ir::{Diagnostic, FileId, Valid, text, validate};
 
@@ -36,7 +36,7 @@ const PAGES: &[(&str, &str)] = pages! {
     "G0525"
 };
 
-/// The net of a page's example, and the kind and text of the file that goes with it.
+/// The net of a page's example, and the kind and text of its file.
 fn example(page: &str) -> (String, String, String) {
     let block = page.split("```").nth(1).unwrap();
     let (_, net) = block.split_once('\n').unwrap();

@@ -60,7 +60,7 @@ const NESTED: &str = "part g level 1
      transition back in g q -> p, content p, a clears (p, a, b, q) restart on (f)
          do { s := 0 }";
 
-/// §4: the innermost source wins, or the outermost; exits run inside out, entries outside in.
+/// §4: the innermost source wins, or the outermost; exits run from the inside out, entries from the outside in.
 #[test]
 fn inner_and_outer() {
     check(
@@ -107,7 +107,7 @@ const REGIONS: &str = "part g level 1
      transition t5 in g a2 -> q clears (p, r1, a1, z1, r2, a2, z2, q) restart on (e, x)
          do { n := n * 10 + 3 }";
 
-/// §5: done events of a region and of the parallel; §4: exit sets that meet exclude each other, the first taken stays.
+/// §5: done events of a region and of the parallel state; §4: transitions whose exit sets intersect exclude each other, and the first one taken wins.
 #[test]
 fn parallel_regions() {
     check(
@@ -118,7 +118,7 @@ fn parallel_regions() {
          a1 z2,0,0
          q,12,0",
     );
-    // t1 is taken first; t5 meets its exit set and is no descendant: dropped.
+    // t1 is taken first; t5 intersects its exit set and its source is not a descendant, so it is dropped.
     check(
         &net(SETTINGS, REGIONS),
         "e,f,x\n1,0,0\n0,0,1\n",
@@ -154,7 +154,7 @@ const HISTORY: &str = "part g level 1
      transition t3 in g q -> p, history shallow clears (p, a, b, c, d, q) restart on (e)
      transition t4 in g q -> p, history deep clears (p, a, b, c, d, q) restart on (f)";
 
-/// §3.3, §5: history is what was active when the state was left; its default content runs after the owner's entry list.
+/// §3.3, §5: a history contains what was active when the state was left; its default content runs after the owner's entry list.
 #[test]
 fn histories() {
     check(
@@ -172,7 +172,7 @@ fn histories() {
     check(&net(SETTINGS, &late), "e,f,x\n1,0,0\n", "steps,n,fault\nq,0,0\nd,12,0");
 }
 
-/// §5 [C21]: slots hold the remaining ticks; due sends join by due time, then by slot; cancel clears.
+/// §5 [C21]: slots store the remaining ticks; due sends join by due time, then by slot; cancel clears.
 #[test]
 fn sends() {
     let chart = net(
@@ -223,7 +223,7 @@ fn sends() {
     );
 }
 
-/// §5: a full queue drops the newest event and shows a fault; the reaction goes on.
+/// §5: a full queue drops the newest event and reports a fault; the reaction continues.
 #[test]
 fn full_queues() {
     check(
@@ -251,7 +251,7 @@ fn full_queues() {
     );
 }
 
-/// §5: an event that nothing is `on` joins no queue, so it can fill none.
+/// §5: an event that no `on` refers to is not queued, so it cannot fill a queue.
 #[test]
 fn unheard_events_take_no_room() {
     check(
@@ -278,7 +278,7 @@ fn unheard_events_take_no_room() {
     );
 }
 
-/// §5: events of one row are taken one by one, each with its own count.
+/// §5: events of one row are taken one by one, each with its own count of micro-steps.
 #[test]
 fn the_count_starts_anew_with_each_external_event() {
     let body = "part g level 1
@@ -300,7 +300,7 @@ fn the_count_starts_anew_with_each_external_event() {
          a,0,0
          a,2,0",
     );
-    // A send for oneself is counted on, so the reaction ends.
+    // A send to oneself does not restart the count, so the reaction ends.
     let endless = body.replace("do { raise r }", "do { send again; n := n + 1 }");
     check(
         &net(&SETTINGS.replace("limit 9", "limit 5"), &endless),
@@ -312,7 +312,7 @@ fn the_count_starts_anew_with_each_external_event() {
     );
 }
 
-/// §5 [C20]: a top-level final ends the chart; its outputs stay as in that row.
+/// §5 [C20]: a top-level final state ends the chart; its outputs keep their values of that row.
 #[test]
 fn top_level_final() {
     check(
@@ -344,7 +344,7 @@ fn top_level_final() {
     );
 }
 
-/// §5 [C19]: statecharts side by side share the queues, and every event is offered to all.
+/// §5 [C19]: parallel statecharts share the queues, and every event is offered to all.
 #[test]
 fn side_by_side() {
     check(

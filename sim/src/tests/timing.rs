@@ -65,7 +65,7 @@ fn free_timers() {
     );
 }
 
-/// Each qualifier over the same history of its step: active in rows 1 to 4.
+/// Checks a qualifier with a fixed history of its step: active in rows 1 to 4.
 fn qualifier(name: &str, duration: u32, expected: &str) {
     let chart = net(
         "",
@@ -116,7 +116,7 @@ fn qualifiers() {
     qualifier("SL", 0, "0000000");
 }
 
-/// §3.5: inputs are the OR over all steps, so two steps in a row with P give one pulse; R dominates.
+/// §3.5: inputs are the OR over all steps, so two consecutive steps with P give one pulse; R dominates.
 #[test]
 fn shared_actions() {
     check(
@@ -147,7 +147,7 @@ fn shared_actions() {
     );
 }
 
-/// §3.5 [C13]: bodies of falling actions run first and once more; the others while Q.
+/// §3.5 [C13]: bodies of actions whose Q has become false run first and once more; the others run while Q is true.
 #[test]
 fn bodies_and_final_scan() {
     let body = "var n int 0..9999999 = 0
@@ -165,7 +165,7 @@ fn bodies_and_final_scan() {
     check(&net("final scan", body), "dt\n1\n1\n", "steps,n\na,2\nb,231\na,23112");
 }
 
-/// §3.5: a condition belongs to its use; a transition reads Q of the last row [C14].
+/// §3.5: a condition belongs to one use of the action; a transition reads Q of the last row [C14].
 #[test]
 fn conditions_of_uses_and_q_in_receptivities() {
     check(

@@ -1,14 +1,14 @@
-//! What a random net may have, and the sets of it that the tests draw from.
+//! The features of a random net, and the sets of features that the tests use.
 
 use grafsynth_ir::net::Policy;
 use grafsynth_sim::Random;
 
-/// What a random net may have. A feature that is off never occurs; one that is on occurs in some nets.
+/// The features of a random net. A feature that is off never occurs; one that is on occurs in some nets.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[expect(missing_docs, reason = "each flag names the thing that it switches")]
+#[expect(missing_docs, reason = "each flag names its feature")]
 #[expect(clippy::struct_excessive_bools, reason = "they are switches")]
 pub struct Features {
-    /// Those to choose from; at least one.
+    /// The policies to choose from; at least one.
     pub policies: Vec<Policy>,
     pub single: bool,
     pub stable: bool,
@@ -16,15 +16,15 @@ pub struct Features {
     pub max_steps: usize,
     /// Also source and sink transitions, shared sources, several initial steps, transitions from anywhere to anywhere.
     pub odd_shapes: bool,
-    /// Rows of steps whose transitions compete pairwise, up to 15 steps more than `max_steps`.
+    /// Chains of steps whose transitions compete pairwise, up to 15 steps more than `max_steps`.
     pub conflict_chains: bool,
     pub edges: bool,
     pub timers: bool,
-    /// Values of variables and inputs: 8-bit, negative, and across the border of 16 bits.
+    /// Values of variables and inputs: 8-bit, negative, and across the 16-bit limit.
     pub integers: bool,
-    /// Also the first and last values of 16 and 32 bits and one beyond, and divisors that are no constants.
+    /// Also the first and last values of 16 and 32 bits and one beyond, and non-constant divisors.
     pub wide_integers: bool,
-    /// Also times about the most that 8 and 16 bits hold.
+    /// Also times near the maximum of 8 and 16 bits.
     pub long_times: bool,
     pub arrays: bool,
     pub events: bool,
@@ -42,7 +42,7 @@ pub struct Features {
     pub sends: bool,
     /// Also many sends, most of them delayed and some cancelled.
     pub delayed_sends: bool,
-    /// Statecharts in which entering and leaving is where things happen: lists of composites that read the bits of what is entered or left beside them, and
+    /// Statecharts with much activity on entry and exit: lists of composites that read the bits of states entered or left with them, and
     /// many transitions to histories, whose defaults have lists.
     pub entries: bool,
     /// Also 12 to 20 inputs.
@@ -56,14 +56,14 @@ pub struct Features {
     pub externs: bool,
     pub unspecified: bool,
     pub assumptions: bool,
-    /// A condition that forces all outputs, and safe values for it. Drawn from numbers of its own: what else a net has is the same without.
+    /// A condition that forces all outputs, and safe values for it. It uses its own random numbers: the rest of a net is the same without it.
     pub emergency: bool,
-    /// Most receptivities are over inputs only, so that whole components wait for nothing else.
+    /// Most receptivities read inputs only, so that whole components wait for nothing else.
     pub waits_for_inputs: bool,
 }
 
 impl Features {
-    /// Everything that semantics.md says.
+    /// All features of semantics.md.
     #[must_use]
     pub fn everything() -> Self {
         use Policy::{All, InnerFirst, OuterFirst, Priority, PriorityAge};
@@ -109,7 +109,7 @@ impl Features {
         }
     }
 
-    /// Everything that a program can do that is emitted: also numbers and times at the ends of what 8, 16 and 32 bits hold.
+    /// All features of emitted programs, including numbers and times at the limits of 8, 16 and 32 bits.
     #[must_use]
     pub fn program() -> Self {
         Features {
@@ -122,7 +122,7 @@ impl Features {
         }
     }
 
-    /// Statecharts in which entering, leaving and sending is where things happen.
+    /// Statecharts with much activity on entry, exit and sending.
     #[must_use]
     pub fn entering() -> Self {
         Features {
@@ -145,8 +145,8 @@ impl Features {
         }
     }
 
-    /// A part of these features, another for each seed: every switch that is on goes off once in three times. Charts with everything are alike in having
-    /// everything; what shows only where something is absent needs charts without it.
+    /// Some of these features, chosen by the seed: every switch that is on goes off once in three times. Charts with all features are alike in having
+    /// all of them; an error that shows only if a feature is absent needs charts without it.
     #[must_use]
     pub fn some(&self, seed: u64) -> Self {
         let mut random = Random::new(seed ^ 0x5eed);
@@ -157,12 +157,13 @@ impl Features {
         for switch in some.switches() {
             *switch &= !random.one_in(3);
         }
-        // Something must be left to choose from.
+        // At least one evolution must remain.
         some.single |= !some.stable;
         some
     }
 
-    /// All of them but `unspecified`, which leaves cells open that two engines may fill differently, and `waits_for_inputs`, which is a shape and no thing that a net has.
+    /// All of them except `unspecified`, which leaves cells undefined that two engines may fill differently, and `waits_for_inputs`, which is a shape and
+    /// not a feature of a net.
     fn switches(&mut self) -> [&mut bool; 34] {
         [
             &mut self.single,
@@ -247,7 +248,7 @@ impl Features {
         }
     }
 
-    /// What the table engine carries of Grafcet without a program.
+    /// The Grafcet features that the table engine supports without a program.
     #[must_use]
     pub fn tabular() -> Self {
         Features {
@@ -263,7 +264,7 @@ impl Features {
         }
     }
 
-    /// Statecharts as tables of states and transitions have them: regions, histories, inner and outer transitions, events.
+    /// Statecharts for the tables of states and transitions: regions, histories, inner and outer transitions, events.
     #[must_use]
     pub fn tabular_statecharts() -> Self {
         Features {
@@ -283,7 +284,7 @@ impl Features {
         }
     }
 
-    /// What a chip can do: evolution `single`, small integers, no calls with arguments.
+    /// The features of a chip: evolution `single`, small integers, no calls with arguments.
     #[must_use]
     pub fn chip() -> Self {
         Features {

@@ -1,7 +1,7 @@
-//! Random nets: every kind of thing that a net can say, in shapes that are mostly sensible and now and then odd.
+//! Random nets: every construct of nets, in shapes that are mostly sensible and sometimes odd.
 //!
-//! The same seed and features give the same net. A net that shows a difference between two engines is made small by [`shrink()`], which drops
-//! whatever is not needed for the difference.
+//! The same seed and features give the same net. A net that shows a difference between two engines is shrunk by [`shrink()`], which removes
+//! everything that the difference does not need.
 //!
 //! ```text
 //! for seed in 0..2000 {
@@ -31,7 +31,7 @@ use grafsynth_sim::Random;
 pub use features::Features;
 pub use shrink::{shrink, weakened};
 
-/// Attempts to make a valid net before a net of one step is given instead.
+/// The number of attempts to make a valid net before a net of one step is returned.
 const ATTEMPTS: u64 = 20;
 
 /// A valid net, the same for the same seed and features.
@@ -43,7 +43,7 @@ pub fn random_net(seed: u64, features: &Features) -> Valid<Net> {
             return net;
         }
     }
-    // One initial step is valid whatever else changes; if even that is refused, validation itself is broken and every test will say so.
+    // One initial step is always valid; if even that is rejected, validation itself is broken and every test will report it.
     loop {
         if let Ok(net) = validate(tiny()) {
             return net;
@@ -51,7 +51,7 @@ pub fn random_net(seed: u64, features: &Features) -> Valid<Net> {
     }
 }
 
-/// The first attempt for a seed, valid or not: for a test that says how often it is.
+/// The first attempt for a seed, valid or not: for a test that reports how often it is valid.
 #[must_use]
 pub fn first_attempt(seed: u64, features: &Features) -> Net {
     Builder::new(Random::new(seed.wrapping_mul(ATTEMPTS)), features).build(seed)
@@ -64,7 +64,7 @@ fn tiny() -> Net {
     net
 }
 
-/// A name at no place.
+/// A name without a location.
 #[must_use]
 pub fn name(text: impl Into<String>) -> Name {
     Name::new(text, Span::default())
@@ -123,8 +123,8 @@ impl<'f> Builder<'f> {
         self.net
     }
 
-    /// Variables that tasks of halting steps touch are buffered or protected, in half of the nets that have such. The dice are its own, so that a net that has none
-    /// is what it would be anyway.
+    /// Makes variables that tasks of halting steps use buffered or protected, in half of the nets that have such variables. It uses its own random numbers,
+    /// so that other nets do not change.
     fn sharing(&mut self, seed: u64) {
         let mut random = Random::new(seed ^ 0x5ca1_ab1e);
         if random.one_in(2) {
@@ -177,7 +177,7 @@ impl<'f> Builder<'f> {
         Type::Int { lo, hi }
     }
 
-    /// A range that ends where a type of C does, or one beyond; some never reach 0, so that one may divide by them.
+    /// A range that ends at a limit of a C type, or one beyond; some exclude 0, so that they can be divisors.
     fn edge_type(&mut self) -> Type {
         let (lo, hi) = [
             (-128, 128),
@@ -198,7 +198,7 @@ impl<'f> Builder<'f> {
         Type::Int { lo, hi }
     }
 
-    /// A time in ticks: few, or about the most that a byte or two hold.
+    /// A time in ticks: small, or near the maximum of one or two bytes.
     fn ticks(&mut self, below: usize) -> i64 {
         if self.wants(self.on.long_times, 3) {
             [254, 255, 256, 257, 1000, 65_534, 65_535, 65_536][self.random.below(8)]
@@ -252,7 +252,7 @@ impl<'f> Builder<'f> {
             self.variable(format!("v{index}"), ty, None, VarOrigin::Declared);
         }
         if self.on.entries && self.net.settings.policy.is_statechart() {
-            // Something that lists can leave a mark in.
+            // A variable that lists can modify.
             self.variable(
                 "mark".to_owned(),
                 Type::Int { lo: 0, hi: 99 },
@@ -346,7 +346,7 @@ impl<'f> Builder<'f> {
         StepId::from_index(self.random.below(self.net.steps.len().max(1)))
     }
 
-    /// Controlled actions are declared before transitions and lists, which read them; their bodies come with the lists.
+    /// Controlled actions are declared before transitions and lists, which read them; their bodies are generated with the lists.
     fn actions(&mut self) {
         if !self.wants(self.on.controlled_actions, 2) {
             return;
@@ -530,7 +530,7 @@ impl<'f> Builder<'f> {
                     output.safe = Some(self.random.between(lo, hi));
                 }
             }
-            // Safe values are for a stop too.
+            // A stop uses safe values too.
             if !self.random.one_in(4) {
                 let mut condition = self.quiet_condition(2);
                 if self.asks_extern(&condition) {

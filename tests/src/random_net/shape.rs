@@ -1,4 +1,4 @@
-//! Random Grafcet charts: sequences, choices and parallel branches, closed to a loop; and odder things on top.
+//! Random Grafcet charts: sequences, choices and parallel branches, closed to a loop; with odd additions.
 
 use grafsynth_ir::Span;
 use grafsynth_ir::net::{
@@ -8,7 +8,7 @@ use grafsynth_ir::net::{
 
 use super::{Builder, name, step};
 
-/// A transition that is still only its ends.
+/// A transition that so far has only its ends.
 struct Ends {
     part: PartId,
     from: Vec<StepId>,
@@ -16,7 +16,7 @@ struct Ends {
 }
 
 impl Builder<'_> {
-    /// Steps and, for each part, the ends of its transitions; receptivities come later, when all steps are known.
+    /// Steps and, for each part, the ends of its transitions; receptivities are generated later, when all steps are known.
     pub(super) fn steps(&mut self) {
         let n_steps = 1 + self.random.below(self.on.max_steps.max(1));
         let n_parts = if self.on.several_parts && self.random.one_in(3) {
@@ -88,7 +88,7 @@ impl Builder<'_> {
                 self.odd_ends(part, &steps, &mut all);
             }
         }
-        // Transitions and reactions stand mixed, as a designer would write them.
+        // Transitions and reactions are mixed, as a designer would write them.
         for ends in all {
             self.transition(ends, None);
             if self.wants(self.on.reactions, 6) {
@@ -100,9 +100,9 @@ impl Builder<'_> {
         }
     }
 
-    /// A row of steps in which each transition competes with its neighbours: who fires is settled link by link, so a policy takes as many rounds as
-    /// the chain is long. All links share one receptivity, else long chains would hardly ever compete at once; the ways back often wait until it is
-    /// false, so that a stable chart comes to rest.
+    /// A chain of steps in which each transition competes with its neighbours: the winner is determined link by link, so a policy takes as many rounds as
+    /// the chain is long. All links share one receptivity, because long chains would otherwise rarely compete at once; the transitions back often wait until
+    /// it is false, so that a stable chart comes to rest.
     fn conflict_chain(&mut self) {
         let part = PartId::from_index(0);
         let links = 3 + self.random.below(5);
@@ -174,7 +174,7 @@ impl Builder<'_> {
         }
     }
 
-    /// A sequence within a parallel branch; gives its last step.
+    /// A sequence within a parallel branch; returns its last step.
     fn branch(
         &mut self,
         part: PartId,
@@ -208,7 +208,7 @@ impl Builder<'_> {
         some
     }
 
-    /// Adds the transition with that receptivity, or with a random one.
+    /// Adds the transition with this receptivity, or with a random one.
     fn transition(&mut self, ends: Ends, receptivity: Option<&Expr>) {
         let above: Vec<TransitionId> = (self.net.transitions.iter())
             .filter(|(_, other)| other.kind == TransitionKind::Move)
@@ -252,7 +252,7 @@ impl Builder<'_> {
         });
     }
 
-    /// `on EVENT` or a targetless reaction; one on a mere level would be a livelock in `stable`, so those are rare.
+    /// `on EVENT` or a targetless reaction; one on a plain level would be a livelock in `stable`, so those are rare.
     pub(super) fn reaction(&mut self) {
         let step = self.any_step();
         if self.net.steps[step].kind == StepKind::Final {
@@ -325,7 +325,7 @@ impl Builder<'_> {
         }
     }
 
-    /// A root part with what its enclosing steps bring.
+    /// A root part with the parts of its enclosing steps.
     fn whole_chart(&self, root: PartId) -> Vec<PartId> {
         let mut parts = vec![root];
         for step in self.net.steps.values() {

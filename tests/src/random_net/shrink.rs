@@ -1,4 +1,4 @@
-//! Making a net small while something stays true of it.
+//! Shrinks a net while a condition stays true for it.
 
 use grafsynth_ir::expr::{Expr as GenericExpr, ExprKind};
 use grafsynth_ir::net::{
@@ -8,10 +8,10 @@ use grafsynth_ir::net::{
 use grafsynth_ir::{Arena, Id, Valid, validate};
 use grafsynth_sim::Random;
 
-/// The smallest net found by dropping things from `net` such that `is_wanted` stays true of it. Every net that is tried is valid. It ends when no
+/// The smallest net found by removing parts of `net` such that `is_wanted` stays true for it. Every net that is tried is valid. It ends when no
 /// single change is possible any more.
 ///
-/// `is_wanted` should be true of `net` itself; where it is not, `net` is given back.
+/// `is_wanted` should be true for `net` itself; if not, `net` is returned.
 #[must_use]
 pub fn shrink(net: &Valid<Net>, is_wanted: impl Fn(&Valid<Net>) -> bool) -> Valid<Net> {
     let mut best = net.clone();
@@ -39,7 +39,7 @@ pub fn shrink(net: &Valid<Net>, is_wanted: impl Fn(&Valid<Net>) -> bool) -> Vali
     }
 }
 
-/// The net with one thing dropped or made simpler, by chance; none where that is not valid or changes nothing.
+/// The net with one random part removed or simplified; `None` if that is invalid or changes nothing.
 #[must_use]
 pub fn weakened(net: &Net, random: &mut Random) -> Option<Valid<Net>> {
     let pass = PASSES[random.below(PASSES.len())];
@@ -48,10 +48,10 @@ pub fn weakened(net: &Net, random: &mut Random) -> Option<Valid<Net>> {
     validate(changed).ok().filter(|changed| **changed != *net)
 }
 
-/// The n-th way to make the net smaller: none when there are no more, an inner none when this one does not apply.
+/// The n-th way to shrink the net: `None` if there are no more, an inner `None` if this one does not apply.
 type Pass = fn(&Net, usize) -> Option<Option<Net>>;
 
-/// In this order: what removes most comes first.
+/// The order: passes that remove most come first.
 const PASSES: &[Pass] = &[
     drop_transition,
     drop_step,
@@ -69,7 +69,7 @@ const PASSES: &[Pass] = &[
     drop_unused_edges,
 ];
 
-/// Which items stay. An id that goes is taken out of lists, and read as 0 in expressions.
+/// The items to keep. The id of a removed item is removed from lists, and read as 0 in expressions.
 struct Keep {
     parts: Vec<bool>,
     inputs: Vec<bool>,
@@ -112,7 +112,7 @@ fn sift<T: Clone>(arena: &Arena<T>, keep: &[bool]) -> Arena<T> {
     arena.iter().filter(|(id, _)| keep[id.index()]).map(|(_, item)| item.clone()).collect()
 }
 
-/// The net without what `keep` says goes.
+/// The net without the items that `keep` removes.
 fn rebuild(net: &Net, keep: &Keep) -> Net {
     let mut new = net.clone();
     new.parts = sift(&net.parts, &keep.parts);
@@ -290,7 +290,7 @@ fn map_leaf(keep: &Keep, leaf: &Leaf) -> Option<Leaf> {
     })
 }
 
-/// What is gone reads as 0 or false; which of the two a place needs is found out by validation, which refuses the wrong one.
+/// A removed item reads as 0 or false; validation rejects the wrong one of the two.
 fn map_expr(keep: &Keep, expr: &Expr) -> Expr {
     let leaf = |old: &Leaf| map_leaf(keep, old);
     let mapped = expr.try_map(
@@ -303,7 +303,7 @@ fn map_expr(keep: &Keep, expr: &Expr) -> Expr {
         },
         &mut |old, _| leaf(old).ok_or(()),
     );
-    // Only an element of an array that is gone cannot be mapped; the variable pass then finds no smaller net here.
+    // Only an element of a removed array cannot be mapped; the variable pass then finds no smaller net here.
     mapped.unwrap_or_else(|()| GenericExpr::int(0))
 }
 
@@ -322,7 +322,7 @@ fn map_property(
     .ok()
 }
 
-/// Statements whose target is gone go too.
+/// Statements whose target is removed are removed too.
 fn map_block(keep: &Keep, block: &Block) -> Block {
     let expr = |old: &Expr| map_expr(keep, old);
     block
@@ -362,7 +362,7 @@ fn drop_transition(net: &Net, at: usize) -> Option<Option<Net>> {
     })
 }
 
-/// A step goes with the transitions that would lose their last source or target by it.
+/// A step is removed with the transitions that would lose their last source or target.
 fn drop_step(net: &Net, at: usize) -> Option<Option<Net>> {
     (at < net.steps.len()).then(|| {
         let gone = Id::<Step>::from_index(at);
@@ -420,7 +420,7 @@ fn drop_action(net: &Net, at: usize) -> Option<Option<Net>> {
     })
 }
 
-/// An output goes with the memory of a stored one.
+/// An output is removed with the memory of a stored one.
 fn drop_output(net: &Net, at: usize) -> Option<Option<Net>> {
     let output = net.outputs.get(Id::from_index(at))?;
     let mut keep = Keep::all(net);
@@ -470,7 +470,7 @@ fn drop_various(net: &Net, at: usize) -> Option<Option<Net>> {
     drop_entry(&mut new, at).then_some(Some(new))
 }
 
-/// Drops the entry number `at` of all lists of forcing orders, properties, open cells, emissions, calls, uses of actions and tasks.
+/// Removes the entry number `at` of all lists of forcing orders, properties, open cells, emissions, calls, uses of actions and tasks.
 fn drop_entry(net: &mut Net, mut at: usize) -> bool {
     fn drop_from<T>(list: &mut Vec<T>, at: &mut usize) -> bool {
         if *at < list.len() {
@@ -558,7 +558,7 @@ fn change_statement(block: &mut Block, at: &mut usize) -> bool {
     false
 }
 
-/// Every condition of the net, each with whether it may be left out.
+/// Every condition of the net, and whether it may be removed.
 fn conditions(net: &mut Net) -> Vec<&mut Expr> {
     let mut all: Vec<&mut Expr> = Vec::new();
     all.extend(net.transitions.iter_mut().map(|(_, transition)| &mut transition.guard));
@@ -639,7 +639,7 @@ fn simplify_expr(expr: &mut Expr, at: &mut usize) -> bool {
     }
 }
 
-/// Always fewer nodes, or a constant for a leaf: so that this ends.
+/// Always fewer nodes, or a constant for a leaf, so that this terminates.
 fn simpler(expr: &Expr) -> Vec<Expr> {
     let constants = || vec![GenericExpr::bool(true), GenericExpr::bool(false), GenericExpr::int(0)];
     match &expr.kind {
@@ -733,7 +733,7 @@ fn simplify_settings(net: &Net, at: usize) -> Option<Option<Net>> {
     Some(Some(new))
 }
 
-/// Edge operands that nothing reads any more.
+/// Edge operands that are no longer used.
 fn drop_unused_edges(net: &Net, at: usize) -> Option<Option<Net>> {
     (at < net.edges.len()).then(|| {
         let mut keep = Keep::all(net);

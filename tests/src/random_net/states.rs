@@ -9,7 +9,7 @@ use grafsynth_ir::net::{
 
 use super::{Builder, name, step};
 
-/// What a transition moves within: its least common composite ancestor.
+/// The domain of a transition: its least common composite ancestor.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Domain {
     State(StepId),
@@ -44,7 +44,7 @@ impl Builder<'_> {
         }
     }
 
-    /// A state with what is in it, in document order.
+    /// A state with its contents, in document order.
     fn state(
         &mut self,
         part: PartId,
@@ -86,7 +86,7 @@ impl Builder<'_> {
         }
     }
 
-    /// A composite state around a parallel one: what transitions to the history of the inner one enter together.
+    /// A composite state around a parallel one: transitions to the history of the inner one enter both.
     fn nest(&mut self, part: PartId) {
         let mut add = |kind: StepKind, parent: Option<StepId>| {
             let text = format!("s{}", self.net.steps.len() + 1);
@@ -102,7 +102,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Some state leads to the history of each parallel state within another one, and waits for nothing but an event.
+    /// Some state leads to the history of each parallel state within another one, and waits only for an event.
     fn moves_to_nests(&mut self, states: &[StepId]) {
         let ids: Vec<HistoryId> = self.net.histories.ids().collect();
         for id in ids {
@@ -134,7 +134,7 @@ impl Builder<'_> {
         self.children(self.net.steps[state].part, Some(state))
     }
 
-    /// The child that is entered by default: always the same one, the second where there are three.
+    /// The default child: always the same one, the second if there are three.
     fn initial_child(&self, part: PartId, parent: Option<StepId>) -> Option<StepId> {
         let children = self.children(part, parent);
         children.get(children.len() / 3).copied()
@@ -146,7 +146,7 @@ impl Builder<'_> {
         enters
     }
 
-    /// What entering `state` brings inside it.
+    /// What entering `state` enters inside it.
     fn complete(&self, state: StepId, enters: &mut Vec<Enter>) {
         match self.net.steps[state].kind {
             StepKind::Composite => {
@@ -175,7 +175,7 @@ impl Builder<'_> {
         self.ancestors(state).contains(&outer)
     }
 
-    /// Enters `at` and, inside it, `target` (or its history) with everything beside it by default.
+    /// Enters `at` and, inside it, `target` (or its history), with all other regions by default.
     fn enter_towards(
         &self,
         at: StepId,
@@ -267,7 +267,7 @@ impl Builder<'_> {
         }
     }
 
-    /// States that are entered or left together with this one, or just not.
+    /// States that are entered or left together with this one, or almost.
     pub(super) fn near(&self, state: StepId) -> Vec<StepId> {
         let mut near = vec![state];
         near.extend(self.ancestors(state));
@@ -350,7 +350,7 @@ impl Builder<'_> {
     ) {
         let part = self.net.steps[source].part;
         let is_composite = |state: StepId| self.net.steps[state].kind == StepKind::Composite;
-        // The target proper lies inside the owner of a history, so the owner itself can be the domain.
+        // The target itself is inside the owner of a history, so the owner can be the domain.
         let inside =
             |outer: StepId| self.lies_in(target, outer) || (history.is_some() && target == outer);
         let may_stay_inside = is_composite(source) && inside(source);

@@ -10,12 +10,12 @@ use grafsynth_ir::net::{
 
 use super::{ActionBody, Builder, action_ids};
 
-/// What an expression may read at its place.
+/// What an expression may read in its context.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Place {
     edges: bool,
     events: bool,
-    /// Step bits, variables and timers: not only inputs.
+    /// Step bits, variables and timers, in addition to inputs.
     state: bool,
 }
 
@@ -81,7 +81,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Something that is true or false, perhaps negated.
+    /// Something Boolean, perhaps negated.
     fn literal(&mut self, place: Place) -> Expr {
         let plain = self.plain_literal(place);
         if self.random.one_in(3) { new(ExprKind::Not(Box::new(plain))) } else { plain }
@@ -137,7 +137,7 @@ impl Builder<'_> {
         self.any_event(false).map(|event| leaf(Leaf::Input(event)))
     }
 
-    /// Rising or falling edge; operands are shared now and then.
+    /// Rising or falling edge; operands are sometimes shared.
     fn edge(&mut self) -> Expr {
         let edges: Vec<_> = self.net.edges.ids().collect();
         let shared = if self.random.one_in(3) { self.random.pick(&edges).copied() } else { None };
@@ -248,7 +248,7 @@ impl Builder<'_> {
         }
     }
 
-    /// A variable or input that is no array.
+    /// A variable or input that is not an array.
     fn plain_number(&mut self, place: Place) -> Option<Expr> {
         let leaves = self.number_leaves(place);
         let is_plain =
@@ -329,7 +329,7 @@ impl Builder<'_> {
                 new(ExprKind::Arith(op, Box::new(plain.clone()), Box::new(other)))
             }
         };
-        // Products of products may leave 64 bits.
+        // Products of products may exceed 64 bits.
         if net_type(&self.net, &candidate).is_ok() { candidate } else { plain }
     }
 
@@ -368,7 +368,7 @@ impl Builder<'_> {
             .collect()
     }
 
-    /// A list that reads what is entered or left with a state, and leaves a mark.
+    /// A list that reads what is entered or left with a state, and records it.
     pub(super) fn list_about(&mut self, state: StepId) -> Vec<Stmt> {
         let near = self.near(state);
         let mut list = Vec::new();
@@ -391,7 +391,7 @@ impl Builder<'_> {
         list
     }
 
-    /// A mark that shows that a list ran.
+    /// A statement that shows that a list ran.
     pub(super) fn mark(&mut self) -> Option<Stmt> {
         let (var, _) = self.net.vars.iter().find(|(_, var)| var.name.text == "mark")?;
         let value = if self.random.one_in(2) {
@@ -439,7 +439,7 @@ impl Builder<'_> {
                 self.condition(place, 1)
             }
         } else if self.random.one_in(3) && len.is_none() {
-            // Counting is what most variables are for.
+            // Most variables are used for counting.
             let step = GenericExpr::int([1, 1, 1, -1, 3, 100][self.random.below(6)]);
             new(ExprKind::Arith(ArithOp::Add, Box::new(leaf(Leaf::Var(var))), Box::new(step)))
         } else {

@@ -1,4 +1,4 @@
-//! Which pin and which flip-flop stands for what of the net.
+//! The correspondence between pins and flip-flops of a circuit and objects of the net.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use grafsynth_ir::net::{Driver, InputId, InputKind, Net, OutputId, StepId, VarId
 use grafsynth_ir::program::Origin;
 use grafsynth_sim::{Effect, InputRow, Row};
 
-/// Something of a row that a circuit shows bit by bit.
+/// A part of a row that a circuit represents bit by bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum What {
     /// An output, or the number of calls of an extern action.
@@ -20,12 +20,12 @@ pub(crate) enum What {
     Fault,
 }
 
-/// Where the circuit shows a bit.
+/// Where the circuit represents a bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum Shown {
-    /// An output pin; sampled before the clock if mealy.
+    /// An output pin; sampled before the clock edge if mealy.
     Pin { pin: PinOutputId, mealy: bool },
-    /// A flip-flop, which may hold the complement.
+    /// A flip-flop, which may store the complement.
     Flop { flop: FlopId, inverted: bool },
     /// All the bits of a step in [`Binding::active`].
     Active(StepId),
@@ -41,16 +41,16 @@ pub(crate) struct Compared {
     pub(crate) shown: Shown,
 }
 
-/// The whole correspondence.
+/// The complete correspondence.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Binding {
     pub(crate) inputs: Vec<(PinInputId, InputId, u32)>,
     pub(crate) ticks: Vec<PinInputId>,
     pub(crate) busy: Option<PinOutputId>,
     pub(crate) compared: Vec<Compared>,
-    /// The bits that are all set while a step is active, for steps that have more than one, or share it.
+    /// The bits that are all set while a step is active, for steps that have more than one bit or share it.
     pub(crate) active: BTreeMap<StepId, Vec<Shown>>,
-    /// The place of each variable's first element in [`Row::vars`].
+    /// The index of each variable's first element in [`Row::vars`].
     var_places: Vec<usize>,
 }
 
@@ -58,7 +58,7 @@ impl Binding {
     /// Finds every pin by its role.
     ///
     /// # Errors
-    /// A sentence if something of the net has no counterpart, or a pin no meaning.
+    /// A sentence if an object of the net has no counterpart, or if a pin has no known meaning.
     pub(crate) fn of(net: &Net, logic: &Logic) -> Result<Binding, String> {
         let mut binding = Binding::default();
         let mut place = 0;
@@ -74,14 +74,14 @@ impl Binding {
                     binding.inputs.push((pin, id, bit));
                 }
                 PinRole::Tick => binding.ticks.push(pin),
-                // Held at 0: the power-up value is the reset value.
+                // Kept at 0: the power-up value is the reset value.
                 PinRole::Reset => {}
                 PinRole::Input(..)
                 | PinRole::Output(..)
                 | PinRole::Busy
                 | PinRole::Fault
                 | PinRole::Unknown => {
-                    return Err(format!("nothing says what input pin `{}` carries", input.name));
+                    return Err(format!("the meaning of input pin `{}` is unknown", input.name));
                 }
             }
         }
@@ -102,13 +102,13 @@ impl Binding {
                 | PinRole::Tick
                 | PinRole::Reset
                 | PinRole::Unknown => {
-                    return Err(format!("nothing says what output pin `{}` carries", output.name));
+                    return Err(format!("the meaning of output pin `{}` is unknown", output.name));
                 }
             }
         }
         for (id, output) in net.outputs.iter() {
             let wanted = match &output.driver {
-                // A column of calls; a strobe pin where it is ever called.
+                // A column of calls; it has a strobe pin if the action is ever called.
                 Driver::Extern { .. } => 0,
                 Driver::Continuous(_)
                 | Driver::Mealy(_)
@@ -182,7 +182,7 @@ impl Binding {
         Ok(binding)
     }
 
-    /// The bits of an input row as the pins carry them.
+    /// The pin values of an input row.
     pub(crate) fn pin_bits<'a>(
         &'a self,
         net: &'a Net,
@@ -200,7 +200,7 @@ impl Binding {
         inputs.chain(self.ticks.iter().map(|pin| (*pin, row.dt > 0)))
     }
 
-    /// The bit that the net shows in this row; none where it leaves the cell open.
+    /// The net's value of the bit in this row; `None` if the net leaves the cell open.
     pub(crate) fn wanted(&self, net: &Net, row: &Row, compared: &Compared) -> Option<bool> {
         if row.open.row {
             return None;
@@ -245,7 +245,7 @@ impl Binding {
         }
     }
 
-    /// The header of the column in which the bit stands.
+    /// The header of the column that contains the bit.
     pub(crate) fn column(&self, net: &Net, logic: &Logic, compared: &Compared) -> String {
         match compared.what {
             What::Output(output) => net.outputs[output].name.text.clone(),
@@ -262,7 +262,7 @@ impl Binding {
         }
     }
 
-    /// Cell texts of net and circuit for a report; `circuit` gives the bit at a place.
+    /// The cell texts of net and circuit for a report; `circuit` returns the bit at a place.
     pub(crate) fn texts(
         &self,
         net: &Net,

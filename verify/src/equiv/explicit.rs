@@ -1,4 +1,4 @@
-//! The product of the reference simulator and the circuit, searched breadth first.
+//! The product of the reference simulator and the circuit, searched breadth-first.
 
 use grafsynth_ir::Valid;
 use grafsynth_ir::logic::{FlopId, Logic, Node, NodeId, PinOutputId, PinRole};
@@ -9,21 +9,21 @@ use grafsynth_logic::sim::LogicSim;
 use grafsynth_sim::{Difference, InputRow, Row, Simulator, State, Stimulus};
 use indexmap::{IndexMap, IndexSet};
 
-use super::binding::{Binding, Compared, Shown};
+use super::binding::{Binding, Compared, Shown, What};
 use super::{Certificate, Counterexample, Method, Verdict};
 use crate::alphabet::{Alphabet, NoAlphabet};
 use crate::limits::Limits;
 use crate::relevance::{Inputs, Relevance};
 use crate::verdict::{Open, OpenReason};
 
-/// A circuit that executes up to 64 rows at once, each from a state of its own.
+/// A circuit that executes up to 64 rows at once, each from its own state.
 pub(super) struct Lanes<'a> {
     logic: &'a Logic,
     binding: &'a Binding,
     sim: LogicSim<'a>,
-    /// For each compared bit its value in each lane.
+    /// For each compared bit, its value in each lane.
     pub(super) bits: Vec<u64>,
-    /// The most clocks that a reaction may take.
+    /// The maximum number of clocks of a reaction.
     patience: u64,
 }
 
@@ -50,7 +50,7 @@ impl<'a> Lanes<'a> {
         self.sample(false);
     }
 
-    /// The flip-flops of one lane, those of the mask.
+    /// The flip-flops in the mask, for one lane.
     pub(super) fn code(&self, lane: usize, mask: &[u64]) -> Vec<u64> {
         let mut code = vec![0; self.logic.flops.len().div_ceil(64)];
         for flop in self.logic.flops.ids() {
@@ -60,14 +60,14 @@ impl<'a> Lanes<'a> {
         code
     }
 
-    /// Puts all lanes into this state.
+    /// Sets all lanes to this state.
     pub(super) fn set_code(&mut self, code: &[u64]) {
         for flop in self.logic.flops.ids() {
             self.sim.set_flop(flop, if bit(code, flop) == 1 { !0 } else { 0 });
         }
     }
 
-    /// Puts each lane into a state of its own (at most 64).
+    /// Sets each lane to its own state (at most 64 lanes).
     pub(super) fn set_codes(&mut self, codes: &[&[u64]]) {
         for flop in self.logic.flops.ids() {
             let lanes = codes.iter().enumerate();
@@ -79,7 +79,7 @@ impl<'a> Lanes<'a> {
     /// One reaction with a row for each lane (at most 64).
     ///
     /// # Errors
-    /// A lane whose `busy` does not end.
+    /// A lane whose reaction does not end (`busy` stays 1).
     pub(super) fn react(&mut self, net: &Net, rows: &[InputRow]) -> Result<(), usize> {
         let mut words = vec![0_u64; self.logic.inputs.len()];
         for (lane, row) in rows.iter().enumerate() {
@@ -99,7 +99,7 @@ impl<'a> Lanes<'a> {
         Ok(())
     }
 
-    /// Clocks on while busy, with no new event or tick. A lane that has ended keeps its state.
+    /// Clocks while busy, without new events or ticks. A lane that has ended keeps its state.
     fn wait(&mut self, net: &Net, busy: PinOutputId, n_lanes: usize) -> Result<(), usize> {
         let used = if n_lanes >= 64 { !0 } else { (1_u64 << n_lanes) - 1 };
         for pin in &self.binding.ticks {
@@ -129,7 +129,7 @@ impl<'a> Lanes<'a> {
         }
     }
 
-    /// The difference of a lane whose reaction does not end.
+    /// The difference for a lane whose reaction does not end.
     pub(super) fn still_busy(number: usize) -> Difference {
         Difference {
             row: number,
@@ -177,6 +177,40 @@ impl<'a> Lanes<'a> {
         })
     }
 
+    /// For each of the first lanes, the first compared bit that differs from the net's row of that lane (at most 64 rows).
+    ///
+    /// The same as [`Lanes::difference`] lane by lane, but the active steps of all rows are transposed once instead of searched for each bit.
+    pub(super) fn differences(&self, net: &Net, rows: &[&Row]) -> Vec<Option<&'a Compared>> {
+        let binding = self.binding;
+        let mut active = vec![0_u64; net.steps.len()];
+        let mut shows_steps = 0_u64;
+        for (lane, row) in rows.iter().enumerate() {
+            row.steps.iter().for_each(|step| active[step.index()] |= 1 << lane);
+            shows_steps |= u64::from(!row.open.row && !row.open.next) << lane;
+        }
+        let mut found = vec![None; rows.len()];
+        for (at, compared) in binding.compared.iter().enumerate() {
+            let differs = if let What::Step(step) = compared.what {
+                (active[step.index()] ^ self.bits[at]) & shows_steps
+            } else {
+                rows.iter().enumerate().fold(0, |differs, (lane, row)| {
+                    let shown = self.bits[at] >> lane & 1 == 1;
+                    let is_wrong =
+                        binding.wanted(net, row, compared).is_some_and(|wanted| wanted != shown);
+                    differs | u64::from(is_wrong) << lane
+                })
+            };
+            if differs != 0 {
+                for (lane, found) in found.iter_mut().enumerate() {
+                    if differs >> lane & 1 == 1 && found.is_none() {
+                        *found = Some(compared);
+                    }
+                }
+            }
+        }
+        found
+    }
+
     /// The difference as a cell of two traces.
     pub(super) fn report(
         &self,
@@ -204,13 +238,13 @@ fn bit(code: &[u64], flop: FlopId) -> u64 {
     code[flop.index() / 64] >> (flop.index() % 64) & 1
 }
 
-/// Which inputs the circuit reads in a state: with the flip-flops fixed, what is not constant and leads to a D function or a pin.
+/// The inputs that the circuit reads in a state: with the flip-flops fixed, those that can affect a D function or a pin.
 struct Reads<'a> {
     net: &'a Net,
     logic: &'a Logic,
     values: Vec<Option<bool>>,
     is_needed: Vec<bool>,
-    /// Leads to a pin that is sampled after the clock.
+    /// Whether the node affects a pin that is sampled after the clock edge.
     is_shown: Vec<bool>,
 }
 
@@ -220,8 +254,8 @@ impl Reads<'_> {
         self.with(&|flop| Some(bit(code, flop) == 1))
     }
 
-    /// The inputs that count in the clocks after the first, in whatever state they find the circuit: none, if it holds what it has taken. Events and the
-    /// tick are 0 in those clocks, so they never do.
+    /// The inputs that matter in the clocks after the first, in any state of the circuit: none, if it holds the values it has taken. Events and the tick
+    /// are 0 in those clocks, so they never matter.
     fn while_busy(&mut self, busy: PinOutputId) -> Inputs {
         let (read, _) = self.with_busy(busy, true);
         let mut held = Inputs::none(self.net);
@@ -233,7 +267,7 @@ impl Reads<'_> {
         held
     }
 
-    /// A mask of the flip-flops that count when a reaction begins. What was held for the last one does not: its value is never seen again.
+    /// A mask of the flip-flops that matter when a reaction begins. Values held for the last reaction do not, because they are never read again.
     fn count_between_reactions(&mut self, busy: Option<PinOutputId>) -> Vec<u64> {
         let n_words = self.logic.flops.len().div_ceil(64);
         let Some(busy) = busy else { return vec![!0; n_words] };
@@ -249,7 +283,7 @@ impl Reads<'_> {
         mask
     }
 
-    /// In all states with this value of `busy`, where that pin shows a flip-flop; else in all states.
+    /// In all states with this value of `busy`, if that pin shows a flip-flop; else in all states.
     fn with_busy(&mut self, busy: PinOutputId, value: bool) -> (Inputs, bool) {
         let logic = self.logic;
         let flop_of = |node: NodeId| match &logic.nodes[node] {
@@ -276,7 +310,7 @@ impl Reads<'_> {
         self.with(&|flop| known.filter(|(of_busy, _)| *of_busy == flop).map(|(_, value)| value))
     }
 
-    /// The same with what is known of the flip-flops.
+    /// The same, with the known values of the flip-flops.
     fn with(&mut self, flops: &dyn Fn(FlopId) -> Option<bool>) -> (Inputs, bool) {
         let logic = self.logic;
         for (id, node) in logic.nodes.iter() {
@@ -299,7 +333,7 @@ impl Reads<'_> {
             };
         }
         self.is_needed.fill(false);
-        // What is sampled after the clock sees the flip-flops move, so its inputs count whatever the present state makes of it.
+        // A pin sampled after the clock edge sees the changed flip-flops, so its inputs matter in every state.
         let mut after = std::mem::take(&mut self.is_shown);
         after.fill(false);
         for output in logic.outputs.values() {
@@ -436,7 +470,7 @@ pub(super) fn equiv(
                     rows
                 };
                 if let Err(stuck) = ended {
-                    // Nothing is known of the other lanes: they were not sampled.
+                    // The other lanes were not sampled, so nothing is known about them.
                     if stuck != lane {
                         continue;
                     }
@@ -455,7 +489,7 @@ pub(super) fn equiv(
                     });
                 }
                 if row.open.next || row.open.row {
-                    // All that follows is open, so there is nothing left to compare.
+                    // Everything that follows is open, so there is nothing left to compare.
                     continue;
                 }
                 let (to, is_new) =

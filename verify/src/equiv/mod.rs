@@ -1,13 +1,13 @@
-//! Is a circuit the net? The proof that what was emitted, read back, is what was drawn.
+//! Equivalence of a circuit and a net: proves that the emitted circuit, read back, behaves like the chart.
 //!
-//! Two ways, tried in the order that suits the size of the net:
+//! Two methods, in the order that suits the size of the net:
 //!
-//! - *explicit*: the product of the reference simulator and the circuit is searched from reset, with all inputs. Nothing need be known of how the
-//!   circuit codes its state. Exact, and a difference comes with a shortest stimulus.
-//! - *symbolic*: the reaction is written down as a circuit a second time, straight from `docs/semantics.md`, and each flip-flop and each output is proved
-//!   equal by a solver for any state that meets the invariants; that and the equality after reset make an induction.
+//! - *explicit*: searches the product of the reference simulator and the circuit from reset, with all inputs. The state coding of the circuit need not be
+//!   known. The method is exact, and a difference comes with a shortest stimulus.
+//! - *symbolic*: builds the reaction as a second circuit, directly from `docs/semantics.md`; a solver proves each flip-flop and each output equal in every
+//!   state that satisfies the invariants. Together with equality after reset this is an induction.
 //!
-//! Where neither ends within its limits the answer is open, and a comparison on random inputs is run so that a wrong circuit is not passed over.
+//! If neither ends within its limits, the answer is open, and a comparison with random inputs runs, so that a wrong circuit is likely to be found.
 
 pub(crate) mod binding;
 mod explicit;
@@ -25,21 +25,21 @@ use crate::verdict::{Open, OpenReason};
 use binding::Binding;
 pub use verdict::{Certificate, Counterexample, Method, Verdict};
 
-/// Steps from which on the symbolic proof is tried first.
+/// From this number of steps on, the symbolic proof is tried first.
 const LARGE: usize = 24;
 
-/// Proves that the circuit does what the net does, from reset on, for every stimulus with `dt` 0 or 1 that meets the assumptions; or finds a stimulus
-/// that tells them apart.
+/// Proves that the circuit behaves like the net from reset on, for every stimulus with `dt` 0 or 1 that satisfies the assumptions; or finds a stimulus
+/// that shows a difference.
 ///
-/// Pins are found by [`PinRole`](grafsynth_ir::logic::PinRole), steps and variables by [`Flop::holds`](grafsynth_ir::logic::Flop::holds). The
-/// explicit method compares what a trace shows; flip-flops without a known meaning may code whatever they like.
+/// Pins are found by [`PinRole`](grafsynth_ir::logic::PinRole), steps and variables by [`Flop::holds`](grafsynth_ir::logic::Flop::holds). The explicit
+/// method compares the values of a trace; flip-flops without a known meaning may store anything.
 #[must_use]
 pub fn equiv(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Limits) -> Verdict {
     let mut reasons = Vec::new();
     let induction_first = net.steps.len() >= LARGE;
     for induction in [induction_first, !induction_first] {
         let verdict = if induction {
-            // A difference is found soonest by chance, and comes with a stimulus, which the induction does not give.
+            // Random runs find a difference fastest, and with a stimulus, which the induction does not provide.
             if let Some(counterexample) = by_chance(net, logic, limits.random_rows.min(1024)) {
                 return Verdict::Refuted(counterexample);
             }
@@ -56,7 +56,7 @@ pub fn equiv(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Limits) ->
     only_tested(net, logic, reasons, limits)
 }
 
-/// What is left where there is no proof, for these reasons: directed random reactions.
+/// The answer without a proof, for these reasons: directed random reactions.
 #[must_use]
 pub fn only_tested(
     net: &Valid<Net>,
@@ -73,7 +73,7 @@ pub fn only_tested(
     }
 }
 
-/// The explicit proof alone; a counterexample is a shortest one.
+/// The explicit proof only; a counterexample is a shortest one.
 #[must_use]
 pub fn by_enumeration(net: &Valid<Net>, logic: &Logic, limits: &Limits) -> Verdict {
     match Binding::of(net, logic) {
@@ -82,7 +82,7 @@ pub fn by_enumeration(net: &Valid<Net>, logic: &Logic, limits: &Limits) -> Verdi
     }
 }
 
-/// The symbolic proof alone. It proves or leaves open; a difference that it meets may lie in a state that is never reached.
+/// The symbolic proof only. The result is proved or open; a difference that it finds may be in an unreachable state.
 #[must_use]
 pub fn by_induction(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Limits) -> Verdict {
     match Binding::of(net, logic) {
@@ -91,7 +91,7 @@ pub fn by_induction(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Lim
     }
 }
 
-/// A difference that shows in so many random reactions, if any does.
+/// A difference that `n_rows` random reactions show, if there is one.
 #[must_use]
 pub fn by_chance(net: &Valid<Net>, logic: &Logic, n_rows: usize) -> Option<Counterexample> {
     let binding = Binding::of(net, logic).ok()?;

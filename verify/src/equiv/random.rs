@@ -1,4 +1,4 @@
-//! Net and circuit side by side under directed random runs: restarted often, and headed for transitions that have not fired yet.
+//! Net and circuit side by side in directed random runs, which restart often and aim at transitions that have not fired yet.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -13,12 +13,12 @@ use super::binding::Binding;
 use super::explicit::Lanes;
 use crate::verdict::Tested;
 
-/// Reactions that the net makes before the circuit answers for them.
+/// The number of reactions of the net before the circuit executes them.
 const BATCH: usize = 1024;
-/// Reactions that the circuit makes at once.
+/// The number of reactions that the circuit executes at once.
 const LANES: usize = 64;
 
-/// Compares some reactions: a difference if one is found, and how much was seen.
+/// Compares some reactions: returns a difference if there is one, and the coverage.
 pub(super) fn compare(
     net: &Valid<Net>,
     logic: &Logic,
@@ -66,23 +66,23 @@ fn difference(
     }
 }
 
-/// A reaction that the circuit makes in another way.
+/// A reaction that differs in the circuit.
 struct Different {
     number: usize,
     difference: Difference,
 }
 
-/// The circuit, and what it held after each reaction.
+/// The circuit, and its state after each reaction.
 struct Circuit<'a> {
     net: &'a Net,
     lanes: Lanes<'a>,
     every_flop: Vec<u64>,
-    /// By answer: 0 is that after reset, `n + 1` that of reaction `n`.
+    /// By result: 0 is the state after reset, `n + 1` the state after reaction `n`.
     codes: Vec<Vec<u64>>,
 }
 
 impl Circuit<'_> {
-    /// Makes a batch of reactions, those together whose starts are known: the first that differs.
+    /// Executes a batch of reactions, together where their start states are known; returns the first that differs.
     fn answer(
         &mut self,
         ahead: &Ahead<'_>,
@@ -93,7 +93,7 @@ impl Circuit<'_> {
         let batch = &ahead.made()[numbers];
         self.codes.resize(first + 1 + batch.len(), Vec::new());
         let mut ready = VecDeque::new();
-        // By reaction of the batch: those that go on from it.
+        // By reaction of the batch: the reactions that start from its result.
         let mut next = vec![Vec::new(); batch.len()];
         for (at, reaction) in batch.iter().enumerate() {
             match reaction.from.checked_sub(first + 1) {
@@ -114,9 +114,11 @@ impl Circuit<'_> {
                     difference: Lanes::still_busy(0),
                 });
             }
-            for (lane, at) in group.into_iter().enumerate() {
+            let rows: Vec<&Row> = group.iter().map(|at| &expected[*at]).collect();
+            let differences = self.lanes.differences(self.net, &rows);
+            for (lane, (at, differs)) in group.into_iter().zip(differences).enumerate() {
                 let (number, row) = (first + at, &expected[at]);
-                match self.lanes.difference(self.net, row, lane) {
+                match differs {
                     Some(differs) => {
                         if earliest.as_ref().is_none_or(|other| number < other.number) {
                             let difference = self.lanes.report(self.net, row, lane, 0, differs);

@@ -1,10 +1,10 @@
-//! What a comparison of a net and a circuit comes to.
+//! The result of a comparison of a net and a circuit.
 
 use grafsynth_ir::facts::Proof;
 use grafsynth_sim::{Difference, Stimulus};
 
-/// What is known of a circuit and a net. Proofs hold for every stimulus with `dt` 0 or 1 ([`Scope::OneTick`](crate::Scope::OneTick)), which is all that a
-/// chip sees.
+/// The verdict on a circuit and a net. Proofs apply to every stimulus with `dt` 0 or 1 ([`Scope::OneTick`](crate::Scope::OneTick)), which is all that a
+/// chip can see.
 pub type Verdict = crate::verdict::Verdict<Certificate, Counterexample>;
 
 /// How an equivalence was proved.
@@ -12,25 +12,25 @@ pub type Verdict = crate::verdict::Verdict<Certificate, Counterexample>;
 pub struct Certificate {
     /// The method.
     pub method: Method,
-    /// Bits that were compared: outputs, steps, variables, the fault flag; for the symbolic method the other flip-flops too.
+    /// The number of compared bits: outputs, steps, variables, the fault flag; for the symbolic method also the other flip-flops.
     pub compared: usize,
 }
 
 /// The methods of [`equiv`](fn@super::equiv), each with the size of the proof.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
-    /// All reachable states of net and circuit together, each with every input that either of them reads there.
+    /// All reachable states of net and circuit together, each with every input that either of them reads in it.
     Explicit {
-        /// Pairs of a net's and a circuit's state.
+        /// The number of pairs of a net's and a circuit's state.
         states: u64,
-        /// Reactions compared.
+        /// The number of reactions compared.
         reactions: u64,
     },
     /// Induction over the reaction.
     Symbolic {
-        /// Functions equal by construction.
+        /// The number of functions equal by construction.
         same: usize,
-        /// Functions that the solver proved equal.
+        /// The number of functions that the solver proved equal.
         solved: usize,
     },
 }
@@ -66,8 +66,8 @@ impl std::fmt::Display for Certificate {
 /// A stimulus under which circuit and net differ in its last row.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Counterexample {
-    /// What to feed both.
+    /// The stimulus for both.
     pub stimulus: Stimulus,
-    /// The cell that differs: left is the net, right the circuit. For a piece of state that no trace shows the column is the name of the flip-flop.
+    /// The cell that differs: left is the net, right the circuit. For state that no trace shows, the column is the name of the flip-flop.
     pub difference: Difference,
 }

@@ -12,7 +12,7 @@ use grafsynth_ir::walk::for_each_stmt;
 
 use crate::codes;
 
-/// Each transition that never fires whatever the other operands are, with the variables whose initial values make it so.
+/// Transitions that never fire for any values of the other operands, with the variables whose initial values are the cause.
 pub(super) fn causes(net: &Net) -> BTreeMap<TransitionId, Vec<VarId>> {
     let mut assigned: BTreeSet<VarId> = BTreeSet::new();
     for_each_stmt(net, &mut |stmt| {
@@ -20,7 +20,7 @@ pub(super) fn causes(net: &Net) -> BTreeMap<TransitionId, Vec<VarId>> {
             assigned.insert(*var);
         }
     });
-    // Code of another language may assign anything.
+    // Target-language code may assign anything.
     let mut has_code = false;
     for_each_stmt(net, &mut |stmt| has_code |= matches!(stmt.kind, StmtKind::Code(_)));
     if has_code {
@@ -80,7 +80,9 @@ pub(super) fn finding(net: &Net, id: TransitionId, vars: &[VarId]) -> Diagnostic
     };
     let stays: Vec<String> = vars
         .iter()
-        .map(|var| format!("`{}` is never assigned and stays {}", net.vars[*var].name, value(*var)))
+        .map(|var| {
+            format!("`{}` is never assigned and is always {}", net.vars[*var].name, value(*var))
+        })
         .collect();
     let mut warning = Diagnostic::warning(
         codes::DEAD_TRANSITION,

@@ -1,4 +1,4 @@
-//! Reactions that do not end within their limit of micro-steps: whether more would do, or the chart turns for ever.
+//! Reactions that do not end within their limit of micro-steps: either a larger limit is enough, or the chart never becomes stable.
 
 use grafsynth_ir::diag::Notation;
 use grafsynth_ir::net::{Evolution, Net, TransitionId};
@@ -7,7 +7,7 @@ use grafsynth_sim::{InputRow, Simulator, State};
 
 use crate::codes;
 
-/// The least limit, above `least` and not above `most`, within which the reaction ends. It does within `most`.
+/// The smallest limit, above `least` and at most `most`, within which the reaction ends. It ends within `most`.
 fn least_limit(net: &Valid<Net>, state: &State, way: &[InputRow], least: u32, most: u32) -> u32 {
     let ends = |limit: u32| {
         let mut patient = (**net).clone();
@@ -31,7 +31,7 @@ fn least_limit(net: &Valid<Net>, state: &State, way: &[InputRow], least: u32, mo
     high
 }
 
-/// A limit that is too small is not yet a livelock: with much more of it the reaction may end.
+/// A limit that is too small is not a livelock: with a larger limit the reaction may end.
 pub(super) fn livelock(
     net: &Valid<Net>,
     way: &[InputRow],
@@ -57,21 +57,25 @@ pub(super) fn livelock(
         let more = least_limit(net, state, way, limit, more);
         return Diagnostic::warning(
             codes::LIVELOCK,
-            format!("a reaction needs more than the {limit} micro-steps of the limit{shown}"),
+            format!("a reaction needs more micro-steps than the limit of {limit}{shown}"),
         )
         .at(net.name.span, "fault is 1 in that row")
-        .help(format!("with `evolution stable limit {more}` it ends"))
-        .help_in(Notation::Scxml, format!("with g:limit=\"{more}\" at <scxml> it ends"))
+        .help(format!("write `evolution stable limit {more}`, which is enough for this reaction"))
+        .help_in(
+            Notation::Scxml,
+            format!("write g:limit=\"{more}\" at <scxml>, which is enough for this reaction"),
+        )
         .help_in(
             Notation::Iec,
-            format!("with {{grafsynth evolution stable limit {more}}} it ends"),
+            format!("write {{grafsynth evolution stable limit {more}}}, which is enough for this reaction"),
         );
     }
-    let mut error = Diagnostic::error(codes::LIVELOCK, format!("the chart turns for ever{shown}"));
+    let mut error =
+        Diagnostic::error(codes::LIVELOCK, format!("the chart never becomes stable{shown}"));
     turning.sort_unstable();
     turning.dedup();
     for transition in turning {
         error = error.at(net.transitions[transition].meta.span, "fires again and again");
     }
-    error.help("let one of these wait for an edge, an event or a time; `evolution single` makes one micro-step a reaction")
+    error.help("let one of these transitions wait for an edge, an event or a time, or use `evolution single` for one micro-step per reaction")
 }

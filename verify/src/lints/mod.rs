@@ -1,5 +1,5 @@
-//! What is probably not what the designer meant. Every finding is shown by an exhaustive search or follows from the structure of the chart; nothing is
-//! reported on suspicion, and what was not looked for is said.
+//! Warnings about probable mistakes. Every finding is shown by an exhaustive search or follows from the structure of the chart; nothing is reported on
+//! suspicion, and checks that were not carried out are listed.
 
 mod constant;
 mod livelock;
@@ -19,27 +19,27 @@ use crate::limits::Limits;
 use crate::properties::check_assumption;
 use crate::verdict::OpenReason;
 
-/// What is looked for in a chart.
+/// The checks of a chart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Check {
     /// Steps that are never active and transitions that never fire.
     Unreachable,
     /// Transitions that leave one step together.
     Conflicts,
-    /// Situations that nothing leaves.
+    /// Situations that the chart never leaves.
     DeadEnds,
-    /// Two writers of one variable, values beyond a range, lost events, forcing orders that disagree.
+    /// Two writers of one variable, values beyond a range, lost events, forcing orders that contradict each other.
     Races,
     /// Reactions that do not end.
     Livelock,
-    /// Branches that others can keep waiting for ever.
+    /// Branches that others can block for ever.
     Starvation,
-    /// Variables that others touch while the tasks of a step are half done.
+    /// Variables that others access while the tasks of a step are partly done.
     Sharing,
 }
 
 impl Check {
-    /// Its name in a line that says what was looked for.
+    /// Its name in a report of the checks.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -57,9 +57,9 @@ impl Check {
 /// Whether a check was carried out.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Checked {
-    /// What was looked for.
+    /// The check.
     pub check: Check,
-    /// Why not all of it was found out; none if it was.
+    /// Why it was not completed; `None` if it was.
     pub open: Option<OpenReason>,
 }
 
@@ -74,46 +74,46 @@ pub struct Conflict {
     pub second: TransitionId,
 }
 
-/// Two transitions that were fireable in one micro-step, and of which the conflict policy let one fire.
+/// Two transitions that were fireable in one micro-step, of which the conflict policy let one fire.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Decided {
-    /// It fired.
+    /// The one that fired.
     pub winner: TransitionId,
-    /// It did not. Where either can win the pair is there twice.
+    /// The one that did not. If either can win, the pair is listed twice.
     pub loser: TransitionId,
 }
 
-/// The findings about a chart, and what was looked for.
+/// The findings about a chart, and the checks that were carried out.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Findings {
     /// All findings, in a fixed order.
     pub found: Vec<Diagnostic>,
-    /// Every pair in conflict, but for those of which firing both does what firing one does.
+    /// All pairs in conflict, except those for which firing both is the same as firing one.
     pub conflicts: Vec<Conflict>,
-    /// Conflicts that the conflict policy decides: right as they are.
+    /// Conflicts that the conflict policy resolves; these are correct.
     pub decided: Vec<Decided>,
-    /// What there is to say of them to those who ask.
+    /// Notes about them, which are shown on request.
     pub notes: Vec<Diagnostic>,
-    /// The situations from which nothing ever fires, though something leaves one of their steps.
+    /// The situations in which nothing ever fires again, although a transition leaves one of their steps.
     pub dead_ends: Vec<Vec<StepId>>,
-    /// One for each check that this chart can fail.
+    /// One entry for each check that this chart can fail.
     pub checked: Vec<Checked>,
 }
 
-/// All findings about a net, in a fixed order. `facts` are those of the same net.
+/// All findings about a net, in a fixed order. `facts` must belong to the same net.
 #[must_use]
 pub fn lints(net: &Valid<Net>, facts: &Facts) -> Vec<Diagnostic> {
     findings(net, facts, &Limits::default()).found
 }
 
-/// As [`lints`], with limits of one's own for the search, and with what was looked for.
+/// Like [`lints`], with given limits for the search, and with the list of checks.
 #[must_use]
 pub fn findings(net: &Valid<Net>, facts: &Facts, limits: &Limits) -> Findings {
     let limits = search::limits(facts, limits);
     findings_in(net, facts, &limits, &Explored::of(net, &limits))
 }
 
-/// The same of a net that was searched within these limits.
+/// The same for a net that was searched within these limits.
 pub(crate) fn findings_in(
     net: &Valid<Net>,
     facts: &Facts,
@@ -122,7 +122,7 @@ pub(crate) fn findings_in(
 ) -> Findings {
     let mut findings = Findings::default();
     if let Some(error) = check_assumption(net) {
-        // Where no input is possible nothing ever happens, and whatever else could be said follows from that.
+        // If no input is possible, nothing ever happens, and all other findings follow from that.
         findings.found.push(error);
         return findings;
     }
@@ -171,18 +171,18 @@ fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
         .plural(format!("`{}`", data.name), "steps", "are never active")
         .at(data.meta.span, "no stimulus activates it");
         warning = match entering.first() {
-            None => warning.help("no transition leads to it: draw one, or make it initial"),
+            None => warning.help("no transition leads to it: add one, or make it initial"),
             Some(first) => warning
                 .at(
                     net.transitions[*first].meta.span,
                     "this transition leads to it and never fires",
                 )
-                .help("see why the transitions to it never fire"),
+                .help("check why the transitions to it never fire"),
         };
         out.push(warning);
     }
     let dead = facts.dead_transitions.iter().filter(|transition| {
-        // What hangs on a step that is never active needs no finding of its own.
+        // A consequence of a step that is never active needs no finding of its own.
         !net.transitions[**transition].requires.iter().any(|step| never.contains(step))
     });
     for transition in dead {
@@ -213,7 +213,7 @@ fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
     }
 }
 
-/// The steps that are never active only because variables in the transitions to them never change: those transitions are reported instead.
+/// Steps that are never active only because variables in the transitions to them never change: those transitions are reported instead.
 fn explained(
     net: &Net,
     never: &BTreeSet<StepId>,

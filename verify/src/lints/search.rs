@@ -1,4 +1,4 @@
-//! What a search through all reachable states shows: conflicts, dead ends, races, livelocks, starvation.
+//! Findings from a search of all reachable states: conflicts, dead ends, races, livelocks, starvation.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,18 +21,18 @@ use crate::limits::Limits;
 use crate::symbolic;
 use crate::verdict::OpenReason;
 
-/// Edges of the state graph that are kept for the questions about cycles.
+/// The maximum number of edges of the state graph that are kept for questions about cycles.
 const EDGE_LIMIT: usize = 4_000_000;
-/// Pairs that a search may try of which it is known beforehand that it does not end.
+/// The limit of pairs for a search that is known not to end.
 const HOPELESS: u64 = 200_000;
 
 /// Pairs of transitions.
 type Together = BTreeSet<(TransitionId, TransitionId)>;
 
-/// What a search shows, for all questions about states.
+/// The results of a search, for all questions about states.
 pub(crate) struct Shown<'n> {
     net: &'n Valid<Net>,
-    /// Transitions that compete, whose chances are followed.
+    /// Competing transitions, which are observed for starvation.
     rivals: Vec<TransitionId>,
     /// Pairs that fired in one micro-step and share a preceding step, in declaration order.
     together: Together,
@@ -40,14 +40,14 @@ pub(crate) struct Shown<'n> {
     contests: BTreeSet<(TransitionId, TransitionId)>,
     /// The reactions, for questions about cycles and ends.
     edges: Vec<Edge>,
-    /// Why not all of them are here, if they are not.
+    /// Why some of them are missing, if they are.
     edges_open: Option<OpenReason>,
     n_noticed: usize,
     noticed: BTreeMap<Noticed, (Vec<InputRow>, State)>,
 }
 
-/// From, to, bit set of rivals that were fireable and did not fire, bit set of those that fired, whether anything fired, and whether it can follow each state
-/// of the node.
+/// From, to, bit set of rivals that were fireable and did not fire, bit set of those that fired, whether anything fired, and whether it is possible from
+/// every state of the node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Edge {
     from: u32,
@@ -58,7 +58,7 @@ struct Edge {
     is_sure: bool,
 }
 
-/// The limits of a search for findings, when it is known whether one like it ended.
+/// The limits of a search for findings, given whether a similar search ended.
 pub(super) fn limits(facts: &Facts, limits: &Limits) -> Limits {
     let is_enumerated =
         facts.reach.as_ref().is_some_and(|reach| reach.by == Proof::Explicit && reach.exact);
@@ -66,7 +66,7 @@ pub(super) fn limits(facts: &Facts, limits: &Limits) -> Limits {
     Limits { pairs, ..limits.clone() }
 }
 
-/// Looks for everything that only the reachable states show.
+/// Searches for all findings that depend on the reachable states.
 pub(super) fn run(
     net: &Valid<Net>,
     facts: &Facts,
@@ -100,7 +100,7 @@ pub(super) fn run(
         check(Check::Races, &seen_open);
     }
     if !is_single {
-        // A bound on the micro-steps that was proved in any way is one.
+        // Any proof of a bound on the micro-steps is sufficient.
         let is_bounded = facts.stable_depth.is_some() || facts.always_stable.is_some();
         check(Check::Livelock, if is_bounded { &None } else { &seen_open });
     }
@@ -109,11 +109,10 @@ pub(super) fn run(
     }
 }
 
-/// Answers the questions about ways: dead ends and starvation. Gives why each of them is open, if it is.
+/// Answers the questions about paths: dead ends and starvation. Returns the reason for each that is open.
 ///
-/// A search by zones leaves out zones that lie in others, so an edge may lead to a node of which only a part can follow. An edge that is sure still says
-/// something of each state of its node, and one that is missing of none; where both come to the same, that is the answer. Only where they do not, more
-/// nodes are told apart.
+/// A search with zones skips zones contained in others, so an edge may lead to a node of which only a part can follow. An edge that is sure applies to
+/// every state of its node, and a missing edge to none; if both give the same result, that is the answer. Only otherwise more nodes are distinguished.
 fn ways(
     net: &Valid<Net>,
     limits: &Limits,
@@ -124,7 +123,7 @@ fn ways(
     let Searched { seen, states, ended, by_zones } = explored.last();
     let shown = &seen.shown;
     if let Some(why) = ended.open().or(shown.edges_open.as_ref()) {
-        // With more nodes for the same states there is no more hope. One by one they may be fewer, unless that was tried.
+        // With more nodes for the same states the search will not end either. One by one there may be fewer, unless that was tried.
         let few = Limits { pairs: limits.pairs.min(HOPELESS), ..limits.clone() };
         if *by_zones && let Ok((each, states)) = Shown::one_by_one(net, states, &few) {
             findings.dead_ends = each.dead_ends(&states, out);
@@ -148,14 +147,14 @@ fn ways(
         all.starvation(all.starving(&all_states, |_| true), out);
         return (None, None);
     }
-    // A node that stands for states with different futures can hide that one of them has none.
+    // A node that represents states with different futures can hide that one of them has none.
     match (Shown::one_by_one(net, states, limits), all_open) {
         (Ok((each, states)), _) => {
             findings.dead_ends = each.dead_ends(&states, out);
             each.starvation(each.starving(&states, |_| true), out);
             (None, None)
         }
-        // Both show what is there; whether that is all is another question.
+        // Both show what exists; whether that is everything is a separate question.
         (Err(why), None) => {
             findings.dead_ends = all.dead_ends(&all_states, out);
             all.starvation(all.starving(&all_states, |_| true), out);
@@ -171,7 +170,7 @@ fn ways(
 }
 
 impl<'n> Shown<'n> {
-    /// What the reset shows.
+    /// The results of the reset.
     pub(crate) fn new(net: &'n Valid<Net>) -> Self {
         let mut shown = Shown {
             net,
@@ -199,7 +198,7 @@ impl<'n> Shown<'n> {
         (shown, states, ended)
     }
 
-    /// A search of all states one by one, each `dt` up to the longest time. `known` are some of the states without their times.
+    /// A search of all states one by one, each `dt` up to the longest time. `known` contains some of the states without their times.
     fn one_by_one(
         net: &'n Valid<Net>,
         known: &States,
@@ -215,7 +214,7 @@ impl<'n> Shown<'n> {
         }
     }
 
-    /// When all was noted.
+    /// Call this when all reactions are noted.
     pub(crate) fn settle(&mut self) {
         self.edges.sort_unstable();
         self.edges.dedup();
@@ -238,8 +237,8 @@ impl<'n> Shown<'n> {
         }
     }
 
-    /// Finds the pairs that fire together without a search: from the receptivities alone, or from the decision diagram of all reachable states. False if
-    /// that is not known of all of them.
+    /// Finds the pairs that fire together without a search: from the receptivities alone, or from the decision diagram of all reachable states. Returns
+    /// false if some pair remains unknown.
     fn ask_diagram(&self, facts: &Facts, limits: &Limits, together: &mut Together) -> bool {
         let net = self.net;
         if net.settings.policy != Policy::All || net.settings.fire_one {
@@ -304,7 +303,7 @@ impl<'n> Shown<'n> {
         }
     }
 
-    /// Two transitions that leave a step in one micro-step. Of two that do the same, firing both does what firing one does.
+    /// Two transitions that leave a step in one micro-step. Pairs with the same effect are skipped: firing both is the same as firing one.
     fn conflicts(&self, together: &Together, out: &mut Vec<Diagnostic>) -> Vec<Conflict> {
         let net = self.net;
         let mut conflicts = Vec::new();
@@ -334,14 +333,14 @@ impl<'n> Shown<'n> {
             out.push(note.help(if is_same_receptivity {
                 "their receptivities are equal, so both always fire: write one transition that activates the steps of both (`s -> x & y when a`)"
             } else {
-                "if only one of them shall fire, let the receptivities exclude each other (`a and not b`, `b and not a`), or declare `conflict priority`; \
+                "if only one of them should fire, make the receptivities exclude each other (`a and not b`, `b and not a`), or declare `conflict priority`; \
                  if both shall fire, write one transition that activates the steps of both for that case (`s -> x & y when a and b`)"
             }));
         }
         conflicts
     }
 
-    /// The conflicts that the policy decides: who wins, or that either may.
+    /// The conflicts that the policy resolves: the winner, or that either may win.
     fn decided(&self) -> Vec<Diagnostic> {
         let net = self.net;
         let mut out = Vec::new();
@@ -356,7 +355,7 @@ impl<'n> Shown<'n> {
                 None => "a common state".to_owned(),
             };
             let (who, why) = if is_mutual {
-                ("either can fire first".to_owned(), "now one, now the other")
+                ("either can fire first".to_owned(), "sometimes one, sometimes the other")
             } else {
                 (format!("`{}` fires", winner.name), self.reason(*won, *lost))
             };
@@ -364,12 +363,15 @@ impl<'n> Shown<'n> {
                 Diagnostic::note(
                     codes::DECIDED_CONFLICT,
                     format!(
-                        "`{}` and `{}` can want to leave {step} together: {who}",
+                        "`{}` and `{}` leave {step} and can be fireable together: {who}",
                         winner.name, loser.name
                     ),
                 )
                 .at(winner.meta.span, why)
-                .at(loser.meta.span, if is_mutual { "the other one" } else { "passed over" }),
+                .at(
+                    loser.meta.span,
+                    if is_mutual { "its competitor" } else { "does not fire then" },
+                ),
             );
         }
         out
@@ -381,15 +383,17 @@ impl<'n> Shown<'n> {
         let (winner, loser) = (&net.transitions[won], &net.transitions[lost]);
         let in_one_state = winner.requires == loser.requires;
         match net.settings.policy {
-            Policy::InnerFirst if !in_one_state => "its state lies deeper, or it is declared first",
+            Policy::InnerFirst if !in_one_state => {
+                "its state is further inside, or it is declared first"
+            }
             Policy::OuterFirst if !in_one_state => {
-                "its state lies further out, or it is declared first"
+                "its state is further outside, or it is declared first"
             }
             Policy::InnerFirst | Policy::OuterFirst | Policy::All => "declared first",
             Policy::Priority if winner.priority == loser.priority => "declared first",
-            Policy::Priority => "more urgent by its priority",
+            Policy::Priority => "its priority is more urgent",
             Policy::PriorityAge => {
-                "its following steps have the more urgent priority, or were always activated longer ago"
+                "its following steps have the more urgent priority, or were always activated earlier"
             }
         }
     }
@@ -405,7 +409,7 @@ impl<'n> Shown<'n> {
                     Diagnostic::note(
                         codes::SATURATION,
                         format!(
-                            "a value for `{}` can leave {lo}..{hi}{shown}",
+                            "a value for `{}` can be outside {lo}..{hi}{shown}",
                             net.vars[*var].name
                         ),
                     )
@@ -415,7 +419,7 @@ impl<'n> Shown<'n> {
                 Noticed::ArgumentSaturated(output, span) => Diagnostic::note(
                     codes::SATURATION,
                     format!(
-                        "an argument of `{}` can leave the range of its parameter{shown}",
+                        "an argument of `{}` can be outside the range of its parameter{shown}",
                         net.outputs[*output].name
                     ),
                 )
@@ -432,17 +436,17 @@ impl<'n> Shown<'n> {
                     )
                     .at(second_span, "this value stays")
                     .at(first_span, "this value is lost")
-                    .help("let one of them write it, or see that they never run together")
+                    .help("let only one of them write it, or make sure that they never run together")
                 }
                 Noticed::Resent(send) => Diagnostic::warning(
                     codes::QUEUE_OVERFLOW,
                     format!(
-                        "the send `{}` can be started while it runs{shown}",
+                        "the send `{}` can be started again while it is running{shown}",
                         net.sends[*send].name
                     ),
                 )
                 .at(net.sends[*send].meta.span, "its delay starts again")
-                .help("give sends that may run side by side their own names with `as`, or cancel the first")
+                .help("give sends that may run at the same time different names with `as`, or cancel the first")
                 .help_in(
                     Notation::Scxml,
                     "SCXML would deliver both: write two <send> with an `id` each, or <cancel> the first",
@@ -464,11 +468,11 @@ impl<'n> Shown<'n> {
                 Noticed::ForcingRace(part) => Diagnostic::warning(
                     codes::FORCING_RACE,
                     format!(
-                        "two forcing orders for `{}` can disagree{shown}",
+                        "two forcing orders for `{}` can contradict each other{shown}",
                         net.parts[*part].name
                     ),
                 )
-                .at(net.parts[*part].meta.span, "the order declared first holds")
+                .at(net.parts[*part].meta.span, "the order declared first wins")
                 .help("let only one of the forcing steps be active at a time"),
             };
             out.push(diagnostic);
@@ -486,12 +490,12 @@ impl<'n> Shown<'n> {
         }
     }
 
-    /// What fires from one state of a node sooner or later does so from all of them: the ends that are found are all there are.
+    /// True if a transition that eventually fires from one state of a node does so from all of them; then the dead ends found are all that exist.
     fn are_ends_exact(&self, states: &States) -> bool {
         self.alive(states, |_| true) == self.alive(states, |edge| edge.is_sure)
     }
 
-    /// For each node whether something fires in it or later, by edges that are `kept`.
+    /// For each node, whether something fires in it or later, along edges that are `kept`.
     fn alive(&self, states: &States, kept: impl Fn(&Edge) -> bool) -> Vec<bool> {
         let n = states.len();
         let mut alive = vec![false; n];
@@ -517,7 +521,7 @@ impl<'n> Shown<'n> {
         alive
     }
 
-    /// States from which nothing ever fires again.
+    /// States in which nothing ever fires again.
     fn dead_ends(&self, states: &States, out: &mut Vec<Diagnostic>) -> Vec<Vec<StepId>> {
         let net = self.net;
         let causes = super::constant::causes(net);
@@ -532,7 +536,7 @@ impl<'n> Shown<'n> {
             if is_end(net, situation) {
                 continue;
             }
-            // Where all that waits is reported for a variable that never changes, this follows from it.
+            // If all blocked transitions are reported for a variable that never changes, this is a consequence.
             let mut blocked = net
                 .transitions
                 .iter()
@@ -554,7 +558,7 @@ impl<'n> Shown<'n> {
             let mut warning = Diagnostic::warning(
                 codes::DEAD_END,
                 format!(
-                    "nothing fires any more in the situation {}{}",
+                    "no transition can ever fire again in situation {}{}",
                     step_names(net, active.iter().copied()),
                     shown(net, &rows)
                 ),
@@ -577,14 +581,14 @@ impl<'n> Shown<'n> {
                 };
             }
             out.push(warning.help(
-                "add a transition that leaves the situation, or a receptivity that can become true",
+                "add a transition that leaves the situation, or change a receptivity so that it can become true",
             ));
             found.push(active);
         }
         found
     }
 
-    /// Competing transitions that are fireable again and again on some cycle of edges that are `kept`, and never fire there: a bit for each rival.
+    /// Competing transitions that are fireable again and again on some cycle of edges that are `kept`, but never fire there: a bit for each rival.
     fn starving(&self, states: &States, kept: impl Fn(&Edge) -> bool) -> u32 {
         let mut starving = 0;
         for bit in 0..self.rivals.len() {
@@ -601,7 +605,7 @@ impl<'n> Shown<'n> {
             for (number, members) in petgraph::algo::kosaraju_scc(&graph).into_iter().enumerate() {
                 members.into_iter().for_each(|member| component[member.index()] = number);
             }
-            // It loses on an edge within a strongly connected part, so it can lose there for ever. Something else must have fired on it.
+            // It loses on an edge within a strongly connected part, so it can lose there for ever. Something else must have fired on that edge.
             let loses = lost().any(|edge| {
                 edge.lost >> bit & 1 == 1
                     && edge.fires
@@ -612,7 +616,7 @@ impl<'n> Shown<'n> {
         starving
     }
 
-    /// Says which of the rivals starve.
+    /// Reports the rivals that starve.
     fn starvation(&self, bits: u32, out: &mut Vec<Diagnostic>) {
         let net = self.net;
         let mut starving: BTreeMap<StepId, Vec<TransitionId>> = BTreeMap::new();
@@ -628,7 +632,7 @@ impl<'n> Shown<'n> {
             let mut note = Diagnostic::note(
                 codes::STARVATION,
                 format!(
-                    "{} can starve at step `{}`: others may win every time",
+                    "{} can starve at step `{}`: other transitions may win every time",
                     names.join(", "),
                     net.steps[step].name
                 ),
@@ -636,18 +640,18 @@ impl<'n> Shown<'n> {
             for transition in &transitions {
                 note = note.at(
                     net.transitions[*transition].meta.span,
-                    "may wait for ever though its receptivity holds again and again",
+                    "may wait for ever although its receptivity is true again and again",
                 );
             }
             let help = match net.settings.policy {
                 Policy::Priority => {
-                    "`conflict priority-age` lets the branch go first that has waited longest"
+                    "write `conflict priority-age`: the branch that has waited longest goes first"
                 }
                 Policy::PriorityAge => {
-                    "give the steps that follow the same priority: among equals the oldest goes first"
+                    "give the following steps the same priority: among equals the oldest goes first"
                 }
                 Policy::All | Policy::InnerFirst | Policy::OuterFirst => {
-                    "let the receptivities exclude each other"
+                    "make the receptivities exclude each other"
                 }
             };
             out.push(note.help(help));
@@ -655,7 +659,7 @@ impl<'n> Shown<'n> {
     }
 }
 
-/// Transitions that compete for a step for which two can be fireable at once, and whose receptivity is known from a row and a situation.
+/// Transitions that compete for a step, of which two can be fireable at once, and whose receptivities depend only on a row and a situation.
 fn rivals(net: &Net) -> Vec<TransitionId> {
     let competes = matches!(net.settings.policy, Policy::Priority | Policy::PriorityAge);
     if !competes || net.settings.evolution != Evolution::Single {
@@ -675,7 +679,7 @@ fn rivals(net: &Net) -> Vec<TransitionId> {
     rivals.into_iter().take(32).collect()
 }
 
-/// Something in the net can be written twice, leave its range, be lost or be forced in two ways.
+/// True if something in the net can be written twice, be out of range, be lost or be forced in two ways.
 fn can_race(net: &Net) -> bool {
     let mut writes = net.settings.queue.is_some() || net.forcings.len() > 1;
     grafsynth_ir::walk::for_each_stmt(net, &mut |stmt| {
@@ -684,7 +688,7 @@ fn can_race(net: &Net) -> bool {
     writes || net.outputs.values().any(grafsynth_ir::net::Output::is_extern)
 }
 
-/// The first step that both transitions leave, if they are moves and not one.
+/// The first step that both transitions leave, if they are two different moves.
 fn shared_step(net: &Net, a: TransitionId, b: TransitionId) -> Option<StepId> {
     let (first, second) = (&net.transitions[a], &net.transitions[b]);
     let is_move = |one: &Transition| one.kind == TransitionKind::Move;
@@ -694,7 +698,7 @@ fn shared_step(net: &Net, a: TransitionId, b: TransitionId) -> Option<StepId> {
     first.requires.iter().copied().find(|step| second.requires.contains(step))
 }
 
-/// Firing both does what firing one of them does: the same steps before and behind, and no actions.
+/// True if firing both is the same as firing one: they have the same preceding and following steps, and no actions.
 fn does_the_same(a: &Transition, b: &Transition) -> bool {
     let sorted = |steps: &mut dyn Iterator<Item = StepId>| {
         let mut steps: Vec<StepId> = steps.collect();
@@ -711,7 +715,7 @@ fn does_the_same(a: &Transition, b: &Transition) -> bool {
         && b.actions.is_empty()
 }
 
-/// A situation that is meant to be the end: final states, or only steps that nothing leaves.
+/// True for an intended end: final states, or only steps that nothing leaves.
 fn is_end(net: &Net, situation: &Situation) -> bool {
     if net.settings.policy.is_statechart() {
         return situation.iter().any(|step| net.steps[step].kind == StepKind::Final);
@@ -721,7 +725,7 @@ fn is_end(net: &Net, situation: &Situation) -> bool {
         .all(|step| !net.transitions.values().any(|transition| transition.requires.contains(&step)))
 }
 
-/// How to get there, for a message.
+/// The path to the situation, for a message.
 fn shown(net: &Net, stimulus: &Stimulus) -> String {
     const ROWS: usize = 4;
     let mut rows = Vec::new();

@@ -1,4 +1,4 @@
-//! Directed random runs of two nets: one leads, headed for transitions of its own that have not fired yet, and the other is given the same rows.
+//! Directed random runs of two nets: one leads and aims at transitions of its own that have not fired yet; the other gets the same rows.
 
 use std::collections::BTreeMap;
 
@@ -11,14 +11,14 @@ use super::rows::{RowPair, Rows};
 use crate::alphabet::cuts;
 use crate::verdict::Tested;
 
-/// The stimulus that shows a difference, if one was found, and what was tried.
+/// The stimulus that shows a difference, if one was found, and the coverage.
 #[derive(Debug)]
 pub(super) struct Tried {
     pub(super) apart: Option<Vec<RowPair>>,
     pub(super) tested: Tested,
 }
 
-/// So many reactions, each half led by one of the nets.
+/// Compares `n_rows` reactions; each net leads in half of them.
 pub(super) fn compare(
     left: &Valid<Net>,
     right: &Valid<Net>,
@@ -70,18 +70,18 @@ pub(super) fn compare(
 struct Run<'p, 'n> {
     common: &'p Common,
     rows: &'p Rows<'p, 'n>,
-    /// The net that leads.
+    /// The leading net.
     side: Side,
     directed: Directed<'n>,
     /// For inputs that only the follower has.
     random: Random,
     follower: Simulator<'n>,
-    /// The follower's state, its last row and the way there, by the number of the leader's saved state; none where the follower was lost.
+    /// The follower's state, its last row and the path to it, by the number of the leader's saved state; `None` if the follower was lost.
     kept: BTreeMap<usize, Option<(State, InputRow, Option<usize>)>>,
-    /// Each reaction with the one before it.
+    /// Each reaction with the previous one.
     trail: Vec<(Option<usize>, RowPair)>,
     last: Option<usize>,
-    /// A row was none of the follower's stimuli, so nothing is compared until the next start.
+    /// A row was not a legal stimulus of the follower, so nothing is compared until the next start.
     is_lost: bool,
 }
 
@@ -93,7 +93,7 @@ impl<'n> Run<'_, 'n> {
         }
     }
 
-    /// Values that matter to the follower matter.
+    /// Adds the values that are relevant for the follower.
     fn also_try(&mut self, leader: &Net, follower: &Net) {
         for input in &self.common.inputs {
             let (Some(own), Some(twin)) = self.sides(input) else { continue };
@@ -165,7 +165,7 @@ impl<'n> Run<'_, 'n> {
         None
     }
 
-    /// The follower's row: inputs by name. What only the follower has changes now and then.
+    /// The follower's row: inputs by name. Inputs that only the follower has change occasionally.
     fn translate(&mut self, row: &InputRow, previous: &InputRow) -> InputRow {
         let mut other = InputRow { dt: row.dt, values: previous.values.clone() };
         for input in &self.common.inputs {
@@ -181,7 +181,7 @@ impl<'n> Run<'_, 'n> {
         other
     }
 
-    /// A value that only one of the nets can have.
+    /// True if a value is possible in only one of the nets.
     fn is_outside(&self, (left, right): &RowPair) -> bool {
         self.common.inputs.iter().any(|input| {
             let (lo, hi) = input.bounds;

@@ -1,4 +1,4 @@
-//! What two nets have in common: the inputs that both are given, the columns in which they are compared, and what is left out.
+//! The common part of two nets: shared inputs, compared columns, and what is omitted.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -34,11 +34,11 @@ impl fmt::Display for Side {
 pub struct CommonInput {
     /// The name.
     pub name: String,
-    /// The first net's; none if it has no such input.
+    /// The input of the first net; `None` if it has no such input.
     pub left: Option<InputId>,
-    /// The second net's.
+    /// The input of the second net, if it has one.
     pub right: Option<InputId>,
-    /// The values that both can have.
+    /// The values that are possible in both.
     pub bounds: (i64, i64),
 }
 
@@ -47,13 +47,13 @@ pub struct CommonInput {
 pub struct CommonColumn {
     /// The header.
     pub name: String,
-    /// Its place in the first net's layout.
+    /// Its index in the first net's layout.
     pub left: usize,
-    /// Its place in the second net's layout.
+    /// Its index in the second net's layout.
     pub right: usize,
 }
 
-/// Something that an answer does not speak of.
+/// Something that the comparison does not cover.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Omitted {
     /// A column that only one net has.
@@ -70,19 +70,19 @@ pub enum Omitted {
     },
     /// Active steps: the nets do not have the same step names.
     Steps,
-    /// Text in another language, which nothing here can run.
+    /// Target-language text, which is not executed.
     Code {
         /// The net that has it.
         side: Side,
     },
-    /// An input that only one net has; it may have any value there.
+    /// An input that only one net has; it may have any value.
     Input {
         /// Its name.
         name: String,
         /// The net that has it.
         side: Side,
     },
-    /// Values of an input that only one of the nets can have.
+    /// Values of an input that are possible in only one of the nets.
     Values {
         /// The name of the input.
         name: String,
@@ -91,7 +91,7 @@ pub enum Omitted {
         /// The values of the second net.
         right: (i64, i64),
     },
-    /// What happens where an assumption is broken that only one of the nets makes.
+    /// The behaviour when an assumption is violated that only one of the nets makes.
     Assumptions {
         /// The net that makes it.
         side: Side,
@@ -107,25 +107,28 @@ impl fmt::Display for Omitted {
             Omitted::Calls { name } => {
                 write!(
                     f,
-                    "calls of `{name}` are not compared: only one of the two passes arguments"
+                    "calls of `{name}` are not compared: only one of the two designs passes arguments"
                 )
             }
             Omitted::Steps => {
-                write!(f, "active steps are not compared: the two have different step names")
+                write!(
+                    f,
+                    "active steps are not compared: the two designs have different step names"
+                )
             }
             Omitted::Code { side } => {
-                write!(f, "verbatim code of the {side} is not compared: it is not run here")
+                write!(f, "verbatim code of the {side} is not compared: it is not executed")
             }
             Omitted::Input { name, side } => {
-                write!(f, "only the {side} reads `{name}`: it has any value there")
+                write!(f, "only the {side} reads `{name}`: it may have any value")
             }
             Omitted::Values { name, left, right } => write!(
                 f,
-                "`{name}` is {}..{} in the first and {}..{} in the second: compared for values that both have",
+                "`{name}` is {}..{} in the first and {}..{} in the second: compared only for values possible in both",
                 left.0, left.1, right.0, right.1
             ),
             Omitted::Assumptions { side } => {
-                write!(f, "compared only where what the {side} assumes holds")
+                write!(f, "compared only for inputs that satisfy the assumptions of the {side}")
             }
         }
     }
@@ -136,14 +139,14 @@ impl fmt::Display for Omitted {
 pub enum Incomparable {
     /// They share no output, variable or set of steps.
     NothingInCommon,
-    /// Both count time, in ticks of different lengths (nanoseconds).
+    /// Both count time, but in ticks of different lengths (nanoseconds).
     Ticks {
         /// The first net's tick.
         left: u64,
         /// The second net's tick.
         right: u64,
     },
-    /// No value of this input suits both.
+    /// No value of this input is possible in both.
     NoCommonValue {
         /// Its name.
         input: String,
@@ -158,7 +161,7 @@ impl fmt::Display for Incomparable {
             }
             Incomparable::Ticks { left, right } => write!(
                 f,
-                "the two designs count time in different ticks: {} and {}",
+                "the two designs count time in ticks of different length: {} and {}",
                 duration(*left),
                 duration(*right)
             ),
@@ -169,7 +172,7 @@ impl fmt::Display for Incomparable {
     }
 }
 
-/// A length of time in the largest unit that makes it a whole number.
+/// A duration in the largest unit that gives a whole number.
 fn duration(ns: u64) -> String {
     let units = [(1_000_000_000, "s"), (1_000_000, "ms"), (1_000, "us")];
     let unit = units.iter().find(|(length, _)| ns.is_multiple_of(*length));
@@ -179,13 +182,13 @@ fn duration(ns: u64) -> String {
 /// Two nets side by side.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Common {
-    /// The inputs of either, those of the first net first.
+    /// The inputs of either net, those of the first net first.
     pub inputs: Vec<CommonInput>,
     /// The columns that are compared, in the order of the first net.
     pub columns: Vec<CommonColumn>,
-    /// What the comparison leaves out.
+    /// The columns, inputs and assumptions that the comparison omits.
     pub omitted: Vec<Omitted>,
-    /// Steps of the same name that a trace shows, if active steps are compared.
+    /// Steps with the same name that a trace shows, if active steps are compared.
     pub(crate) steps: Vec<(StepId, StepId)>,
     pub(crate) layouts: (TraceLayout, TraceLayout),
 }
@@ -221,7 +224,7 @@ impl Common {
         Ok(Common { inputs, columns, omitted, steps: steps.unwrap_or_default(), layouts })
     }
 
-    /// The first cell in which two rows differ that neither net leaves open.
+    /// The first cell in which two rows differ and which neither net leaves open.
     pub(crate) fn differs(&self, left: &Row, right: &Row) -> Option<usize> {
         let (ours, theirs) = (&self.layouts.0, &self.layouts.1);
         self.columns.iter().position(|column| {
@@ -328,7 +331,7 @@ fn inputs(
     Ok(inputs)
 }
 
-/// Steps that traces show, by name; none if the nets do not have the same names.
+/// Steps that traces show, by name; `None` if the nets do not have the same names.
 fn steps(left: &Net, right: &Net) -> Option<Vec<(StepId, StepId)>> {
     let shown = |net: &Net| -> BTreeMap<String, StepId> {
         let steps = net.steps.iter().filter(|(_, step)| {
@@ -369,7 +372,7 @@ fn columns(
         .iter()
         .enumerate()
         .filter(|(_, column)| is_computed(column.kind))
-        // A chart may call an output `steps` or `fault`; the column of that meaning is another.
+        // A chart may have an output called `steps` or `fault`, which is not the column with that meaning.
         .map(|(at, column)| ((column.name.as_str(), is_own(column.kind)), at))
         .collect();
     for (at, column) in
@@ -399,12 +402,12 @@ fn columns(
     columns
 }
 
-/// True for the columns that every trace has by itself, whatever the chart declares.
+/// True for the columns that every trace has, whatever the chart declares.
 fn is_own(kind: ColumnKind) -> bool {
     matches!(kind, ColumnKind::Steps | ColumnKind::Fault)
 }
 
-/// Assumptions restrict what is compared. Those that both make, word by word, need not be said.
+/// Assumptions restrict the comparison. Those that both make, word by word, are not reported.
 fn assumptions(left: &Net, right: &Net, omitted: &mut Vec<Omitted>) {
     let texts = |net: &Net| -> BTreeSet<String> {
         let assumed = net.properties.iter().filter(|one| one.role == PropertyRole::Assume);

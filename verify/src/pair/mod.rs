@@ -1,9 +1,9 @@
-//! Do two nets do the same? Every row of both is compared, in the columns that both have, for every stimulus that both allow: any inputs of the same names, any
-//! number of ticks.
+//! Equivalence of two nets: every row of both is compared, in the columns that both have, for every stimulus that both allow: any values of inputs with
+//! the same names, any number of ticks.
 //!
-//! Three ways, one after the other: the product of two reference simulators, searched breadth first, where a difference comes with a shortest stimulus
-//! (`product`); induction over bits of state that are always equal; and the decision diagram of all pairs of states, both over the reaction as
-//! `symbolic` writes it. Between them directed random runs look for a difference, so that two large nets that differ do not wait for a proof.
+//! Three methods, one after the other: a breadth-first search of the product of two reference simulators, where a difference comes with a shortest
+//! stimulus (`product`); induction over state bits that are always equal; and the decision diagram of all pairs of states; both over the reaction as
+//! `symbolic` encodes it. In between, directed random runs look for a difference, so that two large nets that differ do not wait for a proof.
 
 mod chance;
 mod common;
@@ -24,31 +24,31 @@ use crate::symbolic::{self, Diagram, Equalities, Induction, Question};
 use crate::verdict::{Open, OpenReason, Tested, Verdict};
 use product::{Budget, Found};
 
-/// Reactions of the product that are tried before anything else.
+/// The number of reactions of the product that are tried first.
 const FIRST_REACTIONS: u64 = 100_000;
-/// Random reactions before the proofs that cannot say where two nets differ.
+/// The number of random reactions before the proofs that cannot show a difference.
 const FIRST_CHANCE: usize = 2_000;
 
 /// How two nets were proved equal, for every stimulus that both allow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SameBy {
-    /// All pairs of states that both reach together, each with every row that matters to either.
+    /// All pairs of states that both reach together, each with every row that is relevant for either.
     Product {
-        /// Pairs of states.
+        /// The number of pairs of states.
         states: u64,
-        /// Reactions compared.
+        /// The number of reactions compared.
         reactions: u64,
     },
     /// Induction over one reaction.
     Induction {
-        /// Bits of state that equal another one or are constant.
+        /// The number of state bits that equal another one or are constant.
         equal: usize,
-        /// Questions that the solver answered; the others needed none.
+        /// The number of queries that the solver answered; the others needed none.
         solved: usize,
     },
     /// The decision diagram of all pairs of states.
     Diagram {
-        /// Pairs of states, as far as they tell anything that is compared; `u64::MAX` stands for that and more.
+        /// The number of pairs of states, as far as they affect the compared columns; `u64::MAX` means at least that many.
         states: u64,
     },
 }
@@ -87,21 +87,21 @@ impl std::fmt::Display for SameBy {
 /// A stimulus whose last row shows a difference.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Apart {
-    /// What to feed the first net.
+    /// The stimulus of the first net.
     pub left: Stimulus,
-    /// What to feed the second.
+    /// The stimulus of the second net.
     pub right: Stimulus,
-    /// Where they differ.
+    /// The difference.
     pub difference: Difference,
-    /// No stimulus with fewer rows shows a difference.
+    /// True if no stimulus with fewer rows shows a difference.
     pub is_shortest: bool,
 }
 
 /// The answer about two nets.
 pub type Answer = Verdict<SameBy, Box<Apart>>;
 
-/// Proves that two nets do the same for every stimulus that both allow, or finds one that tells them apart. An open answer says how many random reactions
-/// showed no difference; `seed` makes them others.
+/// Proves that two nets behave the same for every stimulus that both allow, or finds one that shows a difference. An open answer reports how many random
+/// reactions showed no difference; another `seed` gives other reactions.
 #[must_use]
 pub fn charts_equal(
     left: &Valid<Net>,
@@ -181,7 +181,7 @@ fn by_diagram(
             let Question { left, right, common, .. } = question;
             match apart(left, right, common, &found, true) {
                 refuted @ Verdict::Refuted(_) => Some(refuted),
-                // The two writings of the reaction do not agree, so neither is believed.
+                // The two encodings of the reaction contradict each other, so neither is trusted.
                 Verdict::Proved(_) | Verdict::Open(_) => {
                     reasons.push(OpenReason::Unfound);
                     None
@@ -195,10 +195,10 @@ fn by_diagram(
     }
 }
 
-/// Compares two nets in so many directed random reactions with `dt` in `0..=max_dt`; the same for the same seed.
+/// Compares two nets in `n` directed random reactions with `dt` in `0..=max_dt`; the result is the same for the same seed.
 ///
 /// # Errors
-/// The stimulus that tells them apart. It is not known to be a shortest one.
+/// A stimulus that shows a difference. It may not be a shortest one.
 pub fn charts_by_chance(
     left: &Valid<Net>,
     right: &Valid<Net>,
@@ -217,7 +217,7 @@ pub fn charts_by_chance(
     found.map_or(Ok(tried.tested), Err)
 }
 
-/// The same difference by a shortest stimulus, if the product is searched that far.
+/// The same difference with a shortest stimulus, if the search of the product gets that far.
 fn shortened(
     left: &Valid<Net>,
     right: &Valid<Net>,
@@ -238,7 +238,7 @@ fn shortened(
     }
 }
 
-/// Replays a stimulus; open if it shows no difference after all.
+/// Replays a stimulus; the result is open if it shows no difference.
 fn apart(
     left: &Valid<Net>,
     right: &Valid<Net>,
@@ -269,7 +269,7 @@ fn apart(
     }))
 }
 
-/// Two nets under one stimulus of the first, up to the first difference or the first row that is no stimulus of both.
+/// Runs two nets with one stimulus of the first, up to the first difference or the first row that is not legal in both.
 #[must_use]
 pub fn charts_on(
     left: &Valid<Net>,
@@ -319,12 +319,13 @@ pub fn charts_on(
     OnStimulus { difference, compared }
 }
 
-/// What a stimulus showed of two nets.
+/// The result of a stimulus for two nets.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OnStimulus {
     /// The first difference.
     pub difference: Option<Difference>,
-    /// Rows that were compared beside that of the reset; fewer than the stimulus has where a row is none that both allow, or leaves what follows open.
+    /// The number of rows compared, without that of the reset; fewer than the stimulus has if a row is not legal in both or leaves everything that follows
+    /// open.
     pub compared: usize,
 }
 

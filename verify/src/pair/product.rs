@@ -1,4 +1,4 @@
-//! The product of two nets, searched breadth first from reset with two reference simulators: exact, and a difference comes with a shortest stimulus.
+//! The product of two nets, searched breadth-first from reset with two reference simulators: exact, and a difference comes with a shortest stimulus.
 
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;
@@ -9,32 +9,32 @@ use super::common::Common;
 use super::rows::{RowPair, Rows};
 use crate::verdict::OpenReason;
 
-/// What a search may cost.
+/// The limits of a search.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Budget {
     /// Reactions of both nets.
     pub(super) reactions: u64,
     /// Pairs of states.
     pub(super) states: usize,
-    /// Stimuli with more rows are not asked for.
+    /// The maximum length of a stimulus in rows.
     pub(super) rows: usize,
 }
 
-/// How a search ended.
+/// The result of a search.
 #[derive(Debug)]
 pub(super) enum Found {
-    /// Every reachable pair of states was seen with every row.
+    /// Every reachable pair of states was visited with every row.
     Complete {
-        /// Pairs of states.
+        /// The number of pairs of states.
         states: u64,
-        /// Reactions compared.
+        /// The number of reactions compared.
         reactions: u64,
     },
     /// The last of these rows shows a difference, and no shorter stimulus does.
     Apart(Vec<RowPair>),
-    /// No stimulus of [`Budget::rows`] rows shows a difference.
+    /// No stimulus of at most [`Budget::rows`] rows shows a difference.
     Deep,
-    /// It was given up.
+    /// The search was abandoned.
     Open(OpenReason),
 }
 
@@ -67,7 +67,7 @@ pub(super) fn search(
         rows
     };
     let mut reactions: u64 = 0;
-    // States before this one are so many rows away from reset.
+    // States before this one are this many rows away from reset.
     let (mut level_end, mut n_rows) = (1, 0);
     let mut at = 0;
     while at < states.len() {
@@ -101,7 +101,7 @@ pub(super) fn search(
                 if common.differs(ours.row(), theirs.row()).is_some() {
                     return Found::Apart(way(&parents, at, (a, b)));
                 }
-                // What follows from an open situation is open.
+                // Everything that follows an open situation is open.
                 if is_open(&ours) || is_open(&theirs) {
                     continue;
                 }

@@ -1,4 +1,4 @@
-//! The input rows that two nets are given together: values that matter to either, and only what both take for granted.
+//! The input rows that two nets get together: values that are relevant for either, and only rows that satisfy the assumptions of both.
 
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::{InputId, Net, PropertyRole};
@@ -11,13 +11,13 @@ use crate::exclusive::net_expr;
 use crate::relevance::{Inputs, Relevance};
 use crate::verdict::OpenReason;
 
-/// Tries for one row to keep the assumptions.
+/// The number of attempts to find a row that satisfies the assumptions.
 const MAX_TRIES: usize = 64;
 
 /// One reaction of both nets.
 pub(crate) type RowPair = (InputRow, InputRow);
 
-/// A set of [`Common::inputs`], one flag each.
+/// A set of [`Common::inputs`], one flag per input.
 type Set = Vec<bool>;
 
 /// The input rows of two nets.
@@ -26,18 +26,18 @@ pub(crate) struct Rows<'p, 'n> {
     right: &'n Valid<Net>,
     common: &'p Common,
     relevance: (Relevance<'n>, Relevance<'n>),
-    /// By input: the values worth trying. None where an input has too many.
+    /// For each input, the relevant values. `None` if an input has too many.
     values: Vec<Option<Vec<i64>>>,
-    /// For each assumption of either the inputs that it ties together.
+    /// For each assumption of either net, the inputs that it reads.
     assumed: Vec<Set>,
-    /// Keeps all assumptions; none if no row was found that does.
+    /// A row that satisfies all assumptions; `None` if none was found.
     base: Option<Vec<i64>>,
     limit: u64,
     cache: IndexMap<Set, Vec<RowPair>>,
 }
 
 impl<'p, 'n> Rows<'p, 'n> {
-    /// At most so many rows are made for one pair of states.
+    /// Makes at most `limit` rows for one pair of states.
     pub(crate) fn of(
         left: &'n Valid<Net>,
         right: &'n Valid<Net>,
@@ -80,7 +80,7 @@ impl<'p, 'n> Rows<'p, 'n> {
         rows
     }
 
-    /// True for a row that no stimulus of one of the nets has.
+    /// True for a row that is not legal in one of the nets.
     pub(crate) fn excludes(&self, (left, right): &RowPair) -> bool {
         let breaks = |net: &Net, row: &InputRow| {
             let n_events = || {
@@ -96,7 +96,7 @@ impl<'p, 'n> Rows<'p, 'n> {
         self.common.rows(self.left, self.right, dt, values)
     }
 
-    /// Zeros if they are allowed, else the first row over the inputs of assumptions that is.
+    /// Zeros if they are legal, else the first legal row over the inputs of assumptions.
     fn find_base(&self) -> Option<Vec<i64>> {
         let zero: Vec<i64> = self
             .common
@@ -120,7 +120,7 @@ impl<'p, 'n> Rows<'p, 'n> {
         found
     }
 
-    /// Every choice of values for the inputs of the set. False if there are more than `limit`.
+    /// Calls with every combination of values for the inputs of the set. Returns false if there are more than `limit`.
     fn for_each(
         &self,
         base: &[i64],
@@ -156,13 +156,13 @@ impl<'p, 'n> Rows<'p, 'n> {
         }
     }
 
-    /// The largest `dt` that tells anything in this pair of states; none if no time runs.
+    /// The largest relevant `dt` in this pair of states; `None` if no time is running.
     pub(crate) fn largest_dt(&self, left: &State, right: &State) -> Option<u32> {
         let ours = self.relevance.0.largest_dt(left.situation());
         ours.max(self.relevance.1.largest_dt(right.situation()))
     }
 
-    /// All rows with dt 1 that matter in this pair of states; inputs that do not matter have one value.
+    /// All relevant rows with dt 1 in this pair of states; irrelevant inputs have one value.
     pub(crate) fn of_states(
         &mut self,
         left: &State,
@@ -185,7 +185,7 @@ impl<'p, 'n> Rows<'p, 'n> {
         Ok(self.cache.get(&set).map_or(&[], Vec::as_slice))
     }
 
-    /// What an assumption ties together is chosen together.
+    /// Adds all inputs that assumptions connect with the set.
     fn close(&self, set: &mut Set) {
         loop {
             let before = set.clone();
@@ -201,7 +201,7 @@ impl<'p, 'n> Rows<'p, 'n> {
     }
 
     fn make(&self, set: &Set) -> Result<Vec<RowPair>, OpenReason> {
-        // No stimulus suits both: reset is all there is.
+        // No stimulus is legal in both: only the reset exists.
         let Some(base) = &self.base else { return Ok(Vec::new()) };
         if let Some(at) = (0..set.len()).find(|at| set[*at] && self.values[*at].is_none()) {
             let (lo, hi) = self.common.inputs[at].bounds;
@@ -220,7 +220,7 @@ impl<'p, 'n> Rows<'p, 'n> {
         if is_whole { Ok(rows) } else { Err(OpenReason::Rows { limit: self.limit }) }
     }
 
-    /// A row by chance, like the one before or anew; none if none was found that both nets allow. Values of [`Common::inputs`].
+    /// A random row, similar to the last one or new; `None` if no row was found that both nets allow. Values of [`Common::inputs`].
     pub(crate) fn by_chance(&self, random: &mut Random, last: &[i64]) -> Option<Vec<i64>> {
         for _ in 0..MAX_TRIES {
             let is_held = random.one_in(2);
@@ -246,7 +246,7 @@ impl<'p, 'n> Rows<'p, 'n> {
     }
 }
 
-/// For each assumption of a net the inputs that it reads; events that exclude each other are one.
+/// For each assumption of a net, the inputs that it reads; exclusive events form one assumption.
 fn assumed(net: &Net, side: Side, common: &Common) -> Vec<Set> {
     let place = |id: InputId| {
         common.inputs.iter().position(|input| match side {

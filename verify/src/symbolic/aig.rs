@@ -1,4 +1,4 @@
-//! Functions as and-inverter graphs, hashed so that what is built twice is one node; and whether two of them are equal.
+//! Functions as and-inverter graphs, hashed so that equal structures are one node, and an equivalence check.
 
 use std::cell::Cell;
 
@@ -8,9 +8,10 @@ use indexmap::IndexMap;
 
 use crate::limits::Limits;
 
-/// Conflicts with which the solver is asked first. Nearly all questions need fewer, and one that needs more is often easy for a decision diagram.
+/// The number of conflicts in the solver's first attempt. Nearly all queries need fewer, and one that needs more is often easy for a decision diagram.
 const FEW_CONFLICTS: u64 = 200;
-/// One question gets this part of [`Limits::bdd_nodes`]: a proof asks one for each function, and after each the solver may still do its best.
+/// One query may use this fraction of [`Limits::bdd_nodes`]: a proof has one query per function, and after each the solver may still make its full
+/// attempt.
 const PART_OF_DIAGRAM: usize = 4;
 
 /// A node of the graph or its negation.
@@ -71,7 +72,7 @@ impl Aig {
         Aig { nodes: vec![Node::Constant], table: IndexMap::new(), spent: Cell::new(0) }
     }
 
-    /// What the solver was asked so far has cost it, in learnt clauses.
+    /// The cost of all solver queries so far, in learnt clauses.
     pub(crate) fn spent(&self) -> u64 {
         self.spent.get()
     }
@@ -167,7 +168,7 @@ impl Aig {
         !self.and_all(negated)
     }
 
-    /// The nodes below a literal, operands first, variables among them.
+    /// The nodes below a literal, operands first, including variables.
     fn cone(&self, roots: &[Lit], limit: usize) -> Option<Vec<usize>> {
         let mut order = Vec::new();
         let mut mark: IndexMap<usize, bool> = IndexMap::new();
@@ -198,7 +199,7 @@ impl Aig {
         Some(order)
     }
 
-    /// The variables that a function depends on by its form.
+    /// The variables that a function structurally depends on.
     pub(crate) fn support(&self, roots: &[Lit], limit: usize) -> Option<Vec<Lit>> {
         let cone = self.cone(roots, limit)?;
         Some(
@@ -224,7 +225,7 @@ impl Aig {
         roots.iter().map(|root| read(&values, *root)).collect()
     }
 
-    /// The values of the functions for 64 choices of the variables at once: one word for each root.
+    /// The values of the functions for 64 assignments of the variables at once: one word per root.
     pub(crate) fn words(&self, roots: &[Lit], value: impl Fn(Lit) -> u64) -> Vec<u64> {
         let mut words = vec![0; self.nodes.len()];
         let read = |words: &[u64], lit: Lit| {
@@ -241,7 +242,7 @@ impl Aig {
         roots.iter().map(|root| read(&words, *root)).collect()
     }
 
-    /// The functions with other functions in place of variables.
+    /// The functions with other functions substituted for variables.
     pub(crate) fn substitute(&mut self, roots: &[Lit], instead: &IndexMap<Lit, Lit>) -> Vec<Lit> {
         // A cone is never larger than the graph.
         let Some(cone) = self.cone(roots, usize::MAX) else { return roots.to_vec() };
@@ -263,10 +264,11 @@ impl Aig {
         roots.iter().map(|root| read(&made, *root)).collect()
     }
 
-    /// The functions as decision diagrams, with the variables at the given levels. None inside if they need more than so many nodes of the graph.
+    /// The functions as decision diagrams, with the variables at the given levels. The inner `None` means that they need more than `limit` nodes of the
+    /// graph.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub(crate) fn diagrams(
         &self,
         roots: &[Lit],
@@ -301,7 +303,7 @@ impl Aig {
         Ok(made)
     }
 
-    /// The variables that each of the functions depends on by its form. None if that is more to write down than so many words of 64 bits.
+    /// The variables that each of the functions structurally depends on. `None` if the sets need more than `limit` words of 64 bits.
     pub(crate) fn supports(&self, roots: &[Lit], limit: usize) -> Option<Vec<Vec<Lit>>> {
         let cone = self.cone(roots, limit)?;
         let place: IndexMap<usize, usize> = cone.iter().copied().zip(0..).collect();
@@ -342,10 +344,11 @@ impl Aig {
         Some(roots.iter().map(of).collect())
     }
 
-    /// Values that make all literals and clauses true: those that are 1. None inside if there are none; none at all if it was not found out within the limits.
+    /// An assignment that makes all literals and clauses true, as the variables that are 1. The inner `None` means that there is none, the outer one that
+    /// the limits were reached.
     ///
-    /// Most questions are settled by the solver with [`FEW_CONFLICTS`]. Arithmetic often is not, and has small diagrams if `rank` orders its variables well, so
-    /// diagrams come before the solver's whole effort.
+    /// The solver settles most queries with [`FEW_CONFLICTS`]. Arithmetic often needs more, but has small diagrams if `rank` orders its variables well, so
+    /// diagrams come before the solver's full effort.
     pub(crate) fn settle<K: Ord>(
         &self,
         all: &[Lit],
@@ -364,7 +367,7 @@ impl Aig {
         }
     }
 
-    /// Whether some values make all literals true, by decision diagrams; `rank` orders the variables. None if the diagrams grow beyond the limit.
+    /// Whether some assignment makes all literals true, by decision diagrams; `rank` orders the variables. `None` if the diagrams exceed the limit.
     pub(crate) fn satisfiable_by_diagram<K: Ord>(
         &self,
         all: &[Lit],
@@ -385,7 +388,7 @@ impl Aig {
         let mut bdd = Bdd::with_limit(node_limit);
         let made = self.cone_diagrams(&cone, |lit| level[&lit.node()], &mut bdd).ok()?;
         let read = |bdd: &mut Bdd, lit: Lit| read_diagram(bdd, &made, lit);
-        // The question itself comes first: often nothing that is assumed is needed.
+        // The query itself comes first: often the assumptions are not needed.
         let mut rest = Ref::TRUE;
         for lit in all.iter().rev() {
             let function = read(&mut bdd, *lit).ok()?;
@@ -406,7 +409,7 @@ impl Aig {
         Some(rest != Ref::FALSE)
     }
 
-    /// Values of the variables that make all literals true (those of negative value left out). None inside if there are none; none at all if the
+    /// An assignment that makes all literals true, without the variables that are 0. The inner `None` means that there is none, the outer one that the
     /// cone or the search is too large.
     pub(crate) fn satisfy(
         &self,
@@ -479,13 +482,13 @@ impl Aig {
     }
 }
 
-/// The function of a literal whose node was made.
+/// The function of a literal whose node was built.
 fn read_diagram(bdd: &mut Bdd, made: &IndexMap<usize, Ref>, lit: Lit) -> Result<Ref, Full> {
     let node = made[&lit.node()];
     if lit.is_negated() { bdd.not(node) } else { Ok(node) }
 }
 
-/// Stops the solver after so many learnt clauses.
+/// Stops the solver after this many learnt clauses.
 struct Budget {
     learnt: u64,
     limit: u64,

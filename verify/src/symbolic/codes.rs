@@ -1,8 +1,8 @@
-//! Circuits whose flip-flops hold steps by a code: the induction goes through the code.
+//! Circuits whose flip-flops store steps as codes: the induction decodes them.
 //!
-//! The state of the net is not guessed beside that of the circuit; it is *read* from it. Each step that shares a code is active where the function says
-//! so by which the circuit shows it ([`Logic::decoded`]), so the reaction is written over the flip-flops of the code. What is to be proved is then that the
-//! decoding commutes with the reaction:
+//! The state of the net is not a separate unknown; it is *read* from the state of the circuit. Each step that shares a code is active if its decoding
+//! function is true ([`Logic::decoded`]), so the reaction is written over the flip-flops of the code. The proof then shows that the decoding commutes with
+//! the reaction:
 //!
 //! ```text
 //! flip-flops ──circuit──► flip-flops'
@@ -10,8 +10,8 @@
 //!     ▼                       ▼
 //! situation ──reaction──► situation'
 //! ```
-//! and that it holds at power-up. Codes that no step has need not behave: that the circuit never reaches them ([`Logic::unreachable`]) is nobody's word but
-//! one more invariant of the same induction, assumed before the clock and proved after it.
+//! and that this is true at power-up. Unused codes may behave in any way. The claim that the circuit never reaches them ([`Logic::unreachable`]) is not
+//! trusted: it is one more invariant of the same induction, assumed before the clock and proved after it.
 
 use std::collections::BTreeSet;
 
@@ -23,21 +23,22 @@ use super::aig::Lit;
 use super::state::Key;
 use super::{CONE, Model, import};
 
-/// The circuit's own flip-flops over the variables of the model, and what is to be shown of its code.
+/// The circuit's own flip-flops over the variables of the model, and the obligations about its code.
 pub(super) struct Coded {
     /// For each flip-flop its value before the clock.
     pub(super) flops: Vec<Lit>,
-    /// The bits of state that are decoded, by their place in [`Logic::decoded`].
+    /// The decoded bits of state, in the order of [`Logic::decoded`].
     pub(super) keys: Vec<Key>,
-    /// How many of [`Logic::unreachable`] are assumed: all of them or none.
+    /// True if all of [`Logic::unreachable`] are assumed; false if none is.
     pub(super) is_closed: bool,
 }
 
 impl Model<'_> {
-    /// Ties the state of the net to the flip-flops of a circuit. With `is_closed` the states that the circuit calls unreachable are assumed away.
+    /// Connects the state of the net to the flip-flops of a circuit. With `is_closed`, the states that the circuit lists as unreachable are excluded by
+    /// assumption.
     ///
     /// # Errors
-    /// A sentence if the circuit decodes what the net does not have, or shows only some bits of it.
+    /// A sentence if the circuit decodes something that the net does not have, or shows only some bits of it.
     pub(super) fn tie(&mut self, logic: &Logic, is_closed: bool) -> Result<Coded, String> {
         let mut flops = Vec::new();
         for flop in logic.flops.values() {
@@ -45,24 +46,24 @@ impl Model<'_> {
                 let lit = self.state_bits.get(&(holds.origin, holds.element, holds.bit))?;
                 Some(lit.negate_if(holds.inverted))
             });
-            // A flip-flop without known meaning may hold anything: what is proved then holds whatever it is.
+            // A flip-flop without known meaning may store anything, and the proof applies to all its values.
             let lit = match known {
                 Some(lit) => lit,
                 None => self.aig().variable(),
             };
             flops.push(lit);
         }
-        // Decoded bits and unreachable states are functions of the flip-flops alone.
+        // Decoded bits and unreachable states depend on the flip-flops only.
         let pins = vec![Lit::FALSE; logic.inputs.len()];
         let nodes = import(self.aig(), logic, &flops, &pins);
         let mut keys = Vec::new();
         for bit in &logic.decoded {
             let key = (bit.holds.origin, bit.holds.element, bit.holds.bit);
             let Origin::Step(step) = bit.holds.origin else {
-                return Err(format!("`{}` is decoded and is no step", bit.name));
+                return Err(format!("`{}` is decoded but is not a step", bit.name));
             };
             if !self.state_bits.contains_key(&key) || self.state.active.len() <= step.index() {
-                return Err(format!("`{}` is decoded and the net does not have it", bit.name));
+                return Err(format!("`{}` is decoded but does not exist in the net", bit.name));
             }
             let lit = nodes[bit.node.index()];
             self.state.active[step.index()] = lit;
@@ -87,7 +88,7 @@ impl Model<'_> {
         Ok(Coded { flops, keys, is_closed })
     }
 
-    /// The steps that some of these variables tell of.
+    /// The steps that these variables represent.
     pub(super) fn steps_of(&self, variables: &[Lit]) -> BTreeSet<StepId> {
         let mut steps = BTreeSet::new();
         for variable in variables {

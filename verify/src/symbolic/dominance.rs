@@ -1,10 +1,10 @@
-//! Does the emergency dominate? In every state whatsoever of a circuit, reached or not, and under every input, assumed or not: where the condition holds each
-//! output pin has its safe value.
+//! Proves that the emergency dominates: in every state of a circuit, reachable or not, and under every input, assumed or not, each output pin has its safe
+//! value if the condition is true.
 //!
-//! Nothing is assumed, not even that the flip-flops hold a code: that is what tells this proof from the equality with the net, which speaks of reachable
-//! states. The condition is read from the net and evaluated over the flip-flops that hold what it asks for. Of a comparison with a number whose code no value has
-//! nobody can say whether it holds; where the rest of the condition decides without it, the condition holds all the same. Calls that lists make are no levels,
-//! and are left out (semantics §3.8).
+//! Nothing is assumed, not even that the flip-flops contain a valid code; the equality proof with the net, in contrast, covers only reachable states. The
+//! condition is taken from the net and evaluated over the flip-flops that store its operands. A comparison with a number whose code is invalid has no
+//! defined value; if the rest of the condition decides without it, the condition still counts as true. Calls in lists happen at moments and are omitted
+//! (semantics §3.8).
 
 use std::collections::BTreeMap;
 
@@ -21,24 +21,24 @@ use super::import;
 use super::number::Number;
 use crate::limits::Limits;
 
-/// What is known of an emergency in a circuit.
+/// The result for an emergency in a circuit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Dominance {
     /// It dominates.
     Proved {
-        /// Output pins that it forces.
+        /// The number of output pins that it forces.
         pins: usize,
-        /// Flip-flops, none of whose values is excluded.
+        /// The number of flip-flops; all their values are covered.
         flops: usize,
     },
-    /// It does not.
+    /// It does not dominate.
     Refuted {
-        /// A pin that has another value than its safe one.
+        /// A pin that does not have its safe value.
         pin: String,
         /// The inputs and flip-flops that are 1 there, by name.
         set: Vec<String>,
     },
-    /// It could not be found out, and why.
+    /// Open, with the reason.
     Open(String),
 }
 
@@ -59,7 +59,7 @@ impl std::fmt::Display for Dominance {
     }
 }
 
-/// The proof, for a circuit whose pins and flip-flops know their roles; none for a net without an emergency.
+/// The proof, for a circuit whose pins and flip-flops have roles; `None` for a net without an emergency.
 #[must_use]
 pub fn dominates(net: &Valid<Net>, logic: &Logic, limits: &Limits) -> Option<Dominance> {
     let emergency = net.emergency.as_ref()?;
@@ -78,9 +78,9 @@ struct Circuit<'n> {
     active: BTreeMap<StepId, Vec<Origin>>,
     /// The largest value of each counter.
     caps: BTreeMap<Origin, i64>,
-    /// A tick passes with the coming clock.
+    /// A tick passes with the next clock.
     tick: Lit,
-    /// Times are read as after Latch: mealy outputs are (semantics §3.9, L2).
+    /// Times are read as after Latch, as mealy outputs do (semantics §3.9, L2).
     is_latched: bool,
 }
 
@@ -157,20 +157,21 @@ fn prove(
                 let set = set.iter().filter_map(|lit| names.get(lit)).map(ToString::to_string);
                 return Ok(Dominance::Refuted { pin: pin.name.clone(), set: set.collect() });
             }
-            None => return Err(format!("the solver gave up at pin `{}`", pin.name)),
+            None => return Err(format!("the solver reached its limit at pin `{}`", pin.name)),
         }
     }
     Ok(Dominance::Proved { pins: forced, flops: logic.flops.len() })
 }
 
-/// The largest value of each counter that a reaction of the net has.
+/// The largest value of each counter in the net.
 fn caps(net: &Valid<Net>) -> Result<BTreeMap<Origin, i64>, String> {
-    let program = program(net, &ProgramOptions::default())
-        .map_err(|_| "no bounded program says what its counters hold".to_owned())?;
+    let program = program(net, &ProgramOptions::default()).map_err(|_| {
+        "the ranges of its counters are unknown: there is no bounded program".to_owned()
+    })?;
     Ok(program.cells.values().map(|cell| (cell.origin, cell.ty.bounds().1)).collect())
 }
 
-/// What is known of a truth value: a code without a value leaves open what is asked of it.
+/// A Boolean of which an invalid code may leave the value open.
 #[derive(Debug, Clone, Copy)]
 struct Flag {
     /// It is certainly true.
@@ -180,16 +181,16 @@ struct Flag {
 }
 
 impl Flag {
-    /// A truth value that no code leaves open.
+    /// A Boolean that no invalid code leaves open.
     fn known(lit: Lit) -> Flag {
         Flag { must: lit, may: lit }
     }
 }
 
-/// What an expression reads.
+/// The value of an expression.
 enum Value {
     Flag(Flag),
-    /// A number, and that every code it was read from is that of a value.
+    /// A number, and the condition that every code it was read from is valid.
     Number(Number, Lit),
 }
 
@@ -199,22 +200,20 @@ impl Value {
     }
 
     fn flag(self) -> Flag {
-        let Value::Flag(flag) = self else {
-            unreachable!("validation keeps numbers from where truth values stand")
-        };
+        let Value::Flag(flag) = self else { unreachable!("validation ensures a Boolean here") };
         flag
     }
 
     fn number(self) -> (Number, Lit) {
         let Value::Number(number, fits) = self else {
-            unreachable!("validation keeps truth values from where numbers stand")
+            unreachable!("validation ensures a number here")
         };
         (number, fits)
     }
 }
 
 impl Circuit<'_> {
-    /// The condition certainly holds.
+    /// The condition is certainly true.
     fn holds(&mut self, condition: &Expr, is_latched: bool) -> Result<Lit, String> {
         self.is_latched = is_latched;
         Ok(self.flag(condition)?.must)
@@ -275,12 +274,12 @@ impl Circuit<'_> {
         })
     }
 
-    /// A truth value that is known where `fits` holds.
+    /// A Boolean that is known if `fits` is true.
     fn known_where(&mut self, fits: Lit, holds: Lit) -> Flag {
         Flag { must: self.aig.and(fits, holds), may: self.aig.or(!fits, holds) }
     }
 
-    /// A truth value is compared as 0 or 1.
+    /// A Boolean is compared as 0 or 1.
     fn as_number(&mut self, value: Value) -> (Number, Lit) {
         match value {
             Value::Number(number, fits) => (number, fits),
@@ -290,7 +289,7 @@ impl Circuit<'_> {
         }
     }
 
-    /// The one or the other; not known where it is open which.
+    /// One of the two; unknown if the selector is open.
     fn select(&mut self, c: Flag, a: Value, b: Value) -> Value {
         let known = self.aig.or(c.must, !c.may);
         match (a, b) {
@@ -306,21 +305,25 @@ impl Circuit<'_> {
                 Value::Number(number, self.aig.and(known, fits))
             }
             (Value::Flag(_), Value::Number(..)) | (Value::Number(..), Value::Flag(_)) => {
-                unreachable!("validation gives both sides of a choice one type")
+                unreachable!("validation ensures that both sides of a choice have one type")
             }
         }
     }
 
-    /// The code that a piece of state holds; a single possible value needs no flip-flop.
+    /// The stored code of a piece of state; a single possible value needs no flip-flop.
     fn code(&self, origin: Origin, element: u32, n_bits: u32) -> Result<Vec<Lit>, String> {
         let lit = |bit| self.bits.get(&(origin, element, bit)).copied();
         (0..n_bits)
-            .map(|bit| lit(bit).ok_or_else(|| "no flip-flop holds what it asks for".to_owned()))
+            .map(|bit| {
+                lit(bit).ok_or_else(|| {
+                    "no flip-flop stores a value that the emergency reads".to_owned()
+                })
+            })
             .collect()
     }
 
-    /// A time. Its cap lies above all that it is compared with, so one more tick beyond it makes no difference. What a tick makes of a code above the cap,
-    /// which no time has, nobody can say.
+    /// A time. Its cap is above all constants that it is compared with, so a tick beyond it makes no difference. A code above the cap is invalid; its
+    /// value after a tick is undefined.
     fn time(&mut self, origin: Origin, runs: Lit) -> Result<Value, String> {
         let now = self.counter(origin)?;
         if !self.is_latched {
@@ -338,11 +341,11 @@ impl Circuit<'_> {
         Ok(Value::Number(Number::select(&mut self.aig, grows, &later, &now), !lost))
     }
 
-    /// A counter: as many bits as the circuit has for it.
+    /// A counter with as many bits as the circuit has for it.
     fn counter(&mut self, origin: Origin) -> Result<Number, String> {
         let n_bits = (0..64).take_while(|bit| self.bits.contains_key(&(origin, 0, *bit))).count();
         if n_bits == 0 {
-            return Err("no flip-flop holds a time that it asks for".to_owned());
+            return Err("no flip-flop stores a time that the emergency reads".to_owned());
         }
         let code = self.code(origin, 0, u32::try_from(n_bits).unwrap_or(0))?;
         Ok(Number::from_code(&mut self.aig, &code, 0))
@@ -377,7 +380,7 @@ impl Circuit<'_> {
                 let input = &net.inputs[id];
                 let pins = (0..input.ty.bits()).map(|bit| {
                     self.inputs.get(&(id.index(), bit)).copied().ok_or_else(|| {
-                        format!("no pin carries input `{}`, which it asks for", input.name)
+                        format!("no pin carries input `{}`, which the emergency reads", input.name)
                     })
                 });
                 let code = pins.collect::<Result<Vec<_>, _>>()?;
@@ -418,7 +421,7 @@ impl Circuit<'_> {
                 self.of_type(Type::Bool, &code)
             }
             Leaf::Rise(_) | Leaf::Fall(_) | Leaf::Fireable(_) => {
-                unreachable!("validation keeps edges and receptivities out of an emergency")
+                unreachable!("validation excludes edges and receptivities from an emergency")
             }
         })
     }
@@ -442,6 +445,6 @@ impl Circuit<'_> {
                 Some(other) => self.select(is_here, here, other),
             });
         }
-        found.ok_or_else(|| "it asks for an array without elements".to_owned())
+        found.ok_or_else(|| "the emergency reads an array without elements".to_owned())
     }
 }

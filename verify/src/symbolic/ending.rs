@@ -137,7 +137,7 @@ impl Maker<'_> {
         self.aig.and(!reset, any)
     }
 
-    /// E2. From each index the tasks that fit the budget are known beforehand.
+    /// E2. For each index, the tasks that fit in the budget are known in advance.
     fn tasks(&mut self, state: &mut State) {
         let net = self.net;
         for (id, step) in net.steps.iter() {
@@ -182,7 +182,7 @@ impl Maker<'_> {
         }
     }
 
-    /// E4: the outputs that a state gives, mealy ones left out. Calls in lists are those of the reaction made last.
+    /// E4: the outputs of a state, without mealy ones. Calls in lists are those of the last reaction.
     pub(super) fn outputs(&mut self, state: &State) -> Vec<Vec<Lit>> {
         let net = self.net;
         let mut all = Vec::new();
@@ -200,7 +200,7 @@ impl Maker<'_> {
                 },
                 Driver::Controlled(action) => vec![state.q[action.index()]],
                 Driver::Extern { calls, .. } => {
-                    // Lists call whether or not the emergency holds.
+                    // Lists call actions even during the emergency.
                     let mut asks = Vec::new();
                     let mut ways = self.calls.get(&id).cloned().unwrap_or_default();
                     for call in calls {
@@ -222,7 +222,7 @@ impl Maker<'_> {
         all
     }
 
-    /// Whether the emergency holds in a state, with the inputs that are set.
+    /// Whether the emergency condition is true in a state, with the current inputs.
     pub(super) fn emergency(&mut self, state: &State) -> Lit {
         let net = self.net;
         match &net.emergency {
@@ -231,7 +231,7 @@ impl Maker<'_> {
         }
     }
 
-    /// The code of an output, or that of its safe value where `emergency` is true.
+    /// The code of an output, or of its safe value if `emergency` is true.
     pub(super) fn forced(&mut self, output: &Output, code: Vec<Lit>, emergency: Lit) -> Vec<Lit> {
         if emergency == Lit::FALSE {
             return code;

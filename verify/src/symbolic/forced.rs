@@ -1,4 +1,4 @@
-//! Which charts of a net are forced, by whom, and in which order the orders count.
+//! The forced charts of a net, their forcing steps, and the precedence of the orders.
 
 use std::collections::BTreeSet;
 
@@ -7,7 +7,7 @@ use grafsynth_ir::net::{ForcingOrder, Net, StepId, TransitionId};
 use super::state::is_move;
 use crate::cover;
 
-/// More charts than that are not unrolled: each costs a situation of its own.
+/// The maximum number of charts that are unrolled: each costs a situation of its own.
 const CHARTS: usize = 32;
 
 /// All orders for one chart.
@@ -15,11 +15,11 @@ const CHARTS: usize = 32;
 pub(super) struct ForcedChart {
     pub(super) steps: Vec<StepId>,
     pub(super) transitions: Vec<TransitionId>,
-    /// The forcing step, and the situation that it asks for; none is `hold`. In declaration order.
+    /// The forcing step and the requested situation; `None` is `hold`. In declaration order.
     pub(super) orders: Vec<(StepId, Option<BTreeSet<StepId>>)>,
 }
 
-/// The forced charts of a net, those that force others before those.
+/// The forced charts of a net; charts that force others come before these.
 pub(super) fn forced_charts(net: &Net) -> Result<Vec<ForcedChart>, String> {
     let mut charts: Vec<(BTreeSet<usize>, ForcedChart)> = Vec::new();
     for forcing in &net.forcings {
@@ -51,7 +51,7 @@ pub(super) fn forced_charts(net: &Net) -> Result<Vec<ForcedChart>, String> {
     }
     let mut sorted = Vec::new();
     while !charts.is_empty() {
-        // One that no other of the rest forces; forcing has no cycle.
+        // A chart that no other remaining chart forces; forcing has no cycle.
         let is_forced_by = |chart: &ForcedChart, parts: &BTreeSet<usize>| {
             chart.orders.iter().any(|(step, _)| parts.contains(&net.steps[*step].part.index()))
         };

@@ -22,7 +22,7 @@ impl Maker<'_> {
         }
     }
 
-    /// K5: nor do those of a chart that becomes forced by this very micro-step.
+    /// K5: nor do those of a chart that becomes forced in this micro-step.
     pub(super) fn stop_forced(&mut self, state: &State, chosen: &mut [Lit]) {
         for chart in self.forced.clone() {
             let (next, _) = self.next(state, chosen);
@@ -39,7 +39,7 @@ impl Maker<'_> {
     pub(super) fn force(&mut self, before: &[Lit], next: &mut [Lit], restarted: &mut [Lit]) {
         let net = self.net;
         for chart in self.forced.clone() {
-            // The first declared order of an active step.
+            // The first declared order whose step is active.
             let mut applies = Vec::new();
             let mut earlier = Lit::FALSE;
             for (step, _) in &chart.orders {
@@ -58,7 +58,7 @@ impl Maker<'_> {
                     ways.push(self.aig.and(*applies, asked));
                 }
                 let mut asked = self.aig.or_all(ways);
-                // Parents stand before their children, so theirs is known.
+                // Parents are declared before their children, so their value is known.
                 if let Some(parent) = net.steps[*step].parent {
                     asked = self.aig.and(asked, next[parent.index()]);
                 }
@@ -68,13 +68,13 @@ impl Maker<'_> {
         }
     }
 
-    /// R2: what is active after reset.
+    /// R2: the steps that are active after reset.
     pub(super) fn initial_situation(&mut self) -> Vec<StepId> {
         let net = self.net;
         let initial = cover::initial_situation(net);
         let mut next = vec![Lit::FALSE; net.steps.len()];
         initial.iter().for_each(|step| next[step.index()] = Lit::TRUE);
-        // A chart that is held keeps its initial situation.
+        // A chart forced with `hold` keeps its initial situation.
         let before = next.clone();
         let mut restarted = vec![Lit::FALSE; next.len()];
         self.force(&before, &mut next, &mut restarted);

@@ -1,13 +1,13 @@
-//! Images of sets of states under one reaction, as decision diagrams [Burch, Clarke, Long 1991]: the relation stays a list of parts, one for a few bits
-//! of the next state, and each variable is quantified away as soon as no later part mentions it [Ranjan, Aziz, Brayton, Plessier, Pixley 1995].
+//! Images of sets of states under one reaction, as decision diagrams [Burch, Clarke, Long 1991]: the relation is a list of parts, each for a few bits of
+//! the next state, and each variable is quantified as soon as no later part mentions it [Ranjan, Aziz, Brayton, Plessier, Pixley 1995].
 //!
-//! Levels: a bit of the state has an even level, the same bit after the reaction the odd level behind it; inputs have even levels.
+//! Levels: a bit of the state has an even level, and its value after the reaction has the next odd level; inputs have even levels.
 
 use grafsynth_logic::bdd::{Bdd, Full, Ref};
 
 /// Parts of the relation are joined up to this size. Larger parts save passes over the set, smaller ones quantify earlier; the optimum is flat.
 const CLUSTER: usize = 400;
-/// Garbage below this size is left where it is.
+/// Less garbage than this is not collected.
 const SWEEP: usize = 1 << 16;
 
 /// The level of the same bit after the reaction.
@@ -15,7 +15,7 @@ pub(super) fn after(level: u32) -> u32 {
     level | 1
 }
 
-/// What restricts one reaction: a function of state and inputs, and of the next state if it defines a bit of it.
+/// A restriction of one reaction: a function of state and inputs, and of the next state if it defines a bit of it.
 #[derive(Debug, Clone)]
 pub(super) struct Part {
     pub(super) relation: Ref,
@@ -23,14 +23,14 @@ pub(super) struct Part {
     pub(super) reads: Vec<u32>,
 }
 
-/// Joined parts, and what may be quantified after them.
+/// Joined parts, and the variables to quantify after them.
 #[derive(Debug, Clone)]
 struct Cluster {
     relation: Ref,
     done: Ref,
 }
 
-/// One manager with a relation and whatever functions its client wants to keep.
+/// One manager with a relation and functions that its client keeps.
 #[derive(Debug)]
 pub(super) struct Machine {
     pub(super) bdd: Bdd,
@@ -39,7 +39,7 @@ pub(super) struct Machine {
     unread: Ref,
     /// All levels of state and inputs.
     pub(super) all: Ref,
-    /// Functions of the client; [`Machine::tidy`] renames them.
+    /// Functions of the client; [`Machine::tidy`] updates their references.
     pub(super) kept: Vec<Ref>,
     next_sweep: usize,
 }
@@ -48,7 +48,7 @@ impl Machine {
     /// `state` and `inputs` are the levels of the bits before the reaction.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub(super) fn new(
         mut bdd: Bdd,
         parts: Vec<Part>,
@@ -60,7 +60,7 @@ impl Machine {
         let parts = sorted(parts, n_levels);
         let mut is_state = vec![false; n_levels];
         state.iter().for_each(|level| is_state[*level as usize] = true);
-        // The last part that reads each level; nothing later needs it.
+        // The last part that reads each level.
         let mut last: Vec<Option<usize>> = vec![None; n_levels];
         let mut first: Vec<Option<usize>> = vec![None; n_levels];
         for (at, part) in parts.iter().enumerate() {
@@ -86,7 +86,7 @@ impl Machine {
             let mut done = Vec::new();
             for (level, (last, first)) in last.iter().zip(&first).enumerate() {
                 if last.is_some_and(|at| from <= at && at < to) {
-                    // Sets of states know nothing of inputs, so those that only this cluster reads go at once.
+                    // Sets of states do not depend on inputs, so inputs that only this cluster reads are quantified at once.
                     if !is_state[level] && first.is_some_and(|at| from <= at) {
                         inner.push(level as u32);
                     } else {
@@ -108,10 +108,10 @@ impl Machine {
         Ok(machine)
     }
 
-    /// The states that one reaction makes of these.
+    /// The successors of these states after one reaction.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub(super) fn image(&mut self, from: Ref) -> Result<Ref, Full> {
         let mut set = self.bdd.exists(from, self.unread)?;
         for cluster in &self.clusters {
@@ -123,15 +123,15 @@ impl Machine {
         self.bdd.rename(set, |level| level & !1)
     }
 
-    /// True if the two hold together somewhere.
+    /// True if the two functions have a common point.
     ///
     /// # Errors
-    /// When the manager is full.
+    /// If the manager is full.
     pub(super) fn meet(&mut self, a: Ref, b: Ref) -> Result<bool, Full> {
         Ok(self.bdd.and_exists(a, b, self.all)? != Ref::FALSE)
     }
 
-    /// Drops garbage if there is much of it. Gives the functions under their new names.
+    /// Collects garbage if there is much of it. Returns the functions with updated references.
     pub(super) fn tidy<const N: usize>(&mut self, functions: [Ref; N]) -> [Ref; N] {
         if self.bdd.len() < self.next_sweep {
             return functions;
@@ -159,13 +159,13 @@ impl Machine {
         }
         self.unread = next();
         self.all = next();
-        // Garbage may grow to three times of what lives, so sweeping costs no more than making it.
+        // Garbage may grow to three times the live nodes, so collecting costs no more than creating it.
         self.next_sweep = (self.bdd.len() * 4).max(SWEEP);
     }
 }
 
-/// The order in which parts are joined to a set: always the part after which most variables are done for the fewest new ones; among equals the
-/// nearest one behind the last.
+/// The order in which parts are joined to a set: always the part that completes the most variables for the fewest new ones; if equal, the nearest one
+/// after the last.
 fn sorted(parts: Vec<Part>, n_levels: usize) -> Vec<Part> {
     let mut n_left = vec![0usize; n_levels];
     for level in parts.iter().flat_map(|part| &part.reads) {

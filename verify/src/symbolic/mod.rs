@@ -1,15 +1,15 @@
-//! The proof by induction: a second writing of the reaction as a circuit, and a solver that finds both circuits equal, function by function.
+//! The proof by induction: a second encoding of the reaction as a circuit, and a solver that proves both circuits equal, function by function.
 //!
-//! Let S be the state of the net, coded as the flip-flops say that they hold it. If the circuit holds S(0) after power-up, and for every S that meets
-//! the invariants each flip-flop's D function gives the same bit as the reaction does, then the circuit holds the net's state for ever; and if each pin's
-//! function agrees too, so does the trace. Invariants used: the sequential components and caps of [`Facts`], codes that stand for values, timers of
-//! inactive steps at 0, the assumptions on the inputs. All of them hold in every reachable state of the *net*, so they may be assumed without more ado.
+//! Let S be the state of the net, in the coding of the flip-flops. If the circuit contains S(0) after power-up, and if for every S that satisfies the
+//! invariants each D function gives the same bit as the reaction, then the circuit always contains the net's state; and if each pin's function also
+//! agrees, so does the trace. The invariants are: the sequential components and caps of [`Facts`], validity of codes, timers of inactive steps at 0, and
+//! the assumptions about inputs. All of them are true in every reachable state of the *net*, so they may be assumed.
 //!
-//! A circuit that holds steps by a code is proved through the code (see the module `codes`). Where the net leaves a cell open, nothing is asked of it; where it
-//! leaves the next situation open, nothing is asked of what follows.
+//! A circuit that stores steps as codes is proved through the code (see the module `codes`). If the net leaves a cell open, the cell is not checked; if it
+//! leaves the next situation open, nothing that follows is checked.
 //!
-//! Both circuits are built in one graph where equal nodes are one, so most functions are equal before any solver is asked; for the others the
-//! question goes to the solver with only the part of the graph that it needs.
+//! Both circuits are built in one graph where equal nodes are shared, so most functions are equal before any solver is called; for the others, the solver
+//! gets only the part of the graph that the query needs.
 
 mod aig;
 mod codes;
@@ -51,10 +51,10 @@ use number::Number;
 use reaction::{Inputs, Maker, Reaction};
 use state::{Key, State, Value};
 
-/// The largest part of the graph that one question may need.
+/// The maximum part of the graph for one query.
 const CONE: usize = 100_000;
 
-/// An input that two nets are given together: a code counted from `lo`, of a value that suits both.
+/// An input that two nets share: a code counted from `lo`, of a value that is possible in both.
 #[derive(Debug, Clone)]
 struct SharedInput {
     bits: Vec<Lit>,
@@ -83,17 +83,17 @@ struct Model<'n> {
     inputs: Inputs,
     /// The name of each variable that is a state bit.
     name_of: BTreeMap<Lit, Key>,
-    /// The order of variables in decision diagrams: truth values, then words from the highest bit down, side by side.
+    /// The order of variables in decision diagrams: Booleans, then words from the highest bit down, interleaved.
     bit_of: BTreeMap<Lit, u32>,
-    /// Pieces of several bits, and the condition that they are a code. Inputs too.
+    /// Pieces of several bits, and the condition that they contain a valid code. Includes inputs.
     valid: Vec<(Vec<Lit>, Lit)>,
     valid_of: BTreeMap<Lit, usize>,
-    /// Assumptions: their variables, and what never holds.
+    /// Assumptions: their variables, and the condition that is never true.
     forbidden: Vec<(Vec<Lit>, Lit)>,
-    /// Assumptions that cannot be said over state and inputs, so that more seems possible than is.
+    /// The number of assumptions that cannot be expressed over state and inputs; without them, more seems possible than is.
     n_passed_over: usize,
     events: Vec<Lit>,
-    /// For each flip-flop of a code the steps that it tells of.
+    /// For each flip-flop of a code, the steps that it represents.
     decodes: BTreeMap<Lit, Vec<StepId>>,
     /// The names of the flip-flops of codes.
     code_bits: BTreeMap<Lit, String>,
@@ -105,7 +105,7 @@ impl<'n> Model<'n> {
         Self::within(Aig::new(), net, depth, limits, &BTreeMap::new())
     }
 
-    /// The same in a graph that holds other functions already, with inputs that are shared with those.
+    /// The same in a graph that already contains other functions, with shared inputs.
     fn within(
         aig: Aig,
         net: &'n Net,
@@ -220,7 +220,7 @@ impl<'n> Model<'n> {
         &mut self.maker.aig
     }
 
-    /// What may be assumed of the variables of a question: literals that hold, and clauses.
+    /// The assumptions about the variables of a query: literals that are true, and clauses.
     fn invariants(&self, facts: &Facts, support: &[Lit]) -> (Vec<Lit>, Vec<Vec<Lit>>) {
         let mut holds = Vec::new();
         let mut clauses = Vec::new();
@@ -250,7 +250,7 @@ impl<'n> Model<'n> {
                 members.entry(component).or_default().push(own);
             }
             if let Some(parent) = self.maker.net.steps[step].parent {
-                // What is enclosed is active only with what encloses it.
+                // An enclosed step is active only together with its enclosing step.
                 let parent = self.state_bits[&(Origin::Step(parent), 0, 0)];
                 clauses.push(vec![!own, parent]);
             }
@@ -277,7 +277,7 @@ impl<'n> Model<'n> {
         (holds, clauses)
     }
 
-    /// Ages are an order.
+    /// Ages are a total order.
     fn total_order(&self, mut steps: Vec<StepId>, clauses: &mut Vec<Vec<Lit>>) {
         steps.sort_unstable();
         steps.dedup();
@@ -300,7 +300,8 @@ impl<'n> Model<'n> {
         }
     }
 
-    /// Where two functions differ although the invariants hold: the bits that are 1 there. None inside if they agree; none at all if the solver gives up.
+    /// A point where two functions differ although the invariants are true, as the bits that are 1. The inner `None` means that they agree, the outer one
+    /// that the solver reached its limit.
     fn difference(
         &mut self,
         facts: &Facts,
@@ -315,12 +316,12 @@ impl<'n> Model<'n> {
         let support = self.maker.aig.support(&[a, b], CONE)?;
         let (mut holds, clauses) = self.invariants(facts, &support);
         holds.push(differ);
-        // Words are read bit by bit, so that arithmetic has small diagrams.
+        // Words are ordered bit by bit, so that arithmetic has small diagrams.
         let rank = |lit: Lit| self.bit_of.get(&lit).copied().unwrap_or(0);
         self.maker.aig.settle(&holds, &clauses, rank, limits)
     }
 
-    /// The active steps among some bits, and how much else of the state is not 0, for a message.
+    /// The active steps among some bits, and the number of other state bits that are 1, for a message.
     fn describe(&self, bits: &[Lit]) -> String {
         let mut steps = Vec::new();
         let mut n_others = 0;
@@ -342,7 +343,7 @@ fn known_depth(facts: &Facts) -> Option<u32> {
 }
 
 fn at_most_one(lits: &[Lit], clauses: &mut Vec<Vec<Lit>>) {
-    // Beyond a few hundred the pairs cost more than they can help; leaving some out only weakens what is assumed.
+    // Beyond a few hundred steps the pairs cost more than they help; omitting some only weakens the assumptions.
     for (at, a) in lits.iter().enumerate().take(512) {
         clauses.extend(lits[..at].iter().map(|b| vec![!*a, !*b]));
     }
@@ -398,7 +399,7 @@ fn prove(
     if has_arguments {
         return Err("calls with arguments are not covered by the symbolic proof".to_owned());
     }
-    // What the circuit claims of its own states is one more thing to prove, so it is left out where the steps themselves are enough.
+    // The circuit's claims about its own states need a proof too, so they are omitted if the steps alone are sufficient.
     let is_coded = !logic.decoded.is_empty();
     let plain = if is_coded {
         Err(String::new())
@@ -413,7 +414,7 @@ fn prove(
     }
 }
 
-/// The induction; with `is_closed` it has the unreachable states of the circuit among its invariants.
+/// The induction; with `is_closed`, the circuit's unreachable states are among its invariants.
 fn prove_tied(
     net: &Valid<Net>,
     facts: &Facts,
@@ -471,7 +472,7 @@ fn prove_tied(
         let given = nodes[flop.next.index()].negate_if(holds.inverted);
         proof.show(wanted, given, open.next, &format!("flip-flop `{}`", flop.name))?;
     }
-    // The circuit after the clock, as functions of what stood before it.
+    // The circuit after the clock, as functions of the state before it.
     let moved: Vec<Lit> = logic.flops.values().map(|flop| nodes[flop.next.index()]).collect();
     let is_needed = !coded.keys.is_empty() || coded.is_closed;
     let mut composed: Option<Vec<Lit>> =
@@ -484,16 +485,16 @@ fn prove_tied(
             compared += 1;
             let first = reset_bits.get(key).copied().unwrap_or(Lit::FALSE);
             if woken[bit.node.index()] != first {
-                return Err(format!("{what} is another after power-up"));
+                return Err(format!("{what} has another value after power-up"));
             }
             let wanted = next_bits.get(key).copied().unwrap_or(Lit::FALSE);
             proof.show(wanted, composed[bit.node.index()], open.next, &what)?;
         }
         for node in logic.unreachable.iter().filter(|_| coded.is_closed) {
             if woken[node.index()] != Lit::FALSE {
-                return Err("a code that no step has stands at power-up".to_owned());
+                return Err("the power-up code encodes no step".to_owned());
             }
-            let what = "the way into a code that no step has";
+            let what = "the transition into an unused code";
             proof.show(Lit::FALSE, composed[node.index()], open.next, what)?;
         }
     }
@@ -521,7 +522,7 @@ fn prove_tied(
             proof.show(before_clock, nodes[output.value.index()], own, &what)?;
             continue;
         }
-        // The pin is a function of the new state: shown for any state if that is enough, else for the states that the reaction makes.
+        // The pin is a function of the new state: proved for any state if possible, else for the states after a reaction.
         if let Some(wanted) = after_clock
             && proof.try_show(wanted, nodes[output.value.index()])
         {
@@ -535,9 +536,9 @@ fn prove_tied(
     Ok(Certificate { method, compared })
 }
 
-/// Where the net leaves cells open, as functions of the state before a reaction and its inputs (semantics §3.6).
+/// The conditions under which the net leaves cells open, as functions of the state before a reaction and its inputs (semantics §3.6).
 struct OpenCells {
-    /// The next situation, and all that follows from it.
+    /// The next situation, and everything that follows from it.
     next: Lit,
     /// Each output.
     outputs: Vec<Lit>,
@@ -578,7 +579,7 @@ impl Proof<'_, '_> {
         agrees
     }
 
-    /// Shows both equal wherever the net does not leave them open.
+    /// Proves both equal wherever the net does not leave them open.
     fn show(&mut self, wanted: Lit, given: Lit, open: Lit, what: &str) -> Result<(), String> {
         if wanted == given {
             self.same += 1;
@@ -597,13 +598,13 @@ impl Proof<'_, '_> {
                     "{what} differs from the net in a state that no invariant excludes: {place}"
                 ))
             }
-            None => Err(format!("{what}: the solver gave up")),
+            None => Err(format!("{what}: the solver reached its limit")),
         }
     }
 }
 
-/// Proves that a property of rows never holds after a reaction, for a net of any size: because the invariants exclude it, or by
-/// induction over one reaction, after any `dt`. None where neither works; row 0 is left to the caller.
+/// Proves that a property of rows is never true after a reaction, for a net of any size: because the invariants exclude it, or by induction over one
+/// reaction, after any `dt`. `None` if neither works; the caller checks row 0.
 pub(crate) fn never(
     net: &Valid<Net>,
     facts: &Facts,
@@ -619,7 +620,7 @@ pub(crate) fn never(
     if model.difference(facts, limits, now, Lit::FALSE)?.is_none() {
         return Some(ProvedBy::Structural);
     }
-    // The row before had inputs of its own, of which nothing is known but that the property did not hold.
+    // The previous row had its own inputs, of which only the truth of the property is known.
     let before = Inputs {
         values: inputs
             .values
@@ -642,8 +643,8 @@ pub(crate) fn never(
     model.difference(facts, limits, broken, Lit::FALSE)?.is_none().then_some(ProvedBy::Induction)
 }
 
-/// A property as an expression over the state and the inputs: outputs as what drives them. None for those that need more, and for times, whose caps
-/// need not reach as far as the property asks.
+/// A property as an expression over the state and the inputs, with outputs replaced by their drivers. `None` for properties that need more, and for times,
+/// whose caps may be below the property's constants.
 fn over_state(net: &Net, property: &PropertyExpr) -> Option<Expr> {
     let mut has_time = false;
     property.for_each_leaf(&mut |leaf| match leaf {

@@ -1,11 +1,10 @@
-//! Exact integers as two's complement words of the width that they need. Deliberately not the arithmetic that the encoding of nets uses: one checks the
-//! other.
+//! Exact integers as two's complement words of the necessary width. This is deliberately not the arithmetic of the encoder: one checks the other.
 
 use grafsynth_ir::expr::{ArithOp, CompareOp};
 
 use super::aig::{Aig, Lit};
 
-/// A signed number; the last bit is the sign and stands for all above it.
+/// A signed number; the last bit is the sign and represents all higher bits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Number {
     bits: Vec<Lit>,
@@ -21,7 +20,7 @@ impl Number {
         }
     }
 
-    /// The number whose code, counted from `lo`, is held by these bits.
+    /// The number whose code, counted from `lo`, these bits contain.
     pub(crate) fn from_code(aig: &mut Aig, code: &[Lit], lo: i64) -> Number {
         let mut bits = code.to_vec();
         bits.push(Lit::FALSE);
@@ -29,7 +28,7 @@ impl Number {
         if lo == 0 { unsigned } else { unsigned.add(aig, &Number::constant(lo), Lit::FALSE) }
     }
 
-    /// The code of the number counted from `lo`; it must lie within `lo ..= lo + 2^n_bits - 1`.
+    /// The code of the number counted from `lo`; it must be within `lo ..= lo + 2^n_bits - 1`.
     pub(crate) fn code(&self, aig: &mut Aig, lo: i64, n_bits: u32) -> Vec<Lit> {
         let shifted =
             if lo == 0 { self.clone() } else { self.subtract(aig, &Number::constant(lo)) };
@@ -176,7 +175,7 @@ impl Number {
         }
     }
 
-    /// Brought into the bounds.
+    /// The value clamped to the bounds.
     pub(crate) fn saturate(&self, aig: &mut Aig, lo: i64, hi: i64) -> Number {
         let (low, high) = (Number::constant(lo), Number::constant(hi));
         let below = self.less(aig, &low);

@@ -1,8 +1,8 @@
 //! The order of the variables in the decision diagrams of reachable states.
 //!
-//! Steps that share a token stand together, component by component: inside a component few situations are possible, so a diagram that reads one
-//! component after the other stays narrow. What belongs to a step (its time, its task index) stands behind it, and everything else (variables,
-//! edges, latches, inputs) just before the first step that reads it. Next to each bit of the state stands the same bit after the reaction.
+//! Steps that share a token are adjacent, component by component: inside a component few situations are possible, so a diagram that reads one component
+//! after the other stays narrow. The values of a step (its time, its task index) come after it, and everything else (variables, edges, latches, inputs)
+//! just before the first step that reads it. Next to each bit of the state comes its value after the reaction.
 
 use std::collections::BTreeMap;
 
@@ -22,12 +22,12 @@ enum Word {
     Time,
 }
 
-/// A place in the order: which step it belongs to, and whether before it (0), at it (1) or behind it (2).
+/// A position in the order: the step, and whether before it (0), at it (1) or after it (2).
 type Place = (usize, u8);
 
 /// The bits of a model in the order of their diagram, first variable first.
 ///
-/// `reads` gives for each bit of the state the variables that its next value depends on; `time` are the bits of the ticks that pass.
+/// `reads` gives for each bit of the state the variables that its next value depends on; `time` contains the bits of the number of ticks.
 pub(super) fn order(
     net: &Net,
     facts: &Facts,
@@ -85,7 +85,7 @@ pub(super) fn order(
             }
         }
     }
-    // What no step reads is read by something that a step reads, or it stands at the end.
+    // A word that no step reads is placed next to a reader that is already placed, or at the end.
     loop {
         let mut found: BTreeMap<Word, Place> = BTreeMap::new();
         for ((origin, element, _), lits) in reads {
@@ -107,11 +107,11 @@ pub(super) fn order(
         .map(|word| (place.get(word).copied().unwrap_or((usize::MAX, 0)), *word))
         .collect();
     sorted.sort_unstable();
-    // Highest bit first: comparisons are decided there.
+    // Highest bit first, because it decides comparisons.
     sorted.iter().flat_map(|(_, word)| words[word].iter().rev().copied()).collect()
 }
 
-/// The place of each step in the order of steps.
+/// The position of each step in the order of steps.
 fn places(net: &Net, facts: &Facts) -> Vec<usize> {
     let mut steps: Vec<StepId> = net.steps.ids().collect();
     steps.sort_by_key(|step| {

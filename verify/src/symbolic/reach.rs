@@ -1,8 +1,8 @@
-//! The reachable situations of a net whose states are too many to be counted one by one: a decision diagram of the reachable states, made by
-//! images of the reaction as [`super`] writes it down.
+//! The reachable situations of a net with too many states to enumerate: a decision diagram of the reachable states, computed by images of the reaction as
+//! [`super`] encodes it.
 //!
-//! The reaction there knows one tick at most. Here any number of ticks may pass: `dt` is one more input, as wide as the longest time that the net
-//! compares or waits for (beyond its cap no counter tells one `dt` from the next).
+//! The encoded reaction covers at most one tick. Here any number of ticks may pass: `dt` is one more input, as wide as the longest time that the net
+//! compares or waits for (beyond its cap no counter distinguishes one `dt` from the next).
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -19,46 +19,46 @@ use super::state::{Key, Shape};
 use super::{Model, over_state};
 use crate::limits::Limits;
 
-/// Micro-steps of a reaction that are unrolled at most.
+/// The maximum number of micro-steps that are unrolled.
 const DEPTH: u32 = 64;
 
-/// What the diagram says.
+/// The results of the diagram.
 #[derive(Debug)]
 pub(crate) struct Reached {
     machine: Machine,
     /// Over the bits of the steps.
     situations: Ref,
     level_of: Vec<u32>,
-    /// No situation is counted that cannot be reached.
+    /// True if every counted situation is reachable.
     pub(crate) exact: bool,
-    /// For each transition whether it ever fires.
+    /// For each transition, whether it ever fires.
     pub(crate) fires: Vec<bool>,
-    /// For each property that was asked about whether some row after the first breaks it; none where that cannot be said over state and inputs.
+    /// For each queried property, whether some row after the first violates it; `None` if it cannot be expressed over state and inputs.
     pub(crate) breaks: Vec<Option<bool>>,
-    /// For each pair that was asked about whether both ever fire in one micro-step (of a reaction after the reset).
+    /// For each queried pair, whether both ever fire in one micro-step (of a reaction after the reset).
     pub(crate) pairs: Vec<bool>,
-    /// The number of states, as far as they tell anything asked; `u64::MAX` stands for that and more.
+    /// The number of states, as far as they affect the queries; `u64::MAX` means at least that many.
     pub(crate) states: u64,
-    /// The largest number of micro-steps in a reaction, where none exceeds the limit of the net.
+    /// The largest number of micro-steps in a reaction, if none exceeds the limit of the net.
     pub(crate) depth: Option<u32>,
 }
 
 impl Reached {
-    /// The number of situations; `u128::MAX` stands for that and more.
+    /// The number of situations; `u128::MAX` means at least that many.
     pub(crate) fn count(&self) -> u128 {
         let mut levels = self.level_of.clone();
         levels.sort_unstable();
         self.machine.bdd.sat_count(self.situations, &levels)
     }
 
-    /// True if some situation holds all of these steps.
+    /// True if some situation contains all of these steps.
     pub(crate) fn together(&mut self, steps: &[StepId]) -> Result<bool, String> {
         let levels = steps.iter().map(|step| self.level_of[step.index()]);
         let cube = self.machine.bdd.cube(levels).map_err(full)?;
         self.machine.meet(self.situations, cube).map_err(full)
     }
 
-    /// True if every situation holds one of these steps.
+    /// True if every situation contains one of these steps.
     pub(crate) fn always_one(&mut self, steps: &[StepId]) -> Result<bool, String> {
         let mut none = self.situations;
         for step in steps {
@@ -94,9 +94,9 @@ impl From<String> for Failed {
     }
 }
 
-/// All situations that the net can reach, for any `dt`. The error says why that could not be found out.
+/// All reachable situations of the net, for any `dt`. The error tells why they could not be computed.
 ///
-/// `facts` gives the components, for the order of variables only. `never` are properties to ask about, and `pairs` are transitions.
+/// `facts` gives the components, only for the order of variables. `never` contains the queried properties, and `pairs` the queried transitions.
 pub(crate) fn reach(
     net: &Net,
     facts: &Facts,
@@ -110,14 +110,14 @@ pub(crate) fn reach(
         Evolution::Single => 1,
         Evolution::Stable { limit } => limit,
     };
-    // Long evolutions are rare, and what is unrolled is paid for: a few micro-steps first.
+    // Long evolutions are rare and unrolling is expensive, so few micro-steps are tried first.
     let mut work = limits.image_work;
     let mut depth = limit.min(4);
     loop {
         match attempt(net, facts, limits, &asked, limit, depth, &mut work) {
             Ok(reached) => return Ok(reached),
             Err(Failed::Open(why)) => return Err(why),
-            // Earlier attempts took their share of the work.
+            // Earlier attempts used their part of the work.
             Err(Failed::Full(Full { of: Scarce::Work, .. })) => {
                 let limit = limits.image_work;
                 return Err(format!("the decision diagram needs more than {limit} steps of work"));
@@ -133,13 +133,13 @@ pub(crate) fn reach(
     }
 }
 
-/// What is asked beside what can be reached.
+/// Queries in addition to reachability.
 struct Asked<'a> {
     never: &'a [Option<Expr>],
     pairs: &'a [(TransitionId, TransitionId)],
 }
 
-/// With so many micro-steps in a reaction. Takes what it does from `work`.
+/// Tries with `depth` micro-steps per reaction. Subtracts its work from `work`.
 fn attempt(
     net: &Net,
     facts: &Facts,
@@ -149,7 +149,7 @@ fn attempt(
     depth: u32,
     work: &mut u64,
 ) -> Result<Reached, Failed> {
-    // Whatever has more nodes as a graph has more as diagrams.
+    // A function with more nodes as a graph also has more as diagrams.
     let graph_nodes = limits.circuit_nodes.min(limits.bdd_nodes);
     let limits = &Limits { circuit_nodes: graph_nodes, ..limits.clone() };
     let n_bits = net.steps.len() + net.inputs.len();
@@ -178,7 +178,7 @@ fn attempt(
         let text = format!("the reaction has more than {graph_nodes} nodes");
         Failed::Open(text)
     };
-    // What says how long a reaction is, and what fires in it.
+    // The functions that give the length of a reaction, and those that tell what fires in it.
     let mut asked = vec![overrun];
     asked.extend(&model.maker.more);
     let n_more = asked.len();
@@ -194,7 +194,7 @@ fn attempt(
         }
         asked.push(model.aig().or_all(together));
     }
-    // All functions, in one list: next bits, conditions on inputs, what is asked.
+    // All functions in one list: next bits, conditions on inputs, queries.
     let mut roots: Vec<Lit> = next.values().copied().collect();
     roots.extend(&legal);
     roots.extend(&asked);
@@ -289,8 +289,8 @@ fn attempt(
     Ok(Reached { machine, situations, level_of, exact, fires, breaks, pairs, states, depth })
 }
 
-/// Leaves out the bits of the state that no step ever depends on, neither at once nor by way of other bits: what is only counted, stored or put out.
-/// `asked` are the variables of whatever else is asked.
+/// Removes the state bits that no step depends on, directly or through other bits: values that are only counted, stored or output. `asked` contains the
+/// variables of all other queries.
 fn keep_what_matters<'l>(
     model: &Model<'_>,
     reads: &mut BTreeMap<Key, Vec<Lit>>,
@@ -313,12 +313,12 @@ fn keep_what_matters<'l>(
 fn too_many_bits(n_bits: usize, limits: &Limits) -> Failed {
     let limit = limits.image_bits;
     Failed::Open(format!(
-        "state and inputs have {n_bits} bits, and no diagram is tried beyond {limit}"
+        "state and inputs have {n_bits} bits, but the limit for a diagram is {limit}"
     ))
 }
 
-/// The least set that holds `start` and what a reaction makes of its members. `kept` holds what inputs are possible and, next, where a reaction is
-/// longer than what was unrolled.
+/// The smallest set that contains `start` and all successors of its members. `kept` contains the possible inputs and then the condition that a reaction is
+/// longer than unrolled.
 fn fixpoint(machine: &mut Machine, start: Ref) -> Result<Ref, Failed> {
     let mut all = start;
     let mut frontier = start;
@@ -335,12 +335,12 @@ fn fixpoint(machine: &mut Machine, start: Ref) -> Result<Ref, Failed> {
             return Ok(all);
         }
         all = machine.bdd.or(all, image)?;
-        // Any set between what is new and all will do; the smaller diagram is the cheaper one.
+        // Any set between the new states and all states is correct; the smaller diagram is cheaper.
         frontier = if machine.bdd.size(all) < machine.bdd.size(fresh) { all } else { fresh };
     }
 }
 
-/// Lets any number of ticks pass, where the net counts them. Gives the bits of that number.
+/// Lets any number of ticks pass, if the net counts them. Returns the bits of that number.
 pub(super) fn any_time(model: &mut Model<'_>) -> Vec<Lit> {
     let n_bits = 64 - longest_time(model.maker.net, &model.maker.shape).leading_zeros();
     let bits: Vec<Lit> = (0..n_bits).map(|_| model.aig().variable()).collect();
@@ -349,7 +349,7 @@ pub(super) fn any_time(model: &mut Model<'_>) -> Vec<Lit> {
     bits
 }
 
-/// Beyond so many ticks all counters stand at their caps; 0 where there are none.
+/// Beyond this many ticks all counters are at their caps; 0 if there are none.
 pub(super) fn longest_time(net: &Net, shape: &Shape) -> i64 {
     let caps = [&shape.elapsed, &shape.last_elapsed, &shape.timers];
     let durations = shape.times.iter().map(|(id, _)| i64::from(net.actions[*id].duration));
@@ -364,14 +364,15 @@ pub(super) fn initial(model: &mut Model<'_>) -> Result<BTreeMap<Key, bool>, Fail
     let bits = shape.bits(net, model.aig(), &reset.state);
     bits.into_iter()
         .map(|(key, lit)| {
-            let value =
-                lit.as_constant().ok_or_else(|| "the reset is no single state".to_owned())?;
+            let value = lit
+                .as_constant()
+                .ok_or_else(|| "the reset does not lead to a single state".to_owned())?;
             Ok((key, value))
         })
         .collect()
 }
 
-/// What holds of the inputs in every row: codes stand for values, assumptions hold, events that exclude each other do.
+/// The conditions on the inputs in every row: valid codes, assumptions, exclusive events.
 pub(super) fn legal_inputs(model: &mut Model<'_>) -> Vec<Lit> {
     let net = model.maker.net;
     let is_input: BTreeSet<Lit> = model.input_bits.values().copied().collect();
@@ -384,7 +385,7 @@ pub(super) fn legal_inputs(model: &mut Model<'_>) -> Vec<Lit> {
     legal.extend(model.forbidden.iter().map(|(_, never)| !*never));
     for (id, input) in net.inputs.iter() {
         if input.kind == InputKind::InternalEvent {
-            // No row has it.
+            // No row contains it.
             legal.extend(model.input_bits.get(&(id.index() as u32, 0)).map(|bit| !*bit));
         }
     }

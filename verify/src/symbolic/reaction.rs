@@ -1,7 +1,7 @@
-//! The reaction as functions: semantics §3.9 line by line, for charts that are no statecharts.
+//! The reaction as functions: semantics §3.9 line by line, for charts that are not statecharts.
 //!
-//! This is the second writing of the meaning as a circuit. It shares nothing with the lowering to programs nor with the encoding that made the
-//! circuit under proof, only the words of the page.
+//! This is the second encoding of the semantics as a circuit. It shares nothing with the lowering to programs or with the encoder of the circuit under
+//! proof, only the text of semantics.md.
 
 use std::collections::BTreeMap;
 
@@ -21,17 +21,17 @@ use crate::exclusive::entered;
 #[derive(Debug, Clone)]
 pub(crate) struct Inputs {
     pub(crate) values: Vec<Value>,
-    /// Time passes: by one tick where `dt` does not say by how many.
+    /// Time passes: by one tick if `dt` does not give the number.
     pub(crate) tick: Lit,
-    /// The ticks that pass, never negative; None where a reaction lasts no longer than one.
+    /// The number of ticks that pass, never negative; `None` if a reaction lasts at most one.
     pub(crate) dt: Option<Number>,
 }
 
-/// What a reaction leaves.
+/// The results of a reaction.
 #[derive(Debug, Clone)]
 pub(crate) struct Reaction {
     pub(crate) state: State,
-    /// The code of each output; for an extern action whether it is called.
+    /// The code of each output; for an extern action, whether it is called.
     pub(crate) outputs: Vec<Vec<Lit>>,
     pub(crate) fault: Lit,
 }
@@ -45,15 +45,15 @@ pub(crate) struct Maker<'n> {
     pub(crate) aig: Aig,
     pub(crate) shape: Shape,
     pub(super) node_limit: usize,
-    /// Micro-steps in a reaction; more checks than that find nothing.
+    /// Micro-steps in a reaction; further checks find nothing.
     pub(super) depth: u32,
-    /// The depth is the limit of the chart, so one more check decides about the fault.
+    /// The depth equals the limit of the chart, so one more check decides about the fault.
     pub(super) may_fault: bool,
     pub(super) rank: Vec<u64>,
     pub(super) step_order: Vec<StepId>,
     pub(super) transition_order: Vec<TransitionId>,
     pub(super) over_inputs: Vec<bool>,
-    /// For each step of an enclosed chart's part, the enclosing step.
+    /// For each part, its enclosing step.
     pub(super) around: Vec<Option<StepId>>,
     pub(super) children: Vec<Vec<StepId>>,
     pub(super) enclosing: Vec<StepId>,
@@ -65,18 +65,18 @@ pub(crate) struct Maker<'n> {
     pub(super) rise: Vec<Lit>,
     pub(super) fall: Vec<Lit>,
     pub(super) fireable: Vec<Lit>,
-    /// The fireable ones that no forcing order holds back at the start.
+    /// The fireable transitions that no forcing order blocks at the start.
     pub(super) free: Vec<Lit>,
     /// Forced charts, top of the hierarchy first.
     pub(super) forced: Vec<ForcedChart>,
     pub(super) calls: BTreeMap<OutputId, Vec<Lit>>,
-    /// Of the last reaction: every call that is made under some condition, each with its own.
+    /// For the last reaction: every call with its condition.
     pub(super) called: BTreeMap<OutputId, Vec<Lit>>,
-    /// With simultaneous assignments: what every list of the micro-step reads.
+    /// With simultaneous assignments: the values that every list of the micro-step reads.
     pub(super) frozen: Option<Box<State>>,
-    /// Of the last reaction: which transitions fire, micro-step by micro-step.
+    /// For the last reaction: the transitions that fire, micro-step by micro-step.
     pub(super) fired: Vec<Vec<Lit>>,
-    /// Of the last reaction: after so many micro-steps (the index) there is one more, or would be if the depth allowed it.
+    /// For the last reaction: after this many micro-steps (the index) there is one more, or would be if the depth allowed it.
     pub(super) more: Vec<Lit>,
 }
 
@@ -138,7 +138,7 @@ impl<'n> Maker<'n> {
     fn orders(&mut self) {
         let net = self.net;
         let mut root = 0;
-        // The charts around a part: by level, the last part seen.
+        // The charts that contain a part: by level, the last part visited.
         let mut around: Vec<usize> = Vec::new();
         for (id, part) in net.parts.iter() {
             let level = part.level as usize;
@@ -363,7 +363,7 @@ impl<'n> Maker<'n> {
                     self.block(state, no, otherwise);
                     continue;
                 }
-                // Sends belong to statecharts, text of another language to nobody.
+                // Sends exist only in statecharts; target-language text is ignored.
                 StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::Code(_) => {}
             }
             self.frozen = frozen;
@@ -497,7 +497,7 @@ impl<'n> Maker<'n> {
         for (id, output) in net.outputs.iter() {
             if let Driver::Mealy(emissions) = &output.driver {
                 let value = self.emitted(state, emissions);
-                // With the state before the micro-step, as the output itself.
+                // With the state before the micro-step, like the output itself.
                 let emergency = self.emergency(state);
                 let forced = self.forced(output, vec![value], emergency);
                 all.extend(forced.into_iter().map(|lit| (id, lit)));
@@ -519,7 +519,7 @@ impl<'n> Maker<'n> {
         self.aig.or_all(ways)
     }
 
-    /// EVOLVE; gives the fault.
+    /// EVOLVE; returns the fault.
     fn evolve(&mut self, state: &mut State) -> Result<Lit, Unsupported> {
         let net = self.net;
         let is_stable = net.settings.evolution != Evolution::Single;
@@ -532,7 +532,7 @@ impl<'n> Maker<'n> {
             let any = self.aig.or_all(chosen.iter().copied());
             for (edge, now) in now.iter().enumerate() {
                 if !self.over_inputs[edge] {
-                    // The operand is compared at this check, whatever it finds; what fires below does not change what was compared.
+                    // The operand is compared in this check, whether or not something fires; firings below do not change the compared value.
                     state.old[edge] = self.aig.ite(running, *now, state.old[edge]);
                 }
             }
@@ -550,7 +550,7 @@ impl<'n> Maker<'n> {
             running = goes_on;
             fresh = Lit::FALSE;
             for event in 0..state.raised.len() {
-                // Where nothing fired, nothing was raised either, and no further check asks for the event.
+                // If nothing fired, nothing was raised, and no further check reads the event.
                 self.events[event] = state.raised[event];
                 state.raised[event] = Lit::FALSE;
             }
@@ -558,7 +558,7 @@ impl<'n> Maker<'n> {
         Ok(Lit::FALSE)
     }
 
-    /// CHECK: for each transition whether it is in F'.
+    /// CHECK: for each transition, whether it is in F'.
     fn check(&mut self, state: &State, now: &[Lit], fresh: Lit) -> Result<Vec<Lit>, Unsupported> {
         let net = self.net;
         for (edge, now) in now.iter().enumerate() {
@@ -698,9 +698,9 @@ impl<'n> Maker<'n> {
             self.block(state, up[at], &net.steps[step].entry);
         }
         self.frozen = None;
-        // What the lists saw on the way is over: this is the same set, with fewer nodes.
+        // The intermediate values that lists saw are no longer needed: this is the same set, with fewer nodes.
         state.active = next;
-        // The index of tasks of an inactive step is read by nobody; kept at 0 it is one state.
+        // The task index of an inactive step is never read; kept at 0 it is a single state.
         for (index, down) in state.task.iter_mut().zip(&down) {
             if let Some(index) = index {
                 *index = Number::select(&mut self.aig, *down, &Number::constant(0), index);
@@ -714,7 +714,7 @@ impl<'n> Maker<'n> {
         self.check_size()
     }
 
-    /// The outputs that follow from a state at the end of a reaction alone, and the inputs of that reaction. None for the others.
+    /// The outputs that follow only from a state at the end of a reaction and from the inputs of that reaction. `None` for the others.
     pub(crate) fn outputs_of_state(
         &mut self,
         state: &State,
@@ -736,7 +736,7 @@ impl<'n> Maker<'n> {
             .collect()
     }
 
-    /// What an assumption forbids, as a function of the inputs.
+    /// The condition that an assumption forbids, as a function of the inputs.
     pub(crate) fn forbidden(&mut self, state: &State, inputs: &Inputs, never: &Expr) -> Lit {
         self.inputs = inputs.clone();
         for (event, input) in self.net.inputs.iter() {
@@ -750,14 +750,14 @@ impl<'n> Maker<'n> {
     }
 }
 
-/// `min(counter + dt, cap)` where it runs.
+/// `min(counter + dt, cap)` if it is running.
 fn advance(aig: &mut Aig, counter: &Number, runs: Lit, dt: &Number, cap: i64) -> Number {
     let more = Number::arith(aig, grafsynth_ir::expr::ArithOp::Add, counter, dt);
     let capped = more.saturate(aig, 0, cap);
     Number::select(aig, runs, &capped, counter)
 }
 
-/// What the functions here do not cover.
+/// Constructs that are not covered here.
 fn refuse(net: &Net) -> Result<(), Unsupported> {
     if net.settings.policy.is_statechart() {
         return Err("statecharts are not covered by the symbolic proof yet".to_owned());
@@ -765,7 +765,7 @@ fn refuse(net: &Net) -> Result<(), Unsupported> {
     Ok(())
 }
 
-/// Where a net leaves cells open, no property follows from what the reaction makes of them.
+/// If a net leaves cells open, properties of the results of a reaction cannot be derived.
 pub(super) fn refuse_open_cells(net: &Net) -> Result<(), Unsupported> {
     if net.unspecified.is_empty() {
         return Ok(());

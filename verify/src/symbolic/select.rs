@@ -10,7 +10,7 @@ use super::state::{State, is_move};
 use crate::exclusive::entered;
 
 impl Maker<'_> {
-    /// Who competes with whom under `priority-age`, and whose ages are compared.
+    /// Which transitions compete under `priority-age`, and whose ages are compared.
     pub(super) fn competition(&mut self) -> Result<(), Unsupported> {
         let net = self.net;
         if net.settings.policy != Policy::PriorityAge {
@@ -103,7 +103,7 @@ impl Maker<'_> {
         lit.negate_if(b < a)
     }
 
-    /// The oldest step that follows `a` is older than all that follow `b`.
+    /// True if the oldest following step of `a` is older than all following steps of `b`.
     fn has_older(&mut self, state: &State, a: TransitionId, b: TransitionId) -> Lit {
         let net = self.net;
         let theirs: Vec<StepId> = entered(&net.transitions[b]).collect();
@@ -150,7 +150,7 @@ impl Maker<'_> {
                 at += 1;
             }
             let is_clique = group.iter().all(|one| rivals[one].len() + 1 == group.len());
-            // Where not all compete with all, whoever goes first decides who is still in the way of the next: as many rounds as transitions.
+            // If not all compete with all, the one that goes first decides which others still block the next: as many rounds as transitions.
             let rounds = if is_clique { 1 } else { group.len() };
             if rounds > 12 {
                 return Err(format!(
@@ -165,7 +165,7 @@ impl Maker<'_> {
                     before.insert((*u, *t), lit);
                 }
             }
-            // What is known not to be taken, so far: at first what is not fireable.
+            // Transitions that are known not to be taken: at first those that are not fireable.
             let mut out: BTreeMap<TransitionId, Lit> =
                 group.iter().map(|t| (*t, !self.free[t.index()])).collect();
             let mut taken: BTreeMap<TransitionId, Lit> = BTreeMap::new();

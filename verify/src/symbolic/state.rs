@@ -1,4 +1,4 @@
-//! What a net remembers (semantics §2), as functions.
+//! The state of a net (semantics §2), as functions.
 
 use std::collections::BTreeMap;
 
@@ -11,10 +11,10 @@ use grafsynth_ir::program::{ActionPart, Origin};
 use super::aig::{Aig, Lit};
 use super::number::Number;
 
-/// Names one bit of the state: what it belongs to, the element of an array, the bit of the code.
+/// Identifies one bit of the state: its object, the element of an array, the bit of the code.
 pub(crate) type Key = (Origin, u32, u32);
 
-/// Pieces of several bits, each with the condition that the bits are a code of some value.
+/// Pieces of several bits, each with the condition that the bits are a valid code.
 pub(crate) type Codes = Vec<(Vec<Lit>, Lit)>;
 
 /// A truth value or a number.
@@ -28,7 +28,7 @@ impl Value {
     pub(crate) fn flag(&self) -> Lit {
         match self {
             Value::Flag(lit) => *lit,
-            // Validation keeps numbers from where truth values stand.
+            // Validation ensures a Boolean here.
             Value::Number(_) => Lit::FALSE,
         }
     }
@@ -44,13 +44,13 @@ impl Value {
 /// The pieces of state of a net and their types; fixed before any function is made.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Shape {
-    /// Caps of `s.t`, by step; none where nothing reads it.
+    /// Caps of `s.t`, by step; `None` if it is not read.
     pub(crate) elapsed: Vec<Option<i64>>,
     pub(crate) last_elapsed: Vec<Option<i64>>,
     pub(crate) timers: Vec<Option<i64>>,
-    /// The pairs of steps whose age decides, the lower one first.
+    /// The pairs of steps whose relative age matters, the lower one first.
     pub(crate) older: Vec<(StepId, StepId)>,
-    /// What ACTION_CONTROL remembers for the qualifiers in use.
+    /// The memory of ACTION_CONTROL for the qualifiers in use.
     pub(crate) latches: Vec<(ActionId, ActionPart)>,
     pub(crate) times: Vec<(ActionId, ActionPart)>,
     /// Events that some list raises.
@@ -143,7 +143,7 @@ impl Shape {
         }
     }
 
-    /// Calls `make` for each piece of the state with its name and type, and builds a state of what comes back.
+    /// Calls `make` for each piece of the state with its name and type, and builds a state from the results.
     fn build(&self, net: &Net, make: &mut impl FnMut(Origin, u32, Type) -> Value) -> State {
         let ticks = |cap: i64| Type::Int { lo: 0, hi: cap };
         let active =
@@ -239,7 +239,7 @@ impl Shape {
         }
     }
 
-    /// Every bit a variable. Also gives, for each piece of several bits, its bits and the condition that they are a code of some value.
+    /// A state in which every bit is a variable. Also returns, for each piece of several bits, its bits and the condition that they are a valid code.
     pub(crate) fn free(&self, net: &Net, aig: &mut Aig) -> (State, BTreeMap<Key, Lit>, Codes) {
         let mut bits = BTreeMap::new();
         let mut valid = Vec::new();
@@ -268,7 +268,7 @@ impl Shape {
         (state, bits, valid)
     }
 
-    /// What stands before reset (semantics §3.9, R1).
+    /// The state before reset (semantics §3.9, R1).
     pub(crate) fn before_reset(&self, net: &Net) -> State {
         self.build(net, &mut |origin, element, ty| {
             let value = match origin {
@@ -356,7 +356,7 @@ pub(crate) fn is_move(net: &Net, transition: grafsynth_ir::net::TransitionId) ->
     net.transitions[transition].kind == TransitionKind::Move
 }
 
-/// Where the last input of a part's timer is kept: for SD and SL that is the latch.
+/// The cell with the last input of a part's timer: for SD and SL it is the latch.
 pub(super) fn held_of(part: ActionPart) -> ActionPart {
     if part == ActionPart::DS { ActionPart::DSHeld } else { part }
 }

@@ -1,4 +1,4 @@
-//! The functions of this module against the reference simulator, by way of a circuit that runs.
+//! Compares the functions of this module with the reference simulator, by way of a running circuit.
 
 use grafsynth_ir::lower::program::{ProgramOptions, program};
 use grafsynth_logic::sim::LogicSim;

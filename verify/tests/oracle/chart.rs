@@ -1,4 +1,4 @@
-//! Small random charts: [`Chart::random`] makes one, [`Chart::text`] writes it down for the tool.
+//! Small random charts: [`Chart::random`] makes one, [`Chart::text`] writes it for the tool.
 
 use grafsynth_sim::Random;
 use std::fmt::Write;
@@ -6,9 +6,9 @@ use std::fmt::Write;
 /// How transitions that share a preceding step compete.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Policy {
-    /// They don't: all fire.
+    /// No competition: all fire.
     All,
-    /// By number.
+    /// By their priority number.
     Priority,
     /// By the number of the following steps, then by their age.
     Age,
@@ -29,7 +29,7 @@ pub(crate) enum Compare {
     AtLeast,
 }
 
-/// What can be asked.
+/// A condition.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Guard {
     /// Always.
@@ -46,11 +46,11 @@ pub(crate) enum Guard {
     Timer(usize, Compare, i64),
     /// A step is active.
     Active(usize),
-    /// Not so.
+    /// Negation.
     Not(Box<Guard>),
-    /// All of these.
+    /// All of these are true.
     And(Vec<Guard>),
-    /// One of these.
+    /// At least one of these is true.
     Or(Vec<Guard>),
 }
 
@@ -59,7 +59,7 @@ pub(crate) enum Guard {
 pub(crate) struct Assign {
     /// The variable.
     pub(crate) var: usize,
-    /// Its old value counts.
+    /// True for `v := v + n`.
     pub(crate) adds: bool,
     /// The number.
     pub(crate) number: i64,
@@ -72,9 +72,9 @@ pub(crate) struct Step {
     pub(crate) initial: bool,
     /// For [`Policy::Age`].
     pub(crate) priority: Option<u32>,
-    /// On activation.
+    /// Runs on activation.
     pub(crate) entry: Vec<Assign>,
-    /// On deactivation.
+    /// Runs on deactivation.
     pub(crate) exit: Vec<Assign>,
 }
 
@@ -89,7 +89,7 @@ pub(crate) struct Move {
     pub(crate) guard: Guard,
     /// For [`Policy::Priority`].
     pub(crate) priority: Option<u32>,
-    /// What it does.
+    /// Its actions.
     pub(crate) acts: Vec<Assign>,
 }
 
@@ -98,30 +98,30 @@ pub(crate) struct Move {
 pub(crate) struct Chart {
     /// How transitions compete.
     pub(crate) policy: Policy,
-    /// The limit of micro-steps where it evolves until it is stable.
+    /// The limit of micro-steps if the chart evolves until it is stable.
     pub(crate) stable: Option<u32>,
     /// The largest value of each input: 1 for a Boolean one.
     pub(crate) inputs: Vec<i64>,
     /// Two inputs that are never 1 together.
     pub(crate) never_both: Option<(usize, usize)>,
-    /// The largest value of each variable; all begin with 0.
+    /// The largest value of each variable; all start with 0.
     pub(crate) vars: Vec<i64>,
-    /// Free timers, each with the condition while which it runs.
+    /// Free timers, each with the condition under which it runs.
     pub(crate) timers: Vec<Guard>,
     /// Steps.
     pub(crate) steps: Vec<Step>,
     /// Transitions.
     pub(crate) moves: Vec<Move>,
-    /// What never holds after a reaction, so it is said.
+    /// Conditions that are asserted never to be true after a reaction.
     pub(crate) asserts: Vec<Guard>,
 }
 
-/// How long the times of a chart are.
+/// The length of the times in a chart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Span {
-    /// No time is asked for.
+    /// No time is read.
     None,
-    /// One step is timed, up to so many ticks.
+    /// One step is timed, with up to this many ticks.
     One(i64),
     /// Two steps are timed.
     Two(i64),
@@ -271,7 +271,7 @@ impl Chart {
         }
     }
 
-    /// Calls `visit` with every question that the chart asks.
+    /// Calls `visit` with every condition in the chart.
     pub(crate) fn for_each_guard(&self, visit: &mut impl FnMut(&Guard)) {
         fn walk(guard: &Guard, visit: &mut impl FnMut(&Guard)) {
             visit(guard);
@@ -374,12 +374,12 @@ impl Maker<'_> {
             Span::None => 0,
             Span::One(most) | Span::Two(most) | Span::Many(most) => most,
         };
-        // Short ones too, for a long time beside a short one is where abstractions fail.
+        // Also short ones: abstractions fail where a long time is next to a short one.
         let most = if self.chance(3) { most.min(4) } else { most };
         self.random.below(most as usize + 1) as i64
     }
 
-    /// A time of one of the steps, or of any.
+    /// A time of one of the steps, or of any step.
     fn time(&mut self, steps: &[usize]) -> Option<Guard> {
         let near: Vec<usize> = steps.iter().copied().filter(|it| self.timed.contains(it)).collect();
         if !self.chart.timers.is_empty() && self.chance(4) {

@@ -1,8 +1,8 @@
-//! What the verifier says of small random charts is what a brute force finds that shares no code with it or with the simulator, but is written from
+//! Compares the verifier on small random charts with a brute-force search that shares no code with it or with the simulator, but is written from
 //! docs/semantics.md: every verdict, the number of situations, what never happens, each pair in conflict, each dead end, for every `dt`.
 //!
-//! `chart` makes charts, `run` is one reaction of them, and `search` tries every reaction from every state with every `dt` that is at most one above the largest
-//! number of ticks that the chart names.
+//! `chart` makes charts, `run` executes one reaction, and `search` tries every reaction from every state with every `dt` up to one above the largest
+//! number of ticks in the chart.
 
 mod chart;
 mod run;
@@ -20,7 +20,7 @@ use search::{Everything, everything};
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Few at home, many with `GRAFSYNTH_DEEP=1`, a part of the many with a larger number.
+/// Few rounds by default, many with `GRAFSYNTH_DEEP=1`, a part of the many with a larger number.
 #[allow(clippy::disallowed_methods, reason = "the environment says how long the tests may take")]
 fn rounds(few: u64, many: u64) -> u64 {
     match std::env::var("GRAFSYNTH_DEEP").ok().and_then(|part| part.parse::<u64>().ok()) {
@@ -29,7 +29,7 @@ fn rounds(few: u64, many: u64) -> u64 {
     }
 }
 
-/// `work` for each number below `n`, on all processors.
+/// Runs `work` for each number below `n`, on all processors.
 fn in_parallel<R: Send>(n: u64, work: impl Fn(u64) -> R + Sync) -> Vec<R> {
     let next = AtomicU64::new(0);
     let take = || {
@@ -57,7 +57,7 @@ fn net_of(model: &Chart) -> Valid<Net> {
     net.unwrap_or_else(|| panic!("{findings:#?} {}", model.text()))
 }
 
-/// What one chart was good for.
+/// The number of useful checks that one chart gave.
 #[derive(Debug, Default, Clone)]
 struct Score {
     counted: usize,
@@ -69,7 +69,7 @@ struct Score {
     faults: Vec<String>,
 }
 
-/// The longest time: what takes long to try one by one is left to the deep runs.
+/// The longest time: charts that take long to search one by one are left to the deep runs.
 fn longest() -> i64 {
     if rounds(0, 1) == 0 { 600 } else { 5_000 }
 }
@@ -88,7 +88,7 @@ fn limits() -> Limits {
     Limits { pairs: 100_000, image_work: 1_000_000, ..Limits::default() }
 }
 
-/// States and latched states that the brute force may keep.
+/// The maximum number of states and latched states of the brute-force search.
 const MOST: usize = 60_000;
 
 fn is_broken_by(net: &Valid<Net>, property: usize, stimulus: &Stimulus) -> bool {
@@ -213,7 +213,7 @@ fn the_verifier_says_what_a_brute_force_finds() {
     assert!(sum(|it| it.open) * 20 <= sum(|it| it.proved) + sum(|it| it.refuted));
 }
 
-/// Open is no way out: of false assertions over timed charts none is proved and most are refuted, of true ones most are proved.
+/// Open is not an excuse: of false assertions over timed charts none is proved and most are refuted; of true ones most are proved.
 #[test]
 fn true_assertions_are_proved_and_false_ones_refuted() {
     let wanted = rounds(6, 100) as usize;
@@ -228,7 +228,7 @@ fn true_assertions_are_proved_and_false_ones_refuted() {
         let net = net_of(&model);
         let Some(verdict) = properties(&net, &limits()).pop() else { continue };
         let is_true = truth.broken[0].is_none();
-        // What no transition leads to says nothing.
+        // A property of unreachable objects is trivial.
         if is_true && truth.situations.len() < 3 || truth.broken[0] == Some(0) {
             continue;
         }
@@ -256,7 +256,7 @@ fn true_assertions_are_proved_and_false_ones_refuted() {
     assert!(of_true[1] * 10 >= of_true[0] * 9 && of_false[1] * 10 >= of_false[0] * 9);
 }
 
-/// A long time beside a short one, in ways in which an exploration with a few `dt` finds no counterexample.
+/// A long time next to a short one, in forms for which an exploration with a few `dt` finds no counterexample.
 #[test]
 fn a_long_time_beside_a_short_one_hides_nothing() {
     let race = "chart k { tick 1 ms  conflict priority  output A  assert never bad.active

@@ -2,24 +2,24 @@
 
 use super::chart::{Assign, Chart, Compare, Guard, Policy};
 
-/// What a chart remembers.
+/// The state of a chart.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct State {
     /// The active steps.
     pub(crate) active: Vec<bool>,
-    /// `s.t` of each step, at most one above what it is compared with.
+    /// `s.t` of each step, at most one above the largest constant in a comparison.
     pub(crate) times: Vec<i64>,
     /// Variables.
     pub(crate) vars: Vec<i64>,
     /// Free timers, and whether each ran at the end of the last reaction.
     pub(crate) timers: Vec<(i64, bool)>,
-    /// Inputs of the last reaction whose rising edge is asked for.
+    /// The last values of the inputs whose rising edge is read.
     pub(crate) before: Vec<bool>,
-    /// Steps by their last activation, the oldest first; empty where it does not matter.
+    /// Steps by their last activation, the oldest first; empty if it does not matter.
     pub(crate) ages: Vec<usize>,
 }
 
-/// What happened in a reaction.
+/// The events of a reaction.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Seen {
     /// The transitions of each micro-step.
@@ -30,7 +30,7 @@ pub(crate) struct Seen {
     pub(crate) fault: bool,
 }
 
-/// The chart with what is asked again and again.
+/// The chart with precomputed data.
 #[derive(Debug)]
 pub(crate) struct Runner<'c> {
     /// The chart.
@@ -38,7 +38,7 @@ pub(crate) struct Runner<'c> {
     caps: Vec<i64>,
     timer_caps: Vec<i64>,
     asks_edges: Vec<bool>,
-    /// One above the largest number of ticks that is named anywhere; none if no time is asked for.
+    /// One above the largest number of ticks in the chart; `None` if no time is read.
     pub(crate) longest: Option<i64>,
 }
 
@@ -49,7 +49,7 @@ struct Now<'a> {
 }
 
 impl<'c> Runner<'c> {
-    /// Of a chart.
+    /// A runner for this chart.
     pub(crate) fn new(chart: &'c Chart) -> Self {
         let mut caps = vec![0; chart.steps.len()];
         let mut timer_caps = vec![0; chart.timers.len()];
@@ -115,7 +115,7 @@ impl<'c> Runner<'c> {
         state
     }
 
-    /// What time does before anything else happens.
+    /// The passing of time before anything else happens.
     pub(crate) fn latch(&self, state: &State, dt: i64) -> State {
         let mut state = state.clone();
         for step in 0..state.times.len() {
@@ -131,7 +131,7 @@ impl<'c> Runner<'c> {
         state
     }
 
-    /// The reaction of a state in which time has passed.
+    /// The reaction from a state in which time has passed.
     pub(crate) fn react(&self, state: &State, inputs: &[i64]) -> (State, Seen) {
         let mut state = state.clone();
         let mut seen = Seen::default();
@@ -248,7 +248,7 @@ impl<'c> Runner<'c> {
         }
     }
 
-    /// Whether it holds in a row: after the reaction, with its inputs.
+    /// Whether a condition is true in a row: after the reaction, with its inputs.
     pub(crate) fn holds_after(&self, guard: &Guard, state: &State, inputs: &[i64]) -> bool {
         self.holds(guard, &Now { state, inputs, fresh: false })
     }

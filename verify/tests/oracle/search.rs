@@ -1,11 +1,11 @@
-//! Everything that a small chart can do, one reaction after the other.
+//! All reachable behaviour of a small chart, reaction by reaction.
 
 use super::chart::{Chart, Policy};
 use super::run::{Runner, Seen, State};
 use indexmap::IndexMap;
 use std::collections::BTreeSet;
 
-/// What was found.
+/// The results.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Everything {
     /// Situations after reactions, as sets of steps.
@@ -14,32 +14,32 @@ pub(crate) struct Everything {
     pub(crate) touched: BTreeSet<usize>,
     /// Transitions that ever fire.
     pub(crate) fired: BTreeSet<usize>,
-    /// For each property the fewest reactions after which it is broken.
+    /// For each property the minimum number of reactions that violates it.
     pub(crate) broken: Vec<Option<usize>>,
     /// The largest number of micro-steps of a reaction.
     pub(crate) depth: usize,
-    /// Some reaction does not become stable within the limit.
+    /// True if some reaction does not become stable within the limit.
     pub(crate) fault: bool,
     /// Pairs that fire in one micro-step and share a preceding step; the lower number first.
     pub(crate) together: BTreeSet<(usize, usize)>,
     /// Winner and loser, where the policy decides.
     pub(crate) contests: BTreeSet<(usize, usize)>,
-    /// Situations that hold for ever in some state, though something leaves their steps.
+    /// Situations that last for ever in some state, although a transition leaves their steps.
     pub(crate) dead: BTreeSet<Vec<usize>>,
 }
 
 /// A state in which time has passed.
 #[derive(Debug)]
 struct Latched {
-    /// The same a tick later; none where that is no other.
+    /// The same state one tick later; `None` if it does not change.
     later: Option<usize>,
     /// The states after its reactions.
     after: Vec<usize>,
-    /// One of them fires something.
+    /// One of its reactions fires something.
     fires: bool,
 }
 
-/// Tries every row with every `dt` from every state; none if there are more than so many states.
+/// Tries every row with every `dt` from every state; `None` if there are more than `most` states.
 pub(crate) fn everything(chart: &Chart, most: usize) -> Option<Everything> {
     let runner = Runner::new(chart);
     let rows = runner.rows();
@@ -52,7 +52,7 @@ pub(crate) fn everything(chart: &Chart, most: usize) -> Option<Everything> {
     }
     let mut states: IndexMap<State, usize> = IndexMap::from([(reset, 0)]);
     let mut latched: IndexMap<State, Latched> = IndexMap::new();
-    // By state: itself when no time has passed.
+    // By state: the same state with no time passed.
     let mut first = Vec::new();
     while let Some((state, depth)) = states.get_index(first.len()) {
         let (state, depth) = (state.clone(), *depth);
@@ -67,7 +67,7 @@ pub(crate) fn everything(chart: &Chart, most: usize) -> Option<Everything> {
                 Some(before) => latched[before].later = Some(number),
             }
             if known.is_some() {
-                // What is a tick later than it was looked at with it.
+                // States one tick later were already handled with it.
                 break;
             }
             let mut here = Latched { later: None, after: Vec::new(), fires: false };
@@ -134,7 +134,7 @@ impl Everything {
     }
 }
 
-/// The situations of states from which nothing ever fires, though something leaves one of their steps.
+/// The situations of states in which nothing ever fires, although a transition leaves one of their steps.
 fn dead(
     chart: &Chart,
     states: &IndexMap<State, usize>,

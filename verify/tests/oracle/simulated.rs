@@ -1,4 +1,4 @@
-//! The same for everything that a net can have (statecharts, sends, qualifiers, edges, tasks): each `dt` and each row of inputs, one by one, with the simulator.
+//! The same for all features of a net (statecharts, sends, qualifiers, edges, tasks): each `dt` and each row of inputs, one by one, with the simulator.
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ use indexmap::IndexSet;
 use super::{in_parallel, rounds};
 use crate::random_net::{Features, random_net};
 
-/// Rows of inputs, states, and reactions that are worth it.
+/// The maximum numbers of input rows, states and reactions.
 const MOST: (usize, usize, usize) = (64, 4_000, 400_000);
 
 #[derive(Debug, Default)]
@@ -24,7 +24,7 @@ struct Everything {
     fault: bool,
 }
 
-/// One above the largest number of ticks that the net names; 0 if it names none.
+/// One above the largest number of ticks in the net; 0 if it contains none.
 fn longest(net: &Net) -> i64 {
     fn walk(expr: &Expr<Leaf>, longest: &mut i64) {
         if let ExprKind::Compare(_, a, b) = &expr.kind {
@@ -107,7 +107,7 @@ fn everything(net: &Valid<Net>) -> Option<Everything> {
     Some(found)
 }
 
-/// What differs, and whether time plays a part; none if the net was not worth it.
+/// The differences, and whether time matters; `None` if the net was too large.
 fn compare(seed: u64) -> Option<(Vec<String>, bool)> {
     let mut features = Features::everything();
     (features.unspecified, features.max_steps) = (false, 6);

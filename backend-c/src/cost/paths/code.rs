@@ -1,11 +1,11 @@
-//! A function as a run goes through it: names are cells of a memory, and every piece has its price.
+//! A function in the form for path exploration: names are memory cells, and every piece has a cost.
 //!
-//! [`crate::cost::walk`] writes it while it adds up prices; [`super::run`] goes through it.
+//! [`crate::cost::walk`] writes it while it adds up costs; [`super::run`] executes it.
 
 use super::values::Kind;
 use std::rc::Rc;
 
-/// Time, and calls of functions of the user.
+/// Time, and the number of calls of user functions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(in crate::cost) struct Price {
     pub(in crate::cost) time: u64,
@@ -24,7 +24,7 @@ impl Price {
         Price { time: self.time.max(other.time), user: self.user.max(other.user) }
     }
 
-    /// What is left of it.
+    /// The difference of two costs.
     pub(in crate::cost) fn less(self, other: Price) -> Price {
         Price {
             time: self.time.saturating_sub(other.time),
@@ -36,33 +36,33 @@ impl Price {
 /// A number.
 #[derive(Debug, Clone)]
 pub(in crate::cost) enum Code {
-    /// A constant; its sign is not kept.
+    /// A constant; its signedness is not kept.
     Constant(i64),
-    /// What a place holds.
+    /// The value of a location.
     Read(Box<Address>, Kind),
-    /// The pointer to a place.
+    /// The pointer to a location.
     Pointer(Box<Address>),
     /// An element of a table in ROM.
     Table(Rc<[i64]>, Box<Code>, Kind),
-    /// Nothing is known but its type.
+    /// Only the type is known.
     Unknown(Kind),
     Unary(&'static str, Box<Code>),
     Binary(&'static str, Box<Code>, Box<Code>),
     Choice(Box<Question>, Box<Code>, Box<Code>),
     Truth(Box<Question>),
     Cast(Kind, Box<Code>),
-    /// A function of the text, with what it is given.
+    /// A function of the text, with its arguments.
     Call(usize, Vec<Code>),
 }
 
-/// Where something lies.
+/// The address of an object.
 #[derive(Debug, Clone)]
 pub(in crate::cost) struct Address {
     pub(in crate::cost) base: Base,
     pub(in crate::cost) offset: usize,
-    /// Indices: each with the number of elements and the cells of one.
+    /// Indices: each with the number of elements and the number of cells of one element.
     pub(in crate::cost) indices: Vec<(Code, usize, usize)>,
-    /// One cell stands for all elements of an array.
+    /// One cell represents all elements of an array.
     pub(in crate::cost) is_summary: bool,
 }
 
@@ -70,38 +70,38 @@ pub(in crate::cost) struct Address {
 pub(in crate::cost) enum Base {
     /// A cell of the function.
     Cell(usize),
-    /// Where the pointer in that cell leads.
+    /// The target of the pointer in that cell.
     Behind(usize),
-    /// Nowhere that is looked at.
+    /// A location that is not tracked.
     Nowhere,
 }
 
-/// A condition, with what asking costs.
+/// A condition, with the cost of its evaluation.
 #[derive(Debug, Clone)]
 pub(in crate::cost) enum Question {
     Both(Box<Question>, Box<Question>),
     Either(Box<Question>, Box<Question>),
     Not(Box<Question>),
     Compare(Price, &'static str, Code, Code),
-    /// Other than 0.
+    /// Not equal to 0.
     Some(Price, Code),
 }
 
 /// A statement.
 #[derive(Debug, Clone)]
 pub(in crate::cost) struct Op {
-    /// Its line, to say where the time goes.
+    /// Its line, to report where the time goes.
     pub(in crate::cost) line: u32,
     pub(in crate::cost) what: What,
 }
 
 #[derive(Debug, Clone)]
 pub(in crate::cost) enum What {
-    /// A number goes to a place, of which only numbers of that type are kept.
+    /// Stores a number in a location, truncated to that type.
     Set(Price, Option<(Address, Kind)>, Code),
-    /// Text that does not matter for the path.
+    /// Text that does not affect the path.
     Pay(Price),
-    /// Arms with their conditions and the price of the jump behind each; the last has none.
+    /// Branches with their conditions and the cost of the jump after each; the last branch has no jump.
     If(Vec<(Question, Vec<Op>, Price)>, Vec<Op>),
     Switch {
         price: Price,
@@ -114,33 +114,33 @@ pub(in crate::cost) enum What {
         condition: Option<Question>,
         step: Vec<Op>,
         body: Vec<Op>,
-        /// Of a jump back, and of one out of it.
+        /// The cost of the jump back, and of the jump out.
         jump: Price,
         rounds: u64,
-        /// It is proved that it goes no more often; else it counts so far.
+        /// The number of rounds is proved to be the maximum; otherwise the count stops there.
         is_proved: bool,
     },
     Return(Price, Option<Code>),
     Break,
     Continue,
     Block(Vec<Op>),
-    /// From here on nobody asks what these cells hold.
+    /// From here on, nothing reads these cells.
     Forget(usize, usize),
-    /// What a run can't follow.
+    /// Something that path exploration cannot follow.
     Lost(String),
 }
 
 /// A function.
 #[derive(Debug, Clone, Default)]
 pub(in crate::cost) struct Routine {
-    /// The cells of the parameters with what they may hold; none for one that is no number.
+    /// The cells of the parameters with their types; `None` for a parameter that is not a number.
     pub(in crate::cost) parameters: Vec<(usize, Option<Kind>)>,
     pub(in crate::cost) body: Vec<Op>,
-    /// What it costs to enter it.
+    /// The cost of entering it.
     pub(in crate::cost) entry: Price,
-    /// What it gives.
+    /// The type of its result.
     pub(in crate::cost) gives: Option<Kind>,
-    /// How many cells it has, which stand behind those of its caller; and with those of all that it calls.
+    /// The number of its cells, which follow those of its caller, and the number including everything that it calls.
     pub(in crate::cost) cells: usize,
     pub(in crate::cost) depth: usize,
     /// Its first line.
@@ -148,7 +148,7 @@ pub(in crate::cost) struct Routine {
 }
 
 impl Question {
-    /// What asking everything costs.
+    /// The cost of evaluating all parts.
     pub(in crate::cost) fn price(&self) -> Price {
         match self {
             Question::Both(a, b) | Question::Either(a, b) => a.price().plus(b.price()),

@@ -1,4 +1,4 @@
-//! What the text does not say of inputs and members: ranges, and which inputs are events.
+//! Facts about inputs and members that the text does not contain: value ranges, and which inputs are events.
 
 use crate::cost::rounds;
 use crate::io::INPUT_BITS;
@@ -8,28 +8,28 @@ use grafsynth_ir::expr::Type;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{InputKind, Net};
 
-/// What inputs can be, and what members of the instance hold.
+/// The ranges of inputs and of instance members.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Contract {
-    /// Members of `NAME_in_t` that are numbers: least and largest value.
+    /// Members of `NAME_in_t` that are numbers: minimum and maximum value.
     pub(crate) inputs: Vec<(String, i64, i64)>,
     pub(crate) events: Vec<Event>,
-    /// At most one event comes in a row.
+    /// Each row has at most one event.
     pub(crate) is_exclusive: bool,
-    /// Members of the instance that are numbers: least and largest value.
+    /// Members of the instance that are numbers: minimum and maximum value.
     pub(crate) members: Vec<(String, i64, i64)>,
-    /// Micro-steps of a reaction, or for an event, that the chart allows itself, where no smaller number is proved.
+    /// The chart's own limit of micro-steps of a reaction or for an event, if no smaller number is proved.
     pub(crate) limit: Option<u32>,
-    /// Those of them that count what waits within a reaction, such as the events of a queue.
+    /// The members that count what is pending within a reaction, such as the events of a queue.
     pub(crate) counts: Vec<String>,
 }
 
-/// Where an event from outside lies in `NAME_in_t`.
+/// The location of an external event in `NAME_in_t`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Event {
     pub(crate) member: String,
     pub(crate) element: usize,
-    /// The bits of the element that say it.
+    /// The bits of the element that represent it.
     pub(crate) mask: i64,
 }
 

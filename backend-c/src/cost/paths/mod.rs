@@ -1,12 +1,14 @@
-//! The dearest reaction among those that can happen: every way through `NAME_step` from every instance that a run of the chart can leave, with the prices of the text.
+//! The worst-case reaction among those that can happen: every path through `NAME_step` from every instance that the chart can reach, with the costs of the
+//! text.
 //!
 //! # How it is found
-//! - [`Way::Each`]: from the instance after `NAME_init` on, each reaction on any inputs, until no new instance comes: all ways that values allow, one by one. Numbers that do not
-//!   part ways are intervals, and inputs are not known until a condition asks for them.
-//! - [`Way::Joined`]: where that is too much, all instances as one, of which is known what each member can hold. In a reaction states are told apart by the flags and counters of the loop
-//!   over micro-steps (which event is taken, how many wait), and else are joined; so each event of the row counts once, with the dearest that the regions can do about it.
+//! - [`Way::Each`]: from the instance after `NAME_init`, runs each reaction with any inputs until no new instance appears: all paths that values allow, one
+//!   by one. Numbers that do not select a path are intervals, and an input is unknown until a condition reads it.
+//! - [`Way::Joined`]: if that is too much work, all instances are joined into one that records the possible values of each member. Within a reaction, states
+//!   are kept apart by the flags and counters of the loop over micro-steps (which event is taken, how many are pending) and joined otherwise; so each event
+//!   of a row counts once, with the worst case of the regions.
 //!
-//! In both, every way that a processor can go is counted. What can't be followed (code of the user, structures that are copied) leaves the bound of the text.
+//! Both count every path that a processor can take. If something cannot be followed (user code, copied structures), the bound of the text applies.
 
 pub(in crate::cost) mod code;
 mod contract;
@@ -21,31 +23,31 @@ use run::{Run, State, Stopped};
 use std::collections::{BTreeMap, BTreeSet};
 use values::{Kind, Values};
 
-/// How the ways were gone.
+/// How the paths were explored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Way {
-    /// Each from every instance that can be reached; how many these are.
+    /// One by one from every reachable instance; contains the number of instances.
     Each(usize),
-    /// From all instances at once.
+    /// From all instances joined.
     Joined,
-    /// By the text alone: in each `if` and `switch` the dearest arm, each loop as often as it can go.
+    /// From the text alone: the most expensive branch of each `if` and `switch`, each loop with its maximum number of rounds.
     Text,
 }
 
-/// The dearest reaction.
+/// The worst-case reaction.
 #[derive(Debug, Clone)]
 pub(in crate::cost) struct Found {
     pub(in crate::cost) price: Price,
-    /// The same for rows with one event at most.
+    /// The same for rows with at most one event.
     pub(in crate::cost) of_one_event: Price,
-    /// The most of a reaction that ends without a fault; none where each way was gone by itself, for then a fault is real.
+    /// The maximum of a reaction that ends without a fault; `None` if each path was explored separately, because a fault is then real.
     pub(in crate::cost) settled: Option<Price>,
-    /// Lines with what they take, in the order of the way.
+    /// Lines with their cost, in the order of the path.
     pub(in crate::cost) path: Vec<(u32, u64)>,
     pub(in crate::cost) way: Way,
 }
 
-/// What runs need of a chart.
+/// What path exploration needs to know about a chart.
 pub(in crate::cost) struct Chart<'a> {
     pub(in crate::cost) unit: &'a Unit,
     pub(in crate::cost) routines: &'a [Routine],
@@ -56,19 +58,20 @@ pub(in crate::cost) struct Chart<'a> {
     pub(in crate::cost) contract: &'a Contract,
 }
 
-/// Work that all searches of a chart may take together, in statements that a state goes through, with what it takes to make and to join states: about ten seconds of a
-/// build that is not optimised at most.
+/// The work that all searches of a chart may take together, in statements executed by a state, including the work of creating and joining states: at most about
+/// ten seconds
+/// in an unoptimised build.
 const WORK: u64 = 10_000_000;
-/// The same of one search from instance to instance.
+/// The same for one search from instance to instance.
 const WORK_OF_EACH: u64 = 3_000_000;
-/// Instances that are looked at one by one.
+/// The maximum number of instances that are examined one by one.
 const INSTANCES: usize = 4000;
-/// States at once.
+/// The maximum number of simultaneous states.
 const STATES: usize = 300;
 
 /// A cell of a structure.
 struct Cell {
-    /// The member that it belongs to.
+    /// The member that contains it.
     member: usize,
     kind: Option<Kind>,
 }
@@ -91,7 +94,7 @@ fn layout(unit: &Unit, ty: &Type, member: usize, all: &mut Vec<Cell>) {
     }
 }
 
-/// Numbers of so many values more than one are kept from one reaction to the next in every search.
+/// Numbers with at most this many values are tracked exactly from one reaction to the next in every search.
 const FEW: i64 = 16;
 
 fn is_number(cell: &Cell) -> bool {
@@ -104,29 +107,29 @@ struct Search<'a> {
     /// The cells of the instance and of the inputs.
     own: Vec<Cell>,
     inputs: Vec<Values>,
-    /// What replaces inputs, by the kind of row: cells with their values.
+    /// The values that replace inputs, for each kind of row: cells with their values.
     rows: Vec<Vec<(usize, Values)>>,
-    /// Values that members of the instance can hold at all.
+    /// The possible values of the instance members.
     ranges: Vec<Values>,
-    /// The cell of the flag that a reaction was cut off.
+    /// The cell of the flag for an aborted reaction.
     fault: Option<usize>,
-    /// Work that is left for all searches, and for the present one.
+    /// The remaining work for all searches, and for the current one.
     left: u64,
     work: u64,
     keys: Option<Vec<usize>>,
     is_traced: bool,
 }
 
-/// The dearest reaction, or why it was not found.
+/// The worst-case reaction, or why it was not found.
 pub(in crate::cost) fn worst(chart: &Chart<'_>) -> Result<Found, Stopped> {
     let mut search = Search::new(chart);
-    // One event at a time is a part of all rows, and where that is the contract it is all there is.
+    // Rows with one event are a subset of all rows, and if that is the contract, there are no others.
     let all_rows = vec![Vec::new()];
     let single_rows = search.rows_of_one_event();
     let of = |search: &mut Search<'_>, rows: &[Vec<(usize, Values)>]| {
         search.rows = rows.to_vec();
         let of_instance = search.keys(true);
-        // Each where there is something that it joins and the one before did not.
+        // Each search runs only if it joins something that the previous one did not.
         let (has_numbers, has_arrays) = search.has();
         let kinds =
             [(true, false, None), (has_numbers, true, None), (has_arrays, true, Some(of_instance))];
@@ -148,7 +151,7 @@ pub(in crate::cost) fn worst(chart: &Chart<'_>) -> Result<Found, Stopped> {
     if !is_exclusive && single_rows.len() > 1 {
         match of(&mut search, &single_rows) {
             Ok(single) => found.of_one_event = single.price,
-            // What bounds all rows bounds these.
+            // A bound for all rows is also a bound for these.
             Err(Stopped::TooMuch) => {}
             Err(why) => return Err(why),
         }
@@ -196,7 +199,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A search that may take so much work, or what is left of all; where there are too many states they are told apart by these cells.
+    /// A search that may take this much work, or what is left of the total; if there are too many states, these cells keep them apart.
     fn within(
         &mut self,
         most: u64,
@@ -210,7 +213,7 @@ impl<'a> Search<'a> {
         found
     }
 
-    /// Whether the instance has numbers of many values, and arrays.
+    /// Whether the instance has numbers with many values, and whether it has arrays.
     fn has(&self) -> (bool, bool) {
         let is_wide = |(cell, range): (&Cell, &Values)| {
             is_number(cell) && range.hi().saturating_sub(range.lo()) > FEW
@@ -221,7 +224,7 @@ impl<'a> Search<'a> {
         (has_numbers, members.iter().any(|it| matches!(it.ty, Type::Array(..))))
     }
 
-    /// Rows with one event and with none: for each what replaces the inputs.
+    /// Rows with one event and with none: for each, the values that replace the inputs.
     fn rows_of_one_event(&self) -> Vec<Vec<(usize, Values)>> {
         let chart = self.chart;
         let ty = chart.unit.types.get(&*format!("{}_in_t", chart.prefix));
@@ -248,7 +251,7 @@ impl<'a> Search<'a> {
         std::iter::once(None).chain((0..places.len()).map(Some)).map(row).collect()
     }
 
-    /// The ends of one function from these instances.
+    /// The final states of one function, started from these instances.
     fn run(
         &mut self,
         routine: usize,
@@ -256,7 +259,7 @@ impl<'a> Search<'a> {
         row: &[(usize, Values)],
     ) -> Result<Vec<State>, Stopped> {
         let chart = self.chart;
-        // The instance, the inputs, then the cells of the functions.
+        // The instance, then the inputs, then the cells of the functions.
         let first_input = own.len();
         let mut memory = own.to_vec();
         memory.extend_from_slice(&self.inputs);
@@ -320,7 +323,7 @@ impl<'a> Search<'a> {
         Ok(ends.iter().map(|it| self.own_of(it)).collect())
     }
 
-    /// The dearest of some ends is put into `best`, with where it began.
+    /// Records the most expensive of some final states in `best`, with its start.
     fn note(&self, ends: &[State], from: &[Values], row: usize, best: &mut Best) {
         for end in ends {
             best.price = best.price.or(end.price);
@@ -333,7 +336,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// From every instance by itself. `is_wide`: of numbers with many values nothing is kept from one reaction to the next.
+    /// From every instance separately. `is_wide`: numbers with many values are unknown at the start of each reaction.
     fn each(&mut self, is_wide: bool) -> Result<Found, Stopped> {
         let mut best = Best::default();
         let mut met: BTreeSet<Vec<Values>> = BTreeSet::new();
@@ -373,7 +376,7 @@ impl<'a> Search<'a> {
         self.found(best, Way::Each(met.len()))
     }
 
-    /// From all instances at once.
+    /// From all instances joined.
     fn joined(&mut self) -> Result<Found, Stopped> {
         let join = |all: Vec<Vec<Values>>| {
             all.into_iter().reduce(|a, b| a.iter().zip(&b).map(|(a, b)| a.or(*b)).collect())
@@ -393,7 +396,7 @@ impl<'a> Search<'a> {
             if next == own {
                 return self.found(best, Way::Joined);
             }
-            // What still grows after some rounds may hold anything that it can hold at all.
+            // What still grows after some rounds is widened to its full range.
             if round >= 3 {
                 for ((next, own), range) in next.iter_mut().zip(&own).zip(&self.ranges) {
                     if next != own {
@@ -406,7 +409,8 @@ impl<'a> Search<'a> {
         Err(Stopped::TooMuch)
     }
 
-    /// What tells states apart in a reaction: the variables of `NAME_step`, and members of the instance that count what waits; `all`: those that are no arrays.
+    /// The cells that keep states apart in a reaction: the variables of `NAME_step`, and members of the instance that count what is pending; `all`: all
+    /// members except arrays.
     fn keys(&self, all: bool) -> Vec<usize> {
         let chart = self.chart;
         let first = self.own.len() + self.inputs.len();
@@ -429,7 +433,7 @@ impl<'a> Search<'a> {
         let mut path = Vec::new();
         if let Some((_, own, row)) = &best.from {
             let row = self.rows.get(*row).cloned().unwrap_or_default();
-            // It has been gone before, so it ends without a limit.
+            // This path was explored before, so the run ends without a limit.
             let left = std::mem::replace(&mut self.work, u64::MAX);
             self.is_traced = true;
             let ends = self.run(self.chart.step, own, &row);
@@ -448,11 +452,11 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The dearest so far.
+/// The most expensive so far.
 #[derive(Default)]
 struct Best {
     price: Price,
     settled: Price,
-    /// Its time, the instance that it begins with, and the kind of row.
+    /// Its time, its initial instance, and the kind of row.
     from: Option<(u64, Vec<Values>, usize)>,
 }

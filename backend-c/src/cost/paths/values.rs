@@ -1,19 +1,19 @@
-//! What is known of a number: an interval, and which values of it are possible where they are few.
+//! What is known about a number: an interval and, if there are few values in it, which of them are possible.
 
-/// The most values that are told apart.
+/// The maximum number of values that are tracked individually.
 pub(in crate::cost) const SPAN: i64 = 256;
 
-/// A set of numbers, never empty but in [`Values::NONE`]: those from `lo` to `hi`, and of these, where they are fewer than [`SPAN`], the ones whose bit is set.
+/// A set of numbers, empty only for [`Values::NONE`]: those from `lo` to `hi`; if there are at most [`SPAN`], only those whose bit is set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(in crate::cost) struct Values {
     lo: i64,
     hi: i64,
-    /// Bit k stands for `lo + k`; all zero where the interval is too wide to tell.
+    /// Bit k represents `lo + k`; all zero if the interval is too wide.
     bits: [u64; 4],
 }
 
 impl Values {
-    /// No number: what holds this is never reached.
+    /// No number: a state with this value is unreachable.
     pub(in crate::cost) const NONE: Values = Values { lo: 1, hi: 0, bits: [0; 4] };
 
     pub(in crate::cost) fn one(value: i64) -> Values {
@@ -50,7 +50,7 @@ impl Values {
         Values { lo, hi, bits }
     }
 
-    /// The numbers whose bits are set, the first of them standing for `lo`.
+    /// The numbers whose bits are set; the first bit represents `lo`.
     fn of_bits(lo: i64, bits: [u64; 4]) -> Values {
         let mut found = Values::NONE;
         for (word, base) in bits.iter().zip((0..SPAN).step_by(64)).filter(|(word, _)| **word != 0) {
@@ -65,7 +65,7 @@ impl Values {
         found
     }
 
-    /// Its values are told apart.
+    /// Its values are tracked individually.
     fn is_listed(self) -> bool {
         self.hi.checked_sub(self.lo).is_some_and(|span| span < SPAN)
     }
@@ -87,7 +87,7 @@ impl Values {
         (self.lo == self.hi).then_some(self.lo)
     }
 
-    /// The values, where they are few enough to be told apart.
+    /// The values, if there are few enough to track them individually.
     pub(in crate::cost) fn listed(self) -> Option<Vec<i64>> {
         if self.is_none() {
             return Some(Vec::new());
@@ -106,7 +106,7 @@ impl Values {
         }
     }
 
-    /// The values of either.
+    /// The union.
     pub(in crate::cost) fn or(self, other: Values) -> Values {
         if self == other || other.is_none() {
             return self;
@@ -124,7 +124,7 @@ impl Values {
         Values { lo, hi, bits: [0; 4] }
     }
 
-    /// The values that are within an interval.
+    /// The values within an interval.
     pub(in crate::cost) fn within(self, lo: i64, hi: i64) -> Values {
         let (from, to) = (self.lo.max(lo), self.hi.min(hi));
         if from > to {
@@ -138,7 +138,7 @@ impl Values {
         Values::of_bits(self.lo, std::array::from_fn(|at| self.bits[at] & mask[at]))
     }
 
-    /// The values but one.
+    /// All values except one.
     pub(in crate::cost) fn without(self, value: i64) -> Values {
         if !self.contains(value) {
             return self;
@@ -156,7 +156,7 @@ impl Values {
     }
 }
 
-/// Bits moved up by so many places, at least 0.
+/// Bits shifted up by this many positions, at least 0.
 fn up(bits: [u64; 4], by: i64) -> [u64; 4] {
     let (words, rest) = (usize::try_from(by / 64).unwrap_or(4), by % 64);
     std::array::from_fn(|at| {
@@ -167,7 +167,7 @@ fn up(bits: [u64; 4], by: i64) -> [u64; 4] {
     })
 }
 
-/// Bits moved down by so many places, at least 0.
+/// Bits shifted down by this many positions, at least 0.
 fn down(bits: [u64; 4], by: i64) -> [u64; 4] {
     let (words, rest) = (usize::try_from(by / 64).unwrap_or(4), by % 64);
     std::array::from_fn(|at| {
@@ -202,7 +202,7 @@ impl Kind {
         Kind { bits, signed: true, is_bool: false }
     }
 
-    /// All values of it. Numbers of 64 bits above the largest signed one are in no text of ours.
+    /// All its values. Unsigned 64-bit numbers above the largest signed one do not occur in emitted text.
     pub(in crate::cost) fn all(self) -> Values {
         if self.is_bool {
             return Values::range(0, 1);
@@ -215,7 +215,7 @@ impl Kind {
         }
     }
 
-    /// These values brought into the type.
+    /// These values converted to the type.
     pub(in crate::cost) fn take(self, values: Values) -> Values {
         let all = self.all();
         if values.is_none() || (values.lo() >= all.lo() && values.hi() <= all.hi()) {
@@ -259,10 +259,10 @@ impl Number {
     }
 }
 
-/// The most pairs of values that an operator is tried on one by one.
+/// The maximum number of value pairs for which an operator is evaluated one by one.
 const PAIRS: usize = 4096;
 
-/// An operator of arithmetic.
+/// An arithmetic operator.
 pub(in crate::cost) fn arithmetic(sign: &str, a: Number, b: Number, int_bits: u8) -> Number {
     let promoted = |it: Number| if it.kind.bits < int_bits { Kind::int(int_bits) } else { it.kind };
     let (left, right) = (promoted(a), promoted(b));
@@ -284,7 +284,7 @@ pub(in crate::cost) fn arithmetic(sign: &str, a: Number, b: Number, int_bits: u8
     let values = if found.lo() >= all.lo() && found.hi() <= all.hi() {
         found
     } else if is_loose || kind.signed {
-        // Signed or not: the least that the one gives, the most that the other does.
+        // Either signedness is possible: the smaller of the minimums and the larger of the maximums.
         let unsigned = Kind { signed: false, ..kind }.all();
         Values::range(all.lo().min(kind.all().lo()), unsigned.hi().max(all.hi()))
     } else {
@@ -343,7 +343,7 @@ fn one(sign: &str, a: i64, b: i64) -> Option<i64> {
     }
 }
 
-/// By the ends of the intervals.
+/// Computed from the ends of the intervals.
 fn wide(sign: &str, a: Values, b: Values, kind: Kind) -> Values {
     let ends = |find: &dyn Fn(i64, i64) -> Option<i64>| {
         let all: Option<Vec<i64>> =
@@ -382,7 +382,7 @@ fn wide(sign: &str, a: Values, b: Values, kind: Kind) -> Values {
     })
 }
 
-/// Whether a comparison holds: 1, 0 or either.
+/// The result of a comparison: 1, 0 or either.
 pub(in crate::cost) fn compared(sign: &str, a: Values, b: Values) -> Values {
     let (mut yes, mut no) = (true, true);
     match sign {
@@ -410,7 +410,7 @@ pub(in crate::cost) fn compared(sign: &str, a: Values, b: Values) -> Values {
 mod tests {
     use super::*;
 
-    /// Every operator on sets holds what it gives for each pair of their members.
+    /// The result of every operator on sets contains its result for each pair of members.
     #[test]
     fn operators_hold_every_pair() {
         let sets = [
@@ -452,7 +452,7 @@ mod tests {
 
     #[test]
     fn sets_join_and_narrow() {
-        // Against lists, with places that lie in different words.
+        // Shifts against lists, with shifts across word boundaries.
         let sets = [
             vec![0, 3, 7],
             vec![-5, 58, 59, 60, 123],

@@ -1,14 +1,14 @@
-//! What the walk has read, written down for runs: names become cells, each piece keeps its price.
+//! Translates what the walk has read into the form for path exploration: names become cells, each piece keeps its cost.
 
 use super::super::paths::code::{Address, Base, Code, Op, Price, Question, Routine, What};
 use super::super::paths::values::Kind as Numbers;
 use super::super::tree::{self, Expr, Function, Stmt, Type, Unit};
 use super::{Cost, Walker};
 
-/// Arrays of more cells than this are one cell for all elements.
+/// An array with more cells than this is represented by one cell.
 const CELLS: usize = 512;
 
-/// The pointer to what is not looked at.
+/// The pointer to a location that is not tracked.
 pub(in crate::cost) const NOWHERE: i64 = -1;
 
 /// The cells of a type.
@@ -32,7 +32,7 @@ fn is_summary(unit: &Unit, ty: &Type) -> bool {
     matches!(ty, Type::Array(element, n) if *n != 1 && cells(unit, ty) == cells(unit, element))
 }
 
-/// The number type of a type; none for what is no number. A bit of a structure is a truth value.
+/// The number type of a type; `None` if it is not a number. A bit of a structure is a truth value.
 pub(in crate::cost) fn numbers(ty: &Type) -> Option<Numbers> {
     match ty {
         Type::Number { bits, signed, is_bool } => {
@@ -42,14 +42,14 @@ pub(in crate::cost) fn numbers(ty: &Type) -> Option<Numbers> {
     }
 }
 
-/// Arms with their conditions; none where a condition can't be run.
+/// Branches with their conditions; `None` if a condition cannot be executed.
 pub(super) fn all_asked(
     ways: Vec<(Option<Question>, Vec<Op>, Price)>,
 ) -> Option<Vec<(Question, Vec<Op>, Price)>> {
     ways.into_iter().map(|(question, body, jump)| Some((question?, body, jump))).collect()
 }
 
-/// The condition of a loop without its counter, `Some(None)` where nothing else is asked; none where the counter is more than that: where the body reads it, or the loop counts on.
+/// The condition of a loop without its counter; `Some(None)` if nothing else is tested; `None` if the body reads the counter or the loop continues to count it.
 pub(super) fn without_counter<'e>(
     stmt: &Stmt,
     condition: Option<&'e Expr>,
@@ -77,7 +77,7 @@ pub(super) fn without_counter<'e>(
     (!is_read).then_some(rest)
 }
 
-/// A statement as its price alone.
+/// A statement reduced to its cost.
 pub(super) fn paid(op: &Op) -> Op {
     let price = match &op.what {
         What::Set(price, ..) | What::Pay(price) => *price,
@@ -94,20 +94,20 @@ pub(super) fn paid(op: &Op) -> Op {
     Op { line: op.line, what: What::Pay(price) }
 }
 
-/// A price without what is called.
+/// A cost without the called functions.
 pub(super) fn own(cost: Cost) -> Price {
     Price { time: cost.own, user: cost.own_user }
 }
 
 impl Walker<'_> {
-    /// Cells for something of this type: the first one.
+    /// Allocates cells for an object of this type; returns the first one.
     pub(super) fn place_for(&mut self, ty: &Type) -> usize {
         let first = self.n_cells;
         self.n_cells += cells(self.unit, ty);
         first
     }
 
-    /// A statement that was walked, in the form for runs; what is lost on the way becomes [`What::Lost`].
+    /// The executable form of a statement that was walked; if something is lost, it becomes [`What::Lost`].
     pub(super) fn op(&mut self, line: u32, make: impl FnOnce(&mut Self) -> What) -> Op {
         self.lost = None;
         let text = self.text;
@@ -122,7 +122,7 @@ impl Walker<'_> {
         Op { line, what }
     }
 
-    /// A condition; none where it can't be run.
+    /// A condition; `None` if it cannot be executed.
     pub(super) fn op_of_question(&mut self, line: u32, condition: &Expr) -> Option<Question> {
         let mut found = None;
         let op = self.op(line, |it| {
@@ -137,7 +137,7 @@ impl Walker<'_> {
         What::Break
     }
 
-    /// The routine of a function that was walked; `below` is the most cells of what it calls.
+    /// The executable form of a function that was walked; `below` is the maximum number of cells of its callees.
     pub(super) fn routine(
         &mut self,
         function: &Function,
@@ -166,13 +166,13 @@ impl Walker<'_> {
         }
     }
 
-    /// `cost` is that of the whole expression.
+    /// `cost` is the cost of the whole expression.
     pub(super) fn effect_op(&mut self, expr: &Expr, cost: Cost) -> What {
         match expr {
             Expr::Cast(Type::Void, _) | Expr::Nothing => What::Pay(own(cost)),
             Expr::Assign(operator, left, right) => {
                 let Some((address, ty)) = self.address(left) else {
-                    return self.lost_op("an assignment to a place that is not known");
+                    return self.lost_op("an assignment to an unknown location");
                 };
                 let Some(kind) = numbers(&ty) else {
                     return match address.base {
@@ -200,7 +200,7 @@ impl Walker<'_> {
             }
             Expr::Count(inner) => {
                 let Some((address, ty)) = self.address(inner) else {
-                    return self.lost_op("a count of a place that is not known");
+                    return self.lost_op("an increment of an unknown location");
                 };
                 let kind = numbers(&ty).unwrap_or(Numbers::int(16));
                 let value = Code::Read(Box::new(address.clone()), kind);
@@ -224,7 +224,7 @@ impl Walker<'_> {
         }
     }
 
-    /// A local that gets its first value.
+    /// A local that is initialised.
     pub(super) fn local_op(
         &mut self,
         cell: usize,
@@ -235,7 +235,7 @@ impl Walker<'_> {
         let Some(init) = init else { return What::Pay(own(cost)) };
         let kind = match ty {
             Type::Number { .. } => numbers(ty),
-            // A row of a table is not looked at, and is told apart from nothing.
+            // A row of a table is not tracked, so it keeps no states apart.
             Type::Pointer(_, true) => None,
             Type::Pointer(_, false) => Some(Numbers { bits: 64, signed: true, is_bool: false }),
             Type::Void | Type::Array(..) | Type::Struct(_) => None,
@@ -247,12 +247,12 @@ impl Walker<'_> {
                 let (value, priced) = self.root(init);
                 What::Set(own(cost).less(priced), Some((address, kind)), value)
             }
-            // Its cells hold nothing that is known.
+            // Its cells have no known value.
             (None, _) => What::Pay(own(cost)),
         }
     }
 
-    /// A value that a statement is about, and the part of its price that depends on the path: the questions of a truth value.
+    /// The value that a statement tests or stores, and the part of its cost that depends on the path: the conditions of a truth value.
     pub(super) fn root(&mut self, expr: &Expr) -> (Code, Price) {
         if matches!(expr, Expr::Unary("!", _) | Expr::Binary("&&" | "||", ..))
             && self.unit.value(expr).is_none()
@@ -314,7 +314,7 @@ impl Walker<'_> {
         }
         match self.measured(|it| it.condition(expr)) {
             Ok((cost, _)) => own(cost),
-            // It was understood a moment ago.
+            // It was understood before.
             Err(_) => Price::default(),
         }
     }
@@ -384,7 +384,7 @@ impl Walker<'_> {
                 match self.by_name.get(name) {
                     Some(index) => Code::Call(*index, given),
                     None if name.starts_with("mem") => {
-                        self.lost_op("a call of the library of C");
+                        self.lost_op("a call of the C library");
                         Code::Unknown(int)
                     }
                     None => {
@@ -418,7 +418,7 @@ impl Walker<'_> {
         }
     }
 
-    /// Where something lies, and its type; none where that is not known.
+    /// The address of an object, and its type; `None` if it is not known.
     fn address(&mut self, expr: &Expr) -> Option<(Address, Type)> {
         let at = |base: Base| Address { base, offset: 0, indices: Vec::new(), is_summary: false };
         match expr {
@@ -483,7 +483,7 @@ impl Walker<'_> {
         }
     }
 
-    /// What a local pointer leads to.
+    /// The target of a local pointer.
     fn behind(&mut self, expr: &Expr) -> Option<(Base, Type)> {
         let Expr::Name(name) = expr else { return None };
         let local = self.find(name)?;
@@ -505,12 +505,12 @@ impl Walker<'_> {
             .collect()
     }
 
-    /// The cells of what a list declared, so that nobody asks for them behind it.
+    /// The cells of the locals that a list declared: nothing reads them after it.
     pub(super) fn forget(&mut self, line: u32, from: usize) -> Option<Op> {
         (self.n_cells > from).then_some(Op { line, what: What::Forget(from, self.n_cells) })
     }
 
-    /// The op of a statement that was just walked.
+    /// The executable form of a statement that was just walked.
     pub(super) fn taken(&mut self, stmt: &Stmt) -> Op {
         let op = self.ops.get_mut(stmt.id).and_then(Option::take);
         op.unwrap_or_else(|| Op { line: stmt.line, what: What::Lost("a statement".to_owned()) })

@@ -1,4 +1,4 @@
-//! Expressions: what each operator and operand costs, with the types that decide how wide it is.
+//! Expressions: the cost of each operator and operand; the types decide its width.
 
 use super::super::NotUnderstood;
 use super::super::memory::size;
@@ -8,13 +8,13 @@ use super::parts::is_handed_on;
 use super::{Cost, Local, Walker, width};
 use std::rc::Rc;
 
-/// What an expression gives.
+/// The result of an expression.
 #[derive(Debug, Clone)]
 pub(super) struct Value {
     ty: Type,
-    /// Bits that it needs, which may be less than its type has.
+    /// The bits that it needs, which may be fewer than its type has.
     bits: u8,
-    /// It lies in ROM.
+    /// It is in ROM.
     rom: bool,
     /// It is a member of a structure that is kept in registers.
     is_kept: bool,
@@ -45,9 +45,9 @@ impl Walker<'_> {
         self.pay_width(widths, bits);
     }
 
-    /// An expression for its effect.
+    /// An expression that is evaluated for its effect.
     pub(super) fn effect(&mut self, expr: &Expr) -> Result<(), NotUnderstood> {
-        // `(void)name` and `((void)0)` are nothing.
+        // `(void)name` and `((void)0)` cost nothing.
         if let Expr::Cast(Type::Void, inner) = expr
             && matches!(**inner, Expr::Number(..) | Expr::Name(_))
         {
@@ -56,7 +56,7 @@ impl Walker<'_> {
         self.value(expr).map(|_| ())
     }
 
-    /// An expression as a question: every operand is asked, and each ends in a jump.
+    /// An expression as a condition: every operand is evaluated, and each ends in a jump.
     pub(super) fn condition(&mut self, expr: &Expr) -> Result<(), NotUnderstood> {
         let machine = self.machine;
         if self.unit.value(expr).is_some() {
@@ -116,7 +116,7 @@ impl Walker<'_> {
         }
     }
 
-    /// A value that is kept in this type.
+    /// A value that is stored in this type.
     pub(super) fn value_into(&mut self, expr: &Expr, ty: &Type) -> Result<(), NotUnderstood> {
         let machine = self.machine;
         let value = self.value(expr)?;
@@ -216,7 +216,7 @@ impl Walker<'_> {
                 let (first, calls) = (self.cost, self.calls.split_off(n));
                 self.cost = before;
                 let right = self.value(no)?;
-                // The path goes where it is dearer.
+                // The worst-case path takes the more expensive one.
                 if first.time > self.cost.time {
                     self.calls.truncate(n);
                     self.calls.extend(calls);
@@ -224,7 +224,7 @@ impl Walker<'_> {
                 self.cost = self.cost.or(first);
                 self.pay(machine.jump);
                 let value = if left.bits >= right.bits { left } else { right };
-                // The shorter of both is brought to the longer one's width.
+                // The shorter operand is widened to the longer one.
                 self.pay_width(&machine.widen, value.bits);
                 Ok(value)
             }
@@ -264,7 +264,7 @@ impl Walker<'_> {
                     u64::from(bits) - 1
                 }
             };
-            // Without a sign: what is shifted up, and what has none.
+            // Unsigned: the operand of a left shift, and unsigned types.
             let has_sign =
                 matches!(value.ty, Type::Number { bits: own, signed, .. } if signed || own < bits);
             if let Some((from, moved)) = machine.byte_shift
@@ -285,7 +285,7 @@ impl Walker<'_> {
         let both = left.bits.max(right.bits);
         let promoted = self.promoted(&left).max(self.promoted(&right));
         let (widths, bits) = match sign {
-            // A bit of the result follows from the same bits of the operands, so compilers compute no more of them than are kept.
+            // A bit of the result depends only on the same bits of the operands, so compilers compute only the bits that are used.
             "&" | "|" | "^" => (&machine.sum, both),
             "+" | "-" => (&machine.sum, promoted),
             "*" => (&machine.multiply, promoted),
@@ -353,7 +353,7 @@ impl Walker<'_> {
         }
     }
 
-    /// The address of something that is not in a register, and whether it is a bit-field.
+    /// The address of an object that is not in a register, and whether it is a bit-field.
     fn place(&mut self, expr: &Expr) -> Result<(Value, bool), NotUnderstood> {
         let machine = self.machine;
         match expr {
@@ -380,7 +380,7 @@ impl Walker<'_> {
                     Type::Array(element, _) => (Type::clone(element), base.rom),
                     Type::Pointer(element, rom) => (Type::clone(element), *rom),
                     Type::Void | Type::Number { .. } | Type::Struct(_) => {
-                        return self.unknown("an index of no array");
+                        return self.unknown("an index of something that is not an array");
                     }
                 };
                 if self.unit.value(index).is_none() {
@@ -398,7 +398,7 @@ impl Walker<'_> {
                         Ok((Value::of(Type::clone(element), *rom), false))
                     }
                     Type::Void | Type::Number { .. } | Type::Array(..) | Type::Struct(_) => {
-                        self.unknown("a star before no pointer")
+                        self.unknown("a `*` before something that is not a pointer")
                     }
                 }
             }
@@ -420,7 +420,7 @@ impl Walker<'_> {
         }
     }
 
-    /// What a member or element is taken of: a pointer in a register costs nothing more.
+    /// The object whose member or element is used: a pointer in a register costs nothing more.
     fn base(&mut self, expr: &Expr) -> Result<Value, NotUnderstood> {
         if let Expr::Name(name) = expr
             && let Some(local) = self.find(name).cloned()
@@ -510,7 +510,7 @@ impl Walker<'_> {
                 self.calls.push(index);
             }
             None if self.unit.functions.iter().any(|it| it.name == *name) => {
-                return self.unknown(format!("`{name}`, which is called before it is defined"));
+                return self.unknown(format!("`{name}`, called before its definition"));
             }
             None => {
                 self.pay(machine.user);
@@ -521,7 +521,7 @@ impl Walker<'_> {
         Ok(Value::of(returns, false))
     }
 
-    /// The expression of a small function of the header in the place of its call: every compiler puts it there.
+    /// The expression of a small header function, replacing its call: every compiler inlines it.
     pub(super) fn inlined(&self, name: &str, arguments: &[Expr]) -> Option<Expr> {
         let function = self.small.get(name)?;
         match function.body.as_slice() {

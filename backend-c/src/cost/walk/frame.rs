@@ -1,4 +1,4 @@
-//! What a function keeps at once, which decides how many registers it saves and what it has on the stack.
+//! What a function keeps at the same time. This decides how many registers it saves and how much stack it uses.
 
 use super::super::machine::Machine;
 use super::super::memory::size;
@@ -7,7 +7,7 @@ use super::live::Live;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-/// An expression with arguments in the place of parameters.
+/// An expression with parameters replaced by arguments.
 pub(super) fn replaced(expr: &Expr, arguments: &BTreeMap<&str, &Expr>) -> Expr {
     let again = |it: &Expr| Box::new(replaced(it, arguments));
     match expr {
@@ -30,32 +30,32 @@ pub(super) fn replaced(expr: &Expr, arguments: &BTreeMap<&str, &Expr>) -> Expr {
     }
 }
 
-/// A function that does no more than give the value of an expression.
+/// A function that only returns the value of an expression.
 pub(super) fn is_one_return(function: &Function) -> bool {
     matches!(function.body.as_slice(), [Stmt { kind: Kind::Return(Some(_)), .. }])
 }
 
-/// What a function keeps: bytes in registers if there are enough, and in memory.
+/// What a function keeps: bytes in registers if there are enough, and bytes in memory.
 #[derive(Debug, Default)]
 pub(super) struct Frame {
     pub(super) registers: u64,
     pub(super) memory: u64,
-    /// Of those in registers, those at once.
+    /// Of those in registers, the ones that are live at the same time.
     pub(super) live: Live,
     pub(super) pointers: u32,
-    /// How often each member is read where nothing parts the paths: a compiler keeps what is read again.
+    /// How often each member is read on a straight path: a compiler keeps a value that is read again.
     pub(super) reads: BTreeMap<(Rc<str>, Rc<str>), u32>,
-    /// Bits of the widest number that something is computed in.
+    /// The width in bits of the widest computation.
     pub(super) widest: u8,
     pub(super) calls: bool,
-    /// What is called, at how many places.
+    /// The called functions, with the number of call sites.
     pub(super) called: BTreeMap<Rc<str>, u64>,
-    /// What each of them is given, at the last of these places.
+    /// The arguments of each, at the last call site.
     pub(super) arguments: BTreeMap<Rc<str>, Vec<Expr>>,
 }
 
 impl Frame {
-    /// Of a whole function.
+    /// The frame of a whole function.
     pub(super) fn of(unit: &Unit, machine: &Machine, function: &Function) -> Frame {
         let mut frame = Frame::default();
         for (_, ty) in &function.parameters {
@@ -159,7 +159,7 @@ impl Frame {
         }
     }
 
-    /// Only what is called.
+    /// Only the calls.
     pub(super) fn calls_of(
         unit: &Unit,
         machine: &Machine,

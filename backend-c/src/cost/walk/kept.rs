@@ -1,20 +1,20 @@
-//! Which structures a compiler keeps in registers, member by member.
+//! Finds the structures that a compiler keeps in registers, member by member.
 //!
-//! gcc replaces a local structure of numbers by one variable for each member (`-ftree-sra`, which `-O1` and all above contain) where nothing but its members is ever asked for.
-//! A pointer to it that is handed to a part of the function (see [`super::parts`]) is replaced with it, as long as the part does the same.
+//! gcc replaces a local structure of numbers by one variable for each member (`-ftree-sra`, part of `-O1` and above) if only its members are ever used.
+//! A pointer to it that is passed to a part of the function (see [`super::parts`]) is replaced too, as long as the part does the same.
 
 use super::super::tree::{Expr, Function, Kind, Stmt, Type, Unit, each_expr, each_inner, names_in};
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-/// The structure that an argument hands over: by its name if that is a pointer already.
+/// The structure that an argument passes: the name itself if it is already a pointer.
 pub(super) fn handed(argument: &Expr) -> Option<&Rc<str>> {
     let argument = if let Expr::Unary("&", inner) = argument { inner } else { argument };
     if let Expr::Name(name) = argument { Some(name) } else { None }
 }
 
-/// For each function, callees first, the names of its structures that are in registers, and of its pointers to such structures. `parts` are the functions that are part
-/// of their only caller, by name, each with its place, its caller's, and what it is given.
+/// For each function, callees first, the names of its structures that are in registers, and of its pointers to such structures. `parts` are the functions
+/// that are part of their only caller, by name, each with its index, its caller's index, and its arguments.
 pub(super) fn kept(
     unit: &Unit,
     functions: &[&Function],
@@ -52,7 +52,7 @@ pub(super) fn kept(
         let found = found.collect();
         all.push(found);
     }
-    // A pointer leads to what its caller keeps. Callers come last, so their own pointers are decided before.
+    // A pointer leads to a structure of its caller. Callers come last, so their own pointers are decided first.
     for (at, function) in functions.iter().enumerate().rev() {
         let Some((_, caller, arguments)) = parts.get(&*function.name) else { continue };
         for ((name, _), argument) in function.parameters.iter().zip(*arguments) {
@@ -66,7 +66,7 @@ pub(super) fn kept(
     all
 }
 
-/// Bytes that the members of such a structure take in registers of so many bytes.
+/// Bytes that the members of such a structure take in registers of the given size.
 pub(super) fn bytes(unit: &Unit, ty: &Type, register: u32) -> u64 {
     let members = unit.members(ty).unwrap_or_default();
     let of = |ty: &Type| if let Type::Number { bits, .. } = ty { u64::from(bits / 8) } else { 0 };
@@ -80,7 +80,7 @@ fn is_numbers(unit: &Unit, ty: &Type) -> bool {
         && unit.members(ty).is_some_and(|all| all.iter().all(|it| is_number(&it.ty)))
 }
 
-/// Each local with its type, and whether it has no first value.
+/// Each local with its type, and whether it is uninitialised.
 pub(super) fn each_local(list: &[Stmt], look: &mut dyn FnMut(&Rc<str>, &Type, bool)) {
     for stmt in list {
         match &stmt.kind {
@@ -102,7 +102,7 @@ pub(super) fn each_local(list: &[Stmt], look: &mut dyn FnMut(&Rc<str>, &Type, bo
     }
 }
 
-/// An expression asks for nothing but members of it, or hands it to who may take it.
+/// An expression uses only its members, or passes it to a function that may receive it.
 fn asks_members(expr: &Expr, name: &Rc<str>, may_take: &dyn Fn(&str, usize) -> bool) -> bool {
     let again = |it: &Expr| asks_members(it, name, may_take);
     if let Expr::Name(it) = expr {

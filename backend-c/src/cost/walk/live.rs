@@ -1,6 +1,7 @@
-//! How many bytes of locals a function needs at once: each from where it is declared to where it is mentioned last.
+//! How many bytes of locals are live at the same time in a function: each from its declaration to its last use.
 //!
-//! What is mentioned in a loop and declared before it is needed to the end of the loop. Registers that a compiler takes beside those of the locals are not counted here.
+//! A local that is declared before a loop and used in it is live to the end of the loop. Registers that a compiler needs besides those of the locals are not
+//! counted here.
 
 use super::super::machine::Machine;
 use super::super::memory::size;
@@ -8,12 +9,12 @@ use super::super::tree::{Expr, Function, Kind, Stmt, Type, Unit, each_call, name
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-/// Bytes of locals that are needed at once.
+/// Bytes of locals that are live at the same time.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Live {
-    /// The most of them.
+    /// The maximum.
     pub(super) most: u64,
-    /// The most of them where that function is called.
+    /// The maximum at the calls of each function.
     pub(super) at_calls: BTreeMap<Rc<str>, u64>,
 }
 
@@ -24,7 +25,7 @@ impl Live {
             spans.declare(name, ty);
         }
         spans.list(&function.body);
-        // What begins and what ends at each place.
+        // What begins and what ends at each position.
         let mut changes = vec![(0_u64, 0_u64); spans.at + 2];
         for span in &spans.all {
             changes[span.first].0 += span.bytes;
@@ -45,7 +46,7 @@ impl Live {
     }
 }
 
-/// A local: where it is declared, and where it is mentioned last.
+/// A local: the positions of its declaration and of its last use.
 struct Span {
     bytes: u64,
     first: usize,
@@ -55,13 +56,13 @@ struct Span {
 struct Spans<'a> {
     unit: &'a Unit,
     machine: &'a Machine,
-    /// The present place; each expression is one.
+    /// The current position; each expression has one.
     at: usize,
     all: Vec<Span>,
-    /// For each name the locals of that name around the present place, the innermost last.
+    /// For each name, the locals of that name in scope, the innermost last.
     around: BTreeMap<Rc<str>, Vec<usize>>,
     declared: Vec<Rc<str>>,
-    /// Calls with their places, in that order.
+    /// Calls with their positions, in that order.
     calls: Vec<(usize, Rc<str>)>,
 }
 
@@ -102,14 +103,14 @@ impl<'a> Spans<'a> {
         each_call(expr, &mut |name| self.calls.push((at, name.clone())));
     }
 
-    /// What stands in braces: its locals are not known behind them.
+    /// The contents of braces: its locals are not visible after them.
     fn list(&mut self, list: &[Stmt]) {
         let n = self.declared.len();
         list.iter().for_each(|it| self.stmt(it));
         self.leave(n);
     }
 
-    /// Behind the place where so many locals were known those declared since are not known any more.
+    /// Ends the scope of all locals after the first `n`.
     fn leave(&mut self, n: usize) {
         for name in self.declared.split_off(n) {
             if let Some(all) = self.around.get_mut(&name) {

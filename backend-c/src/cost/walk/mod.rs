@@ -1,8 +1,9 @@
-//! The dearest way through the functions of a chart.
+//! The worst-case path through the functions of a chart.
 //!
-//! A statement has a cost for each way out of it: to the next statement, out of the function, out of the loop or `switch`, to the next round. Lists add them up, `if` and
-//! `switch` take the dearest of each kind; so a branch that returns early is not added to what stands behind it. The path is found afterwards, by asking
-//! in reverse which part gave the figure.
+//! A statement has a cost for each way out of it: to the next statement, out of the function, out of the loop or `switch`, to the next round. Lists add them
+//! up; `if` and
+//! `switch` take the maximum of each kind; so a branch that returns early is not added to the statements after it. The path is found afterwards, by
+//! determining in reverse which part produced the result.
 
 mod compile;
 mod expr;
@@ -32,7 +33,7 @@ use crate::ctext::Marks;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-/// Time, and calls of functions of the user; and both without what functions of the text take that are called.
+/// Time, and calls of user functions; and both without the called functions of the text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Cost {
     time: u64,
@@ -42,7 +43,7 @@ struct Cost {
 }
 
 impl Cost {
-    /// Something that calls nothing.
+    /// The cost of something that calls nothing.
     fn of(time: u64) -> Cost {
         Cost { time, user: 0, own: time, own_user: 0 }
     }
@@ -69,13 +70,13 @@ impl Cost {
     }
 }
 
-/// The ways out of a statement; none where there is no such way.
+/// The cost of each way out of a statement; `None` if there is no such way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Flow {
     on: [Option<Cost>; 4],
 }
 
-/// Ways out, as places in [`Flow::on`].
+/// Ways out, as indices of [`Flow::on`].
 const NEXT: usize = 0;
 const RETURN: usize = 1;
 const BREAK: usize = 2;
@@ -101,25 +102,25 @@ impl Flow {
     }
 }
 
-/// What was found out of a statement.
+/// What was found about a statement.
 #[derive(Debug, Clone)]
 struct Info {
-    /// Of its own expressions, with what they call.
+    /// Its own expressions, including their calls.
     own: Cost,
     /// The functions that these call.
     calls: Vec<usize>,
     flow: Flow,
-    /// For each arm but the first: the condition's cost and its calls. For a loop: the rounds.
+    /// For each branch except the first: the cost of the condition and its calls. For a loop: the rounds.
     arms: Vec<(Cost, Vec<usize>)>,
     rounds: u64,
 }
 
-/// What was found out of a function.
+/// What was found about a function.
 #[derive(Debug, Clone, Default)]
 struct Summary {
     cost: Cost,
     stack: u64,
-    /// Bytes of it that are locals in memory, of all that is part of it.
+    /// Bytes of its locals in memory, including its parts.
     memory: u64,
     entry: u64,
     user_code: bool,
@@ -129,9 +130,9 @@ struct Summary {
 struct Local {
     ty: Type,
     rom: bool,
-    /// The value that it begins with, if that is a constant.
+    /// Its initial value, if that is a constant.
     start: Option<i128>,
-    /// Its first cell in runs.
+    /// Its first cell in path exploration.
     cell: usize,
 }
 
@@ -140,44 +141,44 @@ struct Walker<'a> {
     machine: &'a Machine,
     /// Loop bounds that the emitter states, by line.
     marks: &'a Marks,
-    /// What each task costs that was met.
+    /// The cost of each task found.
     tasks: Vec<TaskBound>,
     by_name: BTreeMap<Rc<str>, usize>,
-    /// Functions of the header that are one expression.
+    /// Header functions that consist of one expression.
     small: BTreeMap<&'a str, &'a Function>,
     /// Functions that are part of their only caller.
     parts: BTreeMap<&'a str, &'a Function>,
     summaries: Vec<Summary>,
-    /// For each of these the number of places that call it.
+    /// For each of these, the number of call sites.
     call_sites: Vec<u64>,
     sites: BTreeMap<Rc<str>, u64>,
     infos: Vec<Option<Info>>,
     text: u64,
-    // --- of the present function:
-    /// Structures that it keeps in registers, and pointers to such.
+    // --- of the current function:
+    /// Structures that it keeps in registers, and pointers to them.
     kept: BTreeSet<Rc<str>>,
     locals: Vec<(Rc<str>, Local)>,
     spilled: bool,
-    /// Stores may go through a pointer without an offset.
+    /// Stores may use a pointer without an offset.
     far: bool,
     user_code: bool,
-    /// Bytes of stack of the library's functions.
+    /// Stack bytes of the library functions.
     helper: u64,
-    // --- for runs (see [`compile`]):
-    /// What a function costs that was found in another way.
+    // --- for path exploration (see [`compile`]):
+    /// The cost of a function that was found in another way.
     known: Option<(String, Cost)>,
     routines: Vec<code::Routine>,
     ops: Vec<Option<code::Op>>,
     n_cells: usize,
-    /// Why the present statement can't be run.
+    /// Why the current statement cannot be executed.
     lost: Option<String>,
-    // --- of the present statement:
+    // --- of the current statement:
     line: u32,
     cost: Cost,
     calls: Vec<usize>,
 }
 
-/// All functions that these need, looked at.
+/// Walks all functions that these need.
 fn walked<'a>(
     unit: &'a Unit,
     machine: &'a Machine,
@@ -219,7 +220,7 @@ fn walked<'a>(
         calls: Vec::new(),
     };
     let functions = needed(unit, machine, roots)?;
-    // Of the whole text: what only one of these functions calls, another may call too.
+    // Over the whole text: a function that only one of these calls may have other callers too.
     for function in &unit.functions {
         for (name, n) in Frame::calls_of(unit, machine, &function.body) {
             *walker.sites.entry(name).or_default() += n;
@@ -230,7 +231,7 @@ fn walked<'a>(
     for (function, compiled) in functions.into_iter().zip(compiled) {
         let before = walker.text;
         walker.function(function, compiled)?;
-        // A function of one expression becomes text within its callers.
+        // A function of one expression is inlined into its callers.
         if function.is_inline && is_one_return(function) {
             walker.text = before;
         }
@@ -238,7 +239,7 @@ fn walked<'a>(
     Ok(walker)
 }
 
-/// A reaction that goes to its limit and takes this many times what one takes that does not says nothing.
+/// If a reaction that reaches its limit costs more than this many times one that does not, the bound is useless.
 const FAR: u64 = 3;
 
 /// The bound of a whole chart.
@@ -281,7 +282,7 @@ pub(super) fn bound(
         prefix,
         contract,
     };
-    // An estimate, to choose a style, is made from the text.
+    // An estimate, which is used to choose a style, is based on the text.
     let found = if machine.is_bounded {
         paths::worst(&chart)
     } else {
@@ -305,7 +306,7 @@ pub(super) fn bound(
             Some(Some(settled)) if settled.time.saturating_mul(FAR) >= cost.time => None,
             Some(None) => None,
             Some(Some(_)) | None => Some(format!(
-                "no number of micro-steps is proved, and up to the limit of {limit} a reaction would take {} {}",
+                "no number of micro-steps is proved; with the limit of {limit}, a reaction would take {} {}",
                 cost.plus(call).time,
                 machine.unit
             )),
@@ -315,11 +316,11 @@ pub(super) fn bound(
         Err(why @ Stopped::TooMuch) if unbounded.is_none() => {
             let time = cost.plus(call).time;
             let unit = machine.unit;
-            (Some(format!("{why}, and by the text alone one would take {time} {unit}")), None)
+            (Some(format!("{why}; by the text alone a reaction would take {time} {unit}")), None)
         }
         Ok(_) | Err(_) => (unbounded, open),
     };
-    // The scan lies in the header, and is text only where it is called: it is looked at by itself. The ring hands over one event for each reaction.
+    // The scan is in the header, and is compiled only if it is called, so it is analysed separately. The ring passes one event to each reaction.
     let known = Some((format!("{prefix}_step"), of_one_event));
     let scanning = walked(unit, machine, marks, &named(&["scan_isr", "scan"]), known)?;
     let scan = |end: &str| {
@@ -360,7 +361,7 @@ fn needed<'a>(
     let by_name: BTreeMap<&str, usize> =
         unit.functions.iter().enumerate().map(|(at, it)| (&*it.name, at)).collect();
     let mut order = Vec::new();
-    // 0 not met, 1 on the way, 2 done.
+    // 0 not visited, 1 in progress, 2 done.
     let mut met = vec![0_u8; unit.functions.len()];
     let mut stack: Vec<(usize, bool)> =
         roots.iter().filter_map(|name| by_name.get(name.as_str())).map(|at| (*at, false)).collect();
@@ -467,7 +468,7 @@ impl<'a> Walker<'a> {
         let own = |saved: u64| {
             if is_expression { 0 } else { u64::from(machine.return_address) + saved }
         };
-        // A function with one place of call becomes part of its caller, whose frame then holds what it keeps in memory beside everything else there.
+        // A function with one call site becomes part of its caller, whose frame then contains its memory too.
         let (mut memory, mut below, mut user_code) = (alone.on_stack, self.helper, self.user_code);
         let called = Frame::calls_of(self.unit, machine, &function.body);
         for index in called.keys().filter_map(|name| self.by_name.get(name)) {
@@ -477,7 +478,7 @@ impl<'a> Walker<'a> {
             below = below.max(callee.stack - if is_part { callee.memory } else { 0 });
             user_code |= callee.user_code;
         }
-        // In one frame or in several, whichever needs more.
+        // The larger of one frame and several frames.
         let memory = memory.max(whole.on_stack);
         let own = own(alone.saved.max(whole.saved));
         let deepest = called.keys().filter_map(|name| self.by_name.get(name));

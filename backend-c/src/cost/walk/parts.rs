@@ -1,9 +1,10 @@
-//! Which functions a compiler puts into their only caller, and what each function then keeps in registers and on the stack.
+//! Finds the functions that a compiler inlines into their only caller, and what each function then keeps in registers and on the stack.
 //!
-//! gcc puts a `static` function with one place of call into its caller (`-finline-functions-called-once`, which `-Os` and `-O2` contain): no call, no arguments in registers of
-//! their own, nothing saved for it. Three things stop it, and here they all leave the price of a call:
-//! - two functions of the same code become one (`-fipa-icf`), which then has two callers: [`shape`] finds those that may;
-//! - the caller would become too large (`large-function-insns`, 2700) or its frame (`large-stack-frame`, 256 bytes): [`LARGE`] and [`LARGE_FRAME`] are well below;
+//! gcc inlines a `static` function with one call site (`-finline-functions-called-once`, part of `-Os` and `-O2`): no call, no arguments in separate registers,
+//! no saved registers. Three things prevent it, and in these cases the model keeps the cost of a call:
+//! - two functions with the same code become one (`-fipa-icf`), which then has two callers: [`shape`] finds the candidates;
+//! - the caller would become too large (`large-function-insns`, 2700) or its frame (`large-stack-frame`, 256 bytes): [`LARGE`] and [`LARGE_FRAME`] are well
+//!   below;
 //! - the caller itself may be copied into several callers, and its callee with it.
 
 use super::super::machine::Machine;
@@ -14,10 +15,10 @@ use super::kept::{self, each_local, handed};
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-/// The most names that a function mentions together with its parts. An instruction of gcc's count mentions one name at least.
+/// The maximum number of names that a function mentions together with its parts. An instruction in gcc's count mentions at least one name.
 const LARGE: usize = 2000;
 
-/// The most bytes of structures and arrays that a function has on the stack together with its parts.
+/// The maximum number of bytes of structures and arrays that a function has on the stack together with its parts.
 const LARGE_FRAME: u64 = 128;
 
 /// How a function is compiled.
@@ -27,31 +28,31 @@ pub(super) struct Setting {
     pub(super) is_part: bool,
     /// Bytes of registers that it saves; a part saves nothing by itself.
     pub(super) saved: u64,
-    /// Locals are on the stack, since the registers are short.
+    /// Locals are on the stack because there are too few registers.
     pub(super) is_spilled: bool,
-    /// Stores may go through a pointer without an offset.
+    /// Stores may use a pointer without an offset.
     pub(super) is_far: bool,
     /// Bytes of locals on the stack.
     pub(super) on_stack: u64,
 }
 
-/// What a function needs at once.
+/// What a function needs at the same time.
 #[derive(Debug, Clone, Copy, Default)]
 struct Need {
     /// Bytes of all locals.
     registers: u64,
-    /// The most of them that are needed at once.
+    /// The maximum number of bytes that are live at the same time.
     live: u64,
     /// Bytes of structures among them.
     structures: u64,
     memory: u64,
     pointers: u32,
-    /// Bits of the widest number that something is computed in.
+    /// The width in bits of the widest computation.
     widest: u8,
     /// Members that are kept in registers because they are read again.
     kept: u64,
     calls: bool,
-    /// Names that it mentions.
+    /// The number of names that it mentions.
     names: usize,
 }
 
@@ -72,7 +73,7 @@ impl Need {
         }
     }
 
-    /// With its structures that are in registers.
+    /// The need if these structures are in registers.
     fn keep(
         &mut self,
         unit: &Unit,
@@ -91,7 +92,7 @@ impl Need {
         });
     }
 
-    /// A function with parts, of which one runs at a time.
+    /// A function with parts, one of which runs at a time.
     fn with(self, parts: &[Need], calls: bool) -> Need {
         let most = |of: &dyn Fn(&Need) -> u64| parts.iter().map(of).max().unwrap_or(0);
         Need {
@@ -108,14 +109,14 @@ impl Need {
     }
 
     fn setting(&self, machine: &Machine) -> Setting {
-        // Besides what has a name: both operands of the widest operator.
+        // In addition to the named values: both operands of the widest operator.
         let temporary = 2 * u64::from(self.widest / 8).max(2);
         let registers = self.registers + temporary + self.kept;
         let scratch = if self.calls { 0 } else { u64::from(machine.scratch) };
         let saved = registers.saturating_sub(scratch).min(u64::from(machine.saved));
         let at_once = self.live + temporary + self.kept;
         let spilled = at_once.saturating_sub(u64::from(machine.registers));
-        // Once registers are short, temporaries are kept in memory too.
+        // If there are too few registers, temporaries are in memory too.
         let on_stack = self.memory + 3 * spilled + if spilled > 0 { temporary } else { 0 };
         Setting {
             is_part: false,
@@ -127,18 +128,18 @@ impl Need {
     }
 }
 
-/// A function as it is compiled: by itself, and with what is known of its callers.
+/// A function as it is compiled: separately, and with what is known about its callers.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Compiled {
-    /// If it were no part of another, and had no parts.
+    /// As if it were not part of another function and had no parts.
     pub(super) alone: Setting,
     /// As part of its caller, and with its own parts.
     pub(super) whole: Setting,
-    /// Its structures that are in registers, and its pointers to such.
+    /// Its structures that are in registers, and its pointers to such structures.
     pub(super) kept: BTreeSet<Rc<str>>,
 }
 
-/// How these functions are compiled, callees first. `sites` are the places in the whole text that call a function; `known` is one whose cost is known without its text.
+/// How these functions are compiled, callees first. `sites` are the call sites in the whole text; `known` is a function whose cost is known without its text.
 pub(super) fn compiled(
     unit: &Unit,
     machine: &Machine,
@@ -150,7 +151,7 @@ pub(super) fn compiled(
         functions.iter().map(|function| Frame::of(unit, machine, function)).collect();
     let by_name: BTreeMap<&str, usize> =
         functions.iter().enumerate().map(|(at, it)| (&*it.name, at)).collect();
-    // Of each function the places that call it, and its last caller.
+    // For each function its call sites, and its last caller.
     let mut sites: Vec<(u64, usize)> =
         functions.iter().map(|it| (sites.get(&it.name).copied().unwrap_or(0), 0)).collect();
     for (caller, frame) in frames.iter().enumerate() {
@@ -165,7 +166,7 @@ pub(super) fn compiled(
     shape_of.iter().for_each(|shape| *shapes.entry(shape.clone()).or_default() += 1);
     let may_be_part: Vec<bool> = (functions.iter().zip(&shape_of).zip(&sites))
         .map(|((function, shape), (n, caller))| {
-            // What others may call is there once in any case.
+            // A function that others may call exists once in any case.
             let is_caller_copied = sites.get(*caller).is_some_and(|(n, _)| *n > 1)
                 && functions.get(*caller).is_some_and(|it| it.is_static);
             machine.merges_single_calls
@@ -189,7 +190,7 @@ pub(super) fn compiled(
         })
         .collect();
     let kept = kept::kept(unit, functions, &parts);
-    // What is in registers is no longer in memory: no function becomes larger by that.
+    // What is in registers is no longer in memory, so no function becomes larger.
     let needs = program.whole(&mut is_part, &kept);
     let mut all: Vec<Compiled> = (needs.iter().zip(kept))
         .enumerate()
@@ -200,7 +201,7 @@ pub(super) fn compiled(
             Compiled { alone, whole: need.setting(machine), kept }
         })
         .collect();
-    // Callers come last: what they are decides what their parts are.
+    // Callers come last: they decide about their parts.
     for at in (0..all.len()).rev() {
         if is_part.get(at) != Some(&true) {
             continue;
@@ -213,7 +214,7 @@ pub(super) fn compiled(
     all
 }
 
-/// The functions that are looked at.
+/// The functions to analyse.
 struct Program<'a> {
     unit: &'a Unit,
     machine: &'a Machine,
@@ -223,7 +224,8 @@ struct Program<'a> {
 }
 
 impl Program<'_> {
-    /// What each of them needs with its parts; of these, those of a function that becomes too large are none any more. `kept` are the structures of each that are in registers.
+    /// What each function needs with its parts. A function that becomes too large keeps its parts as separate functions. `kept` are the structures in
+    /// registers.
     fn whole(&self, is_part: &mut [bool], kept: &[BTreeSet<Rc<str>>]) -> Vec<Need> {
         let mut needs: Vec<Need> = Vec::with_capacity(self.functions.len());
         for (at, (function, frame)) in self.functions.iter().zip(self.frames).enumerate() {
@@ -249,7 +251,7 @@ impl Program<'_> {
             let calls = frame.calls && (!is_all_parts || has_user_code(&function.body));
             let whole = own.with(&part_needs, calls);
             if whole.names > LARGE || whole.memory > LARGE_FRAME {
-                // Which of them stay functions is not known.
+                // It is not known which of them remain functions.
                 for part in called_parts {
                     if let Some(part) = is_part.get_mut(part) {
                         *part = false;
@@ -264,7 +266,7 @@ impl Program<'_> {
     }
 }
 
-/// What a part needs beside its caller: a pointer that is handed on as it is, is in a register already.
+/// What a part needs in addition to its caller: a pointer that is passed on unchanged is already in a register.
 fn without_handed_on(need: &Need, part: &Function, caller: &Frame, machine: &Machine) -> Need {
     let arguments = caller.arguments.get(&part.name).map(Vec::as_slice).unwrap_or_default();
     let handed_on = (part.parameters.iter().zip(arguments))
@@ -279,7 +281,7 @@ fn without_handed_on(need: &Need, part: &Function, caller: &Frame, machine: &Mac
     }
 }
 
-/// A pointer that a part gets as its caller has it, or to a local of its caller.
+/// A pointer that a part receives unchanged from its caller, or to a local of its caller.
 pub(super) fn is_handed_on(ty: &Type, argument: &Expr) -> bool {
     matches!(ty, Type::Pointer(..)) && handed(argument).is_some()
 }
@@ -298,8 +300,8 @@ fn has_user_code(list: &[Stmt]) -> bool {
     })
 }
 
-/// The names of a function in their order: the value of a constant, for others the place where they come first. Two functions of the same code have the same, whatever
-/// their locals and members are called.
+/// The names of a function in order: the value of a constant, for others the index of the first occurrence. Two functions with the same code have the same
+/// result, whatever their locals and members are called.
 fn shape(unit: &Unit, function: &Function) -> Vec<i128> {
     let mut met: Vec<Rc<str>> = Vec::new();
     let mut out = vec![function.parameters.len() as i128];

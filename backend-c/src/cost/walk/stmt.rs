@@ -1,4 +1,4 @@
-//! Statements: the cost of each way out of one, and the same statement in the form for runs.
+//! Statements: the cost of each way out of a statement, and its form for path exploration.
 
 use super::super::NotUnderstood;
 use super::super::TaskBound;
@@ -18,7 +18,7 @@ impl Walker<'_> {
             let one = self.stmt(stmt)?;
             let op = self.taken(stmt);
             ops.push(op);
-            // What can't be reached is looked at, for its text, and costs nothing.
+            // Unreachable statements are walked for their code size and take no time.
             if let Some(before) = flow.on[NEXT].take() {
                 flow.join(one, before);
             }
@@ -100,7 +100,7 @@ impl Walker<'_> {
             Kind::UserCode => {
                 self.user_code = true;
                 info.flow = Flow::only(NEXT, Cost::default());
-                code::Op { line: stmt.line, what: What::Lost("code of the user".to_owned()) }
+                code::Op { line: stmt.line, what: What::Lost("user code".to_owned()) }
             }
         };
         if let Some(place) = self.ops.get_mut(stmt.id) {
@@ -120,7 +120,7 @@ impl Walker<'_> {
         Ok(flow)
     }
 
-    /// A local with its first value.
+    /// A local with its initial value.
     fn declared(
         &mut self,
         stmt: &Stmt,
@@ -171,7 +171,7 @@ impl Walker<'_> {
             self.line = stmt.line;
             let (cost, calls) = self.measured(|it| it.condition(condition))?;
             before = before.plus(cost);
-            // The last of all arms falls through to what follows.
+            // The last branch falls through to the next statement.
             let more = at + 1 < last || !otherwise.is_empty();
             let jump = if more { machine.jump } else { Op::default() };
             self.text += u64::from(jump.text);
@@ -213,7 +213,7 @@ impl Walker<'_> {
             let is_dense = range.is_some_and(|(most, least)| most - least < 3 * i128::from(n));
             let groups = sections.len() as u64;
             let from = u64::from(machine.table_from);
-            // Each level of a tree asks for equal and for less.
+            // Each level of a tree compares for equal and for less.
             let tree = u64::from(u64::BITS - n.leading_zeros());
             let by_tree = n.min(tree * 2) * u64::from(machine.switch_compare.time);
             let by_table = u64::from(machine.switch_table.time);
@@ -222,7 +222,7 @@ impl Walker<'_> {
             } else if n < from {
                 by_tree
             } else {
-                // Labels with one body may or may not count as one.
+                // Labels with the same body may or may not count as one.
                 by_tree.max(by_table)
             });
             it.text += (n * u64::from(machine.switch_compare.text))
@@ -230,7 +230,7 @@ impl Walker<'_> {
             Ok(())
         })?;
         let has_default = sections.iter().any(|(labels, _)| labels.contains(&None));
-        // From the last section on: a section without `break` goes on in the next.
+        // From the last section backwards: a section without `break` continues in the next.
         let mut suffix = Flow::only(NEXT, Cost::default());
         let mut all = Flow::NONE;
         let mut flows = Vec::new();
@@ -266,7 +266,7 @@ impl Walker<'_> {
         }))
     }
 
-    /// A loop, with what is done before it, the condition, and what is counted.
+    /// A loop: initialisation, condition, step and body.
     fn repeat(
         &mut self,
         stmt: &Stmt,
@@ -296,7 +296,7 @@ impl Walker<'_> {
             Some(step) => self.measured(|it| it.effect(step))?,
             None => (Cost::default(), Vec::new()),
         };
-        // A counter that only the loop asks for is no part of what is known: its rounds say it.
+        // A counter that only the loop reads is not tracked: the rounds define it.
         let free = compile::without_counter(stmt, condition, body);
         let question = free.unwrap_or(condition).map(|it| self.op_of_question(stmt.line, it));
         let (price, is_free) = (compile::own(asked.0), free.is_some());
@@ -304,7 +304,7 @@ impl Walker<'_> {
         let jump = Cost::of(u64::from(machine.jump.time));
         self.text += u64::from(machine.jump.text);
         let (flow, ops) = self.list(body)?;
-        // A round that goes on.
+        // A round that continues the loop.
         let round = match (flow.on[NEXT], flow.on[CONTINUE]) {
             (Some(a), Some(b)) => Some(a.or(b)),
             (a, b) => a.or(b),
@@ -338,7 +338,7 @@ impl Walker<'_> {
                 (true, [only]) => (vec![compile::paid(only)], counted.map(|it| compile::paid(&it))),
                 _ => (begin, counted),
             };
-            // What is not asked any more is asked all the same: before each round, and once more.
+            // The dropped condition is still evaluated: before each round, and once at the end.
             let asked = |at: u32| code::Op { line: at, what: What::Pay(left) };
             let mut init = begin;
             init.push(asked(stmt.line));
@@ -360,8 +360,8 @@ impl Walker<'_> {
         })
     }
 
-    /// The most rounds of a loop: from the emitter, or from a conjunct `counter < constant` of a counter that begins with a constant and is counted in every round.
-    /// True with it: the text alone does not end the loop there.
+    /// The maximum number of rounds of a loop: from the emitter, or from a conjunct `counter < constant` of a counter that begins with a constant and is
+    /// incremented in every round. The flag is true if the text alone does not end the loop there.
     fn rounds(&self, stmt: &Stmt, condition: Option<&Expr>, body: &[Stmt]) -> Option<(u64, bool)> {
         let marked = self
             .marks

@@ -1,23 +1,23 @@
-//! The dearest path once more, to say where it leads.
+//! Follows the worst-case path again, to report where it leads.
 
 use super::super::tree::{Kind, Stmt};
 use super::{BREAK, CONTINUE, Cost, Flow, Info, NEXT, RETURN, Walker};
 use crate::Object;
 
-/// A place on the dearest path.
+/// A location on the worst-case path.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
     /// The line of `NAME.c`.
     pub line: u32,
-    /// What of the net it comes from: that of the line, or of the nearest piece around it.
+    /// The objects of the net that it comes from: those of the line, or of the nearest enclosing piece.
     pub objects: Vec<Object>,
-    /// How often it is gone through.
+    /// How often it is executed.
     pub times: u64,
-    /// Its own time, all times together, without what it calls.
+    /// Its own time for all executions together, without its callees.
     pub time: u64,
 }
 
-/// Goes the dearest path once more.
+/// Follows the worst-case path again.
 pub(super) struct Tracer<'a> {
     pub(super) walker: &'a Walker<'a>,
     pub(super) map: &'a [(u32, Vec<Object>)],
@@ -25,14 +25,14 @@ pub(super) struct Tracer<'a> {
 }
 
 impl Tracer<'_> {
-    /// The path that a run has gone: lines with what each took. A line that comes from nothing by itself belongs to the nearest one above it that does.
+    /// The path that a run has taken: lines with their time. A line that does not come from the net belongs to the nearest line above that does.
     pub(super) fn gone(&mut self, path: &[(u32, u64)]) {
         for (line, time) in path {
             let objects = match self.map.binary_search_by_key(line, |(line, _)| *line) {
                 Ok(at) => self.map.get(at),
                 Err(at) => at.checked_sub(1).and_then(|at| self.map.get(at)),
             };
-            // Lines far from it are the frame of the function.
+            // More distant lines belong to the frame of the function.
             let objects = objects.filter(|(from, _)| line - from <= 2);
             let objects = objects.map(|(_, objects)| objects.clone()).unwrap_or_default();
             self.add(*line, &objects, 1, *time);
@@ -97,7 +97,7 @@ impl Tracer<'_> {
         flow
     }
 
-    /// The expressions of a statement: its own time, then what they call.
+    /// The expressions of a statement: its own time, then its callees.
     fn own(&mut self, line: u32, cost: Cost, calls: &[usize], times: u64, around: &[Object]) {
         let called: u64 = calls
             .iter()
@@ -111,7 +111,7 @@ impl Tracer<'_> {
     }
 
     fn list(&mut self, list: &[Stmt], way: usize, times: u64, around: &[Object]) {
-        // The statement by which the list is left: with the dearest sum of all before it.
+        // The statement that leaves the list: the one with the largest sum including everything before it.
         let mut sum = 0_u64;
         let mut best: Option<(u64, usize)> = None;
         let mut end = list.len();
@@ -161,7 +161,7 @@ impl Tracer<'_> {
                     .chain([otherwise.as_slice()])
                     .collect();
                 let jump = u64::from(self.walker.machine.jump.time);
-                // An arm that goes on jumps over those behind it.
+                // A branch that continues jumps over the branches after it.
                 let last = bodies.len() - usize::from(otherwise.is_empty());
                 let jump_of = |at: usize| if way == NEXT && at + 1 < last { jump } else { 0 };
                 for (at, body) in bodies.iter().enumerate() {
@@ -179,7 +179,7 @@ impl Tracer<'_> {
                 }
                 self.add(stmt.line, &around, times, jump_of(taken));
                 if let Some(body) = bodies.get(taken) {
-                    // An arm has no statement of its own; its first line is that of its head or below.
+                    // A branch is not a statement; its first line is the line of its head, or the next one.
                     let inner = match body.first() {
                         Some(first) => self.objects(first.line.saturating_sub(1), &around),
                         None => around.clone(),
@@ -231,7 +231,7 @@ impl Tracer<'_> {
                 let heads: u64 = info.arms.iter().map(|(cost, _)| cost.time).sum();
                 let round = time_of(flow, on).map_or(0, |it| it.saturating_add(heads));
                 let jump = u64::from(self.walker.machine.jump.time);
-                // Either all rounds, or one less and then the way out of the body.
+                // Either all rounds, or one round less and then the exit from the body.
                 let out = if way == NEXT { BREAK } else { way };
                 let leaves = time_of(flow, out)
                     .filter(|last| way != NEXT || last.saturating_add(jump) > round);

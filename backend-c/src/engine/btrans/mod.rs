@@ -1,21 +1,21 @@
-//! The layout of seed 002: a table of states, `BSTATE`, with descendant, sibling and ancestor, and a table of transitions, `BTRANS`, with origin, event,
-//! destination, guard and action, sorted by event with an index in front.
+//! The table layout of seed 002: a table of states, `BSTATE`, with descendant, sibling and ancestor, and a table of transitions, `BTRANS`, with origin, event,
+//! destination, guard and action, sorted by event and preceded by an index.
 //!
-//! `grafsynth_btrans.c` is one text for all charts. It finds what a transition leaves and enters as the paper's engine does: the nearest common ancestor of
-//! origin and destination, all active states in it from the inside out, then the way down to the destination, all regions of concurrent states, and
-//! descendants by default until every way ends in an atomic state. Where the paper is silent or its scheme not enough, the rows say more:
+//! `grafsynth_btrans.c` is the same text for all charts. It determines the states that a transition exits and enters as the paper's engine does: the nearest
+//! common ancestor of origin and destination, all active states in it from the innermost outwards, then the path down to the destination, all regions of
+//! concurrent states, and default descendants until every path ends in an atomic state. Where the paper is silent or insufficient, the rows contain more:
 //!
 //! | gap of the paper | here |
 //! |---|---|
-//! | every entry of a state with history takes what it remembers | a destination is the state, or one of its histories, shallow or deep |
+//! | every entry of a state with history restores the history | a destination is the state, or one of its histories, shallow or deep |
 //! | several transitions may leave the same states | inner or outer first, then the order of the rows (semantics.md §5) |
 //! | transitions in several regions on one event | all fire together: exits, actions, entries over all of them |
-//! | a transition within its origin, or without a destination | kind 1 stays in the origin, kind 2 acts only |
-//! | the search goes through all transitions | only the rows of the event |
-//! | no time, no data | timers of states, variables, edges; guards and actions are rules, numbered functions beside the tables |
+//! | a transition within its origin, or without a destination | kind 1 stays in the origin, kind 2 only runs its action |
+//! | the search reads all transitions | only the rows of the event |
+//! | no time, no data | timers of states, variables, edges; guards and actions are rules, numbered functions outside the tables |
 //!
-//! The net says for each transition what it leaves and enters, so the tables are checked: for each row that is found here, the engine's own rule must give just
-//! that, or the chart is refused.
+//! The net defines for each transition which states it exits and enters, so the tables are checked: for each row, the engine's own rule must give exactly
+//! these states; otherwise the chart is rejected.
 
 mod rules;
 mod tree;
@@ -35,7 +35,7 @@ use rules::Rules;
 use std::collections::{BTreeMap, BTreeSet};
 use tree::{Goal, Tree, goals, steps};
 
-/// The files that every chart in this layout has alike.
+/// The files that are the same for every chart in this layout.
 const FILES: [(&str, &str); 2] = [
     ("grafsynth_btrans.h", include_str!("../grafsynth_btrans.h")),
     ("grafsynth_btrans.c", include_str!("../grafsynth_btrans.c")),
@@ -50,11 +50,11 @@ fn refuse<T>(what: impl Into<String>, span: Span) -> Tabled<T> {
 /// The net in this layout.
 ///
 /// # Errors
-/// What it uses that these tables have no columns for.
+/// The net uses something that these tables have no columns for.
 pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Tabled<CProgram> {
     let span = net.name.span;
     if !net.settings.policy.is_statechart() {
-        return refuse("a chart that is no statechart", span);
+        return refuse("a chart that is not a statechart", span);
     }
     if options.trace.is_some() {
         return refuse("a trace ring", span);
@@ -88,7 +88,12 @@ pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Tabled<CPr
     transitions(&plan, &order, &goals, &mut rules, &mut tables)?;
     histories(&plan, &tree, &mut rules, &mut tables, &mut remembered)?;
     let caps = plan.timers.values().map(|(_, cap)| cap.to_string());
-    tables.add("int32_t", "caps", "where times stop", caps.map(|it| (it, String::new())).collect());
+    tables.add(
+        "int32_t",
+        "caps",
+        "values at which times stop",
+        caps.map(|it| (it, String::new())).collect(),
+    );
     let values = net
         .vars
         .values()
@@ -148,7 +153,7 @@ impl Tables {
         }
     }
 
-    /// A constant array; one that has nothing gets a row of zeros, since C has no empty ones.
+    /// A constant array; an empty one gets a row of zeros, because C has no empty arrays.
     fn add(&mut self, ty: &str, name: &str, title: &str, rows: Vec<(String, String)>) {
         self.most = self.most.max(rows.len());
         let mut body: Vec<Node> = rows
@@ -382,7 +387,7 @@ fn emit(
         let clear = format!("for (uint16_t i = 0U; i < {upper}_MARKS; ++i)");
         body.push(Node::block(clear, vec![Node::line("marks[i] = 0U;")]));
         if reset {
-            // Bits behind the last one are the same every time.
+            // Bits after the last one must be the same every time.
             body.push(super::clear_array(&format!("{upper}_ACTIVE"), "self->active[i] = 0U;"));
             body.push(super::clear_array(&format!("{upper}_TIMES"), "self->time[i] = 0;"));
             body.push(super::clear_array(&format!("{upper}_VALUES"), "self->values[i] = 0;"));
@@ -400,7 +405,7 @@ fn emit(
         .vars
         .iter()
         .map(|(id, var)| (id, as_type(var.ty, &format!("self->values[{}]", id.index()))));
-    let mut before = vec![Node::comment("Room of an instance and of a reaction.")];
+    let mut before = vec![Node::comment("Sizes of an instance and of a reaction.")];
     for (name, size) in sizes {
         before.push(Node::directive(format!("#define {upper}_{name} {size}U")));
     }

@@ -1,4 +1,4 @@
-//! Guards, actions and conditions as numbered pieces of C beside the tables.
+//! Guards, actions and conditions as numbered pieces of C outside the tables.
 
 use super::{Tabled, refuse};
 use crate::Object;
@@ -16,7 +16,7 @@ pub(super) struct Rules<'a> {
     pub(super) plan: &'a Plan<'a>,
     pub(super) names: &'a Names,
     pub(super) cases: Vec<Node>,
-    /// Those so far by their text; equal ones are one.
+    /// The pieces so far by their text; equal pieces share a number.
     pub(super) known: BTreeMap<String, u16>,
 }
 
@@ -28,7 +28,7 @@ impl Rules<'_> {
         crate::engine::image::narrow(number)
     }
 
-    /// The rule that gives a value; always a new one.
+    /// The rule that computes a value; always a new one.
     pub(super) fn fresh(&mut self, expr: &Expr) -> Tabled<u16> {
         let body = self.giving(expr)?;
         Ok(self.add(body))
@@ -44,7 +44,7 @@ impl Rules<'_> {
         Ok(vec![Node::line(text)])
     }
 
-    /// The rule of a condition; 0 where it is always true.
+    /// The rule of a condition; 0 if it is always true.
     pub(super) fn guard(&mut self, expr: &Expr) -> Tabled<u16> {
         if expr.is_true() {
             return Ok(0);
@@ -53,7 +53,7 @@ impl Rules<'_> {
         Ok(self.shared(body))
     }
 
-    /// The rule of a list; 0 where it is empty.
+    /// The rule of a statement list; 0 if it is empty.
     pub(super) fn list(&mut self, block: &Block) -> Tabled<u16> {
         let body = self.block(block)?;
         Ok(if body.is_empty() { 0 } else { self.shared(body) })
@@ -74,7 +74,7 @@ impl Rules<'_> {
         Ok(c_expr(expr, &mut Reader { plan: self.plan, names: self.names }))
     }
 
-    /// The tables have no helpers for 64 bits, and read times where they have a timer.
+    /// The tables have no helpers for 64 bits, and can read a time only if the state has a timer.
     fn fits(&self, expr: &Expr) -> Tabled {
         use grafsynth_ir::expr::ExprKind;
         match &expr.kind {
@@ -149,7 +149,7 @@ impl Rules<'_> {
                 Ok(vec![Node::line(text).about(Object::Var(*var))])
             }
             StmtKind::Assign { index: Some(_), .. } => refuse("an array", span),
-            // What nothing listens to is lost.
+            // An event without a listener is dropped.
             StmtKind::Raise(event) if !self.plan.listened.contains(event) => Ok(Vec::new()),
             StmtKind::Raise(_) => refuse("`raise`", span),
             StmtKind::Send(_) | StmtKind::Cancel(_) => refuse("`send`", span),
@@ -164,7 +164,7 @@ impl Rules<'_> {
     }
 }
 
-/// Reads what an engine keeps.
+/// Reads the values that an engine stores.
 struct Reader<'a> {
     plan: &'a Plan<'a>,
     names: &'a Names,

@@ -1,11 +1,11 @@
-//! The states as a tree, and where each transition goes in it: what the rows say, tried against what the net says.
+//! The states as a tree, and the destination of each transition in it: the result of the rows, compared with the net.
 
 use super::{Tabled, refuse};
 use crate::engine::Plan;
 use grafsynth_ir::net::{Enter, Net, StepKind, Transition, TransitionKind};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// How a transition moves, as its row says it.
+/// How a transition moves, as encoded in its row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Move {
     External = 0,
@@ -13,7 +13,7 @@ pub(super) enum Move {
     Stays = 2,
 }
 
-/// Where a transition goes.
+/// The destination of a transition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Goal {
     pub(super) kind: Move,
@@ -21,7 +21,7 @@ pub(super) struct Goal {
     pub(super) history: Option<usize>,
 }
 
-/// The states as numbers: children, and who is entered by default.
+/// The states as numbers: their children, and the default child.
 pub(super) struct Tree {
     pub(super) parent: Vec<Option<usize>>,
     pub(super) children: Vec<Vec<usize>>,
@@ -47,7 +47,7 @@ impl Tree {
         Tree { parent, children, last: plan.last.clone(), parallel, default }
     }
 
-    /// The most frequent child of each state among what is entered, in place of the first one.
+    /// Chooses as default the child of each state that is entered most often, instead of the first one.
     fn vote(&mut self, net: &Net) {
         let mut votes: BTreeMap<(usize, usize), usize> = BTreeMap::new();
         for list in net.transitions.values().map(|it| &it.enters) {
@@ -68,7 +68,7 @@ impl Tree {
         outer.is_none_or(|outer| state > outer && state <= self.last[outer])
     }
 
-    /// As `gb_domain`.
+    /// Like `gb_domain`.
     fn domain(&self, from: usize, goal: Goal) -> Option<usize> {
         let mut up = Some(from);
         if goal.kind == Move::External {
@@ -82,7 +82,7 @@ impl Tree {
         up
     }
 
-    /// As `gb_path`; none where the way does not lead to the domain.
+    /// Like `gb_path`; `None` if the path does not lead to the domain.
     pub(super) fn path(&self, state: usize, domain: Option<usize>) -> Option<Vec<usize>> {
         let mut way = Vec::new();
         let mut up = Some(state);
@@ -93,7 +93,7 @@ impl Tree {
         Some(way)
     }
 
-    /// As `gb_descend`; nothing is entered below `closed` by default.
+    /// Like `gb_descend`; nothing is entered below `closed` by default.
     pub(super) fn descend(&self, marked: &mut BTreeSet<usize>, closed: Option<usize>) {
         for state in 0..self.parent.len() {
             if !marked.contains(&state) || closed == Some(state) {
@@ -108,7 +108,7 @@ impl Tree {
         }
     }
 
-    /// Whether the engine does with this goal what the net says of the transition.
+    /// Whether the engine, given this goal, does what the net defines for the transition.
     fn explains(&self, from: usize, goal: Goal, transition: &Transition) -> bool {
         let domain = self.domain(from, goal);
         let range = match domain {
@@ -131,7 +131,7 @@ pub(super) fn steps(list: &[Enter]) -> impl Iterator<Item = usize> {
     })
 }
 
-/// For each transition where it goes, with defaults that explain all of them.
+/// The destination of each transition, with defaults that explain all of them.
 pub(super) fn goals<'a>(plan: &Plan<'a>) -> Tabled<(Tree, Vec<Goal>)> {
     let net: &'a Net = plan.net;
     let mut tree = Tree::of(plan);
@@ -196,7 +196,7 @@ fn goal(net: &Net, tree: &Tree, transition: &Transition) -> Tabled<Goal> {
         }
     }
     refuse(
-        "a transition with several destinations, or one whose way the tables of states do not tell",
+        "a transition with several destinations, or one whose path the state tables cannot express",
         transition.meta.span,
     )
 }

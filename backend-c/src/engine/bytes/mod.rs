@@ -1,11 +1,11 @@
 //! The reaction program as byte code for `grafsynth_program.c`.
 //!
-//! Expressions are postfix on a stack of 64 bits. What is skipped or run again is *held* by the instruction in front of it, which says how many bytes it
-//! holds; parts lie within each other and never overlap. So one pass over the code finds out whether it stays in its bytes, its stack and its rounds,
-//! and no jump can leave the way.
+//! Expressions are postfix on a stack of 64-bit values. Code that is skipped or repeated is *contained* in the instruction before it, which encodes its
+//! length; parts are nested and never overlap. So one pass over the code can check that it stays within its bytes, its stack and its rounds,
+//! and no jump can leave the code.
 //!
-//! The engine's stack and the depth of parts are small. Expressions higher than [`HEIGHT`] are taken apart, their operands kept in numbers of the
-//! reaction; lists deeper than [`LEVELS`] are flattened, with a flag for the way that was taken.
+//! The engine's stack and nesting depth are small. Expressions deeper than [`HEIGHT`] are split, and their operands are stored in numbers of the
+//! reaction; lists deeper than [`LEVELS`] are flattened, with a flag for the branch that was taken.
 
 mod places;
 
@@ -23,18 +23,18 @@ use grafsynth_ir::program::{
 };
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The highest expression that is put on the stack as it is.
+/// The maximum depth of an expression that is evaluated on the stack directly.
 const HEIGHT: usize = 10;
-/// The deepest `if` that is held by another one.
+/// The maximum depth of nested `if`s.
 const LEVELS: usize = 10;
-/// The engine's stack: the most arguments of a call.
+/// The engine's stack: the maximum number of call arguments.
 const STACK: usize = 16;
-/// The most loops in each other.
+/// The maximum depth of nested loops.
 const LOOPS: usize = 3;
-/// What a mark of the trace ring is called as a language.
+/// The language name of a trace ring mark.
 pub(super) const MARK: &str = "\u{0}mark";
 
-/// The instructions, by their codes.
+/// The instructions, in the order of their codes.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Op {
     Byte = 0,
@@ -89,25 +89,25 @@ pub(super) const OPERANDS: [u8; 44] = [
     2, 3, 2, 2, 0, 2, 2, 2, 2, 6, 0, 0,
 ];
 
-/// Code in the making.
+/// Code under construction.
 pub(super) struct Coder<'a> {
     net: &'a Net,
     program: &'a Program,
     places: &'a Places,
-    /// Those of the program, and those that keep operands.
+    /// The temps of the program, and those that hold operands.
     temps: Vec<(Type, Place)>,
-    /// Temps that keep operands and are free: flags and numbers.
+    /// Free temps for operands: flags and numbers.
     free: [Vec<usize>; 2],
-    /// Flags and numbers so far.
+    /// The number of flags and numbers so far.
     pub(super) n_flags: usize,
     pub(super) n_numbers: usize,
-    /// The rounds of the loops in each other, at most.
+    /// The maximum number of rounds of the enclosing loops together.
     pub(super) rounds: u64,
-    /// Where the loop of the evolution stands.
+    /// The position of the loop of the evolution.
     pub(super) evolution: Option<usize>,
     sets_fault: bool,
     step_cells: BTreeMap<StepId, CellId>,
-    /// Conditions that are asked at the first need, with the flag that says that they were.
+    /// Conditions that are called when first needed, with the flag that records the call.
     lazy: BTreeMap<InputId, usize>,
     code: Vec<u8>,
 }
@@ -155,7 +155,7 @@ impl<'a> Coder<'a> {
     /// The code of the reset.
     ///
     /// # Errors
-    /// What the engine has no room for.
+    /// The engine cannot hold something of the net.
     pub(super) fn reset(&mut self) -> Coded<Vec<u8>> {
         for (id, cell) in self.program.cells.iter() {
             for (index, value) in cell.init.iter().enumerate().filter(|(_, value)| **value != 0) {
@@ -189,10 +189,10 @@ impl<'a> Coder<'a> {
         Ok(std::mem::take(&mut self.code))
     }
 
-    /// The code of the reaction; `eager` are the conditions that are asked before it.
+    /// The code of the reaction; `eager` are the conditions that are called before it.
     ///
     /// # Errors
-    /// What the engine has no room for.
+    /// The engine cannot hold something of the net.
     pub(super) fn reaction(&mut self, eager: &BTreeSet<InputId>) -> Coded<Vec<u8>> {
         for input in eager {
             self.with(Op::Ask, self.places.inputs[input]);
@@ -226,13 +226,13 @@ impl<'a> Coder<'a> {
         }
     }
 
-    /// An instruction that holds something: where its length stands.
+    /// An instruction that contains code: the position of its length.
     fn open(&mut self, op: Op) -> usize {
         self.with(op, 0);
         self.code.len() - 2
     }
 
-    /// The end of what the instruction holds. A length of more than 16 bits makes an image that is refused as a whole.
+    /// Ends the contents of the instruction. A length of more than 16 bits makes the image too large, and it is rejected as a whole.
     fn close(&mut self, length_at: usize) {
         let length = narrow(self.code.len() - length_at - 2);
         self.code[length_at..length_at + 2].copy_from_slice(&length.to_le_bytes());
@@ -247,7 +247,7 @@ impl<'a> Coder<'a> {
         self.temps.len() - 1
     }
 
-    /// A temp that keeps something for a while.
+    /// A temp for a short-lived value.
     fn borrow(&mut self, is_bool: bool) -> usize {
         let ty = if is_bool { Type::Bool } else { Type::Int { lo: i64::MIN, hi: i64::MAX } };
         self.free[usize::from(is_bool)].pop().unwrap_or_else(|| self.new_temp(ty))
@@ -284,7 +284,7 @@ impl<'a> Coder<'a> {
     fn call(&mut self, output: OutputId, many: usize) -> Coded {
         if many > STACK {
             return Err(Refusal {
-                what: format!("an extern action with {many} arguments, where there can be {STACK}"),
+                what: format!("an extern action with {many} arguments (at most {STACK})"),
                 span: self.net.outputs[output].meta.span,
             });
         }
@@ -308,7 +308,7 @@ impl<'a> Coder<'a> {
 
     // --- expressions -----------------------------------------------------------------------------------------------------------------------
 
-    /// Puts the value of an expression on the stack, which must be empty but for `below` values. Temps that keep operands are given back by the caller.
+    /// Puts the value of an expression on the stack, which must be empty except for `below` values. The caller releases temps that hold operands.
     fn value(&mut self, expr: &Expr, kept: &mut Vec<usize>) {
         if height(expr) > HEIGHT {
             let lower = self.lowered(expr.clone(), kept);
@@ -318,7 +318,7 @@ impl<'a> Coder<'a> {
         }
     }
 
-    /// Puts the operands that are too high into temps.
+    /// Moves operands that are too deep into temps.
     fn lowered(&mut self, expr: Expr, kept: &mut Vec<usize>) -> Expr {
         let span = expr.span;
         let mut one = |this: &mut Self, operand: Expr| {
@@ -388,7 +388,7 @@ impl<'a> Coder<'a> {
                 match array {
                     Leaf::Cell(cell) => match self.places.cells[*cell] {
                         Place::Number(row) => self.with(Op::Element, row),
-                        Place::Bit(_) => unreachable!("an array is no bit"),
+                        Place::Bit(_) => unreachable!("an array is not a bit"),
                     },
                     Leaf::Temp(_) | Leaf::Input(_) | Leaf::Dt => {
                         unreachable!("only cells are arrays")
@@ -440,7 +440,7 @@ impl<'a> Coder<'a> {
         }
     }
 
-    /// What is more than a leaf is skipped where the answer is known before it; nothing has an effect.
+    /// Operands other than leaves are skipped if the result is already known; none has a side effect.
     fn junction(&mut self, all: &[Expr], both: Op, then: Op, none: i64) {
         let Some((first, rest)) = all.split_first() else { return self.constant(none) };
         self.push(first);
@@ -465,7 +465,7 @@ impl<'a> Coder<'a> {
             Leaf::Temp(temp) => self.read_temp(temp.index()),
             Leaf::Input(input) => match self.places.inputs.get(&input) {
                 Some(at) => self.with(Op::Input, *at),
-                // An internal event is raised within, never from outside.
+                // An internal event is raised inside the chart, never from outside.
                 None => self.constant(0),
             },
             Leaf::Dt => self.op(Op::Dt),
@@ -537,7 +537,7 @@ impl<'a> Coder<'a> {
             Stmt::Call(output, arguments) => {
                 let mentioned: Vec<&Expr> = arguments.iter().collect();
                 self.ask(&mentioned, &Expr::bool(true));
-                // The stack is for the arguments alone.
+                // The stack is reserved for the arguments.
                 let mut lower = Vec::new();
                 for argument in arguments {
                     let value = self.low(argument, &mut kept);
@@ -566,7 +566,7 @@ impl<'a> Coder<'a> {
         let rounds = around.rounds.saturating_mul(u64::from(limit));
         if around.loops == LOOPS || rounds > u64::from(u32::MAX) {
             return Err(Refusal {
-                what: "loops of more than 32 bits of rounds in each other".to_owned(),
+                what: "nested loops whose rounds together exceed 32 bits".to_owned(),
                 span: self.net.name.span,
             });
         }
@@ -593,7 +593,7 @@ impl<'a> Coder<'a> {
         Ok(())
     }
 
-    /// An `if` whose lists do not lie within it, but each statement within the flag of its way.
+    /// An `if` whose lists are not nested in it; instead, each statement is guarded by the flag of its branch.
     fn flat(
         &mut self,
         condition: &Expr,
@@ -609,7 +609,7 @@ impl<'a> Coder<'a> {
         Ok(())
     }
 
-    /// Which of two ways is taken.
+    /// Decides which of two branches is taken.
     fn decide(&mut self, condition: &Expr, yes: usize, no: usize) {
         let mut kept = Vec::new();
         self.value(condition, &mut kept);
@@ -623,7 +623,7 @@ impl<'a> Coder<'a> {
     fn on_the_way(&mut self, way: usize, list: &[Stmt], around: &Around) -> Coded {
         for stmt in list {
             if let Stmt::If(condition, then, otherwise) = stmt {
-                // The inner ways are not taken where this one is not.
+                // The inner branches are not taken if this one is not.
                 let (yes, no) = (self.borrow(true), self.borrow(true));
                 for flag in [yes, no] {
                     self.constant(0);
@@ -647,7 +647,7 @@ impl<'a> Coder<'a> {
         Ok(())
     }
 
-    /// An expression that is not too high.
+    /// An expression that is not too deep.
     fn low(&mut self, expr: &Expr, kept: &mut Vec<usize>) -> Expr {
         if height(expr) > HEIGHT { self.lowered(expr.clone(), kept) } else { expr.clone() }
     }
@@ -660,7 +660,7 @@ impl<'a> Coder<'a> {
         Expr::leaf(Leaf::Temp(temp_id(temp)), expr.span)
     }
 
-    /// A value in the range of a type.
+    /// A value clamped to the range of a type.
     fn fitted(&mut self, value: &Expr, ty: Type, kept: &mut Vec<usize>) -> Expr {
         let own = type_of(value, &mut |leaf| self.leaf_type(leaf));
         let ((lo, hi), bounds) = (ty.bounds(), own.map(Type::bounds));
@@ -681,7 +681,7 @@ impl<'a> Coder<'a> {
 
     // --- extern conditions -----------------------------------------------------------------------------------------------------------------
 
-    /// The steps that a transition takes.
+    /// The source steps of a transition.
     fn enabled(&self, transition: TransitionId) -> Vec<Expr> {
         let requires = self.net.transitions[transition].requires.iter();
         requires.filter_map(|step| self.active(*step)).collect()
@@ -692,7 +692,7 @@ impl<'a> Coder<'a> {
         Some(Expr::leaf(Leaf::Cell(*cell), Span::default()))
     }
 
-    /// Some step that carries the output with a condition is active.
+    /// The condition that some step which assigns the output is active.
     fn carriers(&self, output: OutputId, value: &Expr) -> Expr {
         let steps = carriers(self.net, output, value);
         if steps.is_empty() {
@@ -701,7 +701,7 @@ impl<'a> Coder<'a> {
         Expr::or(steps.into_iter().filter_map(|step| self.active(step)))
     }
 
-    /// Asks, where `when` holds, the conditions that expressions mention and that were not asked yet.
+    /// If `when` is true, calls the conditions that expressions mention and that were not called yet.
     fn ask(&mut self, expressions: &[&Expr], when: &Expr) {
         if self.lazy.is_empty() {
             return;
@@ -727,7 +727,7 @@ impl<'a> Coder<'a> {
     }
 }
 
-/// What a statement stands in.
+/// The context of a statement.
 #[derive(Debug, Clone, Copy)]
 struct Around {
     level: usize,
@@ -735,7 +735,7 @@ struct Around {
     rounds: u64,
 }
 
-/// The id of a temp that may be none of the program's.
+/// The id of a temp that may not belong to the program.
 fn temp_id(at: usize) -> grafsynth_ir::Id<Temp> {
     grafsynth_ir::Id::from_index(at)
 }

@@ -1,4 +1,4 @@
-//! Where cells and temps lie, and what the code is handed.
+//! Assigns locations to cells and temps, and numbers to the parameters of the code.
 
 use crate::engine::image::narrow;
 use crate::queries::is_c;
@@ -7,37 +7,37 @@ use grafsynth_ir::net::{InputId, InputKind, Net, OutputId};
 use grafsynth_ir::program::{Cell, CellId, Program, ResetEffect, Stmt};
 use std::collections::BTreeMap;
 
-/// Where a cell lies in an instance, or a temp in a reaction.
+/// The location of a cell in an instance, or of a temp in a reaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::engine) enum Place {
     /// A truth value: its bit.
     Bit(u16),
-    /// A number: the row of a cell, or the number of a temp.
+    /// A number: the row of a cell, or the index of a temp.
     Number(u16),
 }
 
-/// What of the program lies where, and what it is handed.
+/// The locations of the program's data, and its parameters.
 pub(in crate::engine) struct Places {
-    /// Where each cell lies.
+    /// The location of each cell.
     pub(in crate::engine) cells: IdMap<Cell, Place>,
-    /// For each row of a cell its first number and how many it has.
+    /// For each row of a cell, its first number and the count.
     pub(in crate::engine) rows: Vec<(CellId, usize, usize)>,
-    /// The position of each input or condition in what a reaction is handed.
+    /// The position of each input or condition in the inputs of a reaction.
     pub(in crate::engine) inputs: BTreeMap<InputId, u16>,
-    /// Extern actions by their number.
+    /// Extern actions, by number.
     pub(in crate::engine) actions: Vec<OutputId>,
     /// The positions of the other outputs.
     pub(in crate::engine) outputs: BTreeMap<OutputId, u16>,
-    /// Texts for C by their number.
+    /// C texts, by number.
     pub(in crate::engine) texts: Vec<String>,
-    /// Bits in all.
+    /// The total number of bits.
     pub(in crate::engine) n_bits: usize,
-    /// Numbers in all.
+    /// The total number of numbers.
     pub(in crate::engine) n_values: usize,
 }
 
 impl Places {
-    /// Steps first, in declaration order, so that an unrelated edit moves little.
+    /// Steps come first, in declaration order, so that an unrelated edit moves little.
     pub(in crate::engine) fn of(net: &Net, program: &Program) -> Self {
         let (mut n_bits, mut n_values) = (0, 0);
         let mut rows = Vec::new();
@@ -80,7 +80,7 @@ impl Places {
     }
 }
 
-/// Calls `visit` with every statement, inner ones too.
+/// Calls `visit` with every statement, including nested ones.
 fn each_statement(list: &[Stmt], visit: &mut impl FnMut(&Stmt)) {
     for stmt in list {
         visit(stmt);

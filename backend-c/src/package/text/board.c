@@ -1,4 +1,4 @@
-/* The machine: a clock of milliseconds, pins that are read and written. Three are here; for another one fill in the
+/* The machine: a millisecond clock, pins that are read and written. Three are defined here; for another one fill in the
    functions at the end. */
 #if defined(__AVR__)
 
@@ -42,7 +42,7 @@ static uint16_t board_ms(void)
     return now;
 }
 
-/* The output register of a pin; its direction register lies one below, its input register two. */
+/* The output register of a pin; its direction register is one below, its input register two below. */
 static volatile uint8_t *board_port(uint8_t pin)
 {
     switch (pin / 8U) {
@@ -79,7 +79,7 @@ static void pin_write(uint8_t pin, bool on)
 
 #elif defined(__arm__)
 
-/* The vector table, and what runs before `main`. Pins 0 to 15 are port A, 16 to 31 port B. */
+/* The vector table, and the code before `main`. Pins 0 to 15 are port A, 16 to 31 port B. */
 extern uint32_t board_data_from, board_data, board_data_end, board_bss, board_bss_end, board_stack;
 int main(void);
 void board_reset(void);
@@ -180,7 +180,7 @@ static void pin_write(uint8_t pin, bool on)
 
 #elif defined(__SDCC_mcs51)
 
-/* Pins 0 to 7 are P1, 8 to 15 P2, 16 to 23 P3, 24 to 31 P0. Timer 0 gives the milliseconds, 12 clocks a cycle. */
+/* Pins 0 to 7 are P1, 8 to 15 P2, 16 to 23 P3, 24 to 31 P0. Timer 0 counts milliseconds, 12 clocks per cycle. */
 #include <8052.h>
 #define BOARD_RELOAD (65536UL - (F_CPU / 12UL / 1000UL))
 

@@ -1,7 +1,7 @@
 //! Outputs that are bits: a reaction collects them in a register and writes each word once.
 //!
-//! What a step drives without condition is a mask of its own. A small variable whose transitions concern no other adds the mask where it moves, so that the
-//! mask costs no question; a larger one, or one that forks and joins reach, looks it up in a table after all have moved; for one or two steps a question is
+//! The unconditional outputs of a step are a mask. A small variable whose transitions affect no other variable adds the mask where it moves, so that the
+//! mask costs no test; a larger one, or one that forks and joins change, reads it from a table after all have moved; for one or two steps a test is
 //! cheaper than a table.
 
 use super::Emit;
@@ -12,12 +12,12 @@ use crate::times::count_type;
 use grafsynth_ir::net::{Driver, StepId};
 use std::collections::BTreeMap;
 
-/// The most values of a variable whose masks stand at its transitions: each of them is there once more.
+/// The maximum number of values of a variable whose masks are at its transitions: each of these masks is repeated there.
 const MAX_IN_CASES: usize = 16;
-/// From this many steps with a mask on a table is taken.
+/// From this many steps with a mask on, a table is used.
 const MIN_TABLE: usize = 3;
 
-/// What each step drives without condition: a mask for each word.
+/// The unconditional outputs of each step: a mask for each word.
 pub(super) type Masks = BTreeMap<StepId, Vec<u32>>;
 
 impl Emit<'_> {
@@ -122,7 +122,7 @@ impl Emit<'_> {
                 );
                 tables.push(Node::comment("The outputs of each step."));
                 tables.push(Kind::Braces(head, rows, ";".to_string()).into());
-                // Memory that was disturbed reads nothing beside the table; where every value of the type is a row it can't.
+                // Corrupted memory must not read outside the table; if every value of the type is a row, it cannot.
                 let light = io.light(word, &format!("{name}[{}]", self.var(index)));
                 let all = count == 256 && count_type(255) == Self::state_type(machine);
                 nodes.push(if all {

@@ -1,8 +1,8 @@
-//! A plan as C.
+//! Prints a plan as C.
 //!
 //! Small charts are one function whose state variables are locals; larger ones are several static functions, each with at most
-//! [`Options::max_transitions`] transitions, that share what lives within a reaction in a structure on the stack. A variable with more transitions than
-//! that is itself split: its values are dealt to functions by their upper bits.
+//! [`Options::max_transitions`] transitions, that share the data of one reaction in a structure on the stack. A variable with more transitions than
+//! that is itself split: its values are distributed to functions by their upper bits.
 
 mod masks;
 mod moves;
@@ -29,14 +29,14 @@ use moves::weight;
 use read::{Place, Reader};
 use std::collections::BTreeSet;
 
-/// Everything that is needed to print.
+/// All data needed to print.
 pub(super) struct Emit<'a> {
     pub(super) net: &'a Net,
     pub(super) names: &'a Names,
     pub(super) plan: &'a Plan,
     pub(super) tables: &'a Tables,
     pub(super) options: &'a Options,
-    /// Member (and local) that holds each variable; for a table the element.
+    /// The member (and local) of each variable; for a table, the element.
     vars: Vec<String>,
     timers: Vec<String>,
     edges: BTreeSet<EdgeId>,
@@ -46,22 +46,22 @@ pub(super) struct Emit<'a> {
     /// `Evolution::Stable`.
     stable: bool,
     helpers: Helpers,
-    /// What lives within a reaction: type, name, value at its start or at the start of each micro-step, and a comment.
+    /// The data of one reaction: type, name, value at its start or at the start of each micro-step, and a comment.
     scratch: Vec<Scratch>,
-    /// What each step drives, for outputs that are bits.
+    /// The outputs of each step, for outputs that are bits.
     masks: masks::Masks,
     /// The tables of these masks.
     mask_tables: Vec<Node>,
-    /// Locals of one function: conditions that are asked in one case only.
+    /// Locals of one function: conditions that are called in one case only.
     case_conditions: BTreeSet<InputId>,
 }
 
-/// A value that lives within a reaction.
+/// A value within one reaction.
 struct Scratch {
     ty: &'static str,
     name: String,
     init: String,
-    /// Set anew in each micro-step.
+    /// Set again in each micro-step.
     each_step: bool,
     note: String,
 }
@@ -190,7 +190,7 @@ impl<'a> Emit<'a> {
         count_type(last)
     }
 
-    /// How the state variable is read and written where the transitions stand.
+    /// How the state variable is read and written in the code of the transitions.
     fn var(&self, machine: usize) -> String {
         let name = &self.vars[machine];
         if self.locals && !self.tables.holds(machine) {
@@ -275,7 +275,7 @@ impl<'a> Emit<'a> {
                 let ty = count_type(cap);
                 members.push(member(
                     format!("{ty} {}", self.timers[index]),
-                    "ticks in that step, where they are asked for".to_string(),
+                    "ticks in that step, if they are used".to_string(),
                     Vec::new(),
                 ));
             }
@@ -310,7 +310,7 @@ impl<'a> Emit<'a> {
         members
     }
 
-    /// What the members can hold.
+    /// The ranges of the members.
     fn ranges(&self, fault: bool) -> Vec<Range> {
         let mut ranges = self.tables.ranges(self.plan);
         for (index, machine) in self.plan.machines.iter().enumerate() {
@@ -369,7 +369,7 @@ impl<'a> Emit<'a> {
         nodes
     }
 
-    /// What lives within a reaction.
+    /// Collects the data of one reaction.
     fn plan_scratch(&mut self) {
         let mut scratch = Vec::new();
         let mut add = |ty, name: String, init: &str, each_step, note: &str| {
@@ -389,7 +389,7 @@ impl<'a> Emit<'a> {
             let call = format!("{name}()");
             match latch {
                 Latch::Always => {
-                    add(ty, format!("cond_{name}"), &call, false, "asked once, at the start")
+                    add(ty, format!("cond_{name}"), &call, false, "called once, at the start")
                 }
                 Latch::OnDemand => {
                     add("bool", format!("asked_{name}"), "false", false, "");
@@ -398,7 +398,7 @@ impl<'a> Emit<'a> {
                         format!("cond_{name}"),
                         &zero(self.net, id),
                         false,
-                        "asked at the first need",
+                        "called when first needed",
                     );
                 }
                 Latch::InCase => {}
@@ -428,7 +428,7 @@ impl<'a> Emit<'a> {
                     "first".to_string(),
                     "true",
                     false,
-                    "events hold in the first micro-step",
+                    "events are present in the first micro-step",
                 );
             }
             add("bool", "fired".to_string(), "false", true, "something fired in this micro-step");
@@ -465,7 +465,7 @@ impl<'a> Emit<'a> {
         self.scratch = scratch;
     }
 
-    /// True where another variable than the owner loses a step to the transition.
+    /// True if a variable other than the owner loses a step to the transition.
     fn needs_flag(&self, transition: TransitionId) -> bool {
         let owner = self.plan.owner[transition];
         let others = self.net.transitions[transition]
@@ -512,10 +512,10 @@ impl<'a> Emit<'a> {
             .collect();
         let name = format!("{}_scan_t", self.names.prefix);
         Kind::Braces("typedef struct".to_string(), body, format!(" {name};"))
-            .into_note("what lives within one reaction")
+            .into_note("data of one reaction")
     }
 
-    /// Sets what lives within a reaction, or within a micro-step.
+    /// Sets the data of one reaction, or of one micro-step.
     fn scratch_values(&self, each_step: bool, in_step: bool) -> Vec<Node> {
         self.scratch
             .iter()
@@ -523,7 +523,7 @@ impl<'a> Emit<'a> {
             .map(|it| {
                 let init = if in_step { self.in_step(&it.init) } else { it.init.clone() };
                 if self.locals {
-                    // A condition that is asked where it is read first gets its value there.
+                    // A condition that is called where it is first read gets its value there.
                     let is_asked_later = it.name.starts_with("cond_") && !it.init.ends_with("()");
                     let is_const = !it.each_step
                         && !it.name.starts_with("asked_")
@@ -623,12 +623,12 @@ impl<'a> Emit<'a> {
         body
     }
 
-    /// In the function `NAME_step` the shared structure is a local, everywhere else a parameter.
+    /// In the function `NAME_step` the shared structure is a local, in all others a parameter.
     fn in_step(&self, text: &str) -> String {
         if self.locals { text.to_string() } else { text.replace("scan->", "scan.") }
     }
 
-    /// Time passes for the active steps.
+    /// Advances the time of the active steps.
     fn timer_updates(&mut self) -> Vec<Node> {
         let mut nodes = Vec::new();
         for (index, machine) in self.plan.machines.iter().enumerate() {
@@ -695,7 +695,7 @@ impl<'a> Emit<'a> {
             nodes.push(Node::when(
                 &format!("rounds == {bound}"),
                 vec![
-                    Node::comment("The limit: what would fire next is only asked, on a copy."),
+                    Node::comment("At the limit, a copy is used to test whether another transition would fire."),
                     Node::line(format!("{prefix}_t trial;")),
                     Node::line("trial = *self;"),
                     Node::line(format!("self->fault = {trial};")),
@@ -705,7 +705,7 @@ impl<'a> Emit<'a> {
         nodes
     }
 
-    /// Whether a reaction may reach the limit with something left to fire.
+    /// Whether a reaction may reach the limit while a transition can still fire.
     fn fault_possible(&self, facts: &Facts) -> bool {
         match self.net.settings.evolution {
             Evolution::Single => false,
@@ -765,7 +765,7 @@ impl<'a> Emit<'a> {
 }
 
 impl Kind {
-    /// As a node with a comment.
+    /// Converts to a node with a comment.
     pub(super) fn into_note(self, note: &str) -> Node {
         let mut node: Node = self.into();
         node.note = comment_text(note);
@@ -773,7 +773,7 @@ impl Kind {
     }
 }
 
-/// What an input has before it is read.
+/// The value of an input before it is read.
 fn zero(net: &Net, input: InputId) -> String {
     let ty = net.inputs[input].ty;
     crate::cexpr::constant(ty.saturate(0), ty)

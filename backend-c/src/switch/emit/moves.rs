@@ -1,4 +1,4 @@
-//! Transitions: one `switch` for each variable, whose cases ask the transitions of one step and do what they do.
+//! Transitions: one `switch` for each variable, whose cases test the transitions of one step and fire them.
 
 use super::read::{Place, Reader};
 use super::{Emit, zero};
@@ -70,7 +70,7 @@ impl Emit<'_> {
         calls.push(call);
     }
 
-    /// Adds a static function with the parameters that its body uses, and returns the call of it.
+    /// Adds a static function with the parameters that its body uses, and returns its call.
     pub(super) fn private_function(
         &mut self,
         name: &str,
@@ -94,7 +94,7 @@ impl Emit<'_> {
         Node::line(format!("{name}({});", arguments.join(", ")))
     }
 
-    /// The parameters that a private function needs for its body, and the arguments for them: verbatim text may use `out` and `dt` too.
+    /// The parameters that a private function needs for its body, and their arguments: verbatim text may use `out` and `dt` too.
     pub(super) fn parameters(&self, body: &[Node]) -> (Vec<String>, Vec<&'static str>) {
         let prefix = &self.names.prefix;
         let mut parameters = vec![format!("{prefix}_t *self")];
@@ -113,7 +113,7 @@ impl Emit<'_> {
         (parameters, arguments)
     }
 
-    /// The local for a condition that is asked in one case only.
+    /// The local for a condition that is called in one case only.
     pub(super) fn case_condition(&self, input: InputId) -> Node {
         let name = format!("cond_{}", self.names.inputs[input]);
         let ty = storage(self.net.inputs[input].ty);
@@ -124,7 +124,7 @@ impl Emit<'_> {
     pub(super) fn split_machine(&mut self, index: usize, functions: &mut Vec<Node>) -> Node {
         let machine = &self.plan.machines[index];
         let cap = self.options.max_transitions.max(1);
-        // The widest power of two of values that keeps every range below the bound.
+        // The largest power of two of values that keeps every range below the bound.
         let mut shift = 0;
         while shift < 16
             && ranges(self.plan, machine, shift + 1).iter().all(|(_, weight)| *weight <= cap)
@@ -187,7 +187,7 @@ impl Emit<'_> {
         if cases.is_empty() {
             return Vec::new();
         }
-        // A variable of one step is a question, not a choice.
+        // A variable with one step is tested by an `if`.
         if let ([step], true, None) = (machine.steps.as_slice(), machine.has_none, range) {
             let mut body = self.case(index, *step);
             let note = self.step_note(*step);
@@ -204,7 +204,7 @@ impl Emit<'_> {
         vec![Node::block(format!("switch ({})", self.var(index)), cases)]
     }
 
-    /// What happens while `step` is active.
+    /// The statements while `step` is active.
     pub(super) fn case(&mut self, index: usize, step: StepId) -> Vec<Node> {
         let mut nodes = Vec::new();
         let mut arms: Vec<Arm> = Vec::new();
@@ -220,7 +220,7 @@ impl Emit<'_> {
         }
         for id in own {
             for node in self.ask(id, step) {
-                // Several transitions of the step may ask for the same.
+                // Several transitions of the step may call the same condition.
                 if !nodes.contains(&node) {
                     nodes.push(node);
                 }
@@ -261,7 +261,7 @@ impl Emit<'_> {
         nodes
     }
 
-    /// Calls the extern conditions that a transition mentions, where they are not called at the start.
+    /// Calls the extern conditions that a transition mentions, unless they are called at the start.
     pub(super) fn ask(&mut self, id: TransitionId, step: StepId) -> Vec<Node> {
         let mut mentioned = BTreeSet::new();
         self.net.transitions[id].guard.for_each_leaf(&mut |leaf| {
@@ -307,7 +307,7 @@ impl Emit<'_> {
             .about(Object::Input(input))
     }
 
-    /// Calls, where they are not called yet, the conditions that a list or an output mentions.
+    /// Calls the conditions that a list or an output mentions, unless they were called already.
     pub(super) fn demand_all(&self, expressions: &[&Expr], when: &[CExpr]) -> Vec<Node> {
         let mut mentioned = BTreeSet::new();
         for expr in expressions {
@@ -324,7 +324,7 @@ impl Emit<'_> {
             .collect()
     }
 
-    /// The steps of other variables that a transition takes, as conditions.
+    /// The source steps of a transition in other variables, as conditions.
     pub(super) fn other_sources(&self, id: TransitionId, owner: usize) -> Vec<CExpr> {
         let mut seen = BTreeSet::new();
         self.net.transitions[id]
@@ -335,7 +335,7 @@ impl Emit<'_> {
             .collect()
     }
 
-    /// The condition that a step of another variable was active at the start of the micro-step, seen from `reader`.
+    /// The condition that a step of another variable was active at the start of the micro-step, read from `reader`.
     pub(super) fn is_active(&self, step: StepId, reader: usize) -> CExpr {
         let (machine, _) = self.plan.place[step];
         let var = if machine < reader
@@ -349,7 +349,7 @@ impl Emit<'_> {
         CExpr::condition(format!("{var} == {}", self.step_code(step)), Prec::Compare)
     }
 
-    /// When a transition fires, given that `step` is active and those before it in the case do not fire.
+    /// When a transition fires, given that `step` is active and the earlier transitions of the case do not fire.
     pub(super) fn condition(&mut self, owner: usize, id: TransitionId, step: StepId) -> CExpr {
         let asked = self.plan.leaving[step].iter().position(|it| *it == id).unwrap_or(0);
         let mut all = self.other_sources(id, owner);
@@ -382,7 +382,7 @@ impl Emit<'_> {
                                 .iter()
                                 .position(|it| *it == rival)
                                 .unwrap_or(0);
-                            // The plan lets no rival through that looks at its own rivals.
+                            // The plan rejects a rival whose condition depends on its own rivals.
                             let place = Place::Guard { step: other, asked };
                             let fires =
                                 c_expr(&receptivity(net, rival), &mut Reader { emit: self, place });
@@ -396,7 +396,7 @@ impl Emit<'_> {
         CExpr::and(all)
     }
 
-    /// What firing does to one variable whose `step` is active, and, at the owner, everything else that it does.
+    /// The effect of firing on one variable whose `step` is active and, at the owner, all other effects.
     pub(super) fn effects(&mut self, index: usize, id: TransitionId, step: StepId) -> Vec<Node> {
         let plan = self.plan;
         let net = self.net;
@@ -450,7 +450,7 @@ impl Emit<'_> {
         nodes
     }
 
-    /// Adds what forks left for a variable that they take nothing from.
+    /// Adds the steps that forks deferred for a variable from which they take nothing.
     pub(super) fn deferred(&self, index: usize, machine: &Machine) -> Node {
         let entry = if self.stable {
             "scan->"
@@ -472,12 +472,12 @@ impl Emit<'_> {
     }
 }
 
-/// The number of transitions that are decided at a variable, at least 1.
+/// The number of transitions decided at a variable, at least 1.
 pub(super) fn weight(plan: &Plan, machine: &Machine) -> usize {
     machine.steps.iter().map(|step| plan.leaving[*step].len()).sum::<usize>().max(1)
 }
 
-/// The transitions in each range of `2^shift` values.
+/// The number of transitions in each range of `2^shift` values.
 fn ranges(plan: &Plan, machine: &Machine, shift: u32) -> Vec<(usize, usize)> {
     let mut ranges: BTreeMap<usize, usize> = BTreeMap::new();
     if machine.has_none {

@@ -1,4 +1,4 @@
-//! Outputs: questions about the variables where there are few steps, a `switch` of their own where there are many.
+//! Outputs: tests of the variables if there are few steps, a separate `switch` if there are many.
 
 use super::Emit;
 use super::read::{Place, Reader};
@@ -35,7 +35,7 @@ impl Emit<'_> {
                         if self.tables.emits(emission.step) && !mealy {
                             continue;
                         }
-                        // The masks of the steps stand in front.
+                        // The masks of the steps come first.
                         if bit.is_some() && !mealy && emission.condition.is_none() {
                             continue;
                         }
@@ -97,7 +97,7 @@ impl Emit<'_> {
                 }
                 Driver::Extern { calls, .. } if !mealy && !calls.is_empty() => {
                     let mut arms = Vec::new();
-                    // Where one variable asks for all calls, at most one step does at a time.
+                    // If one variable requests all calls, at most one step does so at a time.
                     let machines: BTreeSet<usize> =
                         calls.iter().map(|it| self.plan.place[it.step].0).collect();
                     let mut calls: Vec<&ExternCall> = calls.iter().collect();
@@ -167,7 +167,7 @@ impl Emit<'_> {
         nodes
     }
 
-    /// The condition of the emergency, as the variables stand where outputs are computed.
+    /// The condition of the emergency, read where outputs are computed.
     fn emergency(&mut self) -> Option<CExpr> {
         let emergency = self.net.emergency.as_ref()?;
         let mut reader = Reader { emit: self, place: Place::Free };
@@ -176,7 +176,7 @@ impl Emit<'_> {
         Some(holds)
     }
 
-    /// A continuous call: once, with the arguments of the first step that asks for it.
+    /// A continuous call: once, with the arguments of the first step that requests it.
     pub(super) fn call_chain(
         &self,
         output: OutputId,
@@ -209,7 +209,7 @@ impl Emit<'_> {
         if chain.is_empty() { Vec::new() } else { vec![Kind::Block(chain).into()] }
     }
 
-    /// Whether a variable's outputs are set in a `switch` of their own: its cost is that of one step, not of all.
+    /// Whether a variable's outputs are set in a separate `switch`: it costs the time of one step, not of all.
     pub(super) fn by_case(&self, machine: usize) -> bool {
         !self.tables.holds(machine) && self.plan.machines[machine].values() > 8
     }
@@ -278,7 +278,7 @@ impl Emit<'_> {
     }
 }
 
-/// Looking for equal cases is quadratic, so it is done for small variables only.
+/// The search for equal cases is quadratic, so it is done for small variables only.
 fn shared_cases(plan: &Plan, machine: usize) -> bool {
     plan.machines[machine].steps.len() <= 256
 }

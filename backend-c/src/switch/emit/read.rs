@@ -1,5 +1,5 @@
-//! Expressions and lists of the net, read at the place where they stand: what is known there (the active step, the transitions that did not fire, the
-//! times that have dropped) is folded in.
+//! Expressions and lists of the net, read in their context: what is known there (the active step, the transitions that did not fire, the
+//! times that have been reset) is folded in.
 
 use super::Emit;
 use crate::Object;
@@ -10,16 +10,16 @@ use crate::switch::plan::{Latch, block_expressions, receptivity};
 use crate::times::timer_place;
 use grafsynth_ir::net::{Block, EdgeId, InputKind, Leaf, OutputId, StepId, StmtKind};
 
-/// Where an expression stands.
+/// The context of an expression.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Place {
-    /// In a receptivity that the variable decides while this step is active; `asked` transitions of the step are known to be not fireable.
+    /// In a receptivity that the variable decides while this step is active; the first `asked` transitions of the step are known not to be fireable.
     Guard { step: StepId, asked: usize },
     /// In a list of a variable: its active step, if any, and whether its time still counts.
     List { machine: usize, active: Option<StepId>, timed: bool },
-    /// In an output, after all variables have moved; the step that carries it is active.
+    /// In an output, after all variables have moved; the step that assigns it is active.
     Output { step: StepId },
-    /// In an output, where nothing is known.
+    /// In an output, without known facts.
     Free,
 }
 
@@ -68,7 +68,7 @@ impl Emit<'_> {
                     nodes.extend(calls::either(condition, then, otherwise));
                 }
                 StmtKind::Code(text) => nodes.extend(calls::verbatim(text)),
-                // The plan refuses nets that raise or send.
+                // The plan rejects nets that raise or send.
                 StmtKind::Raise(_) | StmtKind::Send(_) | StmtKind::Cancel(_) => {}
             }
         }
@@ -81,7 +81,7 @@ impl Emit<'_> {
     }
 }
 
-/// Reads leaves at a place.
+/// Reads leaves in a context.
 pub(super) struct Reader<'e, 'a> {
     pub(super) emit: &'e mut Emit<'a>,
     pub(super) place: Place,
@@ -156,7 +156,7 @@ impl Scope<Leaf> for Reader<'_, '_> {
                             event
                         }
                     }
-                    // Nothing raises it: the plan refuses nets that do.
+                    // Nothing raises it: the plan rejects nets that do.
                     InputKind::InternalEvent => CExpr::bool(false),
                 }
             }
@@ -164,7 +164,7 @@ impl Scope<Leaf> for Reader<'_, '_> {
                 CExpr::place(format!("self->{}", self.emit.names.vars[var]), net.vars[var].ty)
             }
             Leaf::Active(step) => self.active(step),
-            // There are no tasks in this style, so they are done at once.
+            // This style has no tasks, so they are done at once.
             Leaf::TasksDone(step) => self.active(step),
             Leaf::Elapsed(step) => self.elapsed(step),
             Leaf::Rise(edge) => self.edge("rise", edge),
@@ -173,7 +173,7 @@ impl Scope<Leaf> for Reader<'_, '_> {
                 let Place::Guard { step, asked } = self.place else { return CExpr::bool(false) };
                 let position = self.emit.plan.leaving[step].iter().position(|it| *it == rival);
                 match position {
-                    // It was asked before and did not fire, or it leaves another step of the same variable.
+                    // It was tested before and did not fire, or it leaves another step of the same variable.
                     None => CExpr::bool(false),
                     Some(position) if position < asked => CExpr::bool(false),
                     Some(position) => {
@@ -183,7 +183,7 @@ impl Scope<Leaf> for Reader<'_, '_> {
                     }
                 }
             }
-            // The plan refuses these.
+            // The plan rejects these.
             Leaf::LastElapsed(_) | Leaf::Timer(_) => CExpr::int(0),
             Leaf::Controlled(_) => CExpr::bool(false),
         }

@@ -1,11 +1,11 @@
-//! Transitions that compete for a step: the order in which they are asked, and whether asking them in that order picks what the policy picks (§4).
+//! Transitions that compete for a step: the order in which they are tested, and whether that order selects the same transitions as the policy (§4).
 
 use super::{Plan, Refusal, entered, receptivity, refuse};
 use grafsynth_ir::IdMap;
 use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::net::{Expr, Leaf, Net, Policy, Transition, TransitionId};
 
-/// The static order of transitions that compete (§4), and whether it is enough.
+/// The static order of competing transitions (§4), and whether it is sufficient.
 pub(super) struct Order {
     /// Sorts transitions that share a preceding step.
     pub(super) key: IdMap<Transition, (u32, usize)>,
@@ -28,7 +28,7 @@ impl Order {
     }
 }
 
-/// Shows that asking the transitions of a step one after the other, each at its owner, picks exactly what the policy picks.
+/// Shows that testing the transitions of a step one after the other, each at its owner, selects exactly what the policy selects.
 pub(super) fn competition(net: &Net, plan: &Plan, order: &Order) -> Result<(), Refusal> {
     for step in net.steps.ids() {
         let leaving = &plan.leaving[step];
@@ -36,7 +36,7 @@ pub(super) fn competition(net: &Net, plan: &Plan, order: &Order) -> Result<(), R
             let span = net.transitions[*later].meta.span;
             for earlier in &leaving[..index] {
                 match net.settings.policy {
-                    // Both fire where both are fireable, so the proof that a component has at most one active step must exclude that.
+                    // Both fire if both are fireable, so the proof that a component has at most one active step must exclude that.
                     Policy::All => {
                         let excluded = entered(&net.transitions[*earlier]).any(|a| {
                             entered(&net.transitions[*later])
@@ -73,7 +73,7 @@ pub(super) fn competition(net: &Net, plan: &Plan, order: &Order) -> Result<(), R
     if net.settings.policy == Policy::All {
         return Ok(());
     }
-    // A transition is decided at its owner; all that goes before it at its other steps must be known there.
+    // A transition is decided at its owner; everything that precedes it at its other steps must be known there.
     for (id, transition) in net.transitions.iter() {
         let Some(owner) = plan.owner[id] else { continue };
         for step in transition.requires.iter().filter(|step| plan.place[**step].0 != owner) {
@@ -99,7 +99,7 @@ pub(super) fn competition(net: &Net, plan: &Plan, order: &Order) -> Result<(), R
     Ok(())
 }
 
-/// Shows from the text of two receptivities that both are never true: one asks for what the other negates, or is its `otherwise`.
+/// Shows from the text of two receptivities that they are never both true: one requires what the other negates, or is its `otherwise`.
 fn disjoint(net: &Net, earlier: TransitionId, later: TransitionId) -> bool {
     fn factors(expr: &Expr) -> &[Expr] {
         match &expr.kind {
@@ -129,7 +129,7 @@ fn disjoint(net: &Net, earlier: TransitionId, later: TransitionId) -> bool {
         || otherwise(a, later)
 }
 
-/// Firing both is firing either.
+/// Firing both has the same effect as firing either.
 fn same_effect(a: &Transition, b: &Transition) -> bool {
     a.requires == b.requires
         && a.enters == b.enters

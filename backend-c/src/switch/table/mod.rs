@@ -1,11 +1,11 @@
 //! Tables for variables whose steps only wait for inputs.
 //!
-//! A variable is *plain* when each of its transitions leads from one of its steps to another on a condition over Boolean inputs, and its steps do nothing
-//! but drive continuous outputs. Such variables need no code of their own: one loop moves all of them, with a row of constants for each transition, and
-//! costs the same few instructions for each variable, however many steps it has. The inputs are packed into one word first, the outputs of the active
+//! A variable is *plain* if each of its transitions leads from one of its steps to another on a condition over Boolean inputs, and its steps only
+//! drive continuous outputs. Such variables need no separate code: one loop moves all of them, with a row of constants for each transition, and
+//! costs the same few instructions for each variable, however many steps it has. The inputs are first packed into one word, and the outputs of the active
 //! steps are collected in another.
 //!
-//! Variables share a *bank* while the inputs and outputs they use fit one word each. Which variables live in which bank is decided here; `text` writes the
+//! Variables share a *bank* if the inputs and outputs they use fit in one word each. This module assigns variables to banks; `text` writes the
 //! tables and their loops.
 
 mod text;
@@ -23,14 +23,14 @@ use grafsynth_ir::net::{
 };
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The most inputs or outputs that variables of one bank share; one variable alone may use twice as many.
+/// The maximum number of inputs or outputs that the variables of one bank share; a single variable may use twice as many.
 const SHARED_BITS: usize = 32;
-/// The most terms that one receptivity may need.
+/// The maximum number of terms of one receptivity.
 const MAX_TERMS: usize = 4;
 /// Below this many rows the loop costs more than the code it replaces.
 const MIN_ROWS: usize = 32;
 
-/// A conjunction of inputs: each with the value it must have.
+/// A conjunction of inputs: each with its required value.
 type Term = BTreeMap<InputId, bool>;
 
 /// What one step of a plain variable waits for.
@@ -39,15 +39,15 @@ struct Waiting {
     rows: Vec<(Term, StepId, TransitionId)>,
 }
 
-/// Variables that one loop moves.
+/// Variables that the same loop moves.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 struct Bank {
     machines: Vec<usize>,
     inputs: Vec<InputId>,
     outputs: Vec<OutputId>,
-    /// The member that holds the variables.
+    /// The member that contains the variables.
     member: String,
-    /// What follows the words of the bank's names: empty for the first.
+    /// The suffix of the bank's names: empty for the first bank.
     suffix: String,
 }
 
@@ -62,7 +62,7 @@ pub(super) struct Tables {
 }
 
 impl Tables {
-    /// Finds the plain variables and deals them to banks.
+    /// Finds the plain variables and assigns them to banks.
     pub(super) fn choose(net: &Net, names: &Names, plan: &Plan, options: &Options) -> Self {
         let mut tables = Tables { of: vec![None; plan.machines.len()], ..Tables::default() };
         let wanted = matches!(options.style, Style::Auto | Style::Tables);
@@ -140,7 +140,7 @@ impl Tables {
         tables
     }
 
-    /// Puts a variable into the first bank whose words have room for what it uses.
+    /// Puts a variable into the first bank whose words have room for its inputs and outputs.
     fn deal(&mut self, machine: usize, inputs: &BTreeSet<InputId>, outputs: &BTreeSet<OutputId>) {
         let missing = |have: &[InputId]| inputs.iter().filter(|it| !have.contains(it)).count();
         let missing_out =
@@ -149,7 +149,7 @@ impl Tables {
             bank.inputs.len() + missing(&bank.inputs) <= SHARED_BITS
                 && bank.outputs.len() + missing_out(&bank.outputs) <= SHARED_BITS
         };
-        // Looking at the last few banks keeps the cost linear in the number of variables.
+        // Only the last few banks are tried, so the cost stays linear in the number of variables.
         let start = self.banks.len().saturating_sub(8);
         let found = self.banks[start..].iter().position(fits).map(|at| start + at);
         let at = found.unwrap_or_else(|| {
@@ -198,12 +198,12 @@ impl Tables {
         self.banks.is_empty()
     }
 
-    /// True for a variable that lives in a table.
+    /// True for a variable in a table.
     pub(super) fn holds(&self, machine: usize) -> bool {
         self.of.get(machine).is_some_and(Option::is_some)
     }
 
-    /// The element that holds the variable.
+    /// The element that stores the variable.
     pub(super) fn element(&self, machine: usize) -> Option<String> {
         let (bank, position) = (*self.of.get(machine)?)?;
         Some(format!("{}[{position}]", self.banks[bank].member))
@@ -239,7 +239,7 @@ impl Tables {
             .collect()
     }
 
-    /// What the members can hold: neighbours of as many steps are one range.
+    /// The ranges of the members: adjacent variables with equal numbers of steps share a range.
     pub(super) fn ranges(&self, plan: &Plan) -> Vec<Range> {
         let mut ranges = Vec::new();
         for bank in &self.banks {
@@ -257,7 +257,7 @@ impl Tables {
         ranges
     }
 
-    /// What the tables say of an output.
+    /// How the tables drive an output.
     pub(super) fn output_bit(&self, names: &Names, output: OutputId, mealy: bool) -> Option<CExpr> {
         if mealy {
             return None;
@@ -280,12 +280,12 @@ impl Tables {
 }
 
 impl Bank {
-    /// All inputs that are bits fit one word: then that is the bank's word.
+    /// If all inputs that are bits fit in one word, that word is the bank's word.
     fn words_are_inputs(&self, names: &Names) -> bool {
         !self.inputs.is_empty() && (1..=SHARED_BITS).contains(&names.io.n_inputs)
     }
 
-    /// All outputs that are bits fit one word: then rows hold what is added to it.
+    /// If all outputs that are bits fit in one word, rows contain what is added to it.
     fn lamps_are_outputs(&self, names: &Names) -> bool {
         !self.outputs.is_empty() && (1..=SHARED_BITS).contains(&names.io.n_outputs)
     }
@@ -304,13 +304,13 @@ impl Bank {
         self.machines.iter().flat_map(|it| plan.machines[*it].steps.iter().copied())
     }
 
-    /// The rows that a variable takes: one for each value.
+    /// The number of rows for a variable: one for each value.
     fn values(&self, plan: &Plan) -> usize {
         self.machines.iter().map(|it| plan.machines[*it].values()).sum()
     }
 }
 
-/// Variables that something besides inputs and outputs concerns.
+/// Variables that depend on or affect something besides inputs and outputs.
 fn busy_machines(net: &Net, plan: &Plan) -> BTreeSet<usize> {
     let mut busy = BTreeSet::new();
     for (id, transition) in net.transitions.iter() {
@@ -353,7 +353,7 @@ fn busy_machines(net: &Net, plan: &Plan) -> BTreeSet<usize> {
     busy
 }
 
-/// What each step of a variable waits for, if it is plain.
+/// What each step of a variable waits for, if the variable is plain.
 fn plain(net: &Net, plan: &Plan, index: usize) -> Option<Vec<(StepId, Waiting)>> {
     let mut all = Vec::new();
     for step in &plan.machines[index].steps {
@@ -410,7 +410,7 @@ fn product(net: &Net, all: &[GenericExpr<Leaf>], wanted: bool) -> Option<Vec<Ter
         for term in terms(net, operand, wanted)? {
             for earlier in &result {
                 let mut joined = earlier.clone();
-                // A conjunction that asks for a signal and its negation is never true.
+                // A conjunction that requires a signal and its negation is never true.
                 if term
                     .iter()
                     .all(|(input, value)| *joined.entry(*input).or_insert(*value) == *value)

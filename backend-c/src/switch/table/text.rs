@@ -47,7 +47,7 @@ impl Tables {
                     let name = &emit.names.inputs[*input];
                     let read = emit.names.io.read("in->", name, *input, emit.net.inputs[*input].ty);
                     let shifted = match bit {
-                        // No operand of `|` is a truth value (MISRA-C:2012, rule 10.1).
+                        // Operands of `|` must not be truth values (MISRA-C:2012, rule 10.1).
                         0 => format!("({ty}){}", read.text),
                         _ => format!("(({}){} << {bit})", wide_type(bank.inputs.len()), read.text),
                     };
@@ -119,7 +119,7 @@ impl Bank {
         let lamps = (!self.outputs.is_empty()).then(|| word_type(self.outputs.len()));
         let mut row = Vec::new();
         if has_inputs || single {
-            row.push(Node::line(format!("{word} care;")).note("the inputs it looks at"));
+            row.push(Node::line(format!("{word} care;")).note("the inputs that it tests"));
             row.push(Node::line(format!("{word} want;")).note("the values they must have"));
         }
         let row_count = self
@@ -192,7 +192,7 @@ impl Bank {
                             let (care, want) = self.term(term);
                             (care, want, emit.step_code(*target))
                         }
-                        // Nothing looked at can't be something: such a row never moves.
+                        // An empty mask never equals a non-zero value: such a row never moves.
                         None => (
                             mask(0, self.inputs.len()),
                             mask(1, self.inputs.len()),
@@ -278,7 +278,7 @@ impl Bank {
                 offsets.push(Node::line(format!("{at}{comma}")));
                 at += plan.machines[*machine].values();
             }
-            nodes.push(Node::comment("Where the steps of each sequence begin."));
+            nodes.push(Node::comment("The first step of each sequence."));
             nodes.push(
                 Kind::Braces(
                     format!(
@@ -371,7 +371,7 @@ impl Bank {
                 inner
             };
             body.push(Node::line(format!("const {counter} end = stand[1].first;")));
-            // `stand` is the stand of a step, and `end` where the rows of the next one begin: as many rounds as that step has rows.
+            // `stand` is the entry of a step, and `end` is the first row of the next one: as many rounds as that step has rows.
             let most = self
                 .steps(plan)
                 .map(|step| tables.waiting.get(&step).map_or(0, |it| it.rows.len()))
@@ -399,13 +399,13 @@ impl Bank {
     }
 }
 
-/// What the trace notes of a row.
+/// What the trace records for a row.
 fn traced(emit: &Emit<'_>) -> Vec<Node> {
     let call = format!("{}_fired(self, row->fired);", emit.names.prefix);
     emit.options.trace.map(|_| Node::line(call)).into_iter().collect()
 }
 
-/// The type of a word of so many bits.
+/// The type of a word with this many bits.
 fn word_type(bits: usize) -> &'static str {
     match bits {
         0..=8 => "uint8_t",

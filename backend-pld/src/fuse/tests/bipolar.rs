@@ -1,4 +1,4 @@
-//! The bipolar PALs: what their makers fixed, and files that say which of several devices they are for.
+//! The bipolar PALs: fixed properties, and files that name one of several devices.
 
 use crate::device::Device;
 use crate::fuse::{FuseMap, codes, decode, map};
@@ -48,7 +48,7 @@ fn what_the_maker_fixed_is_refused_by_name() {
     for (device, pin, kind, is_active_low, n_fuses, first) in taken {
         let fuses = map(&with(device, pin, kind, is_active_low)).unwrap();
         assert_eq!(fuses.fuses.len(), n_fuses, "{device}");
-        // Pin 2 lies on column 0 and its complement on 1; pin 3 on 4 and 5.
+        // Pin 2 is on column 0 and its complement on 1; pin 3 on 4 and 5.
         let row: Vec<bool> = fuses.fuses[first..first + 6].to_vec();
         assert_eq!(row, [false, true, true, true, true, false], "{device}");
         assert_eq!(decode(&fuses).unwrap().cell(pin).unwrap().sum.len(), 2);
@@ -76,7 +76,7 @@ fn a_file_says_which_of_several_devices_it_is_for() {
         assert_eq!(found.code, codes::SEVERAL_DEVICES);
         assert!(found.message.contains(which), "{line}: {}", found.message);
     }
-    // A count that only one device has needs no name.
+    // A fuse count that only one device has needs no name.
     let fuses = map(&with("gal16v8", 16, CellKind::Registered, true)).unwrap();
     let text = write(&fuses, &Head::default(), &[]);
     assert_eq!(read(FileId(0), &text).0.unwrap().fuse_map(None).unwrap().device.name, "gal16v8");

@@ -1,4 +1,4 @@
-//! The files of the assembler galette, where they are at hand: equal in fuses, checksum and signature.
+//! The files of the assembler galette, if available: equal fuses, checksum and signature.
 #![allow(clippy::disallowed_methods, reason = "tests read files")]
 
 use crate::fuse::{decode, differences, map};
@@ -43,7 +43,7 @@ fn the_files_of_others_come_out_equal() {
         let (golden, found) = jedec::read(FileId(1), &golden);
         assert_eq!(found, [], "{name}");
         let golden = golden.unwrap();
-        // The one file that was assembled with the option for it.
+        // The only file that was assembled with this option.
         placement.is_secured = golden.is_secured;
         let ours = map(&placement).unwrap_or_else(|found| panic!("{name}: {found:?}"));
         let theirs = golden.fuse_map(Some(placement.device)).unwrap();
@@ -53,7 +53,7 @@ fn the_files_of_others_come_out_equal() {
         assert_eq!(differing, [0usize; 0], "{name}: fuses");
         assert_eq!(ours.checksum(), theirs.checksum(), "{name}");
         assert_eq!(ours, theirs, "{name}");
-        // What their file says is what the text says.
+        // Their file decodes to the contents of the text.
         let said = decode(&theirs).unwrap_or_else(|found| panic!("{name}: {found:?}"));
         assert_eq!(differences(&placement, &said), [""; 0], "{name}");
         n_files += 1;

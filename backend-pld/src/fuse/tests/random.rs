@@ -1,4 +1,4 @@
-//! Random designs for every device: mapped, written, read, decoded and simulated, each against the others.
+//! Random designs for every device: mapped, written, read, decoded and simulated, and compared with each other.
 
 use crate::device::{Clock, DEVICES, Device, Macrocell, Polarity};
 use crate::fuse::sim::Chip;
@@ -29,7 +29,7 @@ fn design(device: &'static Device, random: &mut TestRng) -> Placement {
             _ => below(random, 2) == 0,
         };
         match below(random, 4) {
-            // An input where every mode of the device can read it.
+            // An input, if every mode of the device can read it.
             0 if !is_registered && !device.deaf_pins.contains(&macrocell.pin) => {
                 inputs.push(macrocell.pin);
             }
@@ -40,7 +40,7 @@ fn design(device: &'static Device, random: &mut TestRng) -> Placement {
     }
     let has_registers = kinds.iter().any(|(_, kind)| *kind == CellKind::Registered);
     if !has_registers {
-        // Without registers the plainest mode may be taken, which reads other pins.
+        // Without registers the simplest mode may be chosen, which reads other pins.
         inputs.retain(|pin| device.inputs.contains(pin));
     }
     let clock = (device.clock == Clock::Term).then(|| inputs.remove(0));
@@ -88,7 +88,7 @@ fn design(device: &'static Device, random: &mut TestRng) -> Placement {
     placement
 }
 
-/// The levels of all macrocells over random inputs, from power-up, by the fuses and by the circuit that the decoder made of them.
+/// The levels of all macrocells for random inputs, from power-up, by the fuses and by the decoded circuit.
 fn same_levels(map: &FuseMap, said: &Placement, random: &mut TestRng) {
     let circuit = logic(said, &[]).unwrap();
     let (mut chip, mut sim) = (Chip::new(map).unwrap(), LogicSim::new(&circuit));
@@ -146,7 +146,7 @@ fn mapper_decoder_simulator_and_file_agree() {
     }
 }
 
-/// No string of fuses makes anything panic, and what is decoded maps to fuses that say the same.
+/// No fuse string causes a panic, and a decoded map is mapped to equivalent fuses.
 #[test]
 fn any_fuses_are_decoded_or_refused() {
     let mut random = TestRng::from_seed(RngAlgorithm::XorShift, &[12; 16]);

@@ -1,4 +1,4 @@
-//! What the data sheets say, on single macrocells of the simulator.
+//! Data-sheet behaviour, tested on single macrocells of the simulator.
 
 use crate::device::Device;
 use crate::fuse::sim::Chip;
@@ -15,7 +15,7 @@ fn burn(device: &str, change: impl FnOnce(&mut Placement)) -> FuseMap {
     map(&placement).unwrap()
 }
 
-/// All registers wake at 0: the pins of a 22V10 by polarity, those of a 16V8 high.
+/// All registers are 0 after power-up: the pins of a 22V10 depend on the polarity, those of a 16V8 are high.
 #[test]
 fn power_up() {
     for (device, plain, low) in
@@ -45,7 +45,7 @@ fn spread(value: bool) -> u64 {
     if value { u64::MAX } else { 0 }
 }
 
-/// Feedback of a register is what its pin would show, in either polarity, even while the pin is switched off and pulled elsewhere.
+/// The feedback of a register is the value that its pin would show, in either polarity, even while the pin is disabled and pulled to another level.
 #[test]
 fn registers_are_read_behind_a_pin_that_is_off() {
     for is_active_low in [false, true] {
@@ -70,7 +70,7 @@ fn registers_are_read_behind_a_pin_that_is_off() {
     }
 }
 
-/// The asynchronous reset clears at once and for as long as it lasts; the preset waits for the clock.
+/// The asynchronous reset clears at once and as long as it is active; the preset waits for the clock.
 #[test]
 fn reset_and_preset_of_a_22v10() {
     let fuses = burn("gal22v10", |placement| {
@@ -92,7 +92,7 @@ fn reset_and_preset_of_a_22v10() {
     assert_eq!((chip.level(14), chip.level(15)), (0, u64::MAX));
 }
 
-/// Each register of a 20RA10 has its own clock, reset and preset; with both of these true it is out of the way.
+/// Each register of a 20RA10 has its own clock, reset and preset; if both of the latter are true, it is transparent.
 #[test]
 fn the_terms_of_a_20ra10() {
     let fuses = burn("gal20ra10", |placement| {
@@ -101,7 +101,7 @@ fn the_terms_of_a_20ra10() {
         cell.reset = Some(product(&[(5, true)]));
         cell.set = Some(product(&[(6, true)]));
         placement.cells.push(cell);
-        // A ripple counter: this one is clocked by the fall of the first.
+        // A ripple counter: this one is clocked by the falling edge of the first.
         let mut cell = Cell::new(15, CellKind::Registered, false, vec![product(&[(15, false)])]);
         cell.clock = Some(product(&[(14, false)]));
         placement.cells.push(cell);
@@ -114,7 +114,7 @@ fn the_terms_of_a_20ra10() {
     chip.put(&[(2, u64::MAX)]).unwrap();
     assert_eq!(chip.level(14), 0);
     chip.put(&[(3, u64::MAX), (4, 0xFF)]).unwrap();
-    assert_eq!(chip.level(14), !0xFF, "only where pin 4 is low");
+    assert_eq!(chip.level(14), !0xFF, "only if pin 4 is low");
     chip.put(&[(5, 0xF000)]).unwrap();
     assert_eq!(
         (chip.level(14), chip.level(15)),
@@ -129,7 +129,7 @@ fn the_terms_of_a_20ra10() {
     assert_eq!(chip.drives(14), 0);
 }
 
-/// A pin that needs its own complement never comes to rest.
+/// A pin that depends on its own complement never settles.
 #[test]
 fn an_oscillator_is_reported() {
     let fuses = burn("gal22v10", |placement| {
@@ -140,7 +140,7 @@ fn an_oscillator_is_reported() {
     assert!(found.message.contains("14"), "{found:?}");
 }
 
-/// A latch of two gates keeps what it was set to.
+/// A latch built from two gates keeps its value.
 #[test]
 fn a_latch_of_gates_holds() {
     let fuses = burn("gal16v8", |placement| {

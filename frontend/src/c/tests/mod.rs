@@ -1,4 +1,4 @@
-//! The reader on small sources; what charts compute is compared with a compiler in `tests/tests/c_sources.rs`.
+//! Tests of the reader with small sources. `tests/tests/c_sources.rs` compares the computations of charts with a compiler.
 
 use super::{Options, Parsed, parse, parse_within};
 use crate::graf::{Limits, write_design};
@@ -69,7 +69,7 @@ fn nesting_is_bounded_for_every_sign() {
 
 #[test]
 fn chains_in_parentheses_do_not_add_up_to_a_high_tree() {
-    // Each chain is as long as the levels around it leave room for, and leans on the one inside it.
+    // Each chain is as long as the nesting around it allows, and its first operand is the inner chain.
     for (link, each) in [(" + a", 2), (" + a", 3), ("[1]", 2), (" - (a)", 4)] {
         let n = 240 / each;
         let mut text = "a".to_owned();
@@ -143,19 +143,22 @@ fn conditions_without_a_value_or_an_end_are_findings() {
     let of = |text: &str| findings(&format!("{text}\n{end}"));
     assert_eq!(of("#if FAST\n#endif"), ["G0488 FAST is not defined, so it is 0 in this condition"]);
     assert_eq!(of("#if defined FAST && FAST > 2\n#endif"), [""; 0]);
-    assert_eq!(of("#endif"), ["G0483 #endif without a condition before it"]);
-    assert_eq!(of("#else"), ["G0483 #else without a condition before it"]);
+    assert_eq!(of("#endif"), ["G0483 #endif without an `#if` before it"]);
+    assert_eq!(of("#else"), ["G0483 #else without an `#if` before it"]);
     assert_eq!(
         of("#if 0\n#else\n#else\n#endif"),
-        ["G0483 #else stands behind the `#else` of its condition"]
+        ["G0483 #else after the `#else` of its conditional"]
     );
-    assert_eq!(of("#if 1"), ["G0483 this condition has no `#endif`"]);
-    assert_eq!(of("#define N 1 +\n#if N\n#endif"), ["G0483 the condition has no value here"]);
-    assert_eq!(of("#if 1 / 0\n#endif"), ["G0483 the condition has no value here"]);
+    assert_eq!(of("#if 1"), ["G0483 this conditional has no `#endif`"]);
+    assert_eq!(
+        of("#define N 1 +\n#if N\n#endif"),
+        ["G0483 the condition is not a constant expression"]
+    );
+    assert_eq!(of("#if 1 / 0\n#endif"), ["G0483 the condition is not a constant expression"]);
     assert_eq!(of("#error too old"), ["G0483 #error: too old"]);
-    assert_eq!(of("#define N 1\n#define N 2"), ["G0483 N is defined again, as 2 instead of 1"]);
+    assert_eq!(of("#define N 1\n#define N 2"), ["G0483 N is redefined as 2; it was 1"]);
     assert_eq!(of("#define N 1\n#undef N\n#define N 1"), [""; 0]);
-    assert_eq!(of("#if\n#endif"), ["G0483 no condition stands here"]);
+    assert_eq!(of("#if\n#endif"), ["G0483 missing condition"]);
     let deep = format!("{}{}", "#if 1\n".repeat(400), "#endif\n".repeat(400));
-    assert_eq!(of(&deep), ["G0107 conditions lie more than 256 deep in each other"]);
+    assert_eq!(of(&deep), ["G0107 conditionals are nested deeper than 256 levels"]);
 }

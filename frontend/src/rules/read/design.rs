@@ -1,4 +1,4 @@
-//! The chart that lists, rules and options say together.
+//! Builds the chart that lists, rules and options describe together.
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
@@ -20,13 +20,13 @@ use crate::graf::numbers::Numbers;
 use crate::graf::parser::{Findings, Parse, Parser, short};
 use crate::graf::token::Kind;
 
-/// What the option lines say.
+/// The contents of the option lines.
 #[derive(Default)]
 pub(super) struct Options {
     chart: Option<(Name, Meta)>,
     steps: BTreeMap<String, Step>,
     transitions: BTreeMap<String, Transition>,
-    /// Declarations, settings and all else, in order.
+    /// Declarations, settings and other items, in order.
     items: Vec<Item>,
 }
 
@@ -46,19 +46,19 @@ pub(super) struct Listed {
     pub(super) outputs: BTreeSet<String>,
 }
 
-/// Makes the design, and finds what in it does not go together.
+/// Builds the design and reports inconsistencies.
 pub(super) struct Builder<'a> {
     pub(super) text: &'a str,
     pub(super) rules: Rules,
     pub(super) listed: Listed,
     pub(super) findings: Findings,
     pub(super) options: Options,
-    /// A rule leaves no step.
+    /// Whether the current rule leaves a step.
     pub(super) has_source: bool,
 }
 
 impl Builder<'_> {
-    /// One option line: `text` ends with it, and it begins at `start`.
+    /// Reads one option line: `text` ends with it, and it begins at `start`.
     pub(super) fn option(
         &mut self,
         file: FileId,
@@ -69,7 +69,7 @@ impl Builder<'_> {
     ) {
         let start = u32::try_from(start).unwrap_or(u32::MAX);
         let mut parser = Parser::starting_at(file, text, start, Some(numbers), *limits);
-        // One list of findings for the whole text; the option's parser has it meanwhile.
+        // The text has a single list of findings, which the parser of the option borrows.
         std::mem::swap(&mut parser.findings, &mut self.findings);
         let named = self.one_option(&mut parser);
         if named.is_ok() && parser.kind(0) != Kind::End {
@@ -81,7 +81,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Gives back the step (true) or transition that the option is for.
+    /// Returns the step (true) or transition that the option is for.
     fn one_option(&mut self, parser: &mut Parser<'_>) -> Parse<Option<(Name, bool)>> {
         let start = parser.peek(0).start;
         match parser.word(0) {
@@ -111,7 +111,7 @@ impl Builder<'_> {
                             codes::OPTION,
                             "a receptivity belongs to the rule, not to an option",
                         )
-                        .at(span, "not here")
+                        .at(span, "not allowed here")
                     });
                 }
                 self.options.transitions.insert(name.text.clone(), transition);
@@ -163,10 +163,10 @@ impl Builder<'_> {
         }
     }
 
-    /// Reports a name of an option or rule that its list does not hold.
+    /// Reports a name in an option or rule that is missing from its list.
     fn check_listed(&mut self, name: &Name, is_step: bool) -> bool {
         let listed = if is_step { &self.listed.steps } else { &self.listed.transitions };
-        // Without a list of transitions every label goes.
+        // Without a list of transitions, every label is allowed.
         let is_listed =
             listed.contains(&name.text) || !is_step && !self.rules.seen.contains("Transition");
         if !is_listed {
@@ -205,7 +205,7 @@ impl Builder<'_> {
             .chart
             .take()
             .unwrap_or_else(|| (Name::new("rules", Span::new(file, 0, 0)), Meta::default()));
-        // The place of the chart: its first list.
+        // The span of the chart is that of its first list.
         meta.span = self.rules.lists.unwrap_or(Span::new(file, 0, 0));
         if name.span == Span::new(file, 0, 0) {
             name.span = self.rules.step_list.unwrap_or(meta.span);
@@ -224,7 +224,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The settings given, and those of rules where none is.
+    /// The given settings, and the defaults of rules for the others.
     fn settings(&mut self) -> Vec<Item> {
         let (mut items, others): (Vec<Item>, Vec<Item>) = std::mem::take(&mut self.options.items)
             .into_iter()
@@ -254,14 +254,14 @@ impl Builder<'_> {
         items
     }
 
-    /// Outputs that a transition rule names.
+    /// Outputs in transition rules.
     fn mealy_outputs(&self) -> BTreeSet<String> {
         let names = self.rules.transition_rules.iter().flat_map(|rule| &rule.right);
         names.filter(|(is_next, _)| !is_next).map(|(_, name)| name.text.clone()).collect()
     }
 
-    /// Inputs and outputs in the order of their lists, then everything that only options declare; gives back all other options. An action whose option stands
-    /// before that of an output comes before it, for actions run in their order.
+    /// Adds inputs and outputs in the order of their lists, then everything that only options declare. Returns all other options. An action
+    /// precedes an output if its option does, because actions run in order.
     fn declarations(&mut self, items: &mut Vec<Item>, mealy: &BTreeSet<String>) -> Vec<Item> {
         let mut declared: BTreeMap<String, Declaration> = BTreeMap::new();
         let mut order = Vec::new();
@@ -351,7 +351,7 @@ impl Builder<'_> {
         rest
     }
 
-    /// The transitions in the order of their list, and the sub-rules of transition rules given to their preceding steps.
+    /// The transitions in the order of their list. Adds the sub-rules of transition rules to their preceding steps.
     fn transitions(&mut self) -> Vec<Transition> {
         let place: BTreeMap<String, usize> = self
             .rules
@@ -415,7 +415,7 @@ impl Builder<'_> {
         transitions
     }
 
-    /// `@valve` where `valve` is an output: it is given by the step that follows.
+    /// Reports `@valve`, if `valve` is an output: the following step should drive it.
     fn output_with_sign(&mut self, rule: &Rule, name: &Name) {
         let shown = short(&name.text);
         let step = rule.right.iter().find_map(|(is_next, other)| {
@@ -438,7 +438,7 @@ impl Builder<'_> {
         });
     }
 
-    /// Preceding steps are factors of the left side; the other factors are the receptivity.
+    /// Splits the left side: preceding steps are factors, and the other factors are the receptivity.
     fn left_side(&mut self, rule: &Rule) -> (Vec<Path>, Option<Expr>) {
         let Some(left) = &rule.left else { return (Vec::new(), None) };
         let span = left.span;
@@ -467,7 +467,8 @@ impl Builder<'_> {
         (sources, guard)
     }
 
-    /// `(p1 + p2)*m`: a rule leaves all of its preceding steps together, so each of these needs a rule of its own. True if it is something else.
+    /// Reports `(p1 + p2)*m`: a rule leaves all of its preceding steps together, so each of these steps needs its own rule. Returns true if
+    /// it is something else.
     fn no_sum_of_steps(&mut self, rule: &Rule, factor: &Expr) -> bool {
         const SHOWN: usize = 4;
         let ExprKind::Or(parts) = &factor.kind else { return true };
@@ -512,7 +513,8 @@ impl Builder<'_> {
         false
     }
 
-    /// A step that is no factor may be meant as preceding or as asked for; the text must say which. True when there is none.
+    /// Reports a step that is not a factor: the text must say whether it is a preceding step or a tested one. Returns true if there is
+    /// none.
     fn no_bare_step(&mut self, expr: &Expr, has_source: bool) -> bool {
         let mut bare = Vec::new();
         bare_names(expr, &mut |name| {
@@ -532,7 +534,7 @@ impl Builder<'_> {
                 .help(format!(
                     "a preceding step is a factor, joined with `*`; to test whether it is active, write `{shown}.active`"
                 ));
-                // Without a preceding step the edit would make a rule that leaves no step.
+                // Without a preceding step, the fix would create a rule that leaves no step.
                 if has_source {
                     finding.fix(name.span, format!("{shown}.active"))
                 } else {
@@ -543,7 +545,7 @@ impl Builder<'_> {
         is_clear
     }
 
-    /// The left side names a step, as a factor or otherwise.
+    /// Whether the left side names a step, as a factor or otherwise.
     fn names_a_step(&self, rule: &Rule) -> bool {
         let mut found = false;
         if let Some(left) = &rule.left {
@@ -552,7 +554,7 @@ impl Builder<'_> {
         found
     }
 
-    /// An output of a transition rule: true while the left side is.
+    /// Adds an output of a transition rule, which is true while the left side is.
     fn sub_rule(&mut self, rule: &Rule, name: &Name, sources: &[Path], guard: Option<&Expr>) {
         let Some((first, others)) = sources.split_first() else {
             self.findings.report(|| {
@@ -590,7 +592,7 @@ impl Builder<'_> {
             .push(item);
     }
 
-    /// The steps in the order of their list, with what options and rules give them.
+    /// The steps in the order of their list, with the items from options and rules.
     fn steps(&mut self, items: &mut Vec<Item>) {
         let mut bodies: BTreeMap<String, Vec<StepItem>> = BTreeMap::new();
         for rule in std::mem::take(&mut self.rules.step_rules) {
@@ -640,7 +642,8 @@ impl Builder<'_> {
 }
 
 impl Builder<'_> {
-    /// Reports that no step is initial, and gives the first step in its place. None if there is an initial step, or the rules begin otherwise.
+    /// Reports that no step is initial, and returns the first step as a replacement. `None` if there is an initial step, or the rules begin
+    /// otherwise.
     fn begins_nowhere(&mut self, marking: &[Name]) -> Option<Name> {
         let first = self.rules.steps.first()?.clone();
         let forces = |step: &Step| {
@@ -660,7 +663,7 @@ impl Builder<'_> {
     }
 }
 
-/// A setting that rules have without saying so, and what tells whether an option says it.
+/// A default setting of rules, and the test whether an option gives it.
 type Default = (fn(&SettingKind) -> bool, SettingKind);
 
 /// A Boolean input or output that only its list declares.
@@ -679,7 +682,7 @@ fn plain(name: &Name, is_output: bool) -> Declaration {
     Declaration { name: name.clone(), kind, meta: Meta { span: name.span, ..Meta::default() } }
 }
 
-/// All names without dots, those inside edges and delays included.
+/// Visits all names without dots, including those inside edges and delays.
 fn bare_names(expr: &Expr, visit: &mut dyn FnMut(&Name)) {
     if let ExprKind::Leaf(leaf) | ExprKind::Element(leaf, _) = &expr.kind {
         match leaf {

@@ -1,4 +1,4 @@
-//! Executable content: what is done on the way, on entry and on exit.
+//! Executable content: the statements of transitions, entries and exits.
 
 use grafsynth_ir::Name;
 use grafsynth_ir::diag::Diagnostic;
@@ -11,7 +11,7 @@ use crate::codes;
 use crate::xml::Mapped;
 
 impl<'t> Reader<'_, 't> {
-    /// Executable content.
+    /// Reads executable content.
     pub(super) fn acts(&mut self, node: N<'_, 't>) -> Vec<Act> {
         let children = self.children(node);
         children.into_iter().filter_map(|child| self.act(child)).collect()
@@ -31,30 +31,30 @@ impl<'t> Reader<'_, 't> {
                     self.report(
                         Diagnostic::warning(
                             codes::SCXML_IGNORED,
-                            "<log> is not read: a controller has nowhere to write to",
+                            "<log> is ignored: a controller has no log",
                         )
-                        .at(span, "here first"),
+                        .at(span, "first used here"),
                     );
                 }
                 return None;
             }
             _ => return None,
         };
-        // The children of a statement that holds none are looked at for their own sake.
+        // The children of a simple statement are only checked.
         if !matches!(kind, ActKind::If { .. } | ActKind::Foreach { .. }) {
             self.children(node);
         }
         Some(Act { kind, span })
     }
 
-    /// The event that a statement names: one that can be matched.
+    /// The event of a statement, which must be a single event.
     fn event(&mut self, node: N<'_, 't>) -> Option<Name> {
         let event = self.needed_name(node, "event")?;
         if event.text.contains('*') {
             self.report(
                 Diagnostic::error(
                     codes::SCXML_ATTRIBUTE,
-                    format!("{event} stands for several events, and one is needed"),
+                    format!("expected one event, found {event}, which matches several"),
                 )
                 .at(event.span, ""),
             );
@@ -74,10 +74,10 @@ impl<'t> Reader<'_, 't> {
             self.report(
                 Diagnostic::error(
                     codes::SCXML_LOCATION,
-                    format!("{first} belongs to the system, which alone changes it"),
+                    format!("{first} is a system variable and cannot be assigned"),
                 )
                 .at(location.whole(), "")
-                .help("assign a datum that is declared with <data>"),
+                .help("assign a data element that is declared with <data>"),
             );
             return None;
         }
@@ -118,7 +118,7 @@ impl<'t> Reader<'_, 't> {
                 let finding = refuse(
                     value.whole(),
                     &format!("the {attribute} {} of <send>", value.text.trim()),
-                    "an event goes to the chart itself: leave `type` out",
+                    "the chart sends events only to itself: remove `type`",
                 );
                 self.report(finding);
                 return None;
@@ -132,13 +132,13 @@ impl<'t> Reader<'_, 't> {
                 let finding = refuse(
                     target.whole(),
                     &format!("the target {} of <send>", target.text.trim()),
-                    "an event goes to the chart itself: leave `target` out, or write #_internal",
+                    "the chart sends events only to itself: remove `target`, or write #_internal",
                 );
                 self.report(finding);
                 return None;
             }
         };
-        // Whatever else is refused on it, the event is looked at.
+        // The event is checked even if another attribute is rejected.
         let event = if self.value(node, "eventexpr").is_some() { None } else { self.event(node) };
         let slot = self.name(node, "id");
         let after_ns = self.delay(node)?;
@@ -152,7 +152,7 @@ impl<'t> Reader<'_, 't> {
                         "an event of the internal queue cannot be delayed",
                     )
                     .at(span, "")
-                    .help("leave `target` out: a delayed event joins the external queue"),
+                    .help("remove `target`: a delayed event goes to the external queue"),
                 );
                 return None;
             }
@@ -161,7 +161,7 @@ impl<'t> Reader<'_, 't> {
         Some(ActKind::Send { event, after_ns, slot })
     }
 
-    /// The delay of a send in nanoseconds; the outer none if it is refused.
+    /// The delay of a send in nanoseconds; the outer `None` means that it is rejected.
     fn delay(&mut self, node: N<'_, 't>) -> Option<Option<u64>> {
         let (text, is_expression) = match (self.value(node, "delay"), self.value(node, "delayexpr"))
         {
@@ -178,7 +178,7 @@ impl<'t> Reader<'_, 't> {
             }
         };
         let written = if is_expression {
-            // A string is the one way in which ECMAScript writes a time, so a literal one is read.
+            // In ECMAScript a time can only be written as a string, so a string literal is accepted.
             ['\'', '"'].iter().find_map(|quote| {
                 let inside = text.text.strip_prefix(*quote)?.strip_suffix(*quote)?;
                 (!inside.contains(*quote)).then_some(inside)
@@ -188,19 +188,16 @@ impl<'t> Reader<'_, 't> {
         };
         let Some(written) = written else {
             self.report(
-                Diagnostic::error(
-                    codes::SCXML_TIME,
-                    "the delay is computed when the chart runs, and a constant is needed",
-                )
-                .at(text.whole(), "")
-                .help("write it as `delay=\"2s\"`; for several delays use one <send> for each"),
+                Diagnostic::error(codes::SCXML_TIME, "the delay must be constant")
+                    .at(text.whole(), "")
+                    .help("write it as `delay=\"2s\"`; for several delays use one <send> for each"),
             );
             return None;
         };
         match time::nanoseconds(written.trim()) {
             Some(ns) => Some(Some(ns)),
             None => {
-                let message = format!("`{written}` is no delay");
+                let message = format!("invalid delay `{written}`");
                 self.report(
                     Diagnostic::error(codes::SCXML_TIME, message)
                         .at(text.whole(), "")
@@ -211,7 +208,7 @@ impl<'t> Reader<'_, 't> {
         }
     }
 
-    /// `if` with its `elseif` and `else`, which stand between the statements.
+    /// Reads `if` with its `elseif` and `else`, which are siblings of the statements.
     fn choice(&mut self, node: N<'_, 't>) -> Option<ActKind> {
         if self.value(node, "cond").is_none() {
             self.missing(node, "cond");
@@ -227,7 +224,7 @@ impl<'t> Reader<'_, 't> {
                         self.report(
                             Diagnostic::error(
                                 codes::SCXML_ELEMENT,
-                                format!("<{word}> stands behind the <else> of its <if>"),
+                                format!("<{word}> after the <else> of its <if>"),
                             )
                             .at(span, ""),
                         );
@@ -289,10 +286,10 @@ impl<'t> Reader<'_, 't> {
                 self.report(
                     Diagnostic::error(
                         codes::SCXML_LOCATION,
-                        format!("`{}` is no name for the {attribute} of a loop", text.text),
+                        format!("invalid name `{}` for the {attribute} of a loop", text.text),
                     )
                     .at(text.whole(), "")
-                    .help("write the name of a datum, or a new one"),
+                    .help("write a new name, or the name of a data element"),
                 );
                 None
             }

@@ -1,4 +1,4 @@
-//! What elements and attributes of a document may stand where, and what their texts are: names, expressions, words.
+//! Checks which elements and attributes are allowed where, and reads their texts: names, expressions, words.
 
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::{Name, Span};
@@ -38,13 +38,13 @@ impl<'t> Reader<'_, 't> {
         );
     }
 
-    /// True for an element of SCXML: in its namespace, or in none where the document has none.
+    /// Whether an element belongs to SCXML: it is in its namespace, or the document has no namespace.
     pub(super) fn is_ours(&self, node: N<'_, 't>) -> bool {
         let root = node.document().root_element().tag_name().namespace();
         node.tag_name().namespace() == root
     }
 
-    /// The children of SCXML that may stand here; others are reported.
+    /// The SCXML children that are allowed here; reports others.
     pub(super) fn children<'a>(&mut self, node: N<'a, 't>) -> Vec<N<'a, 't>> {
         let name = node.tag_name().name();
         let allowed =
@@ -54,7 +54,7 @@ impl<'t> Reader<'_, 't> {
         for child in node.children() {
             if child.is_text() {
                 let stray = child.text().is_some_and(|text| !text.trim().is_empty());
-                // The value of a datum is the one thing written between tags.
+                // Only the value of a data element may be text between tags.
                 if stray && !text_reported && !matches!(name, "data" | "assign") {
                     text_reported = true;
                     let span = xml::node_span(self.file, child);
@@ -119,7 +119,7 @@ impl<'t> Reader<'_, 't> {
         self.report(finding);
     }
 
-    /// An element of another namespace: kept by others for themselves, unless it would do something.
+    /// Handles an element of another namespace: ignored, unless it would have an effect.
     pub(super) fn foreign_element(&mut self, child: N<'_, 't>, parent: N<'_, 't>) {
         let tag = child.tag_name();
         let span = self.tag(child);
@@ -153,7 +153,7 @@ impl<'t> Reader<'_, 't> {
         }
     }
 
-    /// Reports attributes that an element does not have.
+    /// Reports unknown attributes.
     pub(super) fn attributes(&mut self, node: N<'_, 't>) {
         let name = node.tag_name().name();
         let known =
@@ -199,7 +199,7 @@ impl<'t> Reader<'_, 't> {
                         self.report(finding);
                     }
                 }
-                // Languages and other things that XML itself defines.
+                // Attributes defined by XML itself, such as languages.
                 Some("http://www.w3.org/XML/1998/namespace")
                 | Some("http://www.w3.org/2001/XMLSchema-instance") => {}
                 Some(space) => {
@@ -219,7 +219,7 @@ impl<'t> Reader<'_, 't> {
         }
     }
 
-    /// Reports an element with a value in `expr` and another between its tags.
+    /// Reports an element with both an `expr` attribute and a text.
     pub(super) fn two_values(&mut self, node: N<'_, 't>, content: &Mapped<'_>) {
         let name = node.tag_name().name();
         self.report(
@@ -265,7 +265,7 @@ impl<'t> Reader<'_, 't> {
         Some(Name::new(value.text.as_ref(), value.whole()))
     }
 
-    /// As [`Reader::name`], where an element cannot do without.
+    /// Like [`Reader::name`], for a required attribute.
     pub(super) fn needed_name(&mut self, node: N<'_, 't>, attribute: &str) -> Option<Name> {
         if self.value(node, attribute).is_none() {
             self.missing(node, attribute);
@@ -285,7 +285,7 @@ impl<'t> Reader<'_, 't> {
         );
     }
 
-    /// The value of an attribute as names between blanks.
+    /// The value of an attribute as a blank-separated list of names.
     pub(super) fn names(&mut self, node: N<'_, 't>, attribute: &str) -> Option<Vec<Name>> {
         let value = self.value(node, attribute)?;
         let names: Vec<Name> =
@@ -331,7 +331,7 @@ impl<'t> Reader<'_, 't> {
         }
     }
 
-    /// An expression that is no array.
+    /// An expression that is not an array.
     pub(super) fn scalar(&mut self, text: &Mapped<'_>) -> Option<Ast> {
         let ast = self.expression(text)?;
         if matches!(ast.kind, AstKind::Array(_)) {

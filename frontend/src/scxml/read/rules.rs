@@ -1,6 +1,6 @@
-//! Which attributes and children the elements of SCXML may have.
+//! The allowed attributes and children of the elements of SCXML.
 
-/// Attributes and children that an element of SCXML may have.
+/// The allowed attributes and children of an element.
 pub(super) struct Rule {
     pub(super) name: &'static str,
     pub(super) attributes: &'static [&'static str],
@@ -10,7 +10,7 @@ pub(super) struct Rule {
 const CONTENT: &[&str] =
     &["raise", "if", "foreach", "log", "assign", "send", "cancel", "script", "invoke"];
 
-/// SCXML 1.0, §3 to §6. Elements that are refused wherever they stand have no line.
+/// SCXML 1.0, §3 to §6. Elements that are never supported are not listed.
 pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "scxml",

@@ -1,4 +1,4 @@
-//! Executable content and expressions, as ECMAScript has them.
+//! Writes executable content and expressions in ECMAScript syntax.
 
 use std::fmt::Write as _;
 
@@ -86,11 +86,11 @@ impl<'c> Writer<'c> {
                 self.close("if");
             }
             StmtKind::Call { .. } => self.refuse("a call", stmt.span),
-            StmtKind::Code(_) => self.refuse("text of another language", stmt.span),
+            StmtKind::Code(_) => self.refuse("code in another language", stmt.span),
         }
     }
 
-    /// An expression; `level` counts the constants that it stands for, which may name each other.
+    /// Writes an expression. `level` counts the constants expanded so far, which may refer to each other.
     pub(super) fn expr(&mut self, expr: &'c Expr, level: usize) -> String {
         match &expr.kind {
             ExprKind::Bool(value) => value.to_string(),
@@ -101,7 +101,7 @@ impl<'c> Writer<'c> {
                 format!("{}[{index}]", self.target(path))
             }
             ExprKind::Element(_, _) => {
-                self.refuse("an element of something that is no array", expr.span);
+                self.refuse("an element of something that is not an array", expr.span);
                 String::new()
             }
             ExprKind::Not(inner) => format!("!{}", self.operand(inner, level)),
@@ -141,7 +141,7 @@ impl<'c> Writer<'c> {
         if texts.is_empty() { empty.to_owned() } else { texts.join(sign) }
     }
 
-    /// An expression between others: in parentheses unless nothing can be taken from it.
+    /// Writes an operand, in parentheses unless they are certainly unnecessary.
     fn operand(&mut self, expr: &'c Expr, level: usize) -> String {
         let text = self.expr(expr, level);
         let is_tight = match &expr.kind {
@@ -170,7 +170,7 @@ impl<'c> Writer<'c> {
             [only] => {
                 if let Some(value) = self.constants.get(only.text.as_str()).copied() {
                     if level > 64 {
-                        self.refuse("constants that name each other so often", span);
+                        self.refuse("constants that refer to each other so often", span);
                         return String::new();
                     }
                     return format!("({})", self.expr(value, level + 1));

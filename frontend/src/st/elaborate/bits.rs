@@ -1,4 +1,4 @@
-//! Bits of numbers: AND, OR, XOR, NOT, shifts, rotations and assignments to single bits, as the arithmetic that nets have.
+//! Bit operations on numbers: AND, OR, XOR, NOT, shifts, rotations and assignments to single bits, expressed by the arithmetic of nets.
 //!
 //! ```text
 //! x AND 16#F0      x / 16 MOD 16 * 16                       a run of ones is one quotient and one remainder
@@ -6,7 +6,7 @@
 //! x AND y          the sum of 2^k for each bit k that both have
 //! SHL(x, 3)        x MOD 32 * 8                             in a BYTE
 //! ```
-//! Numbers with a sign are looked at as two's complement of 8, 16 or 32 bits, whichever holds both operands.
+//! A signed number is treated as two's complement with 8, 16 or 32 bits, whichever fits both operands.
 
 use grafsynth_ir::Span;
 use grafsynth_ir::chart::Expr;
@@ -35,12 +35,12 @@ impl BitOp {
     }
 }
 
-/// The bits that numbers up to `most` have.
+/// The number of bits of values up to `most`.
 fn bits(most: i64) -> u32 {
     64 - most.max(0).leading_zeros()
 }
 
-/// The largest number of so many bits, at most 62.
+/// The largest number with `n_bits` bits, at most 62.
 fn full(n_bits: u32) -> i64 {
     (1 << n_bits.min(62)) - 1
 }
@@ -52,7 +52,7 @@ fn range(value: &Value) -> Option<(i64, i64)> {
     }
 }
 
-/// The bits of the type that a number without a sign must have: those of BYTE and WORD and their like.
+/// The bits of the type that an unsigned number must have: those of BYTE, WORD and similar types.
 fn type_bits(value: &Value) -> Option<u32> {
     match range(value)? {
         (0, 255) => Some(8),
@@ -62,7 +62,7 @@ fn type_bits(value: &Value) -> Option<u32> {
 }
 
 impl Elaborator<'_> {
-    /// A chain of numbers, bit by bit.
+    /// Combines a chain of numbers bit by bit.
     pub(super) fn bitwise(&mut self, op: BitOp, values: Vec<Value>, span: Span) -> Outcome<Value> {
         let mut all = values.into_iter();
         let mut result = all.next().ok_or(Told)?;
@@ -78,7 +78,7 @@ impl Elaborator<'_> {
     fn bit_pair(&mut self, op: BitOp, a: Value, b: Value, span: Span) -> Outcome<Value> {
         let (Some((al, ah)), Some((bl, bh))) = (range(&a), range(&b)) else {
             return Err(self.type_error(
-                "bits of numbers and truth values are not joined; write `x <> 0` for a number",
+                "a bit operator cannot mix numbers and Booleans; write `x <> 0` for the number",
                 span,
             ));
         };
@@ -97,7 +97,7 @@ impl Elaborator<'_> {
         else {
             return Err(self.wide(span));
         };
-        // A mask such as -16 in a number without a sign leaves it one.
+        // An unsigned number stays unsigned with a mask such as -16.
         let is_signed = (al < 0 && al != ah) || (bl < 0 && bl != bh);
         let (a, b) = (a.wrapped(0, full(n_bits)), b.wrapped(0, full(n_bits)));
         let value = self.unsigned_pair(op, a, b, span)?;
@@ -109,7 +109,7 @@ impl Elaborator<'_> {
         self.refused("bit operators on numbers of more than 32 bits", span, "use DINT or WORD")
     }
 
-    /// Of two numbers without a sign.
+    /// Combines two unsigned numbers.
     fn unsigned_pair(&mut self, op: BitOp, a: Value, b: Value, span: Span) -> Outcome<Value> {
         let (Some((al, ah)), Some((bl, bh))) = (range(&a), range(&b)) else { return Err(Told) };
         if al == ah && bl == bh {
@@ -144,7 +144,7 @@ impl Elaborator<'_> {
         self.sum(parts, span)
     }
 
-    /// True when a bit of a number without a sign is set.
+    /// Whether a bit of an unsigned number is set.
     fn one_bit(&mut self, value: &Value, bit: u32, span: Span) -> Outcome<Expr> {
         if range(value).is_none_or(|(_, most)| bits(most) <= bit) {
             return Ok(Expr::bool(false));
@@ -153,7 +153,7 @@ impl Elaborator<'_> {
         Ok(self.binary(Op::Eq, low, Value::int(1, span), span)?.expr)
     }
 
-    /// `len` bits from bit `from` on, moved down.
+    /// `len` bits from bit `from` on, shifted right to bit 0.
     fn piece(&mut self, value: &Value, from: u32, len: u32, span: Span) -> Outcome<Value> {
         let mut part = value.clone();
         if from > 0 {
@@ -186,7 +186,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// The bits of a number without a sign that a mask has: one quotient and remainder for each run of ones in it.
+    /// The bits of an unsigned number that a mask selects: one quotient and remainder for each run of ones.
     fn masked(&mut self, value: &Value, mask: i64, span: Span) -> Outcome<Value> {
         let Some((_, most)) = range(value) else { return Err(Told) };
         let mask = mask & full(bits(most));
@@ -208,7 +208,7 @@ impl Elaborator<'_> {
         Ok(within(sum, 0, mask))
     }
 
-    /// The sum of all, as a tree that is no higher than it must be.
+    /// The sum of all values, as a tree of minimum height.
     fn sum(&mut self, mut parts: Vec<Value>, span: Span) -> Outcome<Value> {
         while parts.len() > 1 {
             let mut next = Vec::with_capacity(parts.len().div_ceil(2));
@@ -224,17 +224,17 @@ impl Elaborator<'_> {
         Ok(parts.pop().unwrap_or_else(|| Value::int(0, span)))
     }
 
-    /// NOT of a number: all bits of its type turned.
+    /// NOT of a number: inverts all bits of its type.
     pub(super) fn complement(&mut self, value: Value, span: Span) -> Outcome<Value> {
         let Some((lo, hi)) = range(&value) else { return Err(Told) };
-        // As two's complement, of which AND and its like take as many bits as they need.
+        // In two's complement, from which AND and similar operators use as many bits as they need.
         let top = if lo < 0 || lo == hi {
             -1
         } else if type_bits(&value).is_some() {
             hi
         } else {
             return Err(self.refused(
-                "NOT of a number that is no BYTE, WORD or number with a sign",
+                "NOT of a number that is neither BYTE nor WORD nor signed",
                 span,
                 "write the mask: `x XOR 16#FF`",
             ));
@@ -251,23 +251,23 @@ impl Elaborator<'_> {
         span: Span,
     ) -> Outcome<Value> {
         let Kind::Int(n, most) = by.kind else {
-            return Err(self.type_error("bits are shifted by a number", by.expr.span));
+            return Err(self.type_error("the shift count must be a number", by.expr.span));
         };
         let Some((lo, hi)) = range(&value) else {
-            return Err(self.type_error("bits of a number are shifted", value.expr.span));
+            return Err(self.type_error("only numbers can be shifted", value.expr.span));
         };
         if n != most {
             return Err(self.refused(
-                &format!("{key} by a number of bits that changes"),
+                &format!("{key} with a variable bit count"),
                 by.expr.span,
-                "choose with CASE between constant numbers of bits",
+                "use CASE to choose between constant bit counts",
             ));
         }
         if lo < 0 || n < 0 {
             return Err(self.refused(
-                &format!("{key} of a number with a sign, or by one"),
+                &format!("{key} with a signed number or a negative bit count"),
                 span,
-                "use BYTE, WORD or another number without a sign",
+                "use BYTE, WORD or another unsigned type",
             ));
         }
         let by = u32::try_from(n).unwrap_or(u32::MAX);
@@ -280,14 +280,14 @@ impl Elaborator<'_> {
             };
         }
         let Some(width) = type_bits(&value) else {
-            // A left shift keeps all bits where no type says how many there are.
+            // A left shift keeps all bits if no type limits their number.
             if key == "SHL" && bits(hi).saturating_add(by) <= 62 {
                 return self.binary(Op::Mul, value, Value::int(1 << by, span), span);
             }
             return Err(self.refused(
-                &format!("{key} of a number that is no BYTE or WORD"),
+                &format!("{key} of a number that is neither BYTE nor WORD"),
                 span,
-                "assign it to a BYTE or WORD before",
+                "first assign it to a BYTE or WORD",
             ));
         };
         if key == "SHL" {
@@ -310,7 +310,7 @@ impl Elaborator<'_> {
         Ok(within(sum, 0, hi))
     }
 
-    /// `x.3 := value`
+    /// Assigns `x.3 := value`.
     pub(super) fn assign_bit(
         &mut self,
         frame: FrameId,
@@ -326,7 +326,7 @@ impl Elaborator<'_> {
             Some((0, most)) if bit < bits(most) && most == full(bits(most)) => most,
             Some(_) | None => {
                 return Err(self.type_error(
-                    "bits are set in BYTE, WORD and unsigned integers that have such a bit",
+                    "a single bit can only be assigned in a BYTE, WORD or unsigned integer that has this bit",
                     span,
                 ));
             }
@@ -337,7 +337,7 @@ impl Elaborator<'_> {
     }
 }
 
-/// `2^bit` where a condition holds, else 0.
+/// `2^bit` if a condition is true, otherwise 0.
 fn weight(condition: Expr, bit: u32, span: Span) -> Value {
     let int = |value| Box::new(Expr::new(ExprKind::Int(value), span));
     let most = 1_i64 << bit.min(62);
@@ -345,7 +345,7 @@ fn weight(condition: Expr, bit: u32, span: Span) -> Value {
     Value { expr: Expr::new(kind, span), kind: Kind::Int(0, most) }
 }
 
-/// With bounds that are known to be narrower than those of its parts.
+/// Gives a value bounds that are narrower than those of its parts.
 fn within(value: Value, lo: i64, hi: i64) -> Value {
     match value.kind {
         Kind::Int(least, most) if least != most => {

@@ -1,12 +1,13 @@
-//! The function blocks of the standard: their state in the chart, and what one call of each does.
+//! The standard function blocks: their state in the chart, and the effect of a call.
 //!
-//! A timer counts in a free timer of the chart while its block is running; the block itself is looked at when it is called, as on a controller:
+//! A timer uses a free timer of the chart, which counts while its block runs. The block itself is evaluated when it is called, as on a
+//! controller:
 //!
 //! ```text
 //! t(IN := e, PT := 3 s)      t.IN := e;  t.Q := t.IN and t.ET >= 3 s      timer t.ET while t.IN
 //! ```
-//! The free timer begins in the scan in which `t.IN` becomes true and has counted the time of each later scan when that scan begins (semantics §7),
-//! which is what a clock read at each call gives.
+//! The free timer starts in the scan in which `t.IN` becomes true. At the beginning of each later scan it includes the time of that scan
+//! (semantics §7), so it equals a clock that is read at each call.
 
 use grafsynth_ir::chart::{Declaration, DeclarationKind, Expr, Item, Leaf, Stmt, StmtKind};
 use grafsynth_ir::diag::Diagnostic;
@@ -28,7 +29,7 @@ pub(super) enum Block {
     Tp,
     RTrig,
     FTrig,
-    /// Counters carry the bounds of CV.
+    /// An up counter with the bounds of CV.
     Ctu(i64, i64),
     Ctd(i64, i64),
     Ctud(i64, i64),
@@ -36,7 +37,7 @@ pub(super) enum Block {
     Rs,
 }
 
-/// Inputs and outputs of the standard function block with that name, which is in capitals.
+/// Inputs and outputs of a standard function block. The name is in capitals.
 pub(crate) fn standard_block(name: &str) -> Option<(Vec<&'static str>, Vec<&'static str>)> {
     let block = Block::named(name)?;
     let mut inputs = block.order();
@@ -45,7 +46,7 @@ pub(crate) fn standard_block(name: &str) -> Option<(Vec<&'static str>, Vec<&'sta
 }
 
 impl Block {
-    /// The block of that name, which is in capitals.
+    /// The block with this name, which is in capitals.
     pub(super) fn named(name: &str) -> Option<Block> {
         let (base, ty) = name.split_once('_').unwrap_or((name, "INT"));
         if matches!(base, "CTU" | "CTD" | "CTUD") {
@@ -69,7 +70,7 @@ impl Block {
         })
     }
 
-    /// The name that declares it.
+    /// The type name of the block.
     pub(super) fn name(self) -> String {
         match self {
             Block::Ton => "TON",
@@ -86,12 +87,12 @@ impl Block {
         .to_owned()
     }
 
-    /// Its first Boolean output.
+    /// The first Boolean output.
     pub(super) fn output(self) -> String {
         self.order()[self.inputs().len()].to_owned()
     }
 
-    /// Names of the inputs in their order, each with the other names that are in use.
+    /// The inputs in order, each with its alternative names.
     fn inputs(self) -> &'static [&'static [&'static str]] {
         match self {
             Block::Ton | Block::Tof | Block::Tp => &[&["IN"], &["PT"]],
@@ -104,7 +105,7 @@ impl Block {
         }
     }
 
-    /// The names in the order of a call without names: inputs, then outputs.
+    /// The names in the order of a positional call: inputs, then outputs.
     pub(super) fn order(self) -> Vec<&'static str> {
         let inputs = self.inputs().iter().map(|names| names[0]);
         let outputs: &[&str] = match self {
@@ -117,7 +118,7 @@ impl Block {
         inputs.chain(outputs.iter().copied()).collect()
     }
 
-    /// The first name of an input, whichever of its names was written.
+    /// The main name of an input for any of its names.
     pub(super) fn canonical(self, name: &str) -> Option<&'static str> {
         self.inputs().iter().find(|names| names.contains(&name)).map(|names| names[0])
     }
@@ -132,7 +133,7 @@ impl Block {
         }
     }
 
-    /// What it remembers: a name, its type, and whether it is an output.
+    /// The state of the block: name, type, and whether it is an output.
     fn state(self) -> Vec<(&'static str, Ty)> {
         let count = |lo, hi| Ty::Int { lo, hi, wraps: false };
         match self {
@@ -152,7 +153,7 @@ impl Block {
         }
     }
 
-    /// What its timer counts while.
+    /// The state variable that must be true for the timer of the block to count.
     fn running(self) -> Option<&'static str> {
         match self {
             Block::Ton => Some("IN"),
@@ -183,7 +184,7 @@ fn at_least(a: Expr, b: Expr) -> Expr {
 }
 
 impl Elaborator<'_> {
-    /// Declares the state of an instance; `omitted` are inputs that some call leaves out or something else reads.
+    /// Declares the state of an instance. `omitted` are inputs that a call omits or that are read elsewhere.
     pub(super) fn declare_block(
         &mut self,
         object: usize,
@@ -231,7 +232,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// ET of a timer; none for other fields.
+    /// ET of a timer; `None` for other fields.
     pub(super) fn block_field(
         &mut self,
         object: usize,
@@ -258,7 +259,7 @@ impl Elaborator<'_> {
             return Some(Err(self.report(
                 Diagnostic::error(codes::ST_TIMER, format!("ET of {prefix} is read before its PT is known"))
                     .at(span, "")
-                    .help("give PT in the declaration, as in `t : TON := (PT := T#3s);`, or call the block above"),
+                    .help("give PT in the declaration, as in `t : TON := (PT := T#3s);`, or call the block before"),
             )));
         };
         let name = |part: &str| Name::new(format!("{prefix}.{part}"), span);
@@ -267,7 +268,7 @@ impl Elaborator<'_> {
         Some(Ok(Value { expr, kind: Kind::Time(Time::Elapsed { running, limit }) }))
     }
 
-    /// One call of an instance.
+    /// Expands one call of an instance.
     pub(super) fn call_block(
         &mut self,
         frame: FrameId,
@@ -289,14 +290,14 @@ impl Elaborator<'_> {
                         format!("{prefix} is called in several places"),
                     )
                     .at(span, "called again here")
-                    .help("a timer that stops and starts within one scan runs on; call each timer once"),
+                    .help("a timer that stops and restarts within one scan keeps running; call each timer once"),
                 );
             }
         }
         let mut list = Vec::new();
         let mut bools: Vec<(&'static str, Expr)> = Vec::new();
         let mut preset = None;
-        // PT that changes: each of its values with the condition that it has this one.
+        // A variable PT: each of its values with the condition that it has this value.
         let mut presets: Vec<(i64, Expr)> = Vec::new();
         let mut limit = Expr::int(0);
         for names in block.inputs() {
@@ -330,8 +331,8 @@ impl Elaborator<'_> {
                                 codes::ST_TIMER,
                                 format!("PT of {prefix} can have any value"),
                             )
-                            .at(at, "computed while the program runs")
-                            .help("give a constant, or a TIME variable to which nothing but constants are assigned"),
+                            .at(at, "computed at run time")
+                            .help("give a constant, or a TIME variable to which only constants are assigned"),
                         ));
                     }
                     None => self.objects[object].preset.unwrap_or(0),
@@ -344,7 +345,7 @@ impl Elaborator<'_> {
                 && !(part == "IN" && matches!(block, Block::Ton | Block::Tp));
             let expr = match value {
                 Some(value) => {
-                    // What reads the block's own state must be taken before that changes.
+                    // Values that read the state of the block must be evaluated before the state changes.
                     let own = mentions(&value.expr, &format!("{prefix}."));
                     if is_stored || own && block.running().is_none() {
                         if !is_stored {
@@ -401,7 +402,7 @@ impl Elaborator<'_> {
                 list.push(set("RUN", Expr::and([read("Q"), input("IN").not()])));
             }
             Block::Tp => {
-                // The end of a pulse and an edge of IN in one call: the edge is lost.
+                // If a pulse ends and IN has an edge in the same call, the edge is lost.
                 let begins = Expr::and([input("IN"), read("IN").not()]);
                 let start = choose(begins, vec![set("Q", Expr::bool(true))], Vec::new(), span);
                 let end = choose(reached(), vec![set("Q", Expr::bool(false))], Vec::new(), span);
@@ -477,7 +478,7 @@ impl Elaborator<'_> {
         Ok(())
     }
 
-    /// A variable of the chart, known in `frame` by `key`.
+    /// Declares a variable of the chart, which `frame` knows as `key`.
     pub(super) fn declare_var(
         &mut self,
         frame: FrameId,
@@ -527,7 +528,7 @@ fn step_by(name: &Name, by: i64, span: Span) -> Stmt {
     assign(name, value, span)
 }
 
-/// True when an expression reads something whose name begins with `prefix`.
+/// Whether an expression reads a name that begins with `prefix`.
 pub(super) fn mentions(expr: &Expr, prefix: &str) -> bool {
     let mut found = false;
     expr.for_each_leaf(&mut |leaf| {

@@ -1,4 +1,4 @@
-//! Calls in statements: instances of blocks, their actions, actions of the unit itself.
+//! Calls in statements: function block instances, their actions, and actions of the unit itself.
 
 use grafsynth_ir::chart::{Block, Expr, Stmt, StmtKind};
 use grafsynth_ir::diag::Diagnostic;
@@ -32,7 +32,7 @@ impl Elaborator<'_> {
         }
         let Access::Object(object) = self.access(frame, target)? else {
             return Err(self.report(
-                Diagnostic::error(codes::ST_CALL, "this is no function block")
+                Diagnostic::error(codes::ST_CALL, "not a function block")
                     .at(target.span, "called here"),
             ));
         };
@@ -57,7 +57,7 @@ impl Elaborator<'_> {
             }
             ObjectKind::Struct => {
                 return Err(self.report(
-                    Diagnostic::error(codes::ST_CALL, "this is a structure, not a function block")
+                    Diagnostic::error(codes::ST_CALL, "a structure cannot be called")
                         .at(target.span, "called here"),
                 ));
             }
@@ -85,7 +85,7 @@ impl Elaborator<'_> {
         Ok(())
     }
 
-    /// `instance.action();` runs a list of the instance's block on its variables. None where the block has no such action.
+    /// Expands `instance.action();`: runs a list of the instance's block on its variables. Returns `None` if the block has no such action.
     fn call_action_of(
         &mut self,
         frame: FrameId,
@@ -109,7 +109,7 @@ impl Elaborator<'_> {
             return Some(Err(self.refused(
                 &format!("a call of {name}, an action of a function block with a chart"),
                 span,
-                "let the block be the design, or make it a program that runs side by side",
+                "make the block the design, or make it a program that runs in parallel",
             )));
         }
         let action = pou.actions.iter().find(|one| upper(&one.name.text) == key)?;
@@ -117,7 +117,7 @@ impl Elaborator<'_> {
             return Some(Err(self.refused(
                 &format!("a call of the action {name} with arguments"),
                 span,
-                "actions take none; assign to variables of the block before",
+                "an action has no parameters; assign to variables of the block first",
             )));
         }
         let inside = self.objects[object].frame;
@@ -127,7 +127,7 @@ impl Elaborator<'_> {
         Some(done)
     }
 
-    /// The list of an action where it is called.
+    /// Expands the list of an action at its call.
     fn call_body(
         &mut self,
         frame: FrameId,
@@ -137,7 +137,7 @@ impl Elaborator<'_> {
         span: Span,
         out: &mut Block,
     ) -> Outcome<()> {
-        // A body that calls itself would never end.
+        // Expanding a body that calls itself would never end.
         let key = (frame, key.to_owned());
         if self.open_bodies.contains(&key) {
             return Err(self.report(
@@ -151,7 +151,7 @@ impl Elaborator<'_> {
         Ok(())
     }
 
-    /// A call of something that is no instance: an action of the unit, a function for its effects, another program.
+    /// Expands a call of a name that is not an instance: an action of the unit, a function called for its effects, or another program.
     fn call_by_name(
         &mut self,
         frame: FrameId,
@@ -167,14 +167,14 @@ impl Elaborator<'_> {
             return self.call_body(frame, &key, name, &list, span, out);
         }
         if self.functions.contains_key(&key) {
-            // Its value is not used; its arguments may still be wrong.
+            // The value is not used, but its arguments must still be checked.
             return self.call_function(frame, name, arguments, span).map(|_| ());
         }
         if self.library.pous.iter().any(|pou| upper(&pou.name.text) == key) {
             return Err(self.refused(
                 &format!("a call of the program {name}"),
                 span,
-                "call function blocks, and let programs run side by side",
+                "make it a function block, or let both programs run in parallel",
             ));
         }
         let candidates = self.candidates(frame);
@@ -187,7 +187,7 @@ impl Elaborator<'_> {
         ))
     }
 
-    /// Arguments without names get those of the parameters.
+    /// Gives positional arguments the names of their parameters.
     pub(super) fn named_arguments(
         &mut self,
         kind: ObjectKind,
@@ -219,7 +219,11 @@ impl Elaborator<'_> {
             return Err(self.report(
                 Diagnostic::error(
                     codes::ST_CALL,
-                    format!("{} arguments, the block has {}", arguments.len(), order.len()),
+                    format!(
+                        "{} arguments given, but the block has {} parameters",
+                        arguments.len(),
+                        order.len()
+                    ),
                 )
                 .at(span, ""),
             ));
@@ -236,7 +240,7 @@ impl Elaborator<'_> {
         Ok(named)
     }
 
-    /// Every argument names a parameter.
+    /// Checks that every argument names a parameter.
     pub(super) fn check_arguments(&mut self, object: usize, arguments: &[Arg]) -> Outcome<()> {
         let kind = self.objects[object].kind;
         let mut failed = Ok(());
@@ -295,7 +299,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// A function block of the file: its body stands where it is called, its variables are those of the instance.
+    /// Expands a call of a user-defined function block: inserts its body with the variables of the instance.
     fn call_user(
         &mut self,
         frame: FrameId,
@@ -309,14 +313,14 @@ impl Elaborator<'_> {
         let pou = &library.pous[index];
         let Body::Statements(body) = &pou.body else {
             return Err(self.refused(
-                &format!("a call of {} here, a function block with a chart of its own", pou.name),
+                &format!("a call of {} here, a function block with its own chart", pou.name),
                 span,
-                "call it once in each scan, in a program that has no chart, RETURN or condition around the call; or make it a program that runs side by side",
+                "call it once in each scan, in a program without a chart and without RETURN or a condition around the call; or make it a program",
             ));
         };
         let inside = self.objects[object].frame;
         let prefix = self.objects[object].prefix.clone();
-        // All arguments are taken before the first of them changes anything.
+        // All arguments are evaluated before the first one changes anything.
         let mut taken = Vec::new();
         for var in &pou.vars {
             let key = upper(&var.name.text);
@@ -346,7 +350,7 @@ impl Elaborator<'_> {
                         return Err(self.report(
                             Diagnostic::error(
                                 codes::ST_CALL,
-                                format!("the in-out parameter {} gets no variable", var.name),
+                                format!("the in-out parameter {} needs a variable", var.name),
                             )
                             .at(span, "in this call"),
                         ));
@@ -374,7 +378,10 @@ impl Elaborator<'_> {
                         return Err(self.report(
                             Diagnostic::error(
                                 codes::ST_TIMER,
-                                format!("{} gets a TIME variable that changes", var.name),
+                                format!(
+                                    "parameter {} is given a TIME variable that changes",
+                                    var.name
+                                ),
                             )
                             .at(value.expr.span, "in this call")
                             .help("declare the parameter VAR_IN_OUT, or give a constant"),
@@ -414,7 +421,7 @@ impl Elaborator<'_> {
         done
     }
 
-    /// True for a value that nothing changes within a scan: constants, inputs, steps.
+    /// Whether a value cannot change within a scan: constants, inputs, steps.
     fn is_steady(&self, value: &Value) -> bool {
         let mut steady = true;
         value.expr.for_each_leaf(&mut |leaf| {

@@ -1,4 +1,4 @@
-//! Function blocks with charts, called by a program that has none of its own.
+//! Function blocks with charts that are called by a program without a chart.
 //!
 //! ```text
 //! PROGRAM p                          action scan_body      limit := limit AND hot;
@@ -7,9 +7,9 @@
 //!   lamp := lights.GREEN;
 //! END_PROGRAM
 //! ```
-//! On a controller such a chart takes its step where it is called. In a net all charts take theirs at the beginning of the reaction, which is the same as long
-//! as the block is called once in every scan and its conditions read nothing that the program changes before the call: inputs of the program, constants,
-//! and what the block itself remembers. Everything else is refused.
+//! On a controller, such a chart makes its step at the call. In a net, all charts make their steps at the beginning of the reaction. Both
+//! are the same if the block is called once in every scan and its conditions read nothing that the program changes before the call: only
+//! inputs of the program, constants and the block's own state. Everything else is refused.
 
 use grafsynth_ir::chart::{Action, ActionHow, Block, Item, Step, StepItem, StepItemKind, StepRole};
 use grafsynth_ir::net::Meta;
@@ -20,17 +20,18 @@ use super::value::Value;
 use super::{Binding, Elaborator, FrameId, ObjectKind, Outcome};
 use crate::st::ast::{self, Arg, Body, Pou, Section, StmtKind};
 
-/// What a program without a chart becomes, piece by piece.
+/// The parts of a program without a chart.
 struct Pieces {
     items: Vec<Item>,
-    /// Of the actions that hold its statements.
+    /// The names of the actions that contain its statements.
     names: Vec<Name>,
-    /// Statements that stand in no action yet.
+    /// Statements that are not yet part of an action.
     open: Block,
 }
 
 impl<'a> Elaborator<'a> {
-    /// A program without a chart: one step whose actions run in every scan, with the charts of the blocks that it calls between them.
+    /// Builds a program without a chart: one step whose actions run in every scan, and between them the charts of the blocks that the
+    /// program calls.
     pub(super) fn one_step(
         &mut self,
         frame: FrameId,
@@ -88,7 +89,7 @@ impl<'a> Elaborator<'a> {
         items
     }
 
-    /// An action of the statements up to here, if there are any.
+    /// Makes the statements collected so far an action, if there are any.
     fn close(&mut self, pieces: &mut Pieces, span: Span) {
         if !pieces.open.is_empty() {
             self.close_always(pieces, span);
@@ -112,7 +113,7 @@ impl<'a> Elaborator<'a> {
         matches!(self.library.pous[index].body, Body::Sfc(_)).then_some((object, index))
     }
 
-    /// The chart of a block beside the program's own step.
+    /// Adds the chart of a block beside the program's own step.
     fn call_chart(
         &mut self,
         frame: FrameId,
@@ -128,9 +129,9 @@ impl<'a> Elaborator<'a> {
         self.check_arguments(object, &arguments)?;
         if pou.options != ast::Options::default() {
             return Err(self.refused(
-                &format!("a call of {}, a block whose chart has settings of its own", pou.name),
+                &format!("a call of {}, a block with settings in its chart", pou.name),
                 span,
-                "let the block be the design, or give the settings to the program",
+                "make the block the design, or move the settings to the program",
             ));
         }
         let prefix = self.objects[object].prefix.clone();
@@ -138,7 +139,7 @@ impl<'a> Elaborator<'a> {
             return Err(self.refused(
                 &format!("assignments to variables of {prefix}, a block with a chart"),
                 span,
-                "give them as inputs in the call",
+                "pass them as inputs in the call",
             ));
         }
         let inner = self.usage(pou);
@@ -156,7 +157,7 @@ impl<'a> Elaborator<'a> {
                     pou.name
                 ),
                 span,
-                "give it as an input, or make the block a program that runs side by side",
+                "pass it as an input, or make the block a program that runs in parallel",
             ));
         }
         let inside = self.objects[object].frame;
@@ -183,7 +184,7 @@ impl<'a> Elaborator<'a> {
                 return Err(self.refused(
                     &format!("{} of {prefix} as an expression that changes within a scan", var.name),
                     argument.value.span,
-                    "a chart takes its step at the beginning of the scan: give it inputs of the program and constants",
+                    "the chart runs at the beginning of the scan: pass only inputs of the program and constants",
                 ));
             }
             self.frames[inside].names.insert(key, Binding::Value(value));
@@ -203,7 +204,7 @@ impl<'a> Elaborator<'a> {
         Ok(())
     }
 
-    /// True for a value of inputs and constants alone, which is the same from the beginning of a scan to its end.
+    /// Whether a value contains only inputs and constants, so that it does not change within a scan.
     fn is_input(&self, value: &Value) -> bool {
         let mut is_input = true;
         value.expr.for_each_leaf(&mut |leaf| {

@@ -1,4 +1,4 @@
-//! Variables and instances: what each declaration of a unit becomes in the chart.
+//! Variables and instances: how each declaration of a unit becomes part of the chart.
 
 use grafsynth_ir::Name;
 use grafsynth_ir::chart::{Action, Declaration, DeclarationKind, Item};
@@ -14,7 +14,7 @@ use super::{Binding, Elaborator, FrameId, Object, ObjectKind, Place};
 use crate::codes;
 
 impl<'a> Elaborator<'a> {
-    /// Declares a variable of a chart (`is_top`) or of an instance whose frame this is.
+    /// Declares a variable of a chart (`is_top`) or of the instance with this frame.
     pub(super) fn declare(&mut self, frame: FrameId, var: &'a Var, usage: &Usage, is_top: bool) {
         let key = upper(&var.name.text);
         if var.section == Section::External {
@@ -54,7 +54,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// The initial value of a variable: its own, or that of its type.
+    /// The initial value of a variable: its own or that of its type.
     pub(super) fn init_of(&self, var: &Var) -> Option<ast::Init> {
         if var.init.is_some() {
             return var.init.clone();
@@ -94,7 +94,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// A variable of the chart itself: what it becomes depends on its section, its address, and what the unit does with it.
+    /// Declares a variable of the chart itself. Its section, its address and its uses in the unit decide its kind.
     pub(super) fn declare_top(&mut self, frame: FrameId, var: &'a Var, ty: &Ty, usage: &Usage) {
         let key = upper(&var.name.text);
         let is_assigned = usage.assigned.contains(&key);
@@ -107,7 +107,7 @@ impl<'a> Elaborator<'a> {
             (None, _) => var.label.clone(),
         };
         let meta = Meta { span: var.name.span, label, ..Meta::default() };
-        // A chart's name for an address has no sign before it.
+        // A chart omits the sign before an address.
         let name = Name::new(var.name.text.trim_start_matches('%'), var.name.span);
         let values = match &self.init_of(var) {
             Some(init) => self.initial(frame, ty, init).unwrap_or_default(),
@@ -124,10 +124,10 @@ impl<'a> Elaborator<'a> {
             self.report(
                 Diagnostic::error(
                     codes::ST_TYPE,
-                    format!("{} is an input, and the program changes it", var.name),
+                    format!("{} is an input, but the program assigns it", var.name),
                 )
                 .at(var.name.span, "declared here")
-                .help("keep the value in a variable of its own"),
+                .help("assign to a separate variable"),
             );
             self.frames[frame].names.insert(key, Binding::Broken);
             return;
@@ -147,14 +147,14 @@ impl<'a> Elaborator<'a> {
             self.frames[frame].names.insert(key, Binding::Broken);
             return;
         }
-        // Seen from other charts an action has no name, so a global that is one is a variable that actions write.
+        // Other charts cannot name an action, so a global that is an action becomes a variable that actions write.
         let is_flag = is_action
             && !is_assigned
             && *ty == Ty::Bool
             && (var.section != Section::Global || self.chart_names.len() == 1);
         if let (true, Some(simple)) = (is_output, ty.simple()) {
             if !is_assigned && !is_action && usage.read.contains(&key) {
-                // Nothing drives it, so it keeps its first value.
+                // Nothing assigns it, so it keeps its initial value.
                 let value = values.first().cloned();
                 let value = match (value, simple) {
                     (Some(expr), Type::Bool) => Value::bool(expr),
@@ -195,8 +195,8 @@ impl<'a> Elaborator<'a> {
         self.declare_var(frame, &key, name, ty, values, meta);
     }
 
-    /// An instance of a function block or a structure, with all its variables.
-    #[expect(clippy::too_many_arguments, reason = "what an instance needs of its surroundings")]
+    /// Declares an instance of a function block or structure, with all its variables.
+    #[expect(clippy::too_many_arguments, reason = "the context of an instance")]
     pub(super) fn instance(
         &mut self,
         outer: FrameId,
@@ -211,7 +211,7 @@ impl<'a> Elaborator<'a> {
             self.report(
                 Diagnostic::error(
                     codes::ST_SIZE,
-                    format!("{name} has blocks within blocks without an end"),
+                    format!("{name} contains too many nested function blocks"),
                 )
                 .at(name.span, ""),
             );
@@ -232,7 +232,7 @@ impl<'a> Elaborator<'a> {
             preset: None,
             n_calls: 0,
         });
-        // An input needs a memory where some call leaves it out, or something else than a call gives or asks for it.
+        // An input needs memory if a call omits it, or if it is read or assigned outside of calls.
         let omitted = |input: &str| {
             usage.fields.contains(&(key.to_owned(), input.to_owned()))
                 || usage.calls.get(key).is_some_and(|calls| {
@@ -243,7 +243,7 @@ impl<'a> Elaborator<'a> {
         };
         match ty {
             Ty::Block(block) => {
-                // A second name of an input is the same input.
+                // An input may have a second name.
                 let is_omitted = |input: &str| {
                     let first = block.canonical(input);
                     let all: Vec<&str> =
@@ -264,7 +264,7 @@ impl<'a> Elaborator<'a> {
                 let pou = &library.pous[*pou];
                 let is_called = self.may_call_charts && depth == 0 && outer != self.globals;
                 if matches!(pou.body, Body::Sfc(_)) && !is_called {
-                    // Its call is refused; what reads its variables is no second mistake.
+                    // Its call is refused; uses of its variables are not reported again.
                     for var in &pou.vars {
                         self.frames[frame].names.insert(upper(&var.name.text), Binding::Broken);
                     }
@@ -320,8 +320,8 @@ impl<'a> Elaborator<'a> {
         Some(object)
     }
 
-    /// A variable of an instance of a user's function block.
-    #[expect(clippy::too_many_arguments, reason = "what a variable needs of its instance")]
+    /// Declares a variable of an instance of a user-defined function block.
+    #[expect(clippy::too_many_arguments, reason = "the context of a variable of an instance")]
     pub(super) fn member(
         &mut self,
         frame: FrameId,
@@ -355,7 +355,7 @@ impl<'a> Elaborator<'a> {
                 self.frames[frame].names.insert(key, Binding::Broken);
             }
             Ty::Time if var.section == Section::Input => {
-                // Bound when the block is called.
+                // It is bound when the block is called.
                 let own = self.init_of(var);
                 let start = match given.or(own.as_ref()) {
                     Some(ast::Init::Value(value)) => {
@@ -367,7 +367,7 @@ impl<'a> Elaborator<'a> {
                 let start = start.unwrap_or_else(|| Value::time(0, var.name.span));
                 self.frames[frame].names.insert(key, Binding::Value(start));
             }
-            // Bound to a variable when the block is called.
+            // It is bound to a variable when the block is called.
             Ty::Time if var.section == Section::InOut => {}
             Ty::Time => {
                 let binding = self.declare_time(frame, var, &full, inner, false);

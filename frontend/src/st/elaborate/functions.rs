@@ -1,4 +1,4 @@
-//! Functions: those of the standard as operators, those of the file by running their bodies on expressions.
+//! Functions: standard functions become operators; user-defined functions are evaluated by running their bodies on expressions.
 
 use std::collections::BTreeMap;
 
@@ -15,12 +15,12 @@ use super::{Binding, Elaborator, Frame, FrameId, ObjectKind, Outcome, Told};
 use crate::codes;
 use crate::st::ast::{self, Arg, Body, Op, PouKind, Section, StmtKind};
 
-/// How many nodes the value of a variable in a function may have.
+/// Maximum number of nodes in the value of a variable in a function.
 pub(super) const MAX_NODES: usize = 4_000;
-/// How deep functions may call each other.
+/// Maximum depth of nested function calls.
 const MAX_CALLS: usize = 32;
 
-/// One of two values of the same kind, which are no times.
+/// A choice between two values of the same kind, except times.
 pub(super) fn select(condition: Expr, then: Value, otherwise: Value, span: Span) -> Value {
     if then == otherwise || condition.is_true() {
         return then;
@@ -40,7 +40,7 @@ pub(super) fn select(condition: Expr, then: Value, otherwise: Value, span: Span)
     Value { expr: Expr::new(expr, span), kind }
 }
 
-/// A choice between truth values of which one is constant.
+/// A choice between two Booleans, one of which is constant.
 fn either(condition: &Expr, then: &Expr, otherwise: &Expr) -> Option<Expr> {
     let (yes, no) = (|| condition.clone(), || condition.clone().not());
     if then.is_true() {
@@ -56,7 +56,7 @@ fn either(condition: &Expr, then: &Expr, otherwise: &Expr) -> Option<Expr> {
     }
 }
 
-/// A choice in a choice that both leave the same value is one choice: `IF` in `IF` would double that value with each level.
+/// Merges nested choices that leave the same value: nested IFs would otherwise double that value with each level.
 fn flatter(condition: Expr, then: Expr, otherwise: Expr) -> (Expr, Expr, Expr) {
     if let ExprKind::Select(inner, first, second) = &then.kind {
         if second.kind == otherwise.kind {
@@ -70,7 +70,7 @@ fn flatter(condition: Expr, then: Expr, otherwise: Expr) -> (Expr, Expr, Expr) {
     (condition, then, otherwise)
 }
 
-/// True for the name of a parameter that some standard function has, in capitals.
+/// Whether this is the name of a parameter of a standard function, in capitals.
 fn is_parameter(name: &str) -> bool {
     let number = name.strip_prefix("IN");
     number.is_some_and(|rest| rest.bytes().all(|byte| byte.is_ascii_digit()))
@@ -78,7 +78,7 @@ fn is_parameter(name: &str) -> bool {
 }
 
 impl Elaborator<'_> {
-    /// A call in an expression.
+    /// Elaborates a call in an expression.
     pub(super) fn call_function(
         &mut self,
         frame: FrameId,
@@ -101,7 +101,7 @@ impl Elaborator<'_> {
         let mut values = self.values(frame, arguments.iter().map(|one| &one.value))?;
         // `SEL(G := c, IN0 := a, IN1 := b)` in any order.
         if arguments.iter().all(|one| one.name.is_some()) && arguments.len() > 1 {
-            // Inputs by their numbers: IN2 comes before IN10.
+            // Inputs in numerical order: IN2 comes before IN10.
             let rank = |argument: &Arg| {
                 let text = argument.name.as_ref().map(|name| upper(&name.text)).unwrap_or_default();
                 let first = ["EN", "G", "K", "MN"].iter().position(|known| *known == text);
@@ -117,14 +117,15 @@ impl Elaborator<'_> {
             values = order.into_iter().map(|index| values[index].clone()).collect();
         }
         let value = self.standard(&key, name, values, span)?;
-        // ABS and its like write their operand several times: calls in calls would grow without end.
+        // ABS and similar functions duplicate their operand, so nested calls would grow exponentially.
         if nodes(&value.expr, MAX_NODES) >= MAX_NODES {
             return Err(self.too_much(span));
         }
         Ok(value)
     }
 
-    /// An instance is called by a statement of its own; an expression reads its outputs.
+    /// Reports an instance that is called in an expression: it must be called by a separate statement, and an expression may read its
+    /// outputs.
     fn instance_in_expression(
         &mut self,
         object: usize,
@@ -401,7 +402,7 @@ impl Elaborator<'_> {
         Ok(result)
     }
 
-    /// The one that stands first in the order `op`.
+    /// The value that comes first in the order `op`.
     fn extreme(&mut self, op: Op, a: Value, b: Value, span: Span) -> Outcome<Value> {
         let first = self.binary(op, a.clone(), b.clone(), span)?;
         let chosen = match (&a.kind, &b.kind) {
@@ -418,7 +419,7 @@ impl Elaborator<'_> {
         })
     }
 
-    /// `INT_TO_DINT`, `TO_INT`, `BOOL_TO_INT`, `BCD_TO_INT` …
+    /// Elaborates `INT_TO_DINT`, `TO_INT`, `BOOL_TO_INT`, `BCD_TO_INT` …
     fn convert(&mut self, key: &str, value: Value, span: Span) -> Option<Outcome<Value>> {
         let (from, to) = match key.split_once("_TO_") {
             Some((from, to)) => (from, to),
@@ -472,13 +473,15 @@ impl Elaborator<'_> {
         Some(self.fit(number, &wrapping(lo, hi), to))
     }
 
-    /// Digits of one base read as digits of another.
+    /// Reads the digits of a number in one base as digits in another base.
     fn bcd(&mut self, value: Value, from: i64, to: i64, span: Span) -> Outcome<Value> {
         let Kind::Int(lo, hi) = value.kind else {
             return Err(self.type_error("expected a number", span));
         };
         if lo < 0 && lo != hi && from == 16 {
-            return Err(self.type_error("a BCD number is a BYTE, WORD or unsigned integer", span));
+            return Err(
+                self.type_error("a BCD number must be a BYTE, WORD or unsigned integer", span)
+            );
         }
         let (mut scale, mut weight) = (1_i64, 1_i64);
         let mut sum: Option<Value> = None;
@@ -500,9 +503,9 @@ impl Elaborator<'_> {
         Ok(sum.unwrap_or_else(|| Value::int(0, span)))
     }
 
-    // Functions of the file
+    // User-defined functions
 
-    /// The value that a function gives: its body runs on expressions, both branches of an IF, and the results are chosen between.
+    /// The value of a function call. Runs the body on expressions: both branches of an IF are run, and a choice combines the results.
     fn run_function(
         &mut self,
         frame: FrameId,
@@ -716,7 +719,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// The rounds of a loop; one that EXIT leaves keeps its variable as it was then.
+    /// Runs the iterations of a loop. If EXIT leaves the loop, its variable keeps its current value.
     fn run_loop(
         &mut self,
         frame: FrameId,
@@ -773,8 +776,8 @@ impl Elaborator<'_> {
         self.run_tested(frame, types, &tested, otherwise, span)
     }
 
-    /// Runs a list where no flag is raised. In the list the flags are false, and behind it each is what it was or became: so their expressions grow with
-    /// the number of places that raise them, not twofold with each.
+    /// Runs a list under the condition that no flag is set. Inside the list the flags are false; afterwards each flag is its previous value
+    /// or its new one. So the expressions of flags grow linearly with the number of places that set them, not exponentially.
     fn run_guarded(
         &mut self,
         frame: FrameId,
@@ -820,7 +823,7 @@ impl Elaborator<'_> {
         Ok(())
     }
 
-    /// Runs each list on a copy of the variables and chooses between the results.
+    /// Runs each list on a copy of the variables, and chooses between the results.
     fn run_tested(
         &mut self,
         frame: FrameId,

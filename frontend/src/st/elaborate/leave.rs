@@ -1,43 +1,43 @@
-//! EXIT, CONTINUE and RETURN: structured text without jumps.
+//! Replaces EXIT, CONTINUE and RETURN by flags: charts have no jumps.
 //!
-//! What stands behind a statement that may leave is run only where a flag says that it has not:
+//! Statements after a statement that may leave run only if a flag is false:
 //!
 //! ```text
-//! FOR i := 0 TO 9 DO             each round:   IF NOT found THEN
+//! FOR i := 0 TO 9 DO             each time:    IF NOT found THEN
 //!     IF a[i] = x THEN EXIT;                       IF a[i] = x THEN found := TRUE; i := 3; END_IF;
 //!     END_IF;                                  END_IF;
 //!     n := n + a[i];                           IF NOT found THEN n := n + a[3]; END_IF;
-//! END_FOR;                       at last:      IF NOT found THEN i := 10; END_IF; found := FALSE;
+//! END_FOR;                       at the end:   IF NOT found THEN i := 10; END_IF; found := FALSE;
 //! ```
-//! A flag is false between scans, so it costs a circuit nothing. RETURN in a loop leaves all loops first. Where RETURN ends all branches but one, the
-//! rest moves into that branch and there is no flag.
+//! A flag is false between scans, so it needs no register in a circuit. RETURN in a loop first leaves all loops. If RETURN ends all
+//! branches but one, the following statements move into that branch, and no flag is needed.
 
 use grafsynth_ir::{Name, Span};
 
 use super::{Elaborator, Outcome};
 use crate::st::ast::{Expr, ExprKind, Stmt, StmtKind};
 
-/// IFs with RETURN behind each other that may lie in each other instead.
+/// Maximum number of consecutive IFs with RETURN that are nested instead of guarded by a flag.
 const MAX_NESTED: usize = 8;
 
-/// Names of the flags and of the loop's variable as a place, as no text can write them.
+/// Names of the flags and of the loop variable as a location. No source text can contain these names.
 pub(super) const LEFT: &str = "#LEFT";
 pub(super) const SKIPPED: &str = "#SKIPPED";
 pub(super) const VARIABLE: &str = "#VARIABLE";
 pub(super) const RETURNED: &str = "#RETURNED";
 
-/// What a statement may leave.
+/// The kinds of leaving.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Leaves {
-    /// The unit.
+    /// Leaves the unit.
     Return,
-    /// The innermost loop.
+    /// Leaves the innermost loop.
     Exit,
-    /// The round of the innermost loop.
+    /// Leaves the current iteration of the innermost loop.
     Continue,
 }
 
-/// True when one of these stands in a list, looked for in loops only where it leaves them too.
+/// Whether a list contains this kind of leaving. Searches loops only if it leaves them too.
 pub(super) fn has(list: &[Stmt], what: Leaves) -> bool {
     list.iter().any(|stmt| has_one(stmt, what))
 }
@@ -75,7 +75,7 @@ fn unless(flags: &[&str], list: Vec<Stmt>, span: Span) -> Stmt {
     Stmt { kind: StmtKind::If { arms: vec![(condition, list)], otherwise: Vec::new() }, span }
 }
 
-/// The flags of a condition that [`round`] or [`returned`] made; none for any other.
+/// The flags of a condition made by [`round`] or [`returned`]; `None` for other conditions.
 pub(super) fn guards(condition: &Expr) -> Option<Vec<String>> {
     let ExprKind::And(all) = &condition.kind else { return None };
     let flag = |one: &Expr| {
@@ -90,7 +90,8 @@ pub(super) fn guards(condition: &Expr) -> Option<Vec<String>> {
     all.iter().map(flag).collect()
 }
 
-/// A list with flags in place of jumps: `replace` says what stands for a jump, `flags` what keeps the rest from running.
+/// Replaces jumps in a list by flags. `replace` returns the replacement of a jump; `flags` are the flags that suppress the statements after
+/// it.
 fn cut(
     list: &[Stmt],
     leaves: &dyn Fn(&Stmt) -> bool,
@@ -124,7 +125,7 @@ fn cut(
                 segment.push(Stmt { kind, span: stmt.span });
                 false
             }
-            // Loops without a bound are refused as they are.
+            // Loops without a bound are refused in any case.
             (None, _) => {
                 segment.push(stmt.clone());
                 false
@@ -159,8 +160,8 @@ fn flush(
     }
 }
 
-/// The body of a loop over `var` without EXIT and CONTINUE: [`LEFT`] is raised by one, [`SKIPPED`] by the other, and EXIT leaves the variable as it is in
-/// its round by an assignment to [`VARIABLE`].
+/// The body of a loop over `var` without EXIT and CONTINUE. EXIT sets [`LEFT`] and CONTINUE sets [`SKIPPED`]. EXIT also assigns the current
+/// value of the loop variable to [`VARIABLE`].
 pub(super) fn round(body: &[Stmt], var: &Name) -> Vec<Stmt> {
     let (exits, skips) = (has(body, Leaves::Exit), has(body, Leaves::Continue));
     if !exits && !skips {
@@ -199,7 +200,7 @@ pub(super) fn round(body: &[Stmt], var: &Name) -> Vec<Stmt> {
     if exits { vec![unless(&[LEFT], list, var.span)] } else { list }
 }
 
-/// A list in which RETURN raises [`RETURNED`]; in loops it leaves them too.
+/// A list in which RETURN sets [`RETURNED`] and leaves all loops.
 pub(super) fn returned(list: &[Stmt]) -> Vec<Stmt> {
     let leaves = |stmt: &Stmt| has_one(stmt, Leaves::Return);
     let replace = |stmt: &Stmt| match &stmt.kind {
@@ -223,7 +224,7 @@ pub(super) fn returned(list: &[Stmt]) -> Vec<Stmt> {
     cut(list, &leaves, &replace, &[RETURNED])
 }
 
-/// The body of a loop in which RETURN is an EXIT that says why; an inner loop that was left so leaves this one.
+/// The body of a loop in which RETURN is an EXIT with a flag; an inner loop that was left by RETURN also leaves this loop.
 fn out_of_loop(body: &[Stmt]) -> Vec<Stmt> {
     let mut out = Vec::new();
     for stmt in body {
@@ -263,7 +264,7 @@ fn out_of_loop(body: &[Stmt]) -> Vec<Stmt> {
     out
 }
 
-/// The same list without RETURN and without a flag; none where that would write the rest more than once or too deep.
+/// The same list without RETURN and without a flag; `None` if this would duplicate statements or nest too deeply.
 pub(super) fn nested(list: &[Stmt], depth: usize) -> Option<Vec<Stmt>> {
     let Some(at) = list.iter().position(|stmt| has_one(stmt, Leaves::Return)) else {
         return Some(list.to_vec());

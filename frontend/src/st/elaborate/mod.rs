@@ -1,10 +1,12 @@
-//! From the tree of IEC 61131-3 to charts: which units become charts, what their variables become, and who sees whom.
+//! Turns the tree of IEC 61131-3 into charts: decides which units become charts, what their variables become, and which names are visible
+//! where.
 //!
-//! - Each program is a chart (`conflict priority`, `evolution single`, `actions iec`). Where a file has none, function blocks with charts are.
-//! - Function blocks are copied into their callers, one set of variables for each instance, named `instance.variable`.
+//! - Each program is a chart (`conflict priority`, `evolution single`, `actions iec`). In a file without programs, each function block
+//!   with a chart is one.
+//! - Function blocks are expanded in their callers, with one set of variables per instance, named `instance.variable`.
 //! - Functions become expressions.
 //!
-//! All mistakes of a file are found; what this version does not read is refused by name where it stands, and everything else is looked at all the same.
+//! All mistakes in a file are found. Unsupported features are reported by name; everything else is still checked.
 
 mod bits;
 mod blocks;
@@ -34,36 +36,36 @@ use types::Ty;
 use usage::{Usage, upper};
 use value::Value;
 
-/// Statements and expressions that all units together may become.
+/// Maximum number of statements and expressions after expansion of all units.
 const BUDGET: usize = 500_000;
 
-/// Says that a diagnostic was given.
+/// Proof that an error was reported.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Told;
 
 type Outcome<T> = Result<T, Told>;
 type FrameId = usize;
 
-/// Names of one unit or instance, in capitals.
+/// The names of one unit or instance, in capitals.
 #[derive(Debug, Clone, Default)]
 struct Frame {
     names: BTreeMap<String, Binding>,
     parent: Option<FrameId>,
 }
 
-/// What a name stands for.
+/// The meaning of a name.
 #[derive(Debug, Clone)]
 enum Binding {
-    /// A constant, or in a function the present value of a variable.
+    /// A constant, or the current value of a variable in a function.
     Value(Value),
     Place(Place),
     Object(usize),
     Step(Name),
-    /// Its declaration was refused.
+    /// The declaration was refused.
     Broken,
 }
 
-/// Something that an expression names.
+/// The object that an expression refers to.
 #[derive(Debug, Clone)]
 enum Access {
     Value(Value),
@@ -76,7 +78,7 @@ enum Access {
 #[derive(Debug, Clone)]
 struct Place {
     name: Name,
-    /// The chart that declares it.
+    /// Index of the chart that declares it.
     chart: usize,
     index: Option<grafsynth_ir::chart::Expr>,
     ty: Ty,
@@ -85,7 +87,7 @@ struct Place {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ObjectKind {
     Standard(Block),
-    /// By its place in the library.
+    /// A user-defined block, by its index in the library.
     User(usize),
     Struct,
 }
@@ -95,9 +97,9 @@ enum ObjectKind {
 struct Object {
     kind: ObjectKind,
     frame: FrameId,
-    /// Its name in the chart.
+    /// The name of the instance in the chart.
     prefix: String,
-    /// PT of a timer in nanoseconds, once known.
+    /// PT of a timer in nanoseconds, if it is known.
     preset: Option<i64>,
     n_calls: usize,
 }
@@ -105,7 +107,7 @@ struct Object {
 struct Elaborator<'a> {
     library: &'a Library,
     types: BTreeMap<String, &'a TypeDef>,
-    /// Function blocks and functions by name, as places in the library.
+    /// Function blocks and functions by name, as indices in the library.
     blocks: BTreeMap<String, usize>,
     functions: BTreeMap<String, usize>,
     enumerated: BTreeMap<String, i64>,
@@ -113,40 +115,40 @@ struct Elaborator<'a> {
     frames: Vec<Frame>,
     globals: FrameId,
     objects: Vec<Object>,
-    /// Of the present chart.
+    /// Items of the current chart.
     items: Vec<Item>,
     chart: usize,
     chart_names: Vec<Name>,
-    /// Names of the present chart in capitals.
+    /// Names of the current chart in capitals.
     taken: BTreeSet<String>,
-    /// Inputs of the present chart.
+    /// Inputs of the current chart.
     inputs: BTreeSet<String>,
-    /// Booleans that are actions and nothing else, with their names in the chart.
+    /// Booleans that are only actions, with their names in the chart.
     flags: BTreeMap<String, String>,
     /// Bodies of actions that statements may call.
     bodies: BTreeMap<String, Vec<super::ast::Stmt>>,
-    /// Bodies that are being written out: whose variables, and the name in capitals; none for the unit's own.
+    /// Bodies that are being expanded: the frame of their variables, and the name in capitals; `None` for the unit's own.
     open_bodies: Vec<(FrameId, String)>,
-    /// In front of the names of steps, transitions and actions: the instance whose chart is being written out.
+    /// Prefix for the names of steps, transitions and actions: the instance whose chart is being expanded.
     prefix: String,
-    /// The present unit is a program without a chart, which may call blocks with charts.
+    /// Whether the current unit is a program without a chart, which may call blocks with charts.
     may_call_charts: bool,
-    /// Steps that the present transition leaves.
+    /// Steps that the current transition leaves.
     leaving: BTreeSet<String>,
-    /// Functions being run.
+    /// Functions that are being evaluated.
     calls: Vec<usize>,
     narrowed: BTreeSet<String>,
-    /// Values of TIME variables that get constants only, in nanoseconds, by chart and name in capitals.
+    /// Values of TIME variables that are assigned only constants, in nanoseconds, by chart and name in capitals.
     time_values: BTreeMap<(usize, String), BTreeSet<i64>>,
     spent: usize,
 }
 
-/// What may be called of a unit, by name in capitals.
+/// The callable bodies of a unit, by name in capitals.
 fn bodies_of(actions: &[super::ast::Action]) -> BTreeMap<String, Vec<super::ast::Stmt>> {
     actions.iter().map(|action| (upper(&action.name.text), action.body.clone())).collect()
 }
 
-/// Elements of an array.
+/// The number of elements of an array.
 fn length(bounds: &[(i64, i64)]) -> usize {
     bounds
         .iter()
@@ -156,7 +158,7 @@ fn length(bounds: &[(i64, i64)]) -> usize {
 
 pub(crate) use blocks::standard_block;
 
-/// Turns a library into a design; the findings in the order of the text.
+/// Turns a library into a design. The findings are in source order.
 pub(crate) fn design(library: &Library) -> (Option<Design>, Vec<Diagnostic>) {
     let mut elaborator = Elaborator::new(library);
     let design = elaborator.design();
@@ -220,7 +222,7 @@ impl<'a> Elaborator<'a> {
                 PouKind::Program => None,
             };
         }
-        // Values of enumerations are names for everybody.
+        // Enumeration values are visible everywhere.
         for def in &library.types {
             if matches!(def.ty.kind, super::ast::TypeKind::Enum(_)) {
                 let _ = elaborator.ty(0, &def.ty);
@@ -266,7 +268,7 @@ impl<'a> Elaborator<'a> {
     ) -> Told {
         let finding = Diagnostic::error(codes::ST_UNKNOWN_NAME, format!("unknown {what} {name}"))
             .at(span, "not declared");
-        // A file with thousands of unknown names is no slip of the pen.
+        // A file with thousands of unknown names has no simple typing errors, so the search for similar names stops.
         let near = (self.found.len() < 200)
             .then(|| nearest(&upper(name), candidates.iter().map(String::as_str)))
             .flatten();
@@ -315,7 +317,7 @@ impl<'a> Elaborator<'a> {
         all
     }
 
-    /// The path to a variable, seen from the present chart.
+    /// The path to a variable, relative to the current chart.
     fn path(&self, place: &Place, span: Span) -> Path {
         let own = Name::new(place.name.text.clone(), span);
         if place.chart == self.chart {
@@ -325,7 +327,7 @@ impl<'a> Elaborator<'a> {
         Path { names: vec![Name::new(chart, span), own] }
     }
 
-    /// A name that nothing of the chart has.
+    /// An unused name of the chart.
     fn free_name(&mut self, base: &str) -> String {
         let mut name = base.to_owned();
         let mut n = 2;
@@ -336,7 +338,7 @@ impl<'a> Elaborator<'a> {
         name
     }
 
-    /// An address stands for an input or output without a name.
+    /// Resolves an address, which denotes an input or output without a name.
     fn address(&mut self, address: &str, span: Span) -> Outcome<Access> {
         let key = upper(address);
         if let Some(binding) = self.lookup(self.globals, &key) {
@@ -349,7 +351,7 @@ impl<'a> Elaborator<'a> {
         Err(self.refused(
             &format!("the direct address {address}"),
             span,
-            "declare a variable there, as in `m AT %IX0.0 : BOOL;`",
+            "declare a variable at this address, as in `m AT %IX0.0 : BOOL;`",
         ))
     }
 
@@ -378,7 +380,7 @@ impl<'a> Elaborator<'a> {
             .collect();
         let has_error = self.found[start..].iter().any(Diagnostic::is_error);
         if has_error && !failed.is_empty() {
-            // Programs that only call function blocks with charts: those blocks are the design where the programs cannot be read.
+            // If a program only calls function blocks with charts and cannot be read, those blocks are the design.
             let inner = self.charts_of(&failed);
             if !inner.is_empty() {
                 return self.instead(&roots, &failed, &inner, start);
@@ -387,7 +389,7 @@ impl<'a> Elaborator<'a> {
         Some(design)
     }
 
-    /// The charts of function blocks in place of the programs that call them.
+    /// Uses the charts of function blocks in place of the programs that call them.
     fn instead(
         &mut self,
         roots: &[Root],
@@ -424,13 +426,13 @@ impl<'a> Elaborator<'a> {
                     format!("program {name} is ignored; the design is {blocks} alone"),
                 )
                 .at(name.span, "calls a function block with a chart")
-                .help("inputs and outputs of the design are those of the block"),
+                .help("the inputs and outputs of the design are those of the block"),
             );
         }
         Some(design)
     }
 
-    /// Forgets what the first attempt declared.
+    /// Discards the declarations of the first attempt.
     fn restart(&mut self) {
         self.frames = vec![Frame::default()];
         self.objects.clear();
@@ -469,7 +471,7 @@ impl<'a> Elaborator<'a> {
                     &instance.program.text,
                     instance.program.span,
                     &known,
-                    "the file has no such program",
+                    "the file declares no such program",
                 );
                 continue;
             };
@@ -519,7 +521,7 @@ impl<'a> Elaborator<'a> {
         roots
     }
 
-    /// Function blocks that other units have instances of.
+    /// Function blocks with instances in other units.
     fn instantiated(&self) -> BTreeSet<usize> {
         let mut used = BTreeSet::new();
         for pou in &self.library.pous {
@@ -534,7 +536,7 @@ impl<'a> Elaborator<'a> {
         used
     }
 
-    /// Function blocks with charts that these units have, directly or through others.
+    /// Function blocks with charts whose instances these units contain, directly or indirectly.
     fn charts_of(&self, pous: &[usize]) -> Vec<usize> {
         let mut found: Vec<usize> = Vec::new();
         let mut seen: BTreeSet<usize> = pous.iter().copied().collect();
@@ -577,7 +579,7 @@ impl<'a> Elaborator<'a> {
         Design { charts, ..Design::default() }
     }
 
-    /// What a unit does with its names.
+    /// How a unit uses its names.
     fn usage(&self, pou: &Pou) -> Usage {
         usage::of(pou, &|instance| {
             let mut vars = pou.vars.iter().chain(&self.library.globals);
@@ -604,7 +606,7 @@ impl<'a> Elaborator<'a> {
         })
     }
 
-    /// Global variables that something uses stand in the first chart.
+    /// Declares the global variables that are used, in the first chart.
     fn declare_globals(&mut self, usages: &[Usage]) {
         let library = self.library;
         let mut all = Usage::default();
@@ -620,7 +622,7 @@ impl<'a> Elaborator<'a> {
                 all.calls.entry(instance.clone()).or_default().extend(calls.iter().cloned());
             }
         }
-        // What function blocks use of them is not looked into: they may all read and change what is global.
+        // The uses of globals in function blocks are not examined: each function block may read and change all globals.
         for pou in library.pous.iter().filter(|pou| pou.kind != PouKind::Program) {
             let inner = self.usage(pou);
             let own: BTreeSet<String> = pou
@@ -636,7 +638,7 @@ impl<'a> Elaborator<'a> {
             all.read.extend(inner.read.difference(&own).cloned());
             all.fields.extend(inner.fields);
         }
-        // `list.name` speaks of a global variable by the name of its list.
+        // `list.name` refers to a global variable by the name of its list.
         for (list, name) in all.fields.clone() {
             if all.assigned.contains(&list) {
                 all.assigned.insert(name.clone());
@@ -713,7 +715,7 @@ impl<'a> Elaborator<'a> {
         Chart { name: root.name.clone(), span, items, meta, ..Chart::default() }
     }
 
-    /// A setting of a pragma, in the words of the chart language, in place of what the standard has.
+    /// Adds a setting from a pragma, in the syntax of the chart language. It replaces the default of the standard.
     fn pragma(&mut self, setting: &Name, kinds: &mut Vec<SettingKind>) {
         let text = format!("chart c {{ {} }}", setting.text);
         let parsed = crate::graf::parse(setting.span.file, &text);

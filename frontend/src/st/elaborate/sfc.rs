@@ -1,4 +1,4 @@
-//! Charts: steps with their actions, transitions, and what Booleans that are actions become.
+//! Charts: steps with their actions, transitions, and the handling of Booleans that are actions.
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,12 +18,12 @@ use crate::codes;
 use crate::st::ast::{self, Element, Role, Sfc};
 use crate::st::parse_sfc::is_timed;
 
-/// What stands for an action that steps use.
+/// The meaning of an action that a step uses.
 #[derive(Debug, Clone)]
 enum Target {
     /// An action or Boolean with this name in the chart.
     Named(String),
-    /// A Boolean that statements assign as well: S and R write it, the others through an action of their own.
+    /// A Boolean that statements also assign. S and R write it directly; other qualifiers write it through a separate action.
     Mixed {
         set: String,
         reset: String,
@@ -35,11 +35,11 @@ enum Target {
 /// The chart of one unit under construction.
 struct Build {
     frame: FrameId,
-    /// By name in capitals.
+    /// Written names by names in capitals.
     actions: BTreeMap<String, String>,
     targets: BTreeMap<String, Target>,
     steps: BTreeMap<String, Name>,
-    /// The action of what runs in every scan.
+    /// The action that runs in every scan.
     always: Option<String>,
 }
 
@@ -48,7 +48,7 @@ fn at(kind: StmtKind, span: Span) -> Stmt {
 }
 
 impl Elaborator<'_> {
-    /// The items of a chart, behind its declarations.
+    /// The items of a chart after its declarations.
     pub(super) fn sfc(&mut self, frame: FrameId, sfc: &Sfc) -> Vec<Item> {
         let mut build = Build {
             frame,
@@ -65,7 +65,7 @@ impl Elaborator<'_> {
             }
         }
         self.bodies = super::bodies_of(&sfc.actions);
-        // Writes of Booleans that are actions come first, then the bodies, as the standard has it.
+        // As in the standard, writes of Booleans that are actions come first, then the bodies.
         let mut first = Vec::new();
         let mut always = Vec::new();
         self.mixed_actions(&mut build, sfc, &mut first, &mut always);
@@ -129,7 +129,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// Finds what each used action is; makes the writes of Booleans that are assigned as well.
+    /// Determines what each used action is, and creates the writes of Booleans that statements also assign.
     fn mixed_actions(
         &mut self,
         build: &mut Build,
@@ -211,7 +211,7 @@ impl Elaborator<'_> {
             }
         };
         let span = name.span;
-        // A variable of an instance is no action by itself, however it is used.
+        // A variable of an instance is never an action itself.
         if self.prefix.is_empty() {
             self.report(
             Diagnostic::warning(
@@ -422,7 +422,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// True when the Boolean of this control has other qualifiers than S and R.
+    /// Whether the Boolean of this control is used with qualifiers other than S and R.
     fn has_control(&self, build: &Build, control: &str) -> bool {
         let was = upper(&control.replace(".control", ".was"));
         self.frames[build.frame].names.contains_key(&was)

@@ -1,4 +1,4 @@
-//! Statements of actions, programs and function blocks as lists of the chart.
+//! Turns statements of actions, programs and function blocks into lists of the chart.
 
 use grafsynth_ir::chart::{Block, Expr, Stmt, StmtKind};
 use grafsynth_ir::diag::Diagnostic;
@@ -14,20 +14,20 @@ use super::{Access, Binding, Elaborator, FrameId, Outcome, Place, Told};
 use crate::codes;
 use crate::st::ast;
 
-/// How many rounds one loop may have.
+/// Maximum number of iterations of a loop.
 const MAX_ROUNDS: i64 = 65_536;
-/// Arms of an IF or CASE beyond which they are searched by halves, so that no list lies too deep.
+/// With more arms than this, an IF or CASE becomes a binary search, so that lists are not nested too deeply.
 const MANY_ARMS: usize = 12;
 
-/// The rounds of a FOR.
+/// The iterations of a FOR loop.
 pub(super) struct Rounds {
     pub(super) each: Vec<i64>,
-    /// The variable's value behind the loop.
+    /// The value of the variable after the loop.
     pub(super) after: i64,
 }
 
 impl Elaborator<'_> {
-    /// Statements in order; what is wrong in one is reported and the statement left out.
+    /// Elaborates statements in order. Reports and omits invalid ones.
     pub(super) fn list(&mut self, frame: FrameId, list: &[ast::Stmt], out: &mut Block) {
         for stmt in list {
             let _ = self.stmt(frame, stmt, out);
@@ -62,7 +62,7 @@ impl Elaborator<'_> {
             ast::StmtKind::Call { target, arguments } => {
                 self.call(frame, target, arguments, span, out)
             }
-            // One function for each form: the stack of nested statements is the sum of their frames.
+            // One function per form: the stack of nested statements is the sum of their frames.
             ast::StmtKind::If { arms, otherwise } => {
                 self.conditional(frame, arms, otherwise, span, out)
             }
@@ -154,7 +154,7 @@ impl Elaborator<'_> {
         let outside = self.bind(frame, bound);
         let outer = self.frames[frame].names.get(&key).cloned();
         for value in &rounds.each {
-            // Loops in loops go on for ever where nothing is written out any more.
+            // Nested loops would run on even after the budget is exhausted.
             if self.spend(span, 1).is_err() {
                 break;
             }
@@ -180,7 +180,7 @@ impl Elaborator<'_> {
         self.assign(&left, Value::constant(false, span), span, out)
     }
 
-    /// A Boolean variable for what stands at `span`, the same one each time.
+    /// A Boolean variable for the statement at `span`, the same each time.
     fn flag(&mut self, frame: FrameId, name: &str, span: Span) -> Place {
         let key = format!("#{name}@{}", span.start);
         if let Some(Binding::Place(place)) = self.frames[frame].names.get(&key) {
@@ -191,7 +191,7 @@ impl Elaborator<'_> {
         Place { name, chart: self.chart, index: None, ty: Ty::Bool }
     }
 
-    /// Gives names to places; what they stood for before.
+    /// Binds names to places and returns the previous bindings.
     fn bind<const N: usize>(
         &mut self,
         frame: FrameId,
@@ -221,7 +221,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// The statements of a unit or action, from which RETURN leads out.
+    /// Elaborates the statements of a unit or action, which RETURN may leave.
     pub(super) fn body(&mut self, frame: FrameId, list: &[ast::Stmt], span: Span, out: &mut Block) {
         let Ok((list, is_flagged)) = self.without_returns(list, span) else { return };
         if !is_flagged {
@@ -235,7 +235,7 @@ impl Elaborator<'_> {
         let _ = self.assign(&place, Value::constant(false, span), span, out);
     }
 
-    /// Says at once that the rounds of a loop become too much, as far as the bounds of the loops in it are known.
+    /// Reports early that a loop expands beyond the limit, as far as the bounds of its inner loops are known.
     pub(super) fn count_rounds(
         &mut self,
         frame: FrameId,
@@ -250,7 +250,7 @@ impl Elaborator<'_> {
         Ok(())
     }
 
-    /// The statements that a list becomes at least.
+    /// The minimum number of statements to which a list expands.
     fn weight(&self, frame: FrameId, list: &[ast::Stmt]) -> usize {
         let sum = |lists: &mut dyn Iterator<Item = usize>| lists.fold(1, usize::saturating_add);
         let each = list.iter().map(|stmt| match &stmt.kind {
@@ -285,7 +285,7 @@ impl Elaborator<'_> {
         each.fold(0, usize::saturating_add)
     }
 
-    /// A number that is written out, or the name of one.
+    /// The value of a literal number or of a named constant.
     fn known(&self, frame: FrameId, expr: &ast::Expr) -> Option<i64> {
         match &expr.kind {
             ast::ExprKind::Int(value) => Some(*value),
@@ -315,19 +315,16 @@ impl Elaborator<'_> {
 
     pub(super) fn unbounded(&mut self, span: Span) -> Told {
         self.report(
-            Diagnostic::error(
-                codes::ST_LOOP,
-                "WHILE and REPEAT have no bound that is known before the program runs",
-            )
-            .at(span, "")
-            .help("write FOR with constant bounds, or make each round a scan of a step"),
+            Diagnostic::error(codes::ST_LOOP, "WHILE and REPEAT have no constant bound")
+                .at(span, "")
+                .help("use FOR with constant bounds, or run one iteration per scan in a step"),
         )
     }
 
     pub(super) fn leaves(&mut self, span: Span) -> Told {
         self.report(
-            Diagnostic::error(codes::ST_UNEXPECTED, "EXIT and CONTINUE stand in a loop")
-                .at(span, "there is no loop around this"),
+            Diagnostic::error(codes::ST_UNEXPECTED, "EXIT and CONTINUE are only allowed in a loop")
+                .at(span, "not inside a loop"),
         )
     }
 
@@ -335,14 +332,14 @@ impl Elaborator<'_> {
         self.report(
             Diagnostic::error(
                 codes::ST_SIZE,
-                "too much when loops, functions and blocks are written out",
+                "loops, functions and blocks expand to too many statements",
             )
-            .at(span, "here at the latest")
+            .at(span, "the limit is exceeded here")
             .help("use shorter loops, or fewer instances"),
         )
     }
 
-    /// The rounds of a loop whose bounds are constant.
+    /// The iterations of a loop with constant bounds.
     pub(super) fn loop_values(
         &mut self,
         frame: FrameId,
@@ -356,7 +353,7 @@ impl Elaborator<'_> {
         let (first, last, step) = (first?, last?, step?);
         if step == 0 {
             return Err(self.report(
-                Diagnostic::error(codes::ST_LOOP, "a loop that steps by 0 never ends").at(span, ""),
+                Diagnostic::error(codes::ST_LOOP, "a loop with step 0 never ends").at(span, ""),
             ));
         }
         let rounds = if (step > 0) == (last >= first) || last == first {
@@ -368,7 +365,7 @@ impl Elaborator<'_> {
             return Err(self.report(
                 Diagnostic::error(
                     codes::ST_LOOP,
-                    format!("{rounds} rounds are more than the {MAX_ROUNDS} that are written out"),
+                    format!("the loop has {rounds} iterations; the limit is {MAX_ROUNDS}"),
                 )
                 .at(span, ""),
             ));
@@ -378,7 +375,7 @@ impl Elaborator<'_> {
         Ok(Rounds { each, after: first.saturating_add(rounds.saturating_mul(step)) })
     }
 
-    /// True when the selector is one of the labels.
+    /// The condition that the selector matches one of the labels.
     pub(super) fn label_test(
         &mut self,
         frame: FrameId,
@@ -394,7 +391,9 @@ impl Elaborator<'_> {
                 None => lo,
             };
             if !matches!(selector.kind, Kind::Int(..)) {
-                return Err(self.type_error("CASE chooses by a number", selector.expr.span));
+                return Err(
+                    self.type_error("the selector of CASE must be a number", selector.expr.span)
+                );
             }
             let span = high.as_ref().map_or(low.span, |high| low.span.to(high.span));
             let earlier = taken.iter().find(|(from, to, _)| lo <= *to && *from <= hi).copied();
@@ -426,24 +425,24 @@ impl Elaborator<'_> {
         Ok(Expr::or(tests))
     }
 
-    /// Where an assignment goes.
+    /// Resolves the target of an assignment.
     pub(super) fn place(&mut self, frame: FrameId, target: &ast::Expr) -> Outcome<Place> {
         match self.access(frame, target)? {
             Access::Place(place) if self.inputs.contains(&upper(&place.name.text)) => {
                 Err(self.report(
-                    Diagnostic::error(codes::ST_TYPE, format!("{} is an input, which the program cannot assign", place.name))
+                    Diagnostic::error(codes::ST_TYPE, format!("{} is an input and cannot be assigned", place.name))
                         .at(target.span, "")
-                        .help("keep the value in a variable of its own"),
+                        .help("assign to a separate variable"),
                 ))
             }
             Access::Place(place) => Ok(place),
             Access::Value(value) if matches!(value.kind, Kind::Time(_)) => Err(self.report(
-                Diagnostic::error(codes::ST_TIMER, "a TIME variable changes while the program runs")
+                Diagnostic::error(codes::ST_TIMER, "this TIME variable must be constant")
                     .at(target.span, "assigned here")
-                    .help("charts compare times with constants: choose between steps or timers with constant times"),
+                    .help("charts compare times only with constants: choose between steps or timers with constant times"),
             )),
             Access::Value(_) => Err(self.report(
-                Diagnostic::error(codes::ST_TYPE, "this is a constant, an input or the variable of a loop, which cannot be assigned")
+                Diagnostic::error(codes::ST_TYPE, "a constant, an input or a loop variable cannot be assigned")
                     .at(target.span, ""),
             )),
             Access::Object(_) => Err(self.type_error("a whole block or structure cannot be assigned", target.span)),
@@ -451,7 +450,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// `t.PT := T#3s`: the preset of a timer is known before the program runs.
+    /// Sets `t.PT := T#3s`. The preset of a timer must be constant.
     fn preset(&mut self, frame: FrameId, target: &ast::Expr, value: Option<&Value>) -> bool {
         let ast::ExprKind::Field(inner, field) = &target.kind else { return false };
         let Some(Value { kind: Kind::Time(Time::Constant(ns)), .. }) = value else { return false };
@@ -464,8 +463,8 @@ impl Elaborator<'_> {
         self.objects[object].preset = Some(*ns);
         if changed {
             self.report(
-                Diagnostic::error(codes::ST_TIMER, format!("PT of {name} gets two values"))
-                    .at(target.span, "another one here")
+                Diagnostic::error(codes::ST_TIMER, format!("PT of {name} is assigned two values"))
+                    .at(target.span, "second value")
                     .help("use two timers"),
             );
         }
@@ -490,7 +489,7 @@ impl Elaborator<'_> {
     }
 }
 
-/// The choice between arms, unless the condition of one is wrong.
+/// The choice between arms, unless one of the conditions is invalid.
 fn chosen(
     arms: Vec<(Outcome<Expr>, Block)>,
     rest: Block,
@@ -502,12 +501,12 @@ fn chosen(
     Ok(())
 }
 
-/// The first arm whose condition holds, else `rest`. Conditions have no effects, so many arms are searched by halves.
+/// Chooses the first arm whose condition is true, otherwise `rest`. Conditions have no side effects, so many arms become a binary search.
 fn choose(mut arms: Vec<(Expr, Block)>, rest: Block, span: Span, out: &mut Block) {
     if arms.len() > MANY_ARMS {
         let right = arms.split_off(arms.len() / 2);
         let is_left = Expr::or(arms.iter().map(|(condition, _)| condition.clone()));
-        // In the left half one of the conditions holds, so its last arm needs none.
+        // In the left half one condition is true, so the last arm needs no condition.
         let last = arms.pop().map(|(_, list)| list).unwrap_or_default();
         let (mut then, mut otherwise) = (Block::new(), Block::new());
         choose(arms, last, span, &mut then);

@@ -1,13 +1,14 @@
 //! TIME variables that change, as numbers of milliseconds.
 //!
-//! Charts compare the time of a step or timer with constants only. A variable that gets nothing but constants has few values, so such a comparison is
-//! made for each of them:
+//! Charts compare the time of a step or timer only with constants. A variable that is assigned only constants has few values, so one
+//! comparison is made for each of them:
 //!
 //! ```text
 //! IF slow THEN wait := T#5s; ELSE wait := T#2s; END_IF;
 //! fill.T >= wait             wait = 5000 AND fill.T >= 5 s  OR  wait = 2000 AND fill.T >= 2 s
 //! ```
-//! The same makes the preset of a timer changeable. A variable that is computed with can be compared with other times of its kind, not with a clock.
+//! Timers with a variable preset work in the same way. A variable with computed values can be compared with other TIME values, but not with
+//! a running time.
 
 use std::collections::BTreeSet;
 
@@ -25,15 +26,15 @@ use super::{Binding, Elaborator, FrameId, Outcome, Place, Told};
 use crate::codes;
 use crate::st::ast::{self, Op, Section, Var};
 
-/// Nanoseconds of the unit that TIME variables count.
+/// The unit of TIME variables, in nanoseconds.
 const UNIT: i64 = 1_000_000;
-/// How many values a variable may have to be compared with a clock.
+/// Maximum number of values of a variable that is compared with a running time.
 const MAX_VALUES: usize = 32;
 
-/// The values that a TIME variable can have, in nanoseconds; none where it is computed.
+/// The possible values of a TIME variable in nanoseconds; `None` if it is computed.
 pub(super) type Values = Option<BTreeSet<i64>>;
 
-/// What may be assigned with its values known: literals, names and choices between them.
+/// Whether the possible values of an expression are known: literals, names and choices between them.
 pub(super) fn is_listed(value: &ast::Expr) -> bool {
     match &value.kind {
         ast::ExprKind::Time(_) | ast::ExprKind::Name(_) => true,
@@ -66,7 +67,7 @@ fn joined(a: &Values, b: &Values, op: impl Fn(i64, i64) -> i64) -> Values {
 }
 
 impl Elaborator<'_> {
-    /// A time as a number of milliseconds, with the values that it can have.
+    /// A time as a number of milliseconds, with its possible values.
     pub(super) fn milliseconds(&mut self, value: Value) -> Outcome<(Expr, Values)> {
         let span = value.expr.span;
         match value.kind {
@@ -76,25 +77,25 @@ impl Elaborator<'_> {
                     return Err(self.report(
                         Diagnostic::error(
                             codes::ST_TIMER,
-                            "a TIME variable that changes counts whole milliseconds, up to 24 days",
+                            "the value of a TIME variable must be a whole number of milliseconds, at most 24 days",
                         )
-                        .at(span, "no such number")
-                        .help("use a time in whole milliseconds, or one that does not change"),
+                        .at(span, "not in whole milliseconds, or too long")
+                        .help("use a time in whole milliseconds, or a constant"),
                     ));
                 }
                 Ok((Expr::new(ExprKind::Int(number), span), Some(BTreeSet::from([ns]))))
             }
             Kind::Time(Time::Varying(values)) => Ok((value.expr, values)),
             Kind::Time(Time::Running | Time::Elapsed { .. }) => Err(self.report(
-                Diagnostic::error(codes::ST_TIMER, "the time of a step or timer is no value that can be kept or computed with")
-                    .at(span, "runs on by itself")
+                Diagnostic::error(codes::ST_TIMER, "the time of a step or timer can only be compared, not stored or computed with")
+                    .at(span, "a running time")
                     .help("charts compare running times: write the comparison itself, as in `fill.T >= T#3s`"),
             )),
-            Kind::Bool | Kind::Int(..) => Err(self.type_error("a time is needed here", span)),
+            Kind::Bool | Kind::Int(..) => Err(self.type_error("expected a time", span)),
         }
     }
 
-    /// One of two values; times become numbers unless they are the same constant.
+    /// A choice between two values. Times become numbers unless they are the same constant.
     pub(super) fn choice(
         &mut self,
         condition: Expr,
@@ -120,7 +121,7 @@ impl Elaborator<'_> {
         Ok(Value { expr: Expr::new(kind, span), kind: Kind::Time(Time::Varying(values)) })
     }
 
-    /// `a + b`, `a - b` of times of which at least one changes.
+    /// `a + b` or `a - b` of times, if at least one of them changes.
     pub(super) fn add_times(&mut self, op: Op, a: Value, b: Value, span: Span) -> Outcome<Value> {
         let (arith, apply): (_, fn(i64, i64) -> i64) = match op {
             Op::Add => (ArithOp::Add, i64::saturating_add),
@@ -136,7 +137,7 @@ impl Elaborator<'_> {
             | Op::Div
             | Op::Mod
             | Op::Power => {
-                return Err(self.type_error("times are added and subtracted only", span));
+                return Err(self.type_error("times can only be added and subtracted", span));
             }
         };
         let ((a, first), (b, second)) = (self.milliseconds(a)?, self.milliseconds(b)?);
@@ -145,7 +146,7 @@ impl Elaborator<'_> {
         Ok(Value { expr, kind: Kind::Time(Time::Varying(values)) })
     }
 
-    /// A time that changes, or a number of times that does: `wait * 2`, `T#1s * n`, `wait / 3`.
+    /// Scales a time, if the time or the factor changes: `wait * 2`, `T#1s * n`, `wait / 3`.
     pub(super) fn scale_time(
         &mut self,
         op: Op,
@@ -167,14 +168,14 @@ impl Elaborator<'_> {
             | Op::Sub
             | Op::Mod
             | Op::Power => {
-                let message = "a time is multiplied with and divided by numbers only";
+                let message = "a time can only be multiplied or divided by a number";
                 return Err(self.type_error(message, span));
             }
         };
         let (time, values) = self.milliseconds(time)?;
         let values = match number.kind {
             Kind::Int(n, m) if n == m => values.and_then(|all| {
-                // What the number of milliseconds gives.
+                // The scaled number of milliseconds.
                 let scaled =
                     all.iter().map(|ns| Some(arith.apply(ns / UNIT, n)?.saturating_mul(UNIT)));
                 scaled.collect::<Option<BTreeSet<i64>>>()
@@ -185,7 +186,7 @@ impl Elaborator<'_> {
         Ok(Value { expr: Expr::new(expr, span), kind: Kind::Time(Time::Varying(values)) })
     }
 
-    /// A comparison of which at least one side is a time that changes and neither is a clock.
+    /// A comparison in which at least one side is a time that changes and neither is a running time.
     pub(super) fn compare_varying(
         &mut self,
         op: CompareOp,
@@ -197,7 +198,7 @@ impl Elaborator<'_> {
         Ok(Value::bool(Expr::new(Expr::compare(op, a, b).kind, span)))
     }
 
-    /// A clock against a time that changes: one comparison for each of its values.
+    /// Compares a running time with a time that changes: one comparison for each value.
     pub(super) fn compare_clock(
         &mut self,
         op: CompareOp,
@@ -214,15 +215,16 @@ impl Elaborator<'_> {
         Ok(Value::bool(Expr::new(Expr::or(tests).kind, span)))
     }
 
-    /// The values of a time that changes, each with the condition that it has this one.
+    /// The values of a time that changes, each with the condition that it has this value.
     pub(super) fn each_value(&mut self, time: &Value, span: Span) -> Outcome<Vec<(i64, Expr)>> {
         let values = match &time.kind {
             Kind::Time(Time::Varying(Some(values))) if values.len() <= MAX_VALUES => values.clone(),
             Kind::Time(_) | Kind::Bool | Kind::Int(..) => {
                 return Err(self.report(
-                    Diagnostic::error(codes::ST_TIMER, "the time of a step or timer is compared with a time of any value")
+                    Diagnostic::error(codes::ST_TIMER, "the time of a step or timer cannot be compared with a computed time")
                         .at(span, "here")
-                        .help(format!("charts compare running times with constants: assign nothing but constants to the variable (at most {MAX_VALUES} of them), and declare those before it")),
+                        .help(format!("charts compare running times only with constants: \
+                         assign only constants to the variable (at most {MAX_VALUES}), and declare them first")),
                 ));
             }
         };
@@ -235,7 +237,7 @@ impl Elaborator<'_> {
         Ok(all)
     }
 
-    /// `TIME_TO_DINT`, `DINT_TO_TIME`: milliseconds. None for other conversions.
+    /// `TIME_TO_DINT` and `DINT_TO_TIME`, in milliseconds. `None` for other conversions.
     pub(super) fn convert_time(
         &mut self,
         value: &Value,
@@ -265,7 +267,8 @@ impl Elaborator<'_> {
 
     // Declarations
 
-    /// A TIME variable: a name for its value where that never changes, else a number of milliseconds. `is_top` where the chart's own inputs and outputs stand.
+    /// Declares a TIME variable: a name for its value if it never changes, otherwise a number of milliseconds. `is_top` if it belongs to
+    /// the chart itself.
     pub(super) fn declare_time(
         &mut self,
         frame: FrameId,
@@ -282,7 +285,7 @@ impl Elaborator<'_> {
             Some(ast::Init::Value(init)) => match self.value(frame, init) {
                 Ok(Value { kind: Kind::Time(Time::Constant(ns)), .. }) => ns,
                 Ok(_) => {
-                    self.type_error("a constant time is needed here", init.span);
+                    self.type_error("expected a constant time", init.span);
                     return Binding::Broken;
                 }
                 Err(Told) => return Binding::Broken,
@@ -306,10 +309,10 @@ impl Elaborator<'_> {
             self.report(
                 Diagnostic::error(
                     codes::ST_TYPE,
-                    format!("{} is an input, and the program changes it", var.name),
+                    format!("{} is an input, but the program assigns it", var.name),
                 )
                 .at(var.name.span, "declared here")
-                .help("keep the value in a variable of its own"),
+                .help("assign to a separate variable"),
             );
             return Binding::Broken;
         }
@@ -321,7 +324,7 @@ impl Elaborator<'_> {
                 (values, _) => *values = None,
             }
         }
-        // Assigned in a way that was not seen.
+        // It is assigned in a way that the search did not see.
         if usage.times.get(&key).is_none_or(Vec::is_empty) {
             values = None;
         }
@@ -351,7 +354,7 @@ impl Elaborator<'_> {
         Binding::Place(place)
     }
 
-    /// The values of something that [`is_listed`].
+    /// The values of an expression that [`is_listed`].
     fn listed(&self, frame: FrameId, value: &ast::Expr) -> Values {
         match &value.kind {
             ast::ExprKind::Time(ns) => Some(BTreeSet::from([*ns])),
@@ -384,12 +387,12 @@ impl Elaborator<'_> {
         }
     }
 
-    /// The values that a TIME variable can have, where they are known.
+    /// The possible values of a TIME variable, if they are known.
     pub(super) fn values_of(&self, place: &Place) -> Values {
         self.time_values.get(&(place.chart, upper(&place.name.text))).cloned()
     }
 
-    /// What is stored in a TIME variable, which must be one of the values that its declaration found.
+    /// Checks a time stored in a TIME variable: it must be one of the values found at its declaration.
     pub(super) fn stored_time(&mut self, place: &Place, value: Value) -> Outcome<Expr> {
         let span = value.expr.span;
         let (expr, given) = self.milliseconds(value)?;
@@ -399,10 +402,10 @@ impl Elaborator<'_> {
             return Err(self.report(
                 Diagnostic::error(
                     codes::ST_TIMER,
-                    format!("{} gets a time here that its own unit does not give it", place.name),
+                    format!("{} is assigned a time that its own unit never assigns", place.name),
                 )
                 .at(span, "assigned from outside")
-                .help("let one unit assign all values of a TIME variable"),
+                .help("assign all values of a TIME variable in one unit"),
             ));
         }
         Ok(expr)

@@ -1,4 +1,4 @@
-//! Types: what a type of IEC 61131-3 becomes in a chart, and initial values.
+//! Types: how a type of IEC 61131-3 becomes a type of a chart, and initial values.
 
 use grafsynth_ir::chart::Expr;
 use grafsynth_ir::diag::Diagnostic;
@@ -11,30 +11,30 @@ use super::{Elaborator, FrameId, Outcome};
 use crate::codes;
 use crate::st::ast::{self, Init, TypeKind, TypeRef};
 
-/// A type that is known here.
+/// A resolved type.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Ty {
     Bool,
-    /// An integer; one that is no subrange wraps around at its ends, as controllers do.
+    /// An integer. If it is not a subrange, it wraps around at its bounds, as on controllers.
     Int {
         lo: i64,
         hi: i64,
         wraps: bool,
     },
     Time,
-    /// Bounds of each dimension.
+    /// The bounds of each dimension, and the element type.
     Array(Vec<(i64, i64)>, Box<Ty>),
-    /// A function block of the standard.
+    /// A standard function block.
     Block(super::blocks::Block),
-    /// A function block of the file, by its place in the library.
+    /// A user-defined function block, by its index in the library.
     User(usize),
     Struct(Vec<ast::Var>),
-    /// Was reported.
+    /// An invalid type that is already reported.
     Broken,
 }
 
 impl Ty {
-    /// As a chart declares it; none for what is no simple value.
+    /// The type in a chart; `None` if it is not a simple type.
     pub(super) fn simple(&self) -> Option<Type> {
         match self {
             Ty::Bool => Some(Type::Bool),
@@ -67,11 +67,11 @@ pub(super) fn integer(name: &str) -> Option<(i64, i64)> {
     INTEGERS.iter().find(|(known, ..)| *known == name).map(|(_, lo, hi)| (*lo, *hi))
 }
 
-/// What 32 bits hold: the widest that a chart declares.
+/// The range of 32 bits, the widest that a chart can declare.
 pub(super) const WIDEST: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
 
 impl Elaborator<'_> {
-    /// What a written type is.
+    /// Resolves a type reference.
     pub(super) fn ty(&mut self, frame: FrameId, drawn: &TypeRef) -> Ty {
         self.ty_within(frame, drawn, 0)
     }
@@ -79,7 +79,7 @@ impl Elaborator<'_> {
     fn ty_within(&mut self, frame: FrameId, drawn: &TypeRef, depth: usize) -> Ty {
         if depth > 64 {
             self.report(
-                Diagnostic::error(codes::ST_TYPE, "this type is made of itself").at(drawn.span, ""),
+                Diagnostic::error(codes::ST_TYPE, "this type contains itself").at(drawn.span, ""),
             );
             return Ty::Broken;
         }
@@ -95,7 +95,7 @@ impl Elaborator<'_> {
                     self.report(
                         Diagnostic::error(
                             codes::ST_TYPE,
-                            format!("{lo}..{hi} is no range of {base} within 32 bits"),
+                            format!("{lo}..{hi} is not a valid range of {base} within 32 bits"),
                         )
                         .at(drawn.span, ""),
                     );
@@ -125,7 +125,7 @@ impl Elaborator<'_> {
                 }
                 match self.ty_within(frame, element, depth + 1) {
                     Ty::Broken => Ty::Broken,
-                    // `ARRAY [..] OF ARRAY [..] OF t` has one index for each, like one of two dimensions.
+                    // `ARRAY [..] OF ARRAY [..] OF t` has one index for each array, like an array of two dimensions.
                     Ty::Array(inner, element) => {
                         bounds.extend(inner);
                         Ty::Array(bounds, element)
@@ -150,7 +150,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// Values of an enumeration are constants that are seen everywhere.
+    /// Declares enumeration values as constants, which are visible everywhere.
     fn enumeration(&mut self, frame: FrameId, values: &[(Name, Option<ast::Expr>)]) -> Ty {
         let (mut lo, mut hi, mut next) = (i64::MAX, i64::MIN, 0);
         for (name, value) in values {
@@ -185,10 +185,10 @@ impl Elaborator<'_> {
                     self.report(
                         Diagnostic::warning(
                             codes::ST_NARROWED,
-                            format!("{key} is kept as {}..{}, what lies beyond becomes the nearest of them", narrow.0, narrow.1),
+                            format!("{key} is narrowed to {}..{}; other values become the nearest bound", narrow.0, narrow.1),
                         )
-                        .at(span, "the first one")
-                        .help("use DINT where that is enough, or a subrange such as `DINT (0..999)`"),
+                        .at(span, "first use")
+                        .help("use DINT if its range is sufficient, or a subrange such as `DINT (0..999)`"),
                     );
                 }
                 return Ty::Int { lo: narrow.0, hi: narrow.1, wraps: false };
@@ -241,7 +241,7 @@ impl Elaborator<'_> {
         Ty::Broken
     }
 
-    /// A constant integer.
+    /// Evaluates a constant integer.
     pub(super) fn constant_int(&mut self, frame: FrameId, drawn: &ast::Expr) -> Outcome<i64> {
         let value = self.value(frame, drawn)?;
         match (value.kind, &value.expr.kind) {
@@ -252,13 +252,13 @@ impl Elaborator<'_> {
 
     pub(super) fn not_constant(&mut self, span: Span) -> super::Told {
         self.report(
-            Diagnostic::error(codes::ST_CONSTANT, "a constant is needed here")
-                .at(span, "its value is not known before the program runs")
+            Diagnostic::error(codes::ST_CONSTANT, "expected a constant")
+                .at(span, "not a constant expression")
                 .help("write a number, or a variable declared with VAR CONSTANT"),
         )
     }
 
-    /// Initial values of a simple variable or an array, one for all or one for each element.
+    /// Initial values of a simple variable or an array: one for all elements, or one for each.
     pub(super) fn initial(&mut self, frame: FrameId, ty: &Ty, init: &Init) -> Outcome<Vec<Expr>> {
         match (ty, init) {
             (Ty::Bool | Ty::Int { .. }, Init::Value(value)) => {
@@ -280,10 +280,8 @@ impl Elaborator<'_> {
             (
                 _,
                 Init::Value(ast::Expr { span, .. }) | Init::List(_, span) | Init::Fields(_, span),
-            ) => Err(self.report(
-                Diagnostic::error(codes::ST_TYPE, "this is no initial value of its variable")
-                    .at(*span, ""),
-            )),
+            ) => Err(self
+                .report(Diagnostic::error(codes::ST_TYPE, "invalid initial value").at(*span, ""))),
         }
     }
 
@@ -313,7 +311,7 @@ impl Elaborator<'_> {
             }
             Init::Fields(_, span) => {
                 return Err(self.report(
-                    Diagnostic::error(codes::ST_TYPE, "this is no initial value of an element")
+                    Diagnostic::error(codes::ST_TYPE, "invalid initial value of an element")
                         .at(*span, ""),
                 ));
             }
@@ -331,12 +329,12 @@ impl Elaborator<'_> {
         }
     }
 
-    /// `value` as a target of this type takes it: wrapped where its type wraps around.
+    /// Converts `value` for a target of this type; wraps it if the type wraps around.
     pub(super) fn fit(&mut self, value: Value, ty: &Ty, what: &str) -> Outcome<Value> {
         let span = value.expr.span;
         let wrong = match (ty, &value.kind) {
             (Ty::Bool, Kind::Bool) | (Ty::Time, Kind::Time(_)) => return Ok(value),
-            // 0 and 1 are literals of BOOL.
+            // 0 and 1 are also literals of BOOL.
             (Ty::Bool, Kind::Int(lo, hi)) if lo == hi && (0..=1).contains(lo) => {
                 let expr = Expr::new(ExprKind::Bool(*lo == 1), span);
                 return Ok(Value { expr, kind: Kind::Bool });
@@ -347,11 +345,11 @@ impl Elaborator<'_> {
                 }
                 return Ok(value.wrapped(*lo, *hi));
             }
-            (Ty::Bool, Kind::Int(..)) => "a truth value is needed, this is a number",
-            (Ty::Bool, Kind::Time(_)) => "a truth value is needed, this is a time",
-            (Ty::Int { .. }, Kind::Bool) => "a number is needed, this is a truth value",
-            (Ty::Int { .. }, Kind::Time(_)) => "a number is needed, this is a time",
-            (Ty::Time, Kind::Bool | Kind::Int(..)) => "a time is needed here",
+            (Ty::Bool, Kind::Int(..)) => "expected a Boolean, found a number",
+            (Ty::Bool, Kind::Time(_)) => "expected a Boolean, found a time",
+            (Ty::Int { .. }, Kind::Bool) => "expected a number, found a Boolean",
+            (Ty::Int { .. }, Kind::Time(_)) => "expected a number, found a time",
+            (Ty::Time, Kind::Bool | Kind::Int(..)) => "expected a time",
             (Ty::Broken, _) => return Err(super::Told),
             (Ty::Array(..) | Ty::Block(_) | Ty::User(_) | Ty::Struct(_), _) => {
                 "a whole array, structure or block cannot be assigned"
@@ -361,7 +359,7 @@ impl Elaborator<'_> {
     }
 }
 
-/// What a variable without an initial value begins with: 0, or the lower bound of a subrange that does not hold it.
+/// The default initial value: 0, or the lower bound of a subrange that does not contain 0.
 fn zero(ty: &Ty) -> Expr {
     match ty.simple() {
         Some(Type::Bool) | None => Expr::bool(false),

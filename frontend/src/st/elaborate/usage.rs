@@ -1,23 +1,23 @@
-//! What a unit does with its names: found before anything is declared, for it decides what each variable becomes in the chart.
+//! How a unit uses its names. It is determined before the declarations, because it decides what each variable becomes in the chart.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::st::ast::{Arg, Body, Element, Expr, ExprKind, Part, Pou, Section, Sfc, Stmt, StmtKind};
 
-/// Names are in capitals.
+/// The uses of names. All names are in capitals.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Usage {
     /// Variables that statements change.
     pub(super) assigned: BTreeSet<String>,
     /// Names that steps use as actions.
     pub(super) actions: BTreeSet<String>,
-    /// Fields of instances that are read or assigned beside calls.
+    /// Fields of instances that are read or assigned outside of calls.
     pub(super) fields: BTreeSet<(String, String)>,
-    /// For each instance the names of the arguments of each call; none where they have no names.
+    /// For each instance, the argument names of each call; `None` if the arguments are positional.
     pub(super) calls: BTreeMap<String, Vec<Option<BTreeSet<String>>>>,
     /// All names that are read.
     pub(super) read: BTreeSet<String>,
-    /// For each variable what statements give it, where that is a constant, a name or a choice between such.
+    /// For each variable, the assigned values that are constants, names or choices between them; `None` for any other value.
     pub(super) times: BTreeMap<String, Vec<Option<Expr>>>,
 }
 
@@ -25,10 +25,10 @@ pub(super) fn upper(text: &str) -> String {
     text.to_uppercase()
 }
 
-/// The parameters of a block in their order: name in capitals, and whether a call may change what is given for it.
+/// The parameters of a block in order: name in capitals, and whether a call may change the argument.
 pub(super) type Params = Vec<(String, bool)>;
 
-/// Of a whole unit. `params` gives the parameters of an instance by its name.
+/// Collects the uses in a unit. `params` returns the parameters of an instance by its name.
 pub(super) fn of(pou: &Pou, params: &dyn Fn(&str) -> Params) -> Usage {
     let mut walk = Walk { usage: Usage::default(), params };
     match &pou.body {
@@ -131,7 +131,7 @@ impl Walk<'_> {
                     self.usage.read.insert(root.clone());
                     self.usage.calls.entry(root).or_default().push(names);
                 } else {
-                    // An action of an instance: it reads the inputs that a call of the instance would have left.
+                    // An action of an instance reads the inputs that a call of the instance would set.
                     if let ExprKind::Field(inner, _) = &target.kind
                         && let ExprKind::Name(instance) = &inner.kind
                     {

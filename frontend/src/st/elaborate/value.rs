@@ -1,4 +1,4 @@
-//! Expressions of structured text as expressions of the chart.
+//! Turns expressions of structured text into expressions of the chart.
 
 use grafsynth_ir::chart::{Expr, Leaf, Path};
 use grafsynth_ir::diag::Diagnostic;
@@ -12,7 +12,7 @@ use super::{Access, Binding, Elaborator, FrameId, ObjectKind, Outcome, Place, To
 use crate::codes;
 use crate::st::ast::{self, Op};
 
-/// An expression of the chart with what is known of its value.
+/// An expression of the chart, with what is known about its value.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Value {
     pub(super) expr: Expr,
@@ -27,16 +27,16 @@ pub(super) enum Kind {
     Time(Time),
 }
 
-/// A time: charts compare times with constants only.
+/// A time. Charts compare times only with constants.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Time {
-    /// Nanoseconds.
+    /// A constant in nanoseconds.
     Constant(i64),
-    /// A number of milliseconds, in the expression, with the values that it can have in nanoseconds where they are known.
+    /// The expression is a number of milliseconds. If its possible values are known, they are listed in nanoseconds.
     Varying(super::times::Values),
-    /// The name of a step's time or a timer, in the expression.
+    /// The expression is the name of a timer or of the time of a step.
     Running,
-    /// ET of an on-delay: the timer in the expression while the block's input was true, up to PT in nanoseconds, else 0.
+    /// ET of an on-delay timer: the timer in the expression while the block's input was true, at most PT in nanoseconds, otherwise 0.
     Elapsed { running: Box<Expr>, limit: i64 },
 }
 
@@ -53,7 +53,7 @@ impl Value {
         Value { expr: Expr::new(ExprKind::Int(value), span), kind: Kind::Int(value, value) }
     }
 
-    /// The value of an initial value, which is a number or a truth value.
+    /// The value of an initial value, which is a number or a Boolean.
     pub(super) fn literal(expr: Expr) -> Self {
         if let ExprKind::Int(value) = expr.kind {
             Value::int(value, expr.span)
@@ -67,7 +67,7 @@ impl Value {
         Value { expr: Expr::leaf(leaf, span), kind: Kind::Time(Time::Constant(ns)) }
     }
 
-    /// Brought into `lo..hi` by adding or taking away the size of that range as often as needed: what two's complement does.
+    /// Wraps the value into `lo..hi` by adding or subtracting the size of that range, as two's complement does.
     pub(super) fn wrapped(self, lo: i64, hi: i64) -> Value {
         let Kind::Int(least, most) = self.kind else { return self };
         let span = self.expr.span;
@@ -77,7 +77,7 @@ impl Value {
         }
         let int = |value| Box::new(Expr::new(ExprKind::Int(value), span));
         let arith = |op, a: Expr, b: i64| Expr::new(ExprKind::Arith(op, Box::new(a), int(b)), span);
-        // One round at most: a choice costs less than a division.
+        // At most one correction: a choice is cheaper than a division.
         let expr = if least >= lo - size && most <= hi + size && nodes(&self.expr, 12) < 12 {
             let mut expr = self.expr.clone();
             if least < lo {
@@ -109,7 +109,7 @@ impl Value {
     }
 }
 
-/// The nodes of an expression, counted up to `most`.
+/// The number of nodes of an expression, counted up to `most`.
 pub(super) fn nodes(expr: &Expr, most: usize) -> usize {
     let mut count = 1;
     for operand in expr.operands() {
@@ -121,24 +121,24 @@ pub(super) fn nodes(expr: &Expr, most: usize) -> usize {
     count
 }
 
-/// A leaf that reads something by its name.
+/// A leaf that reads a name.
 pub(super) fn leaf(path: Path, span: Span) -> Expr {
     Expr::leaf(Leaf::Name(path), span)
 }
 
-/// What bounds the exact result of integers: beyond it lowering refuses the expression anyway.
+/// Limits the bounds of an exact integer result; lowering refuses larger results anyway.
 fn clamp(value: i128) -> i64 {
     i64::try_from(value).unwrap_or(if value < 0 { i64::MIN } else { i64::MAX })
 }
 
 impl Elaborator<'_> {
-    /// A truth value.
+    /// Elaborates a Boolean expression.
     pub(super) fn condition(&mut self, frame: FrameId, drawn: &ast::Expr) -> Outcome<Expr> {
         let value = self.value(frame, drawn)?;
         self.fit(value, &Ty::Bool, "a condition").map(|value| value.expr)
     }
 
-    /// Any simple value.
+    /// Elaborates any simple value.
     pub(super) fn value(&mut self, frame: FrameId, drawn: &ast::Expr) -> Outcome<Value> {
         self.spend(drawn.span, 1)?;
         let span = drawn.span;
@@ -150,7 +150,7 @@ impl Elaborator<'_> {
             | ast::ExprKind::Field(..)
             | ast::ExprKind::Index(..)
             | ast::ExprKind::Address(_) => self.accessed(frame, drawn),
-            // What is made of an operand is made apart: the frame of this function lies on the stack once a level.
+            // Operands are handled in separate functions, because the frame of this function is on the stack once per level.
             ast::ExprKind::Bit(inner, bit) => {
                 self.value(frame, inner).and_then(|value| self.bit_of(value, *bit, span))
             }
@@ -186,7 +186,7 @@ impl Elaborator<'_> {
         self.binary(op, a?, b?, span)
     }
 
-    /// All values; those behind a wrong one are looked at too.
+    /// Elaborates all values; continues after an invalid one.
     pub(super) fn values<'e>(
         &mut self,
         frame: FrameId,
@@ -214,7 +214,7 @@ impl Elaborator<'_> {
                 Ok(Value::bool(new(ExprKind::Compare(CompareOp::Eq, Box::new(low), int(1)))))
             }
             Kind::Int(..) | Kind::Bool | Kind::Time(_) => Err(self.type_error(
-                "bits are read from BYTE, WORD and unsigned integers, up to bit 30",
+                "single bits can only be read from BYTE, WORD and unsigned integers, up to bit 30",
                 span,
             )),
         }
@@ -227,7 +227,7 @@ impl Elaborator<'_> {
                 Ok(Value::constant(lo == 0, span))
             }
             Kind::Int(..) => self.complement(value, span),
-            Kind::Time(_) => Err(self.type_error("a truth value is needed, this is a time", span)),
+            Kind::Time(_) => Err(self.type_error("expected a Boolean, found a time", span)),
         }
     }
 
@@ -240,7 +240,7 @@ impl Elaborator<'_> {
                 Ok(Value { expr, kind })
             }
             Kind::Time(Time::Constant(ns)) => Ok(Value::time(ns.saturating_neg(), span)),
-            Kind::Time(_) | Kind::Bool => Err(self.type_error("a number is needed here", span)),
+            Kind::Time(_) | Kind::Bool => Err(self.type_error("expected a number", span)),
         }
     }
 
@@ -259,9 +259,9 @@ impl Elaborator<'_> {
         self.join(values, is_and, span)
     }
 
-    /// AND or OR of truth values, or of numbers bit by bit.
+    /// AND or OR of Booleans, or bit by bit of numbers.
     pub(super) fn join(&mut self, values: Vec<Value>, is_and: bool, span: Span) -> Outcome<Value> {
-        // 0 and 1 are literals of BOOL as well.
+        // 0 and 1 are also literals of BOOL.
         let is_number = |value: &Value| match value.kind {
             Kind::Int(lo, hi) => lo != hi || !(0..=1).contains(&lo),
             Kind::Bool | Kind::Time(_) => false,
@@ -274,7 +274,7 @@ impl Elaborator<'_> {
         for value in values {
             operands.push(self.fit(value, &Ty::Bool, "a condition")?.expr);
         }
-        // Parentheses stay, so that what is written reads back as the same expression; constants go.
+        // Parentheses stay, so that written text reads back as the same expression; constants are folded.
         let is_plain =
             operands.len() > 1 && operands.iter().all(|one| !matches!(one.kind, ExprKind::Bool(_)));
         let mut expr = match (is_plain, is_and) {
@@ -315,8 +315,8 @@ impl Elaborator<'_> {
         match (&a.kind, &b.kind) {
             (Kind::Time(_), Kind::Time(_)) => return self.compare_times(op, a, b, span),
             (Kind::Bool, _) | (_, Kind::Bool) => {
-                let a = self.fit(a, &Ty::Bool, "a comparison with a truth value")?.expr;
-                let b = self.fit(b, &Ty::Bool, "a comparison with a truth value")?.expr;
+                let a = self.fit(a, &Ty::Bool, "a comparison with a Boolean")?.expr;
+                let b = self.fit(b, &Ty::Bool, "a comparison with a Boolean")?.expr;
                 let expr = match (op, &a.kind, &b.kind) {
                     (CompareOp::Eq, _, ExprKind::Bool(true))
                     | (CompareOp::Ne, _, ExprKind::Bool(false)) => a,
@@ -344,7 +344,7 @@ impl Elaborator<'_> {
                 }
             }
             (Kind::Int(..), Kind::Time(_)) | (Kind::Time(_), Kind::Int(..)) => {
-                return Err(self.type_error("a time is compared with a number", span));
+                return Err(self.type_error("a time cannot be compared with a number", span));
             }
         }
         let expr = ExprKind::Compare(op, Box::new(a.expr), Box::new(b.expr));
@@ -388,7 +388,7 @@ impl Elaborator<'_> {
                 ));
             }
         };
-        // A time is never below 0.
+        // A time is never negative.
         if ns < 0 {
             let holds = matches!(op, CompareOp::Gt | CompareOp::Ge | CompareOp::Ne);
             return Ok(Value::constant(holds, span));
@@ -435,7 +435,7 @@ impl Elaborator<'_> {
                 } else if op == Op::Sub {
                     Ok(Value::time(x.saturating_sub(*y), span))
                 } else {
-                    Err(self.type_error("times are added and subtracted only", span))
+                    Err(self.type_error("times can only be added and subtracted", span))
                 };
             }
             (Kind::Time(Time::Constant(x)), Kind::Int(n, m)) if n == m => {
@@ -445,7 +445,7 @@ impl Elaborator<'_> {
                     Ok(Value::time(x / n, span))
                 } else {
                     Err(self
-                        .type_error("a time is multiplied with and divided by numbers only", span))
+                        .type_error("a time can only be multiplied or divided by a number", span))
                 };
             }
             (Kind::Time(_), Kind::Time(_)) => return self.add_times(op, a, b, span),
@@ -454,10 +454,12 @@ impl Elaborator<'_> {
                 return self.arithmetic(op, b, a, span);
             }
             (Kind::Time(_), _) | (_, Kind::Time(_)) => {
-                return Err(self.type_error("times are added to times", span));
+                return Err(
+                    self.type_error("a time can only be added to or subtracted from a time", span)
+                );
             }
             (Kind::Bool, _) | (_, Kind::Bool) => {
-                return Err(self.type_error("a number is needed, this is a truth value", span));
+                return Err(self.type_error("expected a number, found a Boolean", span));
             }
         };
         let (op, ends) = match op {
@@ -486,7 +488,7 @@ impl Elaborator<'_> {
                 return Err(self.refused("powers of variables", span, "multiply instead"));
             }
             Op::Xor | Op::Eq | Op::Ne | Op::Lt | Op::Le | Op::Gt | Op::Ge => {
-                unreachable!("comparisons were taken before")
+                unreachable!("comparisons are handled above")
             }
         };
         let (lo, hi) = match op {
@@ -494,7 +496,7 @@ impl Elaborator<'_> {
             ArithOp::Mul => {
                 (ends.iter().copied().min().unwrap_or(0), ends.iter().copied().max().unwrap_or(0))
             }
-            // The quotient is no larger than the dividend, the remainder smaller than the divisor.
+            // The quotient is not larger than the dividend, and the remainder is smaller than the divisor.
             ArithOp::Div => {
                 let most = i128::from(al).abs().max(i128::from(ah).abs());
                 let negative = al < 0 || bl < 0;
@@ -519,14 +521,14 @@ impl Elaborator<'_> {
 
     // Names
 
-    /// What a name, a field or an element is.
+    /// Resolves a name, a field or an element.
     pub(super) fn access(&mut self, frame: FrameId, drawn: &ast::Expr) -> Outcome<Access> {
         let span = drawn.span;
         match &drawn.kind {
             ast::ExprKind::Name(name) => self.named_access(frame, name),
             ast::ExprKind::Address(address) => self.address(address, span),
             ast::ExprKind::Field(inner, field) => {
-                // `color.red` and `globals.x`: a list of names in front of a name.
+                // `color.red` and `globals.x`: the name of a list before a name.
                 if let ast::ExprKind::Name(list) = &inner.kind
                     && self.lookup(frame, &list.text).is_none()
                     && let Some(found) = self.qualified(frame, list, field)
@@ -541,7 +543,7 @@ impl Elaborator<'_> {
                         &field.text,
                         field.span,
                         &[],
-                        "this is no structure, block or step",
+                        "not a structure, block or step",
                     )),
                 }
             }
@@ -556,7 +558,7 @@ impl Elaborator<'_> {
             | ast::ExprKind::Binary(..)
             | ast::ExprKind::And(_)
             | ast::ExprKind::Or(_)
-            | ast::ExprKind::Call(..) => Err(self.type_error("a variable is needed here", span)),
+            | ast::ExprKind::Call(..) => Err(self.type_error("expected a variable", span)),
         }
     }
 
@@ -571,7 +573,7 @@ impl Elaborator<'_> {
         match self.access(frame, inner)? {
             Access::Place(place) => self.element(place, values, span),
             Access::Value(_) | Access::Object(_) | Access::Step(_) => {
-                Err(self.type_error("this is no array", inner.span))
+                Err(self.type_error("not an array", inner.span))
             }
         }
     }
@@ -597,7 +599,7 @@ impl Elaborator<'_> {
         Err(self.unknown("variable", &name.text, span, &candidates, "declare it in a VAR block"))
     }
 
-    /// `list.name` where `list` is an enumeration or the name of a list of globals.
+    /// Resolves `list.name`, if `list` is an enumeration or the name of a list of globals.
     fn qualified(&mut self, frame: FrameId, list: &Name, name: &Name) -> Option<Outcome<Access>> {
         let is_enum = self
             .types
@@ -623,7 +625,7 @@ impl Elaborator<'_> {
             Some(Binding::Value(value)) => Ok(Access::Value(value)),
             Some(Binding::Object(inner)) => Ok(Access::Object(inner)),
             Some(Binding::Broken) => Err(Told),
-            // Of a chart that was called above.
+            // A step of a chart that was called earlier.
             Some(Binding::Step(step)) => Ok(Access::Step(step)),
             None => {
                 let known: Vec<String> = self.frames[frame].names.keys().cloned().collect();
@@ -631,7 +633,13 @@ impl Elaborator<'_> {
                     ObjectKind::Struct => "field",
                     ObjectKind::Standard(_) | ObjectKind::User(_) => "variable of the block",
                 };
-                Err(self.unknown(what, &field.text, field.span, &known, "it has no such name"))
+                Err(self.unknown(
+                    what,
+                    &field.text,
+                    field.span,
+                    &known,
+                    "use one of the names that it declares",
+                ))
             }
         }
     }
@@ -643,7 +651,7 @@ impl Elaborator<'_> {
             "X" => Ok(Access::Value(Value::bool(leaf(part("active"), span)))),
             "T" => {
                 let is_left = self.leaving.contains(&upper(&step.text));
-                // The time of a step that is active for sure is the one that needs no memory.
+                // The time of a step that is certainly active needs no memory.
                 let path = part(if is_left { "t" } else { "T" });
                 Ok(Access::Value(Value { expr: leaf(path, span), kind: Kind::Time(Time::Running) }))
             }
@@ -662,13 +670,13 @@ impl Elaborator<'_> {
 
     fn element(&mut self, place: Place, indices: Vec<Value>, span: Span) -> Outcome<Access> {
         let Ty::Array(bounds, element) = place.ty.clone() else {
-            return Err(self.type_error("this is no array", span));
+            return Err(self.type_error("not an array", span));
         };
         if place.index.is_some() || indices.len() > bounds.len() {
             return Err(self.type_error("this array has fewer dimensions", span));
         }
         if indices.len() < bounds.len() {
-            // `a[1][2]` asks in two steps for what `a[1, 2]` asks at once.
+            // Only `a[1, 2]` is supported, not the equivalent `a[1][2]`.
             return Err(self.refused(
                 "a part of an array of several dimensions",
                 span,
@@ -679,7 +687,7 @@ impl Elaborator<'_> {
         for (value, (lo, hi)) in indices.into_iter().zip(&bounds) {
             let at = value.expr.span;
             if !matches!(value.kind, Kind::Int(..)) {
-                return Err(self.type_error("an index is a number", at));
+                return Err(self.type_error("an index must be a number", at));
             }
             let own = if *lo == 0 {
                 value
@@ -699,7 +707,7 @@ impl Elaborator<'_> {
         Ok(Access::Place(Place { index, ty: *element, ..place }))
     }
 
-    /// The value of what was found.
+    /// The value of a resolved object.
     pub(super) fn read(&mut self, access: Access, span: Span) -> Outcome<Value> {
         match access {
             Access::Value(value) => Ok(value),
@@ -718,22 +726,19 @@ impl Elaborator<'_> {
                     Ty::Time => Ok(Value { expr, kind: Kind::Time(Time::Varying(values)) }),
                     Ty::Array(..) | Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => Err(self
                         .type_error(
-                            "a simple value is needed, this is a whole array, block or structure",
+                            "expected a simple value, found a whole array, block or structure",
                             span,
                         )),
                 }
             }
             Access::Object(_) => {
-                Err(self.type_error("a value is needed, this is a block or a structure", span))
+                Err(self.type_error("expected a value, found a block or a structure", span))
             }
             Access::Step(step) => Err(self.report(
-                Diagnostic::error(
-                    codes::ST_TYPE,
-                    format!("{step} is a step, which has no value itself"),
-                )
-                .at(span, "")
-                .help(format!("write {step}.X to ask whether it is active"))
-                .fix(span, format!("{step}.X")),
+                Diagnostic::error(codes::ST_TYPE, format!("step {step} cannot be used as a value"))
+                    .at(span, "")
+                    .help(format!("write {step}.X to test whether it is active"))
+                    .fix(span, format!("{step}.X")),
             )),
         }
     }

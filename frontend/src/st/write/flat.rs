@@ -1,4 +1,4 @@
-//! Macro-steps written out: IEC 61131-3 in text has none, and a net has their steps and transitions already.
+//! Expands macro-steps: textual IEC 61131-3 has none, and a net already contains their steps and transitions.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,8 +8,8 @@ use grafsynth_ir::net::{Net, PartId, Schedule};
 
 use crate::codes;
 
-/// The same net without macro-steps, its steps named `macro.step` in the chart around them, and what that loses. A net whose charts are not taken in the
-/// order of the text stays as it is, for there the depth of a macro-step counts.
+/// The same net without macro-steps, and warnings about what is lost. Their steps are named `macro.step` in the enclosing chart. A net
+/// whose charts do not run in source order is not changed, because there the depth of a macro-step matters.
 pub(crate) fn flat(net: &Net) -> (Net, Vec<Diagnostic>) {
     let mut flat = net.clone();
     if net.macros.is_empty() || net.settings.schedule != Schedule::Declared {
@@ -38,9 +38,9 @@ pub(crate) fn flat(net: &Net) -> (Net, Vec<Diagnostic>) {
         let Some(around) = around.map(|(_, new)| *new).or(first) else { continue };
         moved.insert(id, around);
         lost.push(
-            Diagnostic::warning(codes::ST_LOST, format!("macro-step {} is written out", part.name))
+            Diagnostic::warning(codes::ST_LOST, format!("macro-step {} is expanded", part.name))
                 .at(part.name.span, "this")
-                .help("its steps stand among those of the chart, under their full names"),
+                .help("its steps are steps of the chart, under their full names"),
         );
     }
     let new = |part: PartId| moved.get(&part).copied().unwrap_or(part);

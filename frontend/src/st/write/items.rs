@@ -1,4 +1,5 @@
-//! A design as programs of IEC 61131-3: every decision but the layout of the text. PLCopen XML is written from the same programs.
+//! Turns a design into programs of IEC 61131-3 and makes every decision except the text layout. PLCopen XML is written from the same
+//! programs.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,9 +21,9 @@ use crate::st::parse_sfc::is_timed;
 /// All programs of a design.
 pub(crate) struct Programs {
     pub(crate) programs: Vec<Program>,
-    /// What the target does not hold; it behaves alike without.
+    /// What the target cannot contain but which does not change the behaviour.
     pub(crate) lost: Vec<Diagnostic>,
-    /// What it cannot say.
+    /// What the target cannot express.
     pub(crate) findings: Vec<Diagnostic>,
     pub(crate) tick_ns: Option<u64>,
 }
@@ -31,7 +32,7 @@ pub(crate) struct Programs {
 pub(crate) struct Program {
     pub(crate) name: String,
     pub(crate) pragmas: Vec<String>,
-    /// Keyword and variables.
+    /// Sections: the keyword and its variables.
     pub(crate) sections: Vec<(&'static str, Vec<Var>)>,
     pub(crate) steps: Vec<Step>,
     pub(crate) transitions: Vec<Transition>,
@@ -42,7 +43,7 @@ pub(crate) struct Var {
     pub(crate) name: String,
     pub(crate) ty: Type,
     pub(crate) len: Option<u32>,
-    /// The function block that it is an instance of; then `init` is its PT.
+    /// The type, if this is a function block instance; then `init` is its PT.
     pub(crate) block: Option<String>,
     pub(crate) init: Vec<String>,
     pub(crate) address: Option<String>,
@@ -94,27 +95,81 @@ pub(crate) struct Action {
     pub(crate) label: String,
 }
 
+/// Something in the chart that programs have no words for.
+struct Lack {
+    /// What things like it are called.
+    what: String,
+    /// Its name, if it has one.
+    name: Option<String>,
+    span: Span,
+}
+
+/// Places and names that a finding gives for each thing that is lacking; the others are counted.
+const SHOWN: usize = 4;
+
+/// One finding for all that the target lacks, in the order of the chart.
+fn cannot_write(target: &str, lacks: &[Lack]) -> Option<Diagnostic> {
+    let mut kinds: Vec<(&str, Vec<&Lack>)> = Vec::new();
+    for lack in lacks {
+        match kinds.iter_mut().find(|(what, _)| *what == lack.what) {
+            Some((_, places)) => places.push(lack),
+            None => kinds.push((&lack.what, vec![lack])),
+        }
+    }
+    let said: Vec<String> = kinds
+        .iter()
+        .map(|(what, places)| {
+            let names: Vec<&str> = places.iter().filter_map(|one| one.name.as_deref()).collect();
+            let more = names.len().saturating_sub(SHOWN);
+            let names = names.iter().take(SHOWN).map(|name| format!("`{name}`"));
+            let mut names = names.collect::<Vec<_>>().join(", ");
+            if more > 0 {
+                names.push_str(&format!(" and {more} more"));
+            }
+            match (names.is_empty(), places.len()) {
+                (false, _) => format!("no {what} ({names})"),
+                (true, 1) => format!("no {what}"),
+                (true, n) => format!("no {what} ({n} places)"),
+            }
+        })
+        .collect();
+    let (last, first) = said.split_last()?;
+    let said =
+        if first.is_empty() { last.clone() } else { format!("{} and {last}", first.join(", ")) };
+    let mut finding = Diagnostic::error(
+        codes::ST_CANNOT_WRITE,
+        format!("{target} cannot express this chart: it has {said}"),
+    );
+    for (what, places) in &kinds {
+        for place in places.iter().take(SHOWN) {
+            finding = finding.at(place.span, format!("no {what}"));
+        }
+    }
+    Some(finding.help(
+        "convert it to `.graf` or `.net`, which can express every chart, or generate C with `build --target c`",
+    ))
+}
+
 struct Maker<'a> {
-    target: &'static str,
     lost: Vec<Diagnostic>,
-    findings: Vec<Diagnostic>,
+    lacks: Vec<Lack>,
     /// Written names by those of the chart; steps and the rest share theirs.
     names: BTreeMap<&'a str, String>,
     taken: BTreeSet<String>,
     steps: BTreeSet<&'a str>,
-    /// Actions with lists: programs cannot ask for their Q.
+    /// Actions with lists; programs cannot read their Q.
     lists: BTreeSet<&'a str>,
     leaving: BTreeSet<String>,
-    /// Steps that a transition may make begin anew, at once left and entered.
+    /// Steps that a transition may restart, that is, leave and enter at once.
     renewed: BTreeSet<&'a str>,
-    /// Outputs and actions whose value changes before the actions run.
+    /// Outputs and actions whose values change before the actions run.
     controlled: BTreeSet<&'a str>,
-    /// Why lists of steps and free timers would not run as they do, if they would not.
+    /// The reason why lists of steps and free timers would run in a different order, if they would.
     unordered: Option<&'static str>,
-    /// Lists that run when steps are left and entered, in the order of the steps.
+    /// Lists that run when steps are left or entered, in the order of the steps.
     exits: Vec<Action>,
     entries: Vec<Action>,
-    /// Calls of the timers.
+    /// The calls of the timers.
     timers: Vec<String>,
 }
 
@@ -140,10 +195,10 @@ impl Names for Maker<'_> {
     }
 }
 
-/// The programs of a net, its macro-steps written out.
+/// The programs of a net, with macro-steps expanded.
 ///
 /// # Errors
-/// What no chart says.
+/// Everything that the target cannot express.
 pub(crate) fn programs_of(net: &Net, target: &'static str) -> Result<Programs, Vec<Diagnostic>> {
     let (net, lost) = super::flat::flat(net);
     let design = crate::from_net::design(&net)?;
@@ -152,16 +207,16 @@ pub(crate) fn programs_of(net: &Net, target: &'static str) -> Result<Programs, V
     Ok(made)
 }
 
-/// The programs of a design, for a target that messages name so.
+/// The programs of a design. `target` is the name of the target for messages.
 fn programs(design: &Design, target: &'static str) -> Programs {
     let mut all =
         Programs { programs: Vec::new(), lost: Vec::new(), findings: Vec::new(), tick_ns: None };
     let mut taken_charts = BTreeSet::new();
+    let mut lacks = Vec::new();
     for chart in &design.charts {
         let mut maker = Maker {
-            target,
             lost: Vec::new(),
-            findings: Vec::new(),
+            lacks: Vec::new(),
             names: BTreeMap::new(),
             taken: BTreeSet::new(),
             steps: BTreeSet::new(),
@@ -182,19 +237,20 @@ fn programs(design: &Design, target: &'static str) -> Programs {
         program.name = name;
         all.programs.push(program);
         all.lost.extend(maker.lost);
-        all.findings.extend(maker.findings);
+        lacks.extend(maker.lacks);
     }
+    all.findings.extend(cannot_write(target, &lacks));
     all
 }
 
-/// A name that the standard accepts, made of a chart's.
+/// A name that the standard accepts, made from a name of the chart.
 fn identifier(text: &str) -> String {
     let mut out: String =
         text.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '_' }).collect();
     if out.starts_with(|c: char| c.is_ascii_digit()) || out.is_empty() {
         out.insert(0, '_');
     }
-    // Words between which the steps of a transition stand are names to our reader only.
+    // Our reader accepts FROM and TO as names; other tools do not.
     let upper = out.to_uppercase();
     if is_reserved(&upper) || matches!(upper.as_str(), "FROM" | "TO") {
         out.push('_');
@@ -204,12 +260,12 @@ fn identifier(text: &str) -> String {
 
 impl<'a> Maker<'a> {
     fn cannot(&mut self, what: impl Into<String>, span: Span) {
-        let target = self.target;
-        self.findings.push(
-            Diagnostic::error(codes::ST_CANNOT_WRITE, format!("{target} has no {}", what.into()))
-                .at(span, "this")
-                .help("write it as `.graf` or `.net`, which can say everything"),
-        );
+        self.lacks.push(Lack { what: what.into(), name: None, span });
+    }
+
+    /// As `cannot`, for something with a name.
+    fn cannot_name(&mut self, what: &str, name: &Name, span: Span) {
+        self.lacks.push(Lack { what: what.to_owned(), name: Some(name.text.clone()), span });
     }
 
     fn said(&mut self, written: Result<String, text::Cannot>) -> String {
@@ -226,7 +282,7 @@ impl<'a> Maker<'a> {
         self.lost.push(
             Diagnostic::warning(codes::ST_LOST, what)
                 .at(span, "this")
-                .help("the program behaves alike without it"),
+                .help("the behaviour of the program does not change"),
         );
     }
 
@@ -239,7 +295,7 @@ impl<'a> Maker<'a> {
             n += 1;
         }
         if written != name.text {
-            self.lose(format!("{} is called {written}", name.text), name.span);
+            self.lose(format!("{} is renamed to {written}", name.text), name.span);
         }
         self.names.insert(&name.text, written.clone());
         written
@@ -247,7 +303,7 @@ impl<'a> Maker<'a> {
 
     fn label(&mut self, meta: &Meta) -> String {
         if !meta.req.is_empty() {
-            self.lose(format!("the requirement {}", meta.req.join(", ")), meta.span);
+            self.lose(format!("the requirement {} is omitted", meta.req.join(", ")), meta.span);
         }
         let one_line = meta.label.split_whitespace().collect::<Vec<_>>().join(" ");
         one_line.replace("*)", "* )").replace("(*", "( *")
@@ -257,7 +313,7 @@ impl<'a> Maker<'a> {
         let mut program = Program::default();
         let (mut inputs, mut outputs, mut vars) = (Vec::new(), Vec::new(), Vec::new());
         let (mut priority, mut iec) = (false, false);
-        // Names first: lists and conditions may speak of what stands below them.
+        // Names first: lists and conditions may refer to later items.
         for item in &chart.items {
             match item {
                 Item::Declaration(declaration) => {
@@ -297,7 +353,7 @@ impl<'a> Maker<'a> {
                     SettingKind::ActionsIec => iec = true,
                     SettingKind::EvolutionSingle => {}
                     SettingKind::FinalScan => {
-                        self.unordered = Some("beside a final scan");
+                        self.unordered = Some("together with a final scan");
                         program.pragmas.push("final scan".to_owned());
                     }
                     SettingKind::Conflict(policy) if policy.is_statechart() => {
@@ -319,31 +375,31 @@ impl<'a> Maker<'a> {
                         }
                         let text = setting_text(setting);
                         self.lost.push(
-                            Diagnostic::warning(codes::ST_LOST, format!("`{text}` stands in a pragma"))
+                            Diagnostic::warning(codes::ST_LOST, format!("`{text}` is written as a pragma"))
                                 .at(setting.span, "this")
-                                .help("grafsynth reads it back; other tools run the program as the standard says"),
+                                .help("grafsynth reads it back; other tools ignore it and follow the standard"),
                         );
                         program.pragmas.push(text);
                     }
                 },
                 Item::Transition(_) => {}
-                Item::Macro(one) => self.cannot(format!("macros: {}", one.name), one.name.span),
+                Item::Macro(one) => self.cannot_name("macros", &one.name, one.name.span),
                 Item::MacroStep(one) => {
-                    self.cannot(format!("macro-steps: {}", one.name), one.name.span);
+                    self.cannot_name("macro-steps", &one.name, one.name.span);
                 }
                 Item::Enclosing(one) => {
-                    self.cannot(format!("enclosing steps: {}", one.step.name), one.step.name.span);
+                    self.cannot_name("enclosing steps", &one.step.name, one.step.name.span);
                 }
                 Item::State(one) => {
-                    self.cannot(format!("states: {}", one.step.name), one.step.name.span);
+                    self.cannot_name("states", &one.step.name, one.step.name.span);
                 }
                 Item::Use(one) => {
-                    self.cannot(format!("library charts: {}", one.name), one.name.span);
+                    self.cannot_name("library charts", &one.name, one.name.span);
                 }
                 Item::Emergency(one) => self.cannot("emergencies", one.meta.span),
-                Item::Property(one) => self.lose("a property", one.meta.span),
-                Item::Place(one) => self.lose("a wish about the partition", one.span),
-                Item::Board(one) => self.lose("device and pins", one.span),
+                Item::Property(one) => self.lose("a property is omitted", one.meta.span),
+                Item::Place(one) => self.lose("a partition request is omitted", one.span),
+                Item::Board(one) => self.lose("the device and its pins are omitted", one.span),
             }
         }
         if !priority && !program.pragmas.iter().any(|one| one.starts_with("conflict")) {
@@ -357,7 +413,7 @@ impl<'a> Maker<'a> {
         program
     }
 
-    /// Puts the lists of steps before all other actions and the calls of timers behind them.
+    /// Puts the lists of steps before all other actions, and the calls of timers after them.
     fn lists_and_timers(
         &mut self,
         chart: &'a Chart,
@@ -367,7 +423,7 @@ impl<'a> Maker<'a> {
     ) {
         let first = self.exits.drain(..).chain(self.entries.drain(..)).collect::<Vec<_>>();
         program.actions.splice(0..0, first);
-        // A clock of a TON stands still at PT, so that must lie behind all that it is compared with.
+        // The clock of a TON stops at PT, so PT must exceed every value that it is compared with.
         let preset = super::lists::longest(chart).saturating_add(tick.unwrap_or(10_000_000));
         for item in &chart.items {
             let Item::Declaration(declaration) = item else { continue };
@@ -405,14 +461,14 @@ impl<'a> Maker<'a> {
         }
     }
 
-    /// A list or timer runs in its order, or is reported.
+    /// Reports a list or timer that would not run in its order.
     fn ordered(&mut self, what: &str, span: Span) {
         if let Some(why) = self.unordered {
             self.cannot(format!("{what} {why}"), span);
         }
     }
 
-    /// A list of a step as an action of its own.
+    /// Makes a list of a step into a separate action.
     fn list_of(
         &mut self,
         step: &Name,
@@ -420,23 +476,20 @@ impl<'a> Maker<'a> {
         list: &grafsynth_ir::chart::Block,
         span: Span,
     ) -> Action {
-        self.ordered("lists that run at changes of steps", span);
+        self.ordered("lists that run when steps change", span);
         if super::lists::asks_for_steps(list) {
-            self.cannot("lists that run at changes of steps and ask for steps", span);
+            self.cannot("lists that run when steps change and that read steps", span);
         }
         if let Some(name) = super::lists::asks_for(list, &self.controlled) {
             self.cannot(
                 format!(
-                    "lists that run at changes of steps and read {name} as it was in the last row"
+                    "lists that run when steps change and that read the previous value of {name}"
                 ),
                 span,
             );
         }
         if self.renewed.contains(step.text.as_str()) {
-            self.cannot(
-                format!("lists of a step that `restart` leaves and enters at once: {step}"),
-                span,
-            );
+            self.cannot("lists of steps that `restart` leaves and enters at once", span);
         }
         let mut body = Vec::new();
         if let Err((what, span)) = text::block(self, list, 0, &mut body) {
@@ -447,7 +500,7 @@ impl<'a> Maker<'a> {
         Action { name, body, label: String::new() }
     }
 
-    /// A name that nothing has.
+    /// An unused name.
     fn free(&mut self, base: &str) -> String {
         let mut name = base.to_owned();
         let mut n = 2;
@@ -459,7 +512,7 @@ impl<'a> Maker<'a> {
     }
 
     fn bodies(&mut self, chart: &'a Chart, iec: bool, program: &mut Program) {
-        // A delayed or limited use of one output by two steps has a time of its own in each, and one common time in the standard.
+        // If two steps use one output with a delay or time limit, each use has its own time; in the standard they share one.
         let mut timed: BTreeMap<&str, usize> = BTreeMap::new();
         for item in &chart.items {
             let Item::Step(step) = item else { continue };
@@ -529,15 +582,18 @@ impl<'a> Maker<'a> {
         let (section, ty, len, init) = match &declaration.kind {
             DeclarationKind::Input { ty, .. } => (0, *ty, None, Vec::new()),
             DeclarationKind::Output { mealy: true, .. } => {
-                self.cannot(format!("mealy outputs: {}", declaration.name), span);
+                self.cannot_name("mealy outputs", &declaration.name, span);
                 return None;
             }
             DeclarationKind::Output { ty, init, registered, safe, .. } => {
                 if safe.is_some() {
-                    self.lose(format!("the safe value of {}", declaration.name), span);
+                    self.lose(format!("the safe value of {} is omitted", declaration.name), span);
                 }
                 if *registered {
-                    self.lose(format!("that {} is registered", declaration.name), span);
+                    self.lose(
+                        format!("the property `registered` of {} is omitted", declaration.name),
+                        span,
+                    );
                 }
                 (1, *ty, None, init.iter().map(constant).collect())
             }
@@ -545,22 +601,22 @@ impl<'a> Maker<'a> {
                 (2, *ty, *len, init.iter().map(constant).collect())
             }
             DeclarationKind::Event { .. } => {
-                self.cannot(format!("events: {}", declaration.name), span);
+                self.cannot_name("events", &declaration.name, span);
                 return None;
             }
             DeclarationKind::Timer { .. } => {
-                // Its clock is that of an on-delay.
+                // Its clock is that of an on-delay timer.
                 let name = self.declare(&declaration.name);
                 self.names.insert(&declaration.name.text, format!("{name}.ET"));
-                self.lose(format!("the timer {name} is an instance of TON"), span);
+                self.lose(format!("the timer {name} is written as an instance of TON"), span);
                 return None;
             }
             DeclarationKind::ExternCondition { .. } | DeclarationKind::ExternAction { .. } => {
-                self.cannot(format!("extern functions: {}", declaration.name), span);
+                self.cannot_name("extern functions", &declaration.name, span);
                 return None;
             }
             DeclarationKind::Const { .. } => {
-                self.cannot(format!("constants of this kind: {}", declaration.name), span);
+                self.cannot_name("constants of this kind", &declaration.name, span);
                 return None;
             }
         };
@@ -577,10 +633,10 @@ impl<'a> Maker<'a> {
         timed: &BTreeMap<&str, usize>,
     ) -> Step {
         if !matches!(step.role, StepRole::Plain | StepRole::Initial) {
-            self.cannot(format!("entry, exit and final steps: {}", step.name), step.name.span);
+            self.cannot_name("entry, exit and final steps", &step.name, step.name.span);
         }
         if step.count.is_some() {
-            self.cannot(format!("counting steps: {}", step.name), step.name.span);
+            self.cannot_name("counting steps", &step.name, step.name.span);
         }
         let mut uses = Vec::new();
         for item in &step.body {
@@ -595,10 +651,7 @@ impl<'a> Maker<'a> {
                     };
                     let common = timed.get(target.text.as_str()).is_some_and(|n| *n > 1);
                     if !iec && common && matches!(how, ActionHow::After(_) | ActionHow::For(_)) {
-                        self.cannot(
-                            format!("output with a time of its own in each of its steps: {target}"),
-                            span,
-                        );
+                        self.cannot("outputs with a time of their own in each step", span);
                     }
                     match self.names.get(target.text.as_str()).cloned() {
                         Some(action) => uses.push(Use {
@@ -606,14 +659,14 @@ impl<'a> Maker<'a> {
                             qualifier: format!("{qualifier:?}"),
                             duration: ns.filter(|_| is_timed(qualifier)).map(duration),
                         }),
-                        None => self.cannot(format!("extern action {target}"), span),
+                        None => self.cannot("extern actions", span),
                     }
                 }
-                StepItemKind::Action { target, arguments: Some(_), .. } => {
-                    self.cannot(format!("calls of extern actions: {target}"), span);
+                StepItemKind::Action { arguments: Some(_), .. } => {
+                    self.cannot("calls of extern actions", span);
                 }
-                StepItemKind::Action { target, .. } => {
-                    self.cannot(format!("actions under a condition: {target}"), span);
+                StepItemKind::Action { .. } => {
+                    self.cannot("actions under a condition", span);
                 }
                 StepItemKind::Entry(list) => {
                     let action = self.list_of(&step.name, "entry", list, span);
@@ -628,7 +681,7 @@ impl<'a> Maker<'a> {
                 StepItemKind::On { .. } => self.cannot("reactions of steps", span),
                 StepItemKind::Priority(_) => self.cannot("priorities of steps", span),
                 StepItemKind::Budget(_) | StepItemKind::Task { .. } => self.cannot("tasks", span),
-                StepItemKind::Code(_) => self.cannot("text of other languages", span),
+                StepItemKind::Code(_) => self.cannot("code in other languages", span),
                 StepItemKind::Force { .. } => self.cannot("forcing orders", span),
             }
         }
@@ -642,6 +695,10 @@ impl<'a> Maker<'a> {
         transition: &'a grafsynth_ir::chart::Transition,
     ) -> Option<Transition> {
         let span = transition.meta.span;
+        if transition.is_internal && transition.targets.is_empty() {
+            self.cannot("reactions of steps", span);
+            return None;
+        }
         if transition.sources.is_empty() || transition.targets.is_empty() {
             self.cannot("source and sink transitions", span);
             return None;
@@ -656,7 +713,7 @@ impl<'a> Maker<'a> {
             self.cannot("internal transitions", span);
         }
         if transition.deadline_ns.is_some() {
-            self.lose("a deadline", span);
+            self.lose("a deadline is omitted", span);
         }
         let side = |this: &mut Self, paths: &[Path]| -> Vec<String> {
             let mut names = Vec::new();
@@ -667,7 +724,7 @@ impl<'a> Maker<'a> {
                 };
                 match found {
                     Some(name) => names.push(name),
-                    None => this.cannot(format!("step {path}"), path.span()),
+                    None => this.cannot("steps of other charts", path.span()),
                 }
             }
             names
@@ -700,7 +757,7 @@ impl<'a> Maker<'a> {
             1 => conditions.remove(0),
             _ => conditions.iter().map(|one| format!("({one})")).collect::<Vec<_>>().join(" AND "),
         };
-        // A name that something has in other letter case, or that a list or the timers got, is left out.
+        // Omits a name that is already used in another letter case or was given to a list or the timers.
         let name = transition.name.as_ref().and_then(|name| {
             let made = format!("{}_{}", from.join("_"), to.join("_"));
             let written = identifier(&name.text);
@@ -717,7 +774,8 @@ fn pulse(action: &Action, qualifier: &str) -> Use {
     Use { action: action.name.clone(), qualifier: qualifier.to_owned(), duration: None }
 }
 
-/// An address at the beginning of a label, and the rest. A variable that `is_inner` has none at a pin: that would make it an input or output.
+/// An address at the beginning of a label, and the rest of the label. A variable that `is_inner` gets no address, because a pin would make
+/// it an input or output.
 fn address(label: &str, is_inner: bool) -> (Option<String>, String) {
     let (first, rest) = label.split_once(' ').unwrap_or((label, ""));
     let is_address = first.starts_with('%')

@@ -1,13 +1,14 @@
-//! Lists that run at activations and deactivations, and free timers, in the words of the standard.
+//! Writes lists that run at activations and deactivations, and free timers, with the means of the standard.
 //!
 //! ```text
 //! step s { entry { n := n + 1 } }     STEP s: s_entry(P1); END_STEP      ACTION s_entry: n := n + 1; END_ACTION
 //! timer t while a                     t : TON := (PT := T#..)            ACTION timers: t(IN := a); END_ACTION, stored by an initial step
 //! ```
-//! Actions run after all transitions of a scan, in the order in which they are declared: first all lists of steps that are left, then those of steps that
-//! are entered, then what the chart has of actions, and the timers at last. That is the order of semantics §3.3, §3.5 and §7 as long as no list asks for
-//! steps, which change one after the other there, or for controlled outputs, which still have the value of the last row there. A step that is left and
-//! entered at once stays active for a P0 or P1.
+//! Actions run after all transitions of a scan, in the order of their declarations: the lists of steps that are left, the lists of steps
+//! that are entered, the other actions of the chart, the timers.
+//!
+//! This is the order of semantics §3.3, §3.5 and §7, unless a list reads steps, which change one after the other there, or controlled
+//! outputs, which still have the value of the last row there. A step that is left and entered at once stays active for P0 and P1.
 
 use std::collections::BTreeSet;
 
@@ -37,7 +38,7 @@ fn of_block(block: &Block, visit: &mut dyn FnMut(&Expr)) {
     }
 }
 
-/// True when a list asks whether a step is active or for how long.
+/// Whether a list reads the activity or the time of a step.
 pub(super) fn asks_for_steps(block: &Block) -> bool {
     let mut asks = false;
     of_block(block, &mut |expr| {
@@ -70,7 +71,7 @@ pub(super) fn asks_for(block: &Block, names: &BTreeSet<&str>) -> Option<String> 
     found
 }
 
-/// The outputs and actions that steps name with qualifiers: their values change before the bodies of actions run.
+/// The outputs and actions that steps use with qualifiers. Their values change before the bodies of actions run.
 pub(super) fn controlled(chart: &Chart) -> BTreeSet<&str> {
     let mut found = BTreeSet::new();
     for item in &chart.items {
@@ -86,7 +87,7 @@ pub(super) fn controlled(chart: &Chart) -> BTreeSet<&str> {
     found
 }
 
-/// The steps that a transition with `restart` enters and some transition leaves.
+/// The steps that a transition with `restart` enters and a transition leaves.
 pub(super) fn renewed(chart: &Chart) -> BTreeSet<&str> {
     let transitions = || {
         chart.items.iter().filter_map(|item| {
@@ -100,7 +101,7 @@ pub(super) fn renewed(chart: &Chart) -> BTreeSet<&str> {
     names.filter_map(|path| path.names.last()).map(|name| name.text.as_str()).collect()
 }
 
-/// The longest time that anything of a chart is compared with, in nanoseconds.
+/// The longest time in any comparison of a chart, in nanoseconds.
 pub(super) fn longest(chart: &Chart) -> u64 {
     let mut longest = 0;
     let mut visit = |expr: &Expr| {
@@ -126,7 +127,7 @@ pub(super) fn longest(chart: &Chart) -> u64 {
                     visit(condition);
                 }
             }
-            // None of these can be written.
+            // These items cannot be written.
             Item::Setting(_)
             | Item::Macro(_)
             | Item::MacroStep(_)

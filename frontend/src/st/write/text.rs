@@ -1,23 +1,23 @@
-//! Expressions and statements of a chart as structured text.
+//! Writes expressions and statements of a chart as structured text.
 
 use grafsynth_ir::Span;
 use grafsynth_ir::chart::{Expr, Leaf, Path, Stmt, StmtKind};
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind};
 
-/// What cannot be said, with its place.
+/// Something that cannot be expressed, with its span.
 pub(crate) type Cannot = (String, Span);
 
-/// How a chart's names are written.
+/// How the names of a chart are written.
 pub(crate) trait Names {
     /// A variable, output or input.
     fn signal(&self, path: &Path) -> Option<String>;
     /// A step.
     fn step(&self, name: &str) -> Option<String>;
-    /// True for a step that the present transition leaves.
+    /// Whether the current transition leaves this step.
     fn leaves(&self, step: &str) -> bool;
 }
 
-/// Binding strength, loosest first.
+/// Operator precedence, lowest first.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Level {
     Or,
@@ -29,7 +29,7 @@ enum Level {
     Primary,
 }
 
-/// `T#1h2m`, in units that the duration is made of.
+/// A duration such as `T#1h2m`, in the units that it is composed of.
 pub(crate) fn duration(ns: u64) -> String {
     const UNITS: [(u64, &str); 7] = [
         (86_400_000_000_000, "d"),
@@ -108,7 +108,7 @@ fn written(names: &dyn Names, expr: &Expr) -> Result<(String, Level), Cannot> {
                 (format!("{a} {} {b}", op.symbol()), Level::Compare)
             }
         },
-        // `-a * b` reads as the negation of a alone, which is what is meant.
+        // `-a * b` is read as the negation of `a` alone, which is intended.
         ExprKind::Neg(inner) => {
             (format!("-{}", within(names, inner, Level::Primary)?), Level::Unary)
         }
@@ -130,7 +130,7 @@ fn written(names: &dyn Names, expr: &Expr) -> Result<(String, Level), Cannot> {
     })
 }
 
-/// The step whose time a path asks for, and whether that time stays when the step is left.
+/// The step whose time a path refers to, and whether that time is kept when the step is left.
 fn step_time(expr: &Expr) -> Option<(&str, bool)> {
     let ExprKind::Leaf(Leaf::Name(path)) = &expr.kind else { return None };
     match path.names.as_slice() {
@@ -153,7 +153,7 @@ fn time_comparison(
     if stays || names.leaves(step) {
         return Ok(Some((compared, Level::Compare)));
     }
-    // The time of this kind is 0 while the step is inactive.
+    // This kind of time is 0 while the step is inactive.
     let holds_at_zero = op.apply(0, i64::try_from(ns).unwrap_or(i64::MAX));
     Ok(Some(if holds_at_zero {
         (format!("NOT {name}.X OR {compared}"), Level::Or)
@@ -174,13 +174,13 @@ fn leaf_text(names: &dyn Names, leaf: &Leaf, span: Span) -> Result<String, Canno
             names.signal(path).ok_or_else(|| (format!("{path}"), span))
         }
         Leaf::Duration(ns) => Ok(duration(*ns)),
-        Leaf::Rise(_) | Leaf::Fall(_) => Err(("an edge in a condition".to_owned(), span)),
+        Leaf::Rise(_) | Leaf::Fall(_) => Err(("edges in conditions".to_owned(), span)),
         Leaf::Otherwise => Err(("`otherwise`".to_owned(), span)),
-        Leaf::Delay(..) => Err(("a delayed condition".to_owned(), span)),
+        Leaf::Delay(..) => Err(("delayed conditions".to_owned(), span)),
     }
 }
 
-/// Statements, a line each.
+/// Writes statements, one per line.
 pub(crate) fn block(
     names: &dyn Names,
     list: &[Stmt],
@@ -220,15 +220,19 @@ pub(crate) fn block(
                 }
                 out.push(format!("{pad}END_IF;"));
             }
-            StmtKind::Raise(name) => return Err((format!("raising the event {name}"), stmt.span)),
-            StmtKind::Send { event, .. } => {
-                return Err((format!("sending the event {event}"), stmt.span));
+            StmtKind::Raise(_) => {
+                return Err(("statements that raise events".to_owned(), stmt.span));
             }
-            StmtKind::Cancel(name) => return Err((format!("cancelling {name}"), stmt.span)),
-            StmtKind::Call { function, .. } => {
-                return Err((format!("the call of the extern action {function}"), stmt.span));
+            StmtKind::Send { .. } => {
+                return Err(("statements that send events".to_owned(), stmt.span));
             }
-            StmtKind::Code(_) => return Err(("text of another language".to_owned(), stmt.span)),
+            StmtKind::Cancel(_) => {
+                return Err(("statements that cancel events".to_owned(), stmt.span));
+            }
+            StmtKind::Call { .. } => {
+                return Err(("calls of extern actions".to_owned(), stmt.span));
+            }
+            StmtKind::Code(_) => return Err(("text of other languages".to_owned(), stmt.span)),
         }
     }
     Ok(())

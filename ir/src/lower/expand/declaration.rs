@@ -1,4 +1,4 @@
-//! Declarations become inputs, outputs, variables, timers and constants of the net; what initialises them follows in a later pass.
+//! Declarations become inputs, outputs, variables, timers and constants of the net; a later pass lowers their initial values.
 
 use super::super::codes;
 use super::super::context::{Lowering, ScopeId, Symbol};
@@ -8,7 +8,7 @@ use crate::diag::Diagnostic;
 use crate::expr::{Expr, Type};
 use crate::net::{Driver, Input, InputKind, Net, Output, Param, Timer, Var, VarOrigin};
 
-/// How many elements an array may have.
+/// The maximum number of elements of an array.
 const MAX_LENGTH: u32 = 65_536;
 
 impl<'a> Expansion<'_, 'a> {
@@ -31,13 +31,13 @@ impl<'a> Expansion<'_, 'a> {
                     format!("{what} belongs to the chart, not to a body in it"),
                 )
                 .at(source.name.span, "declared here")
-                .help("declare it at the top of the chart; bodies see it"),
+                .help("declare it at the top level of the chart; it is visible in all bodies"),
             );
         }
         let name = self.lowering.full_name(scope, &source.name);
         let meta = source.meta.clone();
         let ranges_fit = self.ranges(source);
-        // A range that was refused must not stop what is computed with it.
+        // A rejected range must not break later computations with it.
         let sane = |ty: Type| match ty {
             Type::Int { lo, hi } if lo > hi => Type::Int { lo: hi, hi: lo },
             Type::Int { .. } | Type::Bool => ty,
@@ -126,7 +126,7 @@ impl<'a> Expansion<'_, 'a> {
         let mut check = |ty: &Type, lowering: &mut Lowering<'a>| {
             let Type::Int { lo, hi } = *ty else { return };
             let message = if lo > hi {
-                format!("the range {lo}..{hi} of {} has no value", source.name)
+                format!("the range {lo}..{hi} of {} is empty", source.name)
             } else if lo < i64::from(i32::MIN) || hi > i64::from(i32::MAX) {
                 format!("the range {lo}..{hi} of {} needs more than 32 bits", source.name)
             } else {
@@ -138,7 +138,7 @@ impl<'a> Expansion<'_, 'a> {
             if lo > hi {
                 finding = finding.help(format!("write {hi}..{lo}"));
             } else {
-                finding = finding.help("bounds lie between -2147483648 and 2147483647");
+                finding = finding.help("use bounds between -2147483648 and 2147483647");
             }
             lowering.report(finding);
         };
@@ -158,7 +158,7 @@ impl<'a> Expansion<'_, 'a> {
                             format!("the array {} has {len} elements", source.name),
                         )
                         .at(source.name.span, "declared here")
-                        .help(format!("an array has 1 to {MAX_LENGTH} elements")),
+                        .help(format!("use 1 to {MAX_LENGTH} elements")),
                     );
                 }
             }

@@ -1,5 +1,5 @@
-//! Warnings about transitions after which more steps are active than the chart was drawn for: a source transition beside an initial step, and branches that
-//! end one by one.
+//! Warnings about transitions that leave more steps active than the designer probably intended: a source transition next to an initial step, and parallel
+//! branches that end separately.
 
 use std::collections::BTreeSet;
 
@@ -11,10 +11,10 @@ use crate::diag::{Diagnostic, Notation};
 use crate::expr::Expr;
 use crate::net::{Enter, Leaf, Net, Step, StepId, Transition, TransitionId, TransitionKind};
 
-/// At most so many steps are named in a message.
+/// The maximum number of steps that a message names.
 const SHOWN: usize = 4;
 
-/// Both lints. Forcing, enclosing steps and statecharts take steps out by other ways than transitions: such charts are left alone.
+/// Both lints. Charts with forcing, enclosing steps or statecharts are skipped, because there other mechanisms than transitions deactivate steps.
 pub(super) fn tokens(net: &Net, out: &mut Vec<Diagnostic>) {
     if net.settings.policy.is_statechart() || !net.forcings.is_empty() {
         return;
@@ -24,14 +24,14 @@ pub(super) fn tokens(net: &Net, out: &mut Vec<Diagnostic>) {
     forks(&flow, out);
 }
 
-/// Where transitions lead from each step.
+/// The transitions that enter and leave each step.
 struct Flow<'n> {
     net: &'n Net,
     leaving: IdMap<Step, Vec<TransitionId>>,
     entering: IdMap<Step, Vec<TransitionId>>,
 }
 
-/// The steps that a transition enters; none if it enters something else as well.
+/// The steps that a transition enters; `None` if it also enters something else.
 fn entered(transition: &Transition) -> Option<Vec<StepId>> {
     let step = |enter: &Enter| match *enter {
         Enter::Step(step) => Some(step),
@@ -63,7 +63,7 @@ impl<'n> Flow<'n> {
         data.parent.is_none() && !data.hidden && !data.activation_link
     }
 
-    /// The receptivity asks for steps in `among`, those that the transition leaves aside.
+    /// True if the receptivity reads steps in `among`, except those that the transition leaves.
     fn asks_for(&self, transition: &Transition, among: &BTreeSet<StepId>) -> bool {
         let mut found = false;
         let mut edges = Vec::new();
@@ -75,7 +75,7 @@ impl<'n> Flow<'n> {
                 found |= among.contains(step) && !transition.requires.contains(step);
             }
             Leaf::Rise(edge) | Leaf::Fall(edge) => edges.push(*edge),
-            // What a timer, variable or action says of steps is not looked for.
+            // Indirect reads through a timer, variable or action are not followed.
             Leaf::Fireable(_) | Leaf::Timer(_) | Leaf::Controlled(_) => found = true,
             Leaf::Input(_) | Leaf::Var(_) => {}
         };
@@ -99,8 +99,8 @@ fn names(net: &Net, steps: impl IntoIterator<Item = StepId>, last: &str) -> Stri
     }
 }
 
-/// A source transition into a part of the chart that begins with an initial step and from which no transition takes a step away: each time it fires, one more
-/// step stays active.
+/// A source transition into a part of the chart that has an initial step and from which no transition removes a step: each time it fires, one more step
+/// stays active.
 fn sources(flow: &Flow<'_>, out: &mut Vec<Diagnostic>) {
     let net = flow.net;
     for (id, transition) in net.transitions.iter() {
@@ -110,7 +110,7 @@ fn sources(flow: &Flow<'_>, out: &mut Vec<Diagnostic>) {
         let Some(targets) = entered(transition).filter(|targets| !targets.is_empty()) else {
             continue;
         };
-        // Everything that transitions connect with the targets.
+        // All steps that transitions connect with the targets.
         let mut steps: BTreeSet<StepId> = targets.iter().copied().collect();
         let mut todo = targets.clone();
         let mut is_kept = true;
@@ -152,13 +152,13 @@ fn sources(flow: &Flow<'_>, out: &mut Vec<Diagnostic>) {
     }
 }
 
-/// A branch of a fork: the steps that it goes through, and the transitions with which it comes back to where the fork began.
+/// A branch of a fork: its steps, and the transitions that lead back to the step before the fork.
 struct Branch {
     steps: BTreeSet<StepId>,
     back: Vec<TransitionId>,
 }
 
-/// Branches that begin together and come back one by one, so that the step before them is active while one of them still runs.
+/// Warns about branches that start together but return separately, so that the step before them is active while one of them is still running.
 fn forks(flow: &Flow<'_>, out: &mut Vec<Diagnostic>) {
     let net = flow.net;
     for (id, fork) in net.transitions.iter() {
@@ -179,7 +179,7 @@ fn forks(flow: &Flow<'_>, out: &mut Vec<Diagnostic>) {
         let asks = |step: &StepId| {
             flow.leaving[*step].iter().any(|one| flow.asks_for(&net.transitions[*one], &all))
         };
-        // A branch that also runs without the others has none to wait for.
+        // A branch that also runs alone has no other branch to wait for.
         let begins_alone = |step: &StepId| {
             net.steps[*step].is_initial
                 || flow.entering[*step].iter().any(|one| {
@@ -194,7 +194,7 @@ fn forks(flow: &Flow<'_>, out: &mut Vec<Diagnostic>) {
     }
 }
 
-/// None if a step of the branch waits for another, ends for good, or lies in an enclosing step.
+/// `None` if a step of the branch waits for another branch, never ends, or is in an enclosing step.
 fn branch(flow: &Flow<'_>, first: StepId, ends: &[StepId]) -> Option<Branch> {
     let mut branch = Branch { steps: BTreeSet::from([first]), back: Vec::new() };
     let mut todo = vec![first];
@@ -220,7 +220,7 @@ fn branch(flow: &Flow<'_>, first: StepId, ends: &[StepId]) -> Option<Branch> {
     Some(branch)
 }
 
-/// Two branches of one fork lead back to the same step by transitions that need not fire together.
+/// Two branches of one fork lead back to the same step by transitions that may fire at different times.
 fn report(
     net: &Net,
     fork: TransitionId,
@@ -246,7 +246,7 @@ fn report(
             }) else {
                 continue;
             };
-            // One condition for both: the branches end together.
+            // Both have the same condition: the branches end together.
             if first == second || when(first) == when(second) {
                 continue;
             }
@@ -260,10 +260,10 @@ fn report(
                     ),
                 )
                 .at(place(net, first), format!("activates {again} while the other branch may still be active"))
-                .at(place(net, second), "so does this")
+                .at(place(net, second), "also activates it")
                 .at(
                     place(net, fork),
-                    format!("{} begin together here", names(net, targets.iter().copied(), "and")),
+                    format!("{} become active together here", names(net, targets.iter().copied(), "and")),
                 )
                 .help(format!("join the branches in one transition: `{left} & {right} -> {again}`"))
                 .help_in(

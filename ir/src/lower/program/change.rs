@@ -1,7 +1,7 @@
 //! The next situation outside statecharts: NEXT of §3.9, with enclosing steps, forcing and restart (§3.2, §8).
 //!
-//! A plain step changes by the transitions around it alone, and its next bit is one expression of their `fire`. Steps that lie in an enclosing step or in
-//! a forced chart get a temp for the next bit, which the hierarchy then corrects from the outside in.
+//! The next bit of a plain step depends only on its transitions and is one expression of their `fire`. Steps in an enclosing step or in a forced chart get
+//! a temporary for the next bit, which the hierarchy then corrects from the outside in.
 
 use std::collections::BTreeMap;
 
@@ -15,18 +15,18 @@ use crate::net::{
 };
 use crate::program::{Expr, Leaf, Stmt, TempId, TempRole};
 
-/// What a micro-step does to one step.
+/// The change of one step in a micro-step.
 #[derive(Debug, Clone)]
 pub(super) struct Change {
     /// Activated in the sense of §3.2.
     pub(super) up: Expr,
     /// Deactivated.
     pub(super) down: Expr,
-    /// The bit afterwards; none where it never changes.
+    /// The bit afterwards; `None` if it never changes.
     pub(super) next: Option<Expr>,
 }
 
-/// The transitions around each step.
+/// The transitions that enter and leave each step.
 #[derive(Debug, Clone)]
 pub(super) struct Around {
     leaving: IdMap<Step, Vec<TransitionId>>,
@@ -37,7 +37,7 @@ pub(super) struct Around {
 #[derive(Debug, Clone)]
 pub(super) struct ForcedChart {
     pub(super) parts: Vec<PartId>,
-    /// The forcing step and the situation it asks for, closed downwards and sorted; none is `hold`.
+    /// The forcing step and the situation that it requests, closed downwards and sorted; `None` is `hold`.
     pub(super) orders: Vec<(StepId, Option<Vec<StepId>>)>,
 }
 
@@ -58,7 +58,8 @@ impl Around {
 }
 
 impl Builder<'_> {
-    /// What the transitions that fire do to each step. With forcing, `fire` loses the transitions of charts that this very micro-step forces.
+    /// The changes of each step by the transitions that fire. With forcing, transitions of charts that are forced in this micro-step are removed from
+    /// `fire`.
     pub(super) fn change(
         &mut self,
         fire: &mut IdMap<Transition, Expr>,
@@ -109,7 +110,7 @@ impl Builder<'_> {
         let any =
             |ids: &mut dyn Iterator<Item = TransitionId>| Expr::or(ids.map(|id| fire[id].clone()));
         let is_loop = |id: &TransitionId| leaving.contains(id) && entering.contains(id);
-        // A loop that fires keeps the step active whatever else leaves it, and says nothing of a step that is not active.
+        // A loop that fires keeps the step active, whatever else leaves it; it has no effect on an inactive step.
         let leaves = any(&mut leaving.iter().copied().filter(|id| !is_loop(id)));
         let enters = any(&mut entering.iter().copied());
         let enters_from_outside = any(&mut entering.iter().copied().filter(|id| !is_loop(id)));
@@ -124,7 +125,7 @@ impl Builder<'_> {
         Change { up: Expr::or([up, restart.clone()]), down: Expr::or([down, restart]), next }
     }
 
-    /// The step is left, and entered by a transition that says `restart`.
+    /// The step is left, and it is entered by a transition with `restart`.
     fn restart(
         &self,
         leaving: &[TransitionId],
@@ -140,7 +141,7 @@ impl Builder<'_> {
         Expr::or([any(&loops), Expr::and([any(leaving), any(&others)])])
     }
 
-    /// N1 and N2: the next bits by the transitions, then clearing and links of enclosing steps, outer before inner.
+    /// N1 and N2: the next bits from the transitions, then clearing and activation links of enclosing steps, outer before inner.
     fn enclosures(
         &mut self,
         inside: &[StepId],
@@ -151,7 +152,7 @@ impl Builder<'_> {
         out: &mut Vec<Stmt>,
     ) {
         let net = self.net;
-        // Of each enclosing step: it is cleared here or further out, it clears, it activates its links.
+        // For each enclosing step: it is cleared here or further out, it clears, it activates its links.
         let mut cleared: BTreeMap<StepId, Expr> = BTreeMap::new();
         let mut clears: BTreeMap<StepId, Expr> = BTreeMap::new();
         let mut links: BTreeMap<StepId, Expr> = BTreeMap::new();
@@ -204,7 +205,7 @@ impl Builder<'_> {
         }
     }
 
-    /// K5 and N3: forced charts, top of the hierarchy first. Their transitions don't fire, and their situation is the one asked for.
+    /// K5 and N3: forced charts, top of the hierarchy first. Their transitions do not fire, and their situation is the requested one.
     fn force(
         &mut self,
         charts: &[ForcedChart],
@@ -217,7 +218,7 @@ impl Builder<'_> {
         for chart in charts {
             let name = chart.parts.first().map_or("", |part| net.parts[*part].name.text.as_str());
             let asked = Expr::or(chart.orders.iter().map(|(step, _)| temp(next[step])));
-            // The forcing step's own temp may still change (a chart may force more than one), so the answer is kept.
+            // The forcing step's own temporary may still change (a chart may force more than one), so the condition is stored.
             let is_forced = self.new_temp(format!("{name}.forced"), Type::Bool, TempRole::Helper);
             out.push(Stmt::Set(is_forced, asked));
             for (id, transition) in net.transitions.iter() {
@@ -231,7 +232,7 @@ impl Builder<'_> {
                         self.named(transition.name.text.clone(), TempRole::Fire(id), fires, out);
                 }
             }
-            // Which order holds: the first declared one whose step is active; the last needs no test.
+            // Selects the order that applies: the first declared one whose step is active; the last needs no test.
             let mut holds = Vec::new();
             for (at, (step, _)) in chart.orders.iter().enumerate() {
                 let condition = temp(next[step]);
@@ -276,7 +277,7 @@ impl Builder<'_> {
     }
 }
 
-/// Steps whose next bit depends on more than the transitions around them: enclosing and enclosed ones, forcing and forced ones.
+/// Steps whose next bit depends on more than their transitions: enclosing and enclosed steps, forcing and forced steps.
 fn in_hierarchy(net: &Net, forced: &[ForcedChart]) -> IdMap<Step, bool> {
     let mut inside = IdMap::build(&net.steps, |_, step| {
         step.kind == StepKind::Enclosing
@@ -289,10 +290,10 @@ fn in_hierarchy(net: &Net, forced: &[ForcedChart]) -> IdMap<Step, bool> {
     inside
 }
 
-/// All steps, each after the one that it lies in; otherwise in declaration order.
+/// All steps, each after its enclosing step; otherwise in declaration order.
 pub(super) fn outer_first(net: &Net) -> Vec<StepId> {
     let mut depth = IdMap::filled(&net.steps, 0u32);
-    // In a valid net parents are declared before what they enclose.
+    // In a valid net parents are declared before their children.
     for (id, step) in net.steps.iter() {
         depth[id] = step.parent.map_or(0, |parent| depth[parent].saturating_add(1));
     }
@@ -301,7 +302,7 @@ pub(super) fn outer_first(net: &Net) -> Vec<StepId> {
     steps
 }
 
-/// A situation with what its enclosing steps have an activation link to, repeatedly; sorted.
+/// A situation with all steps that its enclosing steps have an activation link to, recursively; sorted.
 pub(super) fn closure(net: &Net, steps: impl IntoIterator<Item = StepId>) -> Vec<StepId> {
     let mut is_in = IdMap::filled(&net.steps, false);
     steps.into_iter().for_each(|step| is_in[step] = true);
@@ -317,7 +318,7 @@ pub(super) fn closure(net: &Net, steps: impl IntoIterator<Item = StepId>) -> Vec
     is_in.iter().filter(|(_, is_in)| **is_in).map(|(step, _)| step).collect()
 }
 
-/// The forcing orders by the chart that they force, charts that force others before those.
+/// The forcing orders by forced chart; charts that force others come before these.
 pub(super) fn forced_charts(net: &Net) -> Vec<ForcedChart> {
     let mut charts: Vec<ForcedChart> = Vec::new();
     for forcing in &net.forcings {
@@ -337,7 +338,7 @@ pub(super) fn forced_charts(net: &Net) -> Vec<ForcedChart> {
         let waits_for = |chart: &ForcedChart, other: &ForcedChart| {
             chart.orders.iter().any(|(step, _)| other.parts.contains(&net.steps[*step].part))
         };
-        // A valid net has no cycle of forcing, so one that waits for no other exists.
+        // A valid net has no forcing cycle, so there is always one that waits for no other.
         let free = (0..charts.len()).find(|at| {
             (0..charts.len()).all(|other| other == *at || !waits_for(&charts[*at], &charts[other]))
         });

@@ -1,15 +1,15 @@
 //! Conflict policies outside statecharts (§4): which of the fireable transitions fire.
 //!
-//! Transitions compete if they share a preceding step (with `fire one`: all do). Where their order is static, each one that is taken simply bars the later
-//! ones that share a step with it:
+//! Transitions compete if they share a preceding step (with `fire one`: all do). If their order is static, each one that is taken blocks the later ones
+//! that share a step with it:
 //!
 //! ```text
 //! fire t1 := fireable t1
 //! fire t2 := fireable t2 and not fire t1
 //! ```
 //!
-//! Ages are read at the start of the micro-step. Transitions of one priority that all compete with one another fire if no fireable one is older;
-//! where the competition has gaps (t1 with t2, t2 with t3, but t1 not with t3), the order is worked off in rounds.
+//! Ages are read at the start of the micro-step. If the transitions of one priority all compete with one another, a transition fires if no fireable one is
+//! older; otherwise (t1 competes with t2, t2 with t3, but t1 not with t3), the order is processed in rounds.
 
 use std::collections::BTreeMap;
 
@@ -24,18 +24,18 @@ use crate::simplify::{compare_shapes, simplify};
 /// What transitions compete for: a step, or with `fire one` the micro-step itself.
 type Prize = Option<StepId>;
 
-/// Who has taken a prize so far. Many takers are gathered in one temp, so that the tests stay short.
+/// The transitions that have taken a prize so far. Many takers are combined in one temporary, so that the tests are short.
 #[derive(Debug, Default)]
 struct Takers {
     recent: Vec<TransitionId>,
     gathered: Option<TempId>,
 }
 
-/// The longest list of takers that is tested one by one.
+/// The longest list of takers that is tested individually.
 const FEW: usize = 8;
 
 impl Builder<'_> {
-    /// What a transition competes for; nothing for a reaction, and under `all`.
+    /// The prizes that a transition competes for; none for a reaction, and none under `all`.
     pub(super) fn prizes(&self, id: TransitionId) -> Vec<Prize> {
         let transition = &self.net.transitions[id];
         if transition.kind == TransitionKind::Reaction {
@@ -49,7 +49,7 @@ impl Builder<'_> {
         }
     }
 
-    /// For each transition, its prizes that somebody else wants too.
+    /// For each transition, its prizes that other transitions also compete for.
     pub(super) fn contested(&self) -> IdMap<Transition, Vec<Prize>> {
         let mut wanted: BTreeMap<Prize, u32> = BTreeMap::new();
         let mut contested = IdMap::build(&self.net.transitions, |id, _| self.prizes(id));
@@ -62,7 +62,7 @@ impl Builder<'_> {
         contested
     }
 
-    /// Sets what fires among the transitions that compete; `fire` holds their candidacy before and the choice after.
+    /// Decides which competing transitions fire; `fire` contains the candidates before and the result afterwards.
     pub(super) fn choose(
         &mut self,
         contested: &IdMap<Transition, Vec<Prize>>,
@@ -103,7 +103,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The next one in a static order: it fires unless one taken before has a prize that it needs.
+    /// The next transition in a static order: it fires unless an earlier one took a prize that it needs.
     fn take(
         &mut self,
         id: TransitionId,
@@ -120,7 +120,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Candidate, and nothing that it needs is taken.
+    /// The transition is a candidate, and none of its prizes is taken.
     fn free_of_takers(
         &mut self,
         id: TransitionId,
@@ -164,7 +164,7 @@ impl Builder<'_> {
         Expr::and(all)
     }
 
-    /// The transitions of one class that hang together by what they compete for: the oldest goes first.
+    /// A connected group of competing transitions of one class: the oldest goes first.
     fn take_by_age(
         &mut self,
         party: &[TransitionId],
@@ -189,7 +189,7 @@ impl Builder<'_> {
         let meet = |a: TransitionId, b: TransitionId| {
             contested[a].iter().any(|p| contested[b].contains(p))
         };
-        // For each one, those that can stand before it and when they do.
+        // For each transition, those that can come before it, and under which condition.
         let mut earlier: Vec<Vec<(usize, Expr)>> = Vec::new();
         let mut is_clique = true;
         for (at, id) in party.iter().enumerate() {
@@ -254,7 +254,7 @@ impl Builder<'_> {
         out.push(Stmt::Repeat { limit, condition: Expr::or(open), body: round });
     }
 
-    /// The first goes before the second: its oldest following step is older, or it is the same and the first is declared earlier.
+    /// True if the first goes before the second: its oldest following step is older, or equally old and the first is declared earlier.
     fn goes_before(&mut self, first: TransitionId, second: TransitionId) -> Expr {
         let mine: Vec<StepId> = following(self.net, first).collect();
         let theirs: Vec<StepId> = following(self.net, second).collect();
@@ -266,7 +266,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The oldest of `mine` is strictly older than all of `theirs`.
+    /// True if the oldest of `mine` is strictly older than all of `theirs`.
     fn has_older(&mut self, mine: &[StepId], theirs: &[StepId]) -> Expr {
         let mut ways = Vec::new();
         for step in mine.iter().filter(|step| !theirs.contains(step)) {
@@ -292,7 +292,7 @@ impl Builder<'_> {
         if a == low { cell(id) } else { cell(id).not() }
     }
 
-    /// Both can never be fireable at once, as their receptivities show: one has a condition that the other has negated.
+    /// True if the receptivities show that both are never fireable at once: one contains the negation of a condition of the other.
     fn exclude_each_other(&self, a: TransitionId, b: TransitionId) -> bool {
         let (mine, theirs) = (self.conditions(a), self.conditions(b));
         mine.len() * theirs.len() <= 64
@@ -302,7 +302,7 @@ impl Builder<'_> {
             })
     }
 
-    /// What must hold for the transition, one by one; its own fireability included, which an `otherwise` of the other denies.
+    /// The conditions of the transition as a list, including its own fireability, which an `otherwise` of the other one negates.
     fn conditions(&self, id: TransitionId) -> Vec<Expr> {
         let mut all: Vec<Expr> = self.fireable[id].iter().cloned().collect();
         let guard = self.read(&self.net.transitions[id].guard);
@@ -321,7 +321,7 @@ impl Builder<'_> {
     }
 }
 
-/// Splits a class into the groups that hang together, each in declaration order.
+/// Splits a class into groups of connected competitors, each in declaration order.
 fn parties(
     group: &[TransitionId],
     contested: &IdMap<Transition, Vec<Prize>>,

@@ -1,8 +1,8 @@
-//! What no program of a reasonable size can say: `G0250`. It has a page in `docs/codes`.
+//! Limits of programs: `G0250`. It has a page in `docs/codes`.
 
 use crate::diag::Code;
 
-/// The queues of a statechart are longer than anything that could be reserved for them.
+/// The bound of the queues of a statechart exceeds the maximum.
 pub const QUEUE_TOO_LONG: Code = Code { id: "G0250", title: "queue too long" };
 
 /// All codes of this module, in order.

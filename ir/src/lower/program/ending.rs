@@ -1,4 +1,4 @@
-//! Both ends of a reaction: what Latch adds to timers (§3.1), and controlled actions, tasks, free timers and outputs after the evolution (§3.8).
+//! Start and end of a reaction: the update of timers in Latch (§3.1), and controlled actions, tasks, free timers and outputs after the evolution (§3.8).
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use crate::program::{ActionPart, CellId, Expr, Leaf, Origin, Stmt, TempRole};
 use crate::simplify::simplify;
 use crate::span::Span;
 
-/// Mealy outputs with the values they have in this reaction.
+/// Mealy outputs with their values in this reaction.
 pub(super) type Mealy = BTreeMap<OutputId, Expr>;
 
 fn plus(id: CellId, ticks: Expr) -> Expr {
@@ -30,13 +30,13 @@ fn at_least(id: CellId, ticks: u32) -> Expr {
     Expr::compare(CompareOp::Ge, cell(id), Expr::int(i64::from(ticks)))
 }
 
-/// The value of an output, which is the safe one while the emergency holds.
+/// The value of an output, or its safe value during an emergency.
 fn forced(value: Expr, output: &Output, emergency: Option<&Expr>) -> Expr {
     let Some(emergency) = emergency.cloned() else { return value };
     simplify(&output.forced(value, emergency))
 }
 
-/// What of ACTION_CONTROL a qualifier brings.
+/// The part of ACTION_CONTROL that a qualifier uses.
 fn part_of(qualifier: Qualifier) -> Option<ActionPart> {
     match qualifier {
         Qualifier::N | Qualifier::R => None,
@@ -52,7 +52,7 @@ fn part_of(qualifier: Qualifier) -> Option<ActionPart> {
     }
 }
 
-/// The part has a timer.
+/// True if the part has a timer.
 fn is_timed(part: ActionPart) -> bool {
     match part {
         ActionPart::L | ActionPart::D | ActionPart::SD | ActionPart::DS | ActionPart::SL => true,
@@ -62,18 +62,18 @@ fn is_timed(part: ActionPart) -> bool {
     }
 }
 
-/// Where the last input of a part's timer is kept: with SD and SL it is the latch before the timer.
+/// The cell with the last input of a part's timer: with SD and SL it is the latch before the timer.
 fn held_of(part: ActionPart) -> ActionPart {
     if part == ActionPart::DS { ActionPart::DSHeld } else { part }
 }
 
 impl Builder<'_> {
-    /// The cells of controlled actions: Q where it is read later, and what the standard's block remembers for the qualifiers in use.
+    /// The cells of controlled actions: Q if it is read later, and the memory of the standard's block for the qualifiers in use.
     pub(super) fn action_cells(&mut self) {
         let net = self.net;
         for (id, action) in net.actions.iter() {
             let has_final_scan = net.settings.final_scan && !action.body.is_empty();
-            // What an emergency forces on a chip stands behind a flip-flop, so that the pin is a function of what is there after the clock.
+            // On a chip, an output that an emergency forces comes after a flip-flop, so that the pin is a function of the state after the clock edge.
             let is_forced = net.emergency.is_some()
                 && net.outputs.values().any(|output| output.driver == Driver::Controlled(id));
             let statechart = net.settings.policy.is_statechart();
@@ -88,7 +88,7 @@ impl Builder<'_> {
             for part in parts {
                 let letters = format!("{part:?}");
                 let name = format!("{}.{letters}", action.name);
-                // What is remembered: the latch, the last input of a pulse, or whether the timer's input held.
+                // The stored bit: the latch, the last input of a pulse, or whether the timer's input was true.
                 let latch = self.new_cell(name.clone(), Type::Bool, Origin::ActionLatch(id, part));
                 self.action_latch.insert((id, part), latch);
                 if is_timed(part) {
@@ -135,7 +135,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Mealy outputs: evaluated before the micro-step; at reset, with the others.
+    /// Mealy outputs: evaluated before the micro-step; at reset, together with the others.
     pub(super) fn mealy_outputs(&mut self, out: &mut Vec<Stmt>) -> Mealy {
         let mut mealy = Mealy::new();
         let net = self.net;
@@ -153,7 +153,7 @@ impl Builder<'_> {
         mealy
     }
 
-    /// END of §3.9: E1 to E4. Of charts that have ended nothing goes on [C20].
+    /// END of §3.9: E1 to E4. Nothing is executed for charts that have ended [C20].
     pub(super) fn end(&mut self, mealy: Mealy, out: &mut Vec<Stmt>) {
         let q = self.controlled_actions(out);
         self.tasks(out);
@@ -166,7 +166,7 @@ impl Builder<'_> {
         }
     }
 
-    /// All charts that use the action have ended; none where that cannot be.
+    /// All charts that use the action have ended; `None` if this is impossible.
     fn action_stops(&self, id: ActionId) -> Option<Expr> {
         let mut all = Vec::new();
         for one in &self.net.actions[id].uses {
@@ -185,13 +185,13 @@ impl Builder<'_> {
         }
     }
 
-    /// What a step emits counts: its chart had not ended before this reaction.
+    /// True if the emission of a step counts: its chart had not ended before this reaction.
     fn counts(&self, step: crate::net::StepId) -> Expr {
         let chart = self.ranks.chart_of(self.net.steps[step].part);
         self.had_ended[chart].clone().map_or_else(|| Expr::bool(true), Expr::not)
     }
 
-    /// Cells that keep what an ended chart gave to an output.
+    /// Cells that store the contribution of an ended chart to an output.
     pub(super) fn held_cells(&mut self) {
         let net = self.net;
         for (id, output) in net.outputs.iter() {
@@ -207,7 +207,7 @@ impl Builder<'_> {
         }
     }
 
-    /// E1: the three passes of §3.5. Gives Q of each action.
+    /// E1: the three passes of §3.5. Returns Q of each action.
     pub(super) fn controlled_actions(
         &mut self,
         out: &mut Vec<Stmt>,
@@ -245,7 +245,7 @@ impl Builder<'_> {
         q
     }
 
-    /// A value that is computed in `list` and false where the list does not run.
+    /// A value that is computed in `list`, and false if the list does not run.
     fn unless(
         &mut self,
         stops: &Option<Expr>,
@@ -263,7 +263,7 @@ impl Builder<'_> {
         temp(id)
     }
 
-    /// The OR over the steps that carry the action with this qualifier.
+    /// The OR over the steps that use the action with this qualifier.
     fn action_input(&self, id: ActionId, qualifier: Qualifier) -> Expr {
         let uses = self.net.actions[id].uses.iter().filter(|one| one.qualifier == qualifier);
         Expr::or(uses.map(|one| {
@@ -271,7 +271,7 @@ impl Builder<'_> {
         }))
     }
 
-    /// ACTION_CONTROL: steps latches and timers, and gives Q.
+    /// ACTION_CONTROL: updates latches and timers, and returns Q.
     fn action_control(&mut self, id: ActionId, out: &mut Vec<Stmt>) -> Expr {
         let name = self.net.actions[id].name.text.clone();
         let reset = self.action_input(id, Qualifier::R);
@@ -362,7 +362,7 @@ impl Builder<'_> {
         Expr::and([reset.not(), Expr::or(ways)])
     }
 
-    /// The inputs of pulses become what the next reaction compares with; nothing that they read has changed since.
+    /// Stores the inputs of pulses for the comparison in the next reaction; the values that they read have not changed since.
     fn remember_pulses(&mut self, id: ActionId, out: &mut Vec<Stmt>) {
         for (qualifier, part) in [
             (Qualifier::P, ActionPart::P),
@@ -376,7 +376,7 @@ impl Builder<'_> {
         }
     }
 
-    /// E2: the tasks that the budget lets run, step by step.
+    /// E2: the tasks that fit in the budget, step by step.
     pub(super) fn tasks(&mut self, out: &mut Vec<Stmt>) {
         let net = self.net;
         for (id, step) in net.steps.iter() {
@@ -385,7 +385,7 @@ impl Builder<'_> {
             let budget = i64::from(step.budget);
             let costs: i64 =
                 step.tasks.iter().map(|task| i64::from(task.cost)).fold(0, i64::saturating_add);
-            // Where all tasks fit at once nothing needs to be counted.
+            // If all tasks fit at once, no counter is needed.
             let rest = (costs > budget).then(|| {
                 self.new_temp(
                     format!("{}.rest", step.name),
@@ -401,7 +401,7 @@ impl Builder<'_> {
                 let cost = Expr::int(i64::from(task.cost));
                 let is_next = Expr::compare(CompareOp::Eq, cell(index), Expr::int(at));
                 let fits = rest.map(|rest| Expr::compare(CompareOp::Ge, temp(rest), cost.clone()));
-                // What holds a lock has begun already; only the first task waits for those of others.
+                // A step that holds a lock has already begun; only the first task waits for the locks of others.
                 let free = step.locks.iter().map(|lock| cell(self.var[*lock]).not());
                 let free: Vec<Expr> = if at == 0 { free.collect() } else { Vec::new() };
                 let mut body = vec![Stmt::Store(index, None, Expr::int(at.saturating_add(1)))];
@@ -418,7 +418,7 @@ impl Builder<'_> {
         }
     }
 
-    /// E3: a free timer whose condition does not hold starts anew.
+    /// E3: resets a free timer if its condition is false.
     pub(super) fn free_timers(&mut self, out: &mut Vec<Stmt>) {
         let running = self.all_ended().map_or_else(|| Expr::bool(true), Expr::not);
         for (id, timer) in self.net.timers.iter() {
@@ -486,7 +486,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Whether the emergency holds, as the state is now; none in a net without one.
+    /// Whether the emergency condition is true in the current state; `None` in a net without one.
     fn emergency(&mut self, out: &mut Vec<Stmt>) -> Option<Expr> {
         let emergency = self.net.emergency.as_ref()?;
         let holds = self.read(&emergency.condition);
@@ -494,7 +494,7 @@ impl Builder<'_> {
         (!holds.is_false()).then_some(holds)
     }
 
-    /// Some step that carries it is active and its condition holds.
+    /// True if some step that drives it is active and its condition is true.
     pub(super) fn emitted<'e>(&self, emissions: impl IntoIterator<Item = &'e Emission>) -> Expr {
         Expr::or(emissions.into_iter().map(|emission| {
             let condition = self.read_condition(emission.condition.as_ref());
@@ -502,7 +502,7 @@ impl Builder<'_> {
         }))
     }
 
-    /// One call a reaction; with arguments, those of the first step in declaration order that asks for it [C22].
+    /// One call per reaction; with arguments, those of the first calling step in declaration order [C22].
     pub(super) fn continuous_call(
         &mut self,
         id: OutputId,

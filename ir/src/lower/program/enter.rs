@@ -10,7 +10,7 @@ use crate::net::{Enter, History, HistoryId, PartId, Step, StepId, StepKind, Tran
 use crate::program::{Expr, Stmt, TempRole};
 use crate::simplify::simplify;
 
-/// What a micro-step enters.
+/// The entries of a micro-step.
 pub(super) struct Entries {
     states: IdMap<Step, Vec<Expr>>,
     by_default: IdMap<Step, Vec<Expr>>,
@@ -20,7 +20,7 @@ pub(super) struct Entries {
 }
 
 impl Builder<'_> {
-    /// Which states are left: each lies in the domain of something that fires.
+    /// The states that are left: each is in the domain of a transition that fires.
     pub(super) fn exits(
         &mut self,
         tree: &Tree,
@@ -46,7 +46,7 @@ impl Builder<'_> {
                 self.named(format!("{}.left", data.name), TempRole::Helper, Expr::or(fires), out),
             );
         }
-        // Of each state: what lies in it is left.
+        // For each state: whether its descendants are left.
         let mut inside = IdMap::filled(&net.steps, Expr::bool(false));
         for (step, data) in net.steps.iter() {
             let around = match data.parent {
@@ -81,7 +81,7 @@ impl Builder<'_> {
         entries
     }
 
-    /// History is recorded from the situation at the start of the micro-step, before anything runs.
+    /// Records the histories from the situation at the start of the micro-step, before anything runs.
     pub(super) fn record_histories(&self, exits: &IdMap<Step, Expr>, out: &mut Vec<Stmt>) {
         for (id, history) in self.net.histories.iter() {
             let mut list = Vec::new();
@@ -94,8 +94,8 @@ impl Builder<'_> {
         }
     }
 
-    /// A history stands for what it has recorded, or for its default. One that another one names belongs to a state inside the other's, so outer
-    /// histories come first.
+    /// A history is replaced by its recorded states, or by its default. A history that another one refers to belongs to a state inside the other's state,
+    /// so outer histories come first.
     pub(super) fn resolve_histories(&mut self, entries: &mut Entries, out: &mut Vec<Stmt>) {
         let net = self.net;
         let mut order: Vec<HistoryId> = net.histories.ids().collect();
@@ -147,7 +147,7 @@ impl Builder<'_> {
         self.begin_sequence();
         let watched =
             IdMap::build(&net.steps, |step, _| self.needs.watched[step] && !self.simultaneous);
-        // Entering is asked several times, and after bits have moved.
+        // Entry conditions are read several times, also after step bits have changed.
         let mut enters = IdMap::filled(&net.steps, Expr::bool(false));
         for (step, data) in net.steps.iter() {
             let any = Expr::or(entries.states[step].iter().cloned());
@@ -195,7 +195,7 @@ impl Builder<'_> {
                 }
             }
             if net.steps[step].kind == StepKind::Final {
-                // Of states that stand further down in document order the bits have not risen yet.
+                // The bits of states further down in document order are not set yet.
                 let is_final = &mut |builder: &Builder<'_>, child: StepId| {
                     if watched[child] {
                         builder.is_active(child)
@@ -221,7 +221,7 @@ impl Builder<'_> {
         out.extend(self.end_sequence(sequence));
     }
 
-    /// What runs when a state is left: its list; then its bit, where lists see it, and its counters drop.
+    /// What runs when a state is left: its list, then its bit (if lists read it) and its counters are cleared.
     pub(super) fn exit_list(&mut self, step: StepId, is_watched: bool) -> Vec<Stmt> {
         let mut list = self.list(&self.net.steps[step].exit);
         if is_watched {
@@ -236,7 +236,7 @@ impl Builder<'_> {
         counters.map(|id| Stmt::Store(id, None, Expr::int(0))).collect()
     }
 
-    /// What runs when a state is entered: its bit, where lists see it, and its counter rise; then its list.
+    /// What runs when a state is entered: its bit (if lists read it) and its counter are set, then its list runs.
     pub(super) fn entry_list(&mut self, step: StepId, is_watched: bool) -> Vec<Stmt> {
         let mut list = Vec::new();
         if is_watched {
@@ -259,8 +259,8 @@ impl Builder<'_> {
         Expr::and([self.is_active(step), exits[step].clone().not()])
     }
 
-    /// `done.state.P`, and that of a parallel all of whose regions are final, right after the entry list of the final state.
-    /// One without a parent ends its chart: as it is the only active state there, its exit list runs, and its bit stays [C20].
+    /// `done.state.P`, and that of a parallel state whose regions are all final, right after the entry list of the final state. A final state without a
+    /// parent ends its chart: it is the only active state, so its exit list runs, and its bit stays set [C20].
     pub(super) fn finish(
         &mut self,
         tree: &Tree,

@@ -59,7 +59,7 @@ impl Builder<'_> {
         out
     }
 
-    /// EVOLVE in mode `stable`. One round is one check; a round that finds something fireable although the limit is reached only says so.
+    /// EVOLVE in mode `stable`. One round is one check; a round that finds something fireable at the limit only sets the fault.
     fn evolve(&mut self, limit: u32, out: &mut Vec<Stmt>) {
         let top = i64::from(limit);
         let count = self.new_temp("micro_steps", Type::Int { lo: 0, hi: top }, TempRole::Helper);
@@ -70,7 +70,7 @@ impl Builder<'_> {
         let changes = self.change(&mut fire, &mut body);
         let any = Expr::or(fire.values().cloned());
         if any.is_false() {
-            // Nothing can ever fire: one check is all.
+            // Nothing can ever fire, so one check is enough.
             out.extend(body);
             self.renew_edges(out);
             out.push(Stmt::Fault(Expr::bool(false)));
@@ -80,7 +80,7 @@ impl Builder<'_> {
         out.push(Stmt::Set(again, Expr::bool(true)));
         out.push(Stmt::Set(fault, Expr::bool(false)));
         let any = self.named("any", TempRole::Helper, any, &mut body);
-        // An event that makes nothing fire is not pending: only what fires counts [C11].
+        // An event that makes nothing fire is not pending: only firings count [C11].
         let at_limit = Expr::compare(CompareOp::Eq, temp(count), Expr::int(top));
         body.push(Stmt::Set(fault, Expr::and([at_limit.clone(), any.clone()])));
         body.push(Stmt::Set(again, Expr::and([any, crate::simplify::simplify(&at_limit.not())])));
@@ -109,7 +109,7 @@ impl Builder<'_> {
         out.push(Stmt::Fault(temp(fault)));
     }
 
-    /// L3: the events of this row and those raised since the last check hold now.
+    /// L3: the events of this row and those raised since the last check are present now.
     fn latch_events(&mut self, out: &mut Vec<Stmt>) {
         let stable = self.limit().is_some();
         for (event, input) in self.net.inputs.iter() {
@@ -133,7 +133,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The present values of the operands over inputs, which stay the same through the reaction.
+    /// The current values of the operands over inputs, which do not change during the reaction.
     pub(super) fn compare_inputs(&mut self, out: &mut Vec<Stmt>) {
         for (edge, operand) in self.net.edges.iter() {
             if self.needs.edge[edge] && is_over_inputs(operand) {
@@ -152,7 +152,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The present values of all other operands, at a check.
+    /// The current values of all other operands, at a check.
     pub(super) fn compare_others(&mut self, out: &mut Vec<Stmt>) {
         for (edge, operand) in self.net.edges.iter() {
             if self.needs.edge[edge] && !is_over_inputs(operand) {
@@ -163,7 +163,7 @@ impl Builder<'_> {
         }
     }
 
-    /// What has been compared becomes what is compared with.
+    /// The compared values become the values for the next comparison.
     pub(super) fn renew_edges(&mut self, out: &mut Vec<Stmt>) {
         for edge in self.net.edges.ids() {
             if let (Some(id), Some(now)) = (self.edge[edge], self.edge_now[edge].clone()) {
@@ -172,7 +172,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Enabled, an event of its list holds, and the receptivity is true.
+    /// True if the transition is enabled, an event of its list is present, and the receptivity is true.
     pub(super) fn fireable_now(&self, id: TransitionId) -> Expr {
         let transition = &self.net.transitions[id];
         let enabled = transition.requires.iter().map(|step| self.is_active(*step));
@@ -181,7 +181,7 @@ impl Builder<'_> {
         Expr::and(enabled.chain(trigger).chain([self.read(&transition.guard)]))
     }
 
-    /// CHECK: what fires, before this micro-step's own forcing orders.
+    /// CHECK: the transitions that fire, before this micro-step's own forcing orders.
     fn check(&mut self, out: &mut Vec<Stmt>) -> IdMap<Transition, Expr> {
         let net = self.net;
         self.compare_others(out);
@@ -243,7 +243,7 @@ impl Builder<'_> {
         let net = self.net;
         let mut changes = changes.clone();
         self.begin_sequence();
-        // With simultaneous assignments lists see nothing change, so bits and counters follow after them.
+        // With simultaneous assignments lists do not see changes, so bits and counters are stored after them.
         let watched =
             IdMap::build(&net.steps, |step, _| self.needs.watched[step] && !self.simultaneous);
         self.name_changes(&mut changes, &watched, out);
@@ -256,7 +256,7 @@ impl Builder<'_> {
             if watched[step] {
                 drop.push(Stmt::Store(self.step[step], None, Expr::bool(false)));
             }
-            // The index of tasks is 0 on activation; clearing it here keeps the states of an inactive step one.
+            // The task index is 0 on activation; clearing it here gives an inactive step a single state.
             for id in [self.elapsed[step], self.task[step]].into_iter().flatten() {
                 drop.push(Stmt::Store(id, None, Expr::int(0)));
             }
@@ -302,7 +302,7 @@ impl Builder<'_> {
         out.extend(self.end_sequence(sequence));
     }
 
-    /// Gives a name to what is asked more than once, or after the step's bit has moved.
+    /// Names the changes that are read more than once, or after the step's bit has changed.
     fn name_changes(
         &mut self,
         changes: &mut IdMap<Step, Change>,

@@ -1,7 +1,7 @@
-//! Action lists (§3.3): assignments, events, sends, calls.
+//! Statement lists (§3.3): assignments, events, sends, calls.
 //!
-//! A list is straight code; what it reads it reads as it stands. With simultaneous assignments it reads the values at the start of the micro-step: a
-//! plain variable that an earlier statement may have stored is read from a copy, and an expression over a stored array is evaluated in advance.
+//! A list is sequential code and reads current values. With simultaneous assignments it reads the values at the start of the micro-step: a plain variable
+//! that an earlier statement may have stored is read from a copy, and an expression over a stored array is evaluated in advance.
 
 use std::collections::BTreeSet;
 use std::convert::Infallible;
@@ -13,7 +13,7 @@ use crate::net::{self, Block, Driver, OutputId, StmtKind};
 use crate::program::{CellId, Expr, Leaf, Origin, Stmt, TempRole};
 
 impl Builder<'_> {
-    /// The statements of a list, at this place of the sequence.
+    /// The statements of a list at this point of the sequence.
     pub(super) fn list(&mut self, block: &Block) -> Vec<Stmt> {
         let mut out = Vec::new();
         for statement in block {
@@ -51,7 +51,7 @@ impl Builder<'_> {
         out
     }
 
-    /// Calls an extern action; an argument is an assignment to the parameter, so it saturates.
+    /// Calls an extern action; an argument is assigned to the parameter, so it saturates.
     pub(super) fn call(&mut self, output: OutputId, arguments: Vec<Expr>, out: &mut Vec<Stmt>) {
         let Driver::Extern { params, .. } = &self.net.outputs[output].driver else { return };
         let mut saturated = Vec::new();
@@ -96,11 +96,11 @@ impl Builder<'_> {
             Leaf::Input(id) => self.net.inputs[*id].ty,
             Leaf::Dt => TICKS,
         });
-        // Times may exceed what the validated comparison with a constant needs; such an expression is never an argument.
+        // Times may exceed the range that the validated comparison needs; such an expression is never an argument.
         found.unwrap_or(Type::Int { lo: i64::MIN, hi: i64::MAX })
     }
 
-    /// An expression of a list, at this place of the sequence.
+    /// An expression of a list at this point of the sequence.
     pub(super) fn read_in_list(&mut self, expr: &net::Expr) -> Expr {
         let now = self.read(expr);
         if !self.simultaneous {
@@ -162,7 +162,7 @@ impl Builder<'_> {
         self.hoisted.clear();
     }
 
-    /// Ends it: what has to be read before it goes in front.
+    /// Ends the sequence: puts the copies that must be read before it in front.
     pub(super) fn end_sequence(&mut self, sequence: Vec<Stmt>) -> Vec<Stmt> {
         let mut all = std::mem::take(&mut self.hoisted);
         all.extend(sequence);

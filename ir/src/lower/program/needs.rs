@@ -1,4 +1,4 @@
-//! What the expressions and lists of a net use, so that a program carries nothing else.
+//! The values that the expressions and lists of a net use, so that a program contains nothing else.
 
 use crate::arena::{Id, IdMap};
 use crate::expr::{Expr as GenericExpr, ExprKind};
@@ -8,18 +8,18 @@ use crate::net::{
 };
 use crate::walk::{for_each_in_block, for_each_in_driver};
 
-/// The uses.
+/// The values in use.
 #[derive(Debug, Clone)]
 pub(super) struct Needs {
-    /// One above the largest constant that `s.t` is compared with; none where it is never read.
+    /// One above the largest constant that `s.t` is compared with; `None` if it is never read.
     pub(super) elapsed: IdMap<Step, Option<i64>>,
-    /// The same of `s.T`.
+    /// The same for `s.T`.
     pub(super) last_elapsed: IdMap<Step, Option<i64>>,
-    /// The same of a free timer.
+    /// The same for a free timer.
     pub(super) timer: IdMap<Timer, Option<i64>>,
-    /// Some edge of the operand is asked for.
+    /// Some edge of the operand is read.
     pub(super) edge: IdMap<EdgeOperand, bool>,
-    /// Something asks whether the transition is fireable.
+    /// Something reads whether the transition is fireable.
     pub(super) fireable: IdMap<Transition, bool>,
     /// Q of the last reaction is read.
     pub(super) controlled: IdMap<ControlledAction, bool>,
@@ -30,7 +30,7 @@ pub(super) struct Needs {
 }
 
 impl Needs {
-    /// Looks through the whole net; its properties count only where asked, for they are no part of the reaction.
+    /// Searches the whole net; its properties only on request, because they are not part of the reaction.
     pub(super) fn of(net: &Net, with_properties: bool) -> Self {
         let mut needs = Needs {
             elapsed: IdMap::filled(&net.steps, None),
@@ -51,7 +51,7 @@ impl Needs {
                 needs.raised[event] = true;
             }
         }
-        // The operands of edges count only where an edge is asked for.
+        // The operands of edges count only if an edge is read.
         let used: Vec<&Expr> = net
             .edges
             .iter()
@@ -140,7 +140,7 @@ impl Needs {
     }
 }
 
-/// Every expression of the reaction, but for the operands of edges.
+/// Every expression of the reaction, except for the operands of edges.
 fn for_each_expr(net: &Net, visit: &mut impl FnMut(&Expr)) {
     for transition in net.transitions.values() {
         visit(&transition.guard);

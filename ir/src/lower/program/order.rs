@@ -1,9 +1,9 @@
 //! The order in which the actions of a statechart's transitions run: that of their selection (§3.3, §4).
 //!
-//! A transition is selected when the first active atomic state offers it. Mostly that place is known: sources that lie in different regions are selected in
-//! document order, and of sources that lie in each other only one is selected. Only a transition that leaves nothing (or stands above one that does) can be
-//! selected together with one inside its own source, before or after it, as the states happen to be. Its actions then stand at each place where it may be
-//! selected, and run at the first that applies.
+//! A transition is selected when the first active atomic state offers it. Usually that position is known: sources in different regions are selected in
+//! document order, and of nested sources only one is selected. Only a transition that leaves nothing (or whose source contains the source of one that
+//! leaves nothing) can be selected together with one inside its own source, before or after it, depending on the active states. Its actions are then
+//! placed at each point where it may be selected, and run at the first one that applies.
 
 use super::tree::Tree;
 use super::{Builder, temp, when};
@@ -13,16 +13,16 @@ use crate::net::{Policy, Step, Transition, TransitionId};
 use crate::program::{Expr, Stmt, TempRole};
 use crate::simplify::simplify;
 
-/// One place in the sequence of actions.
+/// One position in the sequence of actions.
 #[derive(Debug, Clone)]
 pub(super) struct Act {
     pub(super) transition: TransitionId,
-    /// Where the place depends on the situation: this one applies.
+    /// The condition for this position, if the position depends on the situation.
     pub(super) here: Option<Expr>,
 }
 
 impl Builder<'_> {
-    /// The places of all actions, in order. To be asked before anything moves, for the conditions are those of the check.
+    /// The positions of all actions, in order. Must be called before anything changes, because the conditions are those of the check.
     pub(super) fn action_order(
         &mut self,
         tree: &Tree,
@@ -49,7 +49,7 @@ impl Builder<'_> {
             if !tree.is_block(net, *step) {
                 continue;
             }
-            // The one active atomic state of this block offers what stands above it if nothing fireable stands on the way.
+            // The one active atomic state of this block offers the transitions of the states above it if nothing fireable is on the path.
             let mut way = vec![self.is_active(*step), stirs[*step].clone().not()];
             let mut above = net.steps[*step].parent;
             while let Some(state) = above {
@@ -67,7 +67,7 @@ impl Builder<'_> {
         order
     }
 
-    /// Its place among the actions depends on the situation.
+    /// True if its position among the actions depends on the situation.
     fn is_floating(&self, tree: &Tree, id: TransitionId) -> bool {
         let net = self.net;
         let transition = &net.transitions[id];

@@ -1,7 +1,7 @@
-//! The reaction of a statechart in pieces, for code that arranges the evolution itself.
+//! The reaction of a statechart in pieces, for code that organises the evolution itself.
 //!
-//! [`super::program`] writes every choice and every step bit out as straight code. A back end that keeps one state variable for each region and jumps on it
-//! needs the same lists, receptivities, queues and ends of reactions, but none of that code: it gets them here, made by the same builder.
+//! [`super::program`] writes every choice and every step bit as straight-line code. A back end that keeps one state variable for each region and jumps on
+//! it needs the same lists, receptivities, queues and ends of reactions, but not that code: this module provides the pieces, made by the same builder.
 //!
 //! ```text
 //! before
@@ -15,10 +15,10 @@
 //! after
 //! ```
 //!
-//! Receptivities are read before anything moves. In the lists the bits of [`StatePieces::is_watched`] states are read while they move; their exit and entry
-//! lists store them. All other bits are the caller's: they are read in `before`, `check`, `fired` and `after`, where nothing moves, and in the lists of
-//! final states that complete a parallel state, for which a state that has been left reads false and one that has not been entered yet too
-//! ([`StatePieces::completes`]).
+//! Receptivities are read before anything changes. The lists read the bits of [`StatePieces::is_watched`] states while these change; the exit and entry
+//! lists store them. The caller keeps all other bits. They are read in `before`, `check`, `fired` and `after`, where nothing changes, and in the lists of
+//! final states that complete a parallel state ([`StatePieces::completes`]): there a state that has been left reads false, and so does one that has not
+//! been entered yet.
 
 use super::tree::Tree;
 use super::{Builder, ProgramOptions, temp};
@@ -30,34 +30,34 @@ use crate::program::{CellId, Expr, Program, Stmt, TempId, TempRole};
 use crate::simplify::simplify;
 use crate::validate::Valid;
 
-/// The pieces. Cells and temps are those of `program`, whose body is empty.
+/// The pieces. Cells and temporaries belong to `program`, whose body is empty.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pieces {
-    /// Cells with their values after reset, temps, and what reset shows.
+    /// Cells with their values after reset, temporaries, and the visible results of the reset.
     pub program: Program,
-    /// Up to the evolution: timers advance, events join their queue, `count`, `again` and `event` get their first values.
+    /// Everything before the evolution: timers advance, events are queued, `count`, `again` and `event` get their first values.
     pub before: Vec<Stmt>,
     /// At the start of each check.
     pub check: Vec<Stmt>,
     /// After a micro-step.
     pub fired: Vec<Stmt>,
-    /// Instead of a micro-step that is one too many.
+    /// Runs instead of a micro-step beyond the limit.
     pub too_long: Vec<Stmt>,
-    /// After a check that chooses nothing.
+    /// Runs after a check that chooses nothing.
     pub idle: Vec<Stmt>,
     /// After a micro-step, and after the last check.
     pub renew: Vec<Stmt>,
     /// After the evolution: the end of the reaction.
     pub after: Vec<Stmt>,
-    /// The checks go on.
+    /// True while checks continue.
     pub again: Expr,
-    /// No further micro-step is allowed.
+    /// True if no further micro-step is allowed.
     pub is_full: Expr,
-    /// The number of the event that is checked for, 0 for none; nothing where the net has no events.
+    /// The number of the current event, 0 for none; `None` if the net has no events.
     pub event: Option<TempId>,
     /// The events by number, from 1.
     pub events: Vec<InputId>,
-    /// A bound of the checks.
+    /// A bound on the number of checks.
     pub rounds: u32,
     /// The cell of each step's bit.
     pub bits: IdMap<Step, CellId>,
@@ -67,33 +67,34 @@ pub struct Pieces {
     pub transitions: IdMap<Transition, TransitionPieces>,
     /// Content of the default transition of each history.
     pub default_content: IdMap<History, Vec<Stmt>>,
-    /// For each history, its cells: recorded state by state.
+    /// For each history, its cells, one per recorded state.
     pub recorded: IdMap<History, Vec<CellId>>,
 }
 
 /// The lists of a state.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct StatePieces {
-    /// When it is left.
+    /// Runs when the state is left.
     pub exit: Vec<Stmt>,
-    /// When it is entered.
+    /// Runs when the state is entered.
     pub entry: Vec<Stmt>,
-    /// After `entry` when it is entered by default.
+    /// Runs after `entry` when the state is entered by default.
     pub initial_content: Vec<Stmt>,
-    /// After all that: the done events of a final state, or the end of its chart.
+    /// Runs last: the done events of a final state, or the end of its chart.
     pub finish: Vec<Stmt>,
-    /// Some list reads its bit while it moves.
+    /// Some list reads its bit while it changes.
     pub is_watched: bool,
-    /// Its bit is asked for by a final state that completes a parallel one.
+    /// A final state that completes a parallel state reads its bit.
     pub completes: bool,
 }
 
 /// A transition.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TransitionPieces {
-    /// Its receptivity without its events, true only while its chart runs. Where `is_named`, the whole of fireable: source, event and receptivity.
+    /// Its receptivity without its events, true only while its chart is running. If `is_named`, the complete fireable condition: source, event and
+    /// receptivity.
     pub guard: Expr,
-    /// The guard was evaluated in `check`, because something else asks for it or because it calls a function.
+    /// The guard is evaluated in `check`, because something else reads it or because it calls a function.
     pub is_named: bool,
     /// Its actions.
     pub actions: Vec<Stmt>,
@@ -102,7 +103,7 @@ pub struct TransitionPieces {
 /// The pieces of a statechart.
 ///
 /// # Errors
-/// What no bounded program can say ([`super::codes`]).
+/// Constructs that a bounded program cannot express ([`super::codes`]).
 pub fn pieces(net: &Valid<Net>) -> Result<Pieces, Vec<Diagnostic>> {
     let mut builder = Builder::new(net, &ProgramOptions::default());
     let mut pieces = builder.pieces();
@@ -124,7 +125,7 @@ impl Builder<'_> {
         let mut check = Vec::new();
         self.compare_others(&mut check);
         let guards = self.guards(rounds.current, &mut check);
-        // The lists of one micro-step, each at an unknown place of its sequence.
+        // The lists of one micro-step; their positions in its sequence are unknown.
         self.begin_sequence();
         let watched = IdMap::build(&net.steps, |step, _| self.needs.watched[step]);
         let mut states = IdMap::filled(&net.steps, StatePieces::default());
@@ -195,7 +196,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The receptivities; those that others ask for, or that call functions, under a name.
+    /// The receptivities; those that others read, or that call functions, become named temporaries.
     fn guards(
         &mut self,
         current: Option<TempId>,
@@ -223,7 +224,7 @@ impl Builder<'_> {
                     calls |= net.inputs[*input].kind == InputKind::Extern;
                 }
             });
-            // A chart that has ended stands in its final state, so other transitions are not enabled any more.
+            // A chart that has ended is in its final state, so no other transition is enabled.
             let source = transition.requires.first().map(|source| &net.steps[*source]);
             let is_last =
                 source.is_some_and(|it| it.kind == StepKind::Final && it.parent.is_none());
@@ -247,7 +248,7 @@ impl Builder<'_> {
 }
 
 impl Pieces {
-    /// The pieces without cells and temps that nothing reads.
+    /// The pieces without cells and temporaries that are never read.
     fn pruned(mut self) -> Self {
         let mut lists: Vec<&mut Vec<Stmt>> = vec![
             &mut self.before,

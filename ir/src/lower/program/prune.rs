@@ -1,10 +1,10 @@
-//! Drops cells and temps that are written and never read.
+//! Removes cells and temporaries that are written but never read.
 //!
 //! ```text
 //! before: pending e := true;  a.t := a.t + dt;  a := ..      after: a := ..
 //! ```
 //!
-//! Steps and variables always stay: a trace shows them.
+//! Steps and variables are always kept, because a trace shows them.
 
 use std::collections::BTreeSet;
 use std::convert::Infallible;
@@ -13,7 +13,7 @@ use crate::arena::{Arena, IdMap};
 use crate::expr::Expr as GenericExpr;
 use crate::program::{Cell, CellId, Expr, Leaf, Origin, Program, Stmt, Temp, TempId};
 
-/// The program without what nobody reads.
+/// The program without values that are never read.
 pub(super) fn prune(program: Program) -> Program {
     let mut program = program;
     loop {
@@ -29,7 +29,7 @@ pub(super) fn prune(program: Program) -> Program {
     }
 }
 
-/// The same for the pieces of a program: their lists and expressions, the temps and cells that others than they read. Gives the new ids.
+/// The same for the pieces of a program: their lists and expressions, and the temporaries and cells that others read. Returns the new ids.
 pub(super) fn prune_pieces(
     program: &mut Program,
     lists: &mut [&mut Vec<Stmt>],
@@ -70,10 +70,10 @@ pub(super) fn prune_pieces(
     }
 }
 
-/// What became of cells and temps.
+/// The new ids of cells and temporaries.
 pub(super) type Pruned = Renamed;
 
-/// Steps and variables always stay, and what is read.
+/// Steps and variables, and all cells that are read.
 fn keep_cells(program: &Program, read: &BTreeSet<Leaf>) -> IdMap<Cell, bool> {
     IdMap::build(&program.cells, |id, cell| {
         matches!(cell.origin, Origin::Step(_) | Origin::Var(_)) || read.contains(&Leaf::Cell(id))
@@ -88,7 +88,7 @@ fn note(read: &mut BTreeSet<Leaf>, expr: &Expr, but: Option<Leaf>) {
     });
 }
 
-/// What is read, but for a counter that only counts itself.
+/// All values that are read, except by a counter that only updates itself.
 fn reads(body: &[Stmt], read: &mut BTreeSet<Leaf>) {
     for statement in body {
         match statement {
@@ -116,7 +116,7 @@ fn reads(body: &[Stmt], read: &mut BTreeSet<Leaf>) {
     }
 }
 
-/// The new ids of what is kept.
+/// The new ids of everything that is kept.
 pub(super) struct Renamed {
     cells: IdMap<Cell, Option<CellId>>,
     temps: IdMap<Temp, Option<TempId>>,
@@ -202,7 +202,7 @@ impl Renamed {
         out
     }
 
-    /// A kept statement reads kept things only, but for what a dropped self-reference stood for.
+    /// A kept statement reads only kept values, except a removed counter that reads itself.
     fn expr(&self, expr: &Expr) -> Expr {
         let leaf = |leaf: &Leaf| match leaf {
             Leaf::Cell(id) => self.cells[*id].map(Leaf::Cell),

@@ -1,7 +1,7 @@
 //! The event queues of statecharts (§5).
 //!
-//! A queue is an array whose first element is taken next; its elements are numbers of events, 0 behind its end. Where nothing is sent and every event of a row
-//! fits, the external queue is no array at all: the events of a row wait in their own bits and are taken in declaration order.
+//! A queue is an array whose first element is taken next; its elements are event numbers, 0 after its end. If nothing is sent and every event of a row
+//! fits, the external queue is not an array: the events of a row wait in their own bits and are taken in declaration order.
 
 use super::{Builder, cell, codes, temp};
 use crate::arena::IdMap;
@@ -16,13 +16,13 @@ use super::lists::select;
 /// Both queues of a net.
 #[derive(Debug, Clone)]
 pub(super) struct Queues {
-    /// The events that something is `on`, in declaration order: the first has number 1.
+    /// The events that some `on` refers to, in declaration order; the first has number 1.
     pub(super) events: Vec<InputId>,
-    /// Raised events, where something is raised.
+    /// Raised events, if any event is raised.
     pub(super) internal: Option<Queue>,
     /// Events of rows and sends.
     pub(super) external: External,
-    /// Something is sent into the external queue.
+    /// True if something is sent to the external queue.
     pub(super) sends: bool,
 }
 
@@ -39,16 +39,16 @@ pub(super) struct Queue {
 pub(super) enum External {
     /// There are none.
     None,
-    /// In the bits of the row, each with the temp that says whether it still waits.
+    /// In the bits of the row, each with the temporary that tells whether it is still waiting.
     Row(Vec<(InputId, Option<TempId>)>),
     /// In a queue.
     Queue(Queue),
 }
 
-/// The most places that a queue may have.
+/// The maximum number of places in a queue.
 const LONGEST: usize = 65_535;
 
-/// The longest queue that is moved up element by element.
+/// The longest queue whose elements are moved individually.
 const SHORT: u32 = 8;
 
 fn arith(op: ArithOp, a: Expr, b: i64) -> Expr {
@@ -64,18 +64,18 @@ pub(super) fn is_empty(queue: Queue) -> Expr {
 }
 
 impl Queues {
-    /// The number of an event in the queues; none for one that never joins them.
+    /// The number of an event in the queues; `None` for one that is never queued.
     pub(super) fn number(&self, event: InputId) -> Option<i64> {
         let at = self.events.binary_search(&event).ok()?;
         i64::try_from(at + 1).ok()
     }
 
-    /// The type of a number of an event, 0 for none.
+    /// The type of an event number; 0 means none.
     pub(super) fn number_type(&self) -> Type {
         Type::Int { lo: 0, hi: i64::try_from(self.events.len()).unwrap_or(i64::MAX) }
     }
 
-    /// The most events that can wait outside when the evolution begins.
+    /// The maximum number of events in the external queue when the evolution begins.
     pub(super) fn external_bound(&self) -> u32 {
         match &self.external {
             External::None => 0,
@@ -88,7 +88,7 @@ impl Queues {
 impl Builder<'_> {
     pub(super) fn queue_cells(&mut self) {
         let net = self.net;
-        // An event that nothing is `on` never joins a queue.
+        // An event that no `on` refers to is never queued.
         let mut listens = IdMap::filled(&net.inputs, false);
         net.transitions.values().flat_map(|one| &one.events).for_each(|event| {
             listens[*event] = true;
@@ -99,8 +99,8 @@ impl Builder<'_> {
         let n_of_rows = u32::try_from(of_rows.len()).unwrap_or(u32::MAX);
         let bound = net.settings.queue.unwrap_or(n_of_rows);
         if (bound as usize) > LONGEST {
-            let message = format!("the queues have {bound} places each, the most is {LONGEST}");
-            let help = "declare how many events can really wait at the same time";
+            let message = format!("the queues have {bound} places each; the maximum is {LONGEST}");
+            let help = "declare the number of events that can really wait at the same time";
             let place = net.name.span;
             let finding =
                 Diagnostic::error(codes::QUEUE_TOO_LONG, message).at(place, "").help(help);
@@ -138,7 +138,7 @@ impl Builder<'_> {
         self.queues = Some(queues);
     }
 
-    /// `raise e`: outside statecharts it holds in the next check; in a statechart it joins the internal queue.
+    /// `raise e`: outside statecharts the event is present in the next check; in a statechart it joins the internal queue.
     pub(super) fn raise(&mut self, event: InputId, out: &mut Vec<Stmt>) {
         if let Some(pending) = self.pending[event] {
             out.push(Stmt::Store(pending, None, Expr::bool(true)));
@@ -151,7 +151,7 @@ impl Builder<'_> {
         }
     }
 
-    /// `send e after d`: a delayed one starts its slot anew, any other joins the external queue at once.
+    /// `send e after d`: a delayed send restarts its slot; any other joins the external queue at once.
     pub(super) fn send(&mut self, slot: SendId, out: &mut Vec<Stmt>) {
         let data = &self.net.sends[slot];
         if let Some(left) = self.send[slot] {
@@ -170,7 +170,7 @@ impl Builder<'_> {
         }
     }
 
-    /// When the queue is full the event is lost and the row shows a fault.
+    /// Adds an event; if the queue is full, the event is lost and the row reports a fault.
     fn join(&mut self, queue: Queue, number: i64, out: &mut Vec<Stmt>) {
         let has_room =
             Expr::compare(CompareOp::Lt, cell(queue.length), Expr::int(i64::from(queue.bound)));
@@ -182,7 +182,7 @@ impl Builder<'_> {
         out.push(Stmt::If(has_room, room, lost));
     }
 
-    /// Takes the first event out of a queue that has one.
+    /// Takes the first event from a queue that is not empty.
     pub(super) fn take_first(&mut self, queue: Queue, current: TempId, out: &mut Vec<Stmt>) {
         out.push(Stmt::Set(current, element(queue.items, Expr::int(0))));
         let last = i64::from(queue.bound) - 1;
@@ -211,7 +211,7 @@ impl Builder<'_> {
         out.push(Stmt::Store(queue.items, Some(temp(at)), Expr::int(0)));
     }
 
-    /// L3 of statecharts: due sends by the ticks they had left, then by slot; then the events of the row.
+    /// L3 of statecharts: due sends by their remaining ticks, then by slot; then the events of the row.
     pub(super) fn latch_queues(&mut self, out: &mut Vec<Stmt>) {
         self.latch_sends(out);
         let Some(mut queues) = self.queues.take() else { return };
@@ -252,7 +252,7 @@ impl Builder<'_> {
         self.queues = Some(queues);
     }
 
-    /// Slots lose the ticks that have passed; those with no more left than that are due.
+    /// Reduces the slots by the ticks that have passed; those without remaining ticks are due.
     fn latch_sends(&mut self, out: &mut Vec<Stmt>) {
         if self.reset {
             return;
@@ -265,7 +265,7 @@ impl Builder<'_> {
             let runs = Expr::compare(CompareOp::Gt, cell(left), Expr::int(0));
             let ends = Expr::compare(CompareOp::Le, cell(left), dt());
             let ty = Type::Int { lo: 0, hi: longest };
-            // The ticks that a due slot had left; 0 when it is not due.
+            // The ticks that a due slot had left; 0 if it is not due.
             let had = self.new_temp(format!("{}.due", slot.name), ty, TempRole::Helper);
             out.push(Stmt::Set(
                 had,
@@ -292,7 +292,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Rounds: in each, all slots that had the least ticks left join. With ticks of 1 a round is enough.
+    /// In each round, all slots with the fewest remaining ticks join the queue. With ticks of 1 one round is enough.
     fn join_in_order(&mut self, due: &[(TempId, InputId)], longest: i64, out: &mut Vec<Stmt>) {
         let waits = |had: TempId| Expr::compare(CompareOp::Gt, temp(had), Expr::int(0));
         let least = self.new_temp("least", Type::Int { lo: 0, hi: longest }, TempRole::Helper);
@@ -313,7 +313,7 @@ impl Builder<'_> {
         out.push(Stmt::Repeat { limit, condition, body });
     }
 
-    /// Nothing waits any more.
+    /// Empties the queues.
     pub(super) fn drop_queues(&self) -> Vec<Stmt> {
         let mut out = Vec::new();
         let Some(queues) = &self.queues else { return out };

@@ -1,14 +1,14 @@
-//! The orders that a net fixes once and for all: ranks of partial charts, urgency of transitions (§3.3, §4).
+//! The static orders of a net: ranks of partial charts, urgency of transitions (§3.3, §4).
 
 use crate::arena::IdMap;
 use crate::net::{
     Enter, Net, Part, PartId, Policy, Schedule, StepId, TransitionId, TransitionKind,
 };
 
-/// Stands for "no number", which comes last.
+/// Means "no number", which comes last.
 pub(super) const LAST: u64 = u64::MAX;
 
-/// Sorted lists of everything that has an order of its own in a micro-step.
+/// Sorted lists of all objects that have a static order in a micro-step.
 #[derive(Debug, Clone)]
 pub(super) struct Ranks {
     rank: IdMap<Part, u64>,
@@ -22,7 +22,7 @@ pub(super) struct Ranks {
 impl Ranks {
     pub(super) fn of(net: &Net) -> Self {
         let mut chart = IdMap::build(&net.parts, |id, _| id);
-        // Parts stand depth first, so the chart that holds a part is the last one before it with a lower level.
+        // Parts are in depth-first order, so the chart that contains a part is the last one before it with a lower level.
         let mut way = Vec::new();
         let rank = IdMap::build(&net.parts, |id, part| {
             while way.last().is_some_and(|above| net.parts[*above].level >= part.level) {

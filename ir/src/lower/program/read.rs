@@ -9,7 +9,7 @@ use crate::program::{Expr, Leaf};
 use crate::span::Span;
 
 impl Builder<'_> {
-    /// The expression with every value read as it stands at this place of the program. Edges and events are those of the check.
+    /// The expression with every value read at this point of the program. Edges and events have their values from the check.
     pub(super) fn read(&self, expr: &net::Expr) -> Expr {
         let read = expr.try_map::<Leaf, Infallible>(
             &mut |leaf, span| Ok(Expr { span, ..self.read_leaf(*leaf) }),
@@ -73,7 +73,7 @@ impl Builder<'_> {
         }
     }
 
-    /// `s.done`: a step without tasks has done them at once.
+    /// `s.done`: a step without tasks is done immediately.
     fn tasks_done(&self, step: StepId) -> Expr {
         let active = self.is_active(step);
         let Some(index) = self.task[step] else { return active };
@@ -82,14 +82,14 @@ impl Builder<'_> {
     }
 }
 
-/// The operand reads inputs and constants alone (§3.7).
+/// True if the operand reads only inputs and constants (§3.7).
 pub(super) fn is_over_inputs(operand: &EdgeOperand) -> bool {
     let mut over_inputs = true;
     operand.expr.for_each_leaf(&mut |leaf| over_inputs &= matches!(leaf, net::Leaf::Input(_)));
     over_inputs
 }
 
-/// A name for the memory of an operand: that of its first leaf.
+/// A name for the memory of an operand: the name of its first leaf.
 pub(super) fn name_of_operand(net: &Net, operand: &EdgeOperand) -> String {
     let mut name = None;
     operand.expr.for_each_leaf(&mut |leaf| {

@@ -1,4 +1,4 @@
-//! A program as text, for dumps and tests. It is read by people only: names need not be unique.
+//! A program as text, for dumps and tests. Only people read it: names may not be unique.
 
 use std::fmt::Write;
 

@@ -1,12 +1,13 @@
 //! The evolution of statecharts: EVOLVE-STATECHART of §3.9, the choice of §4, and SCXML's exit, content and entry (§3.3, §5).
 //!
-//! One round of the loop is one check: for no event, or for the one just taken from a queue. A round that fires nothing takes the next event, or ends.
+//! One round of the loop is one check: without an event, or for the event just taken from a queue. A round that fires nothing takes the next event, or
+//! ends.
 //!
-//! # The choice without its sequence
-//! The page offers transitions atomic state by atomic state and lets an inner one replace outer ones. As exit sets are whole subtrees, two of them meet
-//! exactly if one domain lies in the other, and the outcome is that of working off the sources from the inside out and in document order: a transition that
-//! is offered fires unless one with a meeting exit set has been taken before it. Offered it is if it is the first fireable one of its source and, from some
-//! active atomic state, nothing fireable stands on the way (inner-first: up to the source; outer-first: from the root down to it).
+//! # The choice as a formula
+//! semantics.md offers transitions atomic state by atomic state and lets an inner one replace outer ones. Exit sets are whole subtrees, so two of them
+//! intersect exactly if one domain contains the other. The result equals processing the sources from the inside out and in document order: an offered
+//! transition fires unless one with an intersecting exit set was taken before it. A transition is offered if it is the first fireable one of its source
+//! and, from some active atomic state, nothing fireable is on the path (inner-first: up to the source; outer-first: from the root down to it).
 
 use std::collections::BTreeMap;
 
@@ -21,16 +22,16 @@ use crate::program::{Expr, Origin, Stmt, TempId, TempRole};
 use crate::simplify::simplify;
 use crate::span::Span;
 
-/// What counts the rounds of an evolution.
+/// The counters of an evolution.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rounds {
-    /// Micro-steps since the last event that starts the count anew.
+    /// Micro-steps since the last event that restarts the count.
     pub(super) count: TempId,
-    /// There is another round.
+    /// True if there is another round.
     pub(super) again: TempId,
-    /// The number of the event that is checked for, 0 for none; nothing where the net has no events.
+    /// The number of the current event, 0 for none; `None` if the net has no events.
     pub(super) current: Option<TempId>,
-    /// How many events that start the count anew still wait; where nothing is sent, all do.
+    /// The number of waiting events that restart the count; `None` if nothing is sent, because then all of them do.
     restarts: Option<TempId>,
 }
 
@@ -66,7 +67,7 @@ impl Builder<'_> {
         out
     }
 
-    /// L1 to L3, with the flag that says whether the reaction went wrong.
+    /// L1 to L3; returns the flag that becomes true on a fault.
     pub(super) fn begin_reaction(&mut self, out: &mut Vec<Stmt>) -> TempId {
         self.note_ended(out);
         self.latch(out);
@@ -74,7 +75,7 @@ impl Builder<'_> {
         let mut latched = Vec::new();
         self.latch_queues(&mut latched);
         match self.all_ended() {
-            // Row events of the temps are set in any case, so that each temp has a value.
+            // The temporaries of row events are always set, so that each has a value.
             Some(all)
                 if !matches!(
                     self.queues.as_ref().map(|queues| &queues.external),
@@ -124,7 +125,7 @@ impl Builder<'_> {
         fault
     }
 
-    /// Nothing runs any more; none where that cannot be.
+    /// True if all charts have ended; `None` if this is impossible.
     pub(super) fn all_ended(&self) -> Option<Expr> {
         let mut all = Vec::new();
         for step in self.net.steps.values() {
@@ -135,7 +136,7 @@ impl Builder<'_> {
         (!all.is_empty()).then(|| simplify(&Expr::and(all)))
     }
 
-    /// The chart of the part has ended, in this reaction or before.
+    /// True if the chart of the part has ended, in this reaction or before.
     pub(super) fn has_ended(&self, part: PartId) -> Option<Expr> {
         self.ended[self.ranks.chart_of(part)].map(cell)
     }
@@ -170,7 +171,7 @@ impl Builder<'_> {
         } else {
             body.push(Stmt::If(any.clone(), fired, idle));
         }
-        // A check that fires nothing and is followed by another one does not renew (§3.7).
+        // A check that fires nothing and is followed by another one does not update the edges (§3.7).
         let mut renew = Vec::new();
         self.renew_edges(&mut renew);
         when(Expr::or([any, temp(again).not()]), renew, &mut body);
@@ -179,7 +180,7 @@ impl Builder<'_> {
         out.push(Stmt::Repeat { limit, condition: temp(again), body });
     }
 
-    /// What counts the rounds gets its first values.
+    /// Sets the first values of the round counters.
     pub(super) fn begin_evolution(&mut self, out: &mut Vec<Stmt>) -> Rounds {
         let top = i64::from(self.limit().unwrap_or(1));
         let count = self.new_temp("micro_steps", Type::Int { lo: 0, hi: top }, TempRole::Helper);
@@ -192,7 +193,7 @@ impl Builder<'_> {
         Rounds { count, again, current, restarts }
     }
 
-    /// A micro-step is over: the next check is for no event, and there is none if all charts have ended.
+    /// After a micro-step: the next check is without an event; there is none if all charts have ended.
     pub(super) fn after_micro_step(&self, rounds: Rounds) -> Vec<Stmt> {
         let mut out = vec![Stmt::Set(rounds.count, plus_one(rounds.count))];
         if let Some(current) = rounds.current {
@@ -206,7 +207,7 @@ impl Builder<'_> {
         out
     }
 
-    /// Instead of the micro-step after the last allowed one.
+    /// Runs instead of a micro-step beyond the limit.
     pub(super) fn too_long(&self, fault: TempId, rounds: Rounds) -> Vec<Stmt> {
         let mut out =
             vec![Stmt::Set(fault, Expr::bool(true)), Stmt::Set(rounds.again, Expr::bool(false))];
@@ -214,7 +215,7 @@ impl Builder<'_> {
         out
     }
 
-    /// The number of the event that is checked for, 0 for none; nothing where the net has no events.
+    /// The number of the current event, 0 for none; `None` if the net has no events.
     fn begin_events(&mut self, out: &mut Vec<Stmt>) -> Option<TempId> {
         let queues = self.queues.as_ref()?;
         if queues.internal.is_none() && matches!(queues.external, External::None) {
@@ -226,7 +227,7 @@ impl Builder<'_> {
         Some(current)
     }
 
-    /// How many events that restart the count still wait; where nothing is sent, all do.
+    /// The number of waiting events that restart the count; `None` if nothing is sent, because then all of them do.
     fn begin_restarts(&mut self, out: &mut Vec<Stmt>) -> Option<TempId> {
         let queues = self.queues.as_ref()?;
         let External::Queue(queue) = queues.external else { return None };
@@ -239,7 +240,7 @@ impl Builder<'_> {
         Some(restarts)
     }
 
-    /// A bound of the rounds: micro-steps, events taken, and the last empty check.
+    /// A bound on the rounds: micro-steps, events taken, and the last empty check.
     pub(super) fn most_rounds(&self, limit: u32) -> u32 {
         let Some(queues) = &self.queues else { return u32::MAX };
         let outside = u64::from(queues.external_bound());
@@ -254,7 +255,7 @@ impl Builder<'_> {
         u32::try_from(steps.saturating_add(taken).saturating_add(1)).unwrap_or(u32::MAX)
     }
 
-    /// A round without effect: take an internal event, else an external one, else stop.
+    /// A round without effect: takes an internal event, else an external one, else stops.
     pub(super) fn take_next(&mut self, rounds: Rounds) -> Vec<Stmt> {
         let Rounds { count, again, current, restarts } = rounds;
         let mut idle = vec![Stmt::Set(again, Expr::bool(false))];
@@ -287,7 +288,7 @@ impl Builder<'_> {
         idle
     }
 
-    /// F of a check: without event those that need none, with one those that name it [C18].
+    /// F of a check: without an event, the transitions that need none; with an event, those that name it [C18].
     fn fireable_in_statechart(
         &mut self,
         current: Option<TempId>,
@@ -330,7 +331,7 @@ impl Builder<'_> {
     ) -> IdMap<Transition, Expr> {
         let net = self.net;
         let inner_first = net.settings.policy == Policy::InnerFirst;
-        // Of each state: something fireable leaves it; something fireable leaves it or what lies in it (inner-first) or around it (outer-first).
+        // For each state: whether a fireable transition leaves it, and whether one leaves it or a descendant (inner-first) or an ancestor (outer-first).
         let mut own = IdMap::filled(&net.steps, Expr::bool(false));
         for (step, data) in net.steps.iter() {
             let any = Expr::or(tree.leaving[step].iter().map(|id| fireable[*id].clone()));
@@ -389,7 +390,7 @@ impl Builder<'_> {
         fire
     }
 
-    /// From some active atomic state in an active state, nothing fireable stands on the way up to it.
+    /// True if, from some active atomic state in an active state, nothing fireable is on the path up to it.
     fn is_free_below(
         &mut self,
         tree: &Tree,
@@ -406,7 +407,7 @@ impl Builder<'_> {
         let mut ways = Vec::new();
         for child in &tree.children[step] {
             if free[*child].is_none() {
-                // Children stand before their parents, so theirs is known by now.
+                // Children come before their parents, so their values are already known.
                 let below = self.is_free_below(tree, *child, own, beyond, free, out);
                 let active = if self.net.steps[step].kind == StepKind::Parallel {
                     Expr::bool(true)
@@ -422,7 +423,7 @@ impl Builder<'_> {
         Expr::or(ways)
     }
 
-    /// Transitions taken before this one whose exit sets meet its own.
+    /// Transitions taken before this one whose exit sets intersect its own.
     fn rivals(
         &mut self,
         tree: &Tree,
@@ -440,7 +441,7 @@ impl Builder<'_> {
                 rivals.push(self.has_moved(tree, *child, fire, moved, out));
             }
         }
-        // On the way up, each parallel state has regions whose transitions were taken before.
+        // On the path up, each parallel state has regions whose transitions were taken before.
         let mut region = source;
         while let Some(parent) = net.steps[region].parent {
             if net.steps[parent].kind == StepKind::Parallel {
@@ -462,7 +463,7 @@ impl Builder<'_> {
         rivals
     }
 
-    /// Some transition out of the state or out of what lies in it was taken and leaves something.
+    /// True if a transition out of the state or out of a descendant was taken and leaves something.
     fn has_moved(
         &mut self,
         tree: &Tree,
@@ -495,7 +496,7 @@ fn plus_one(id: TempId) -> Expr {
     GenericExpr::new(sum, Span::default())
 }
 
-/// The next event of the row, in declaration order, without nesting one choice into the other.
+/// Takes the next event of the row, in declaration order, without nested choices.
 fn take_of_row(
     events: &[(InputId, Option<TempId>)],
     current: TempId,

@@ -1,4 +1,4 @@
-//! Programs of small nets: their text where the shape matters, their rows where only the outcome does.
+//! Programs of small nets: their text if the form matters, otherwise their rows.
 
 use super::{ProgramOptions, codes, program, show};
 use crate::net::Net;
@@ -23,7 +23,8 @@ fn shown(source: &str) -> String {
     show(&net, &program)
 }
 
-/// The rows of a run: each input line sets the named inputs to 1 for one tick. A row lists the active steps, then outputs that are not 0, `fault` among them.
+/// The rows of a run: each input line sets the named inputs to 1 for one tick. A row lists the active steps, then the outputs that are not 0, including
+/// `fault`.
 fn rows(source: &str, stimulus: &[&str]) -> Vec<String> {
     let (net, program) = made(source);
     let mut machine = Machine::new(&program);
@@ -132,7 +133,7 @@ transition t5 in demo s -> u priority 1 when y
 ";
     let text = shown(source);
     let body = text.split("\n\n").nth(1).unwrap();
-    // t1 and t3 deny each other by their conditions, t2 by its `otherwise`; t4 leaves another step.
+    // The conditions of t1 and t3 exclude each other, and so does the `otherwise` of t2; t4 leaves another step.
     let expected = "\
 %t1.fireable := s and x
 %t4 := t and x
@@ -266,7 +267,7 @@ transition t4 in demo b -> i
 
 #[test]
 fn a_targetless_transition_acts_where_it_is_selected() {
-    // P offers `outer` through the first region that has nothing of its own; `inner` of the other region acts before or after it.
+    // P offers `outer` through the first region that offers nothing of its own; `inner` of the other region runs before or after it.
     let source = "
 net demo
 policy inner-first

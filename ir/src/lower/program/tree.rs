@@ -3,17 +3,17 @@
 use crate::arena::IdMap;
 use crate::net::{Net, Step, StepId, StepKind, Transition, TransitionId};
 
-/// Parents, children and what leaves them.
+/// Parents, children, and the transitions that leave each state.
 #[derive(Debug, Clone)]
 pub(super) struct Tree {
     pub(super) children: IdMap<Step, Vec<StepId>>,
     /// Transitions by source, in document order.
     pub(super) leaving: IdMap<Step, Vec<TransitionId>>,
-    /// More than one atomic state may be active in it.
+    /// Whether more than one atomic state may be active in it.
     pub(super) is_wide: IdMap<Step, bool>,
     /// Children before parents, otherwise in document order.
     pub(super) post_order: Vec<StepId>,
-    /// The state whose proper descendants a transition leaves; none for a whole part.
+    /// The state whose proper descendants a transition leaves; `None` for a whole part.
     pub(super) domain: IdMap<Transition, Option<StepId>>,
 }
 
@@ -33,7 +33,7 @@ impl Tree {
                 leaving[*source].push(id);
             }
         }
-        // Depth first without recursion: a state is pushed again to be listed after its children.
+        // Depth first without recursion: a state is pushed a second time, to be listed after its children.
         let mut post_order = Vec::new();
         let mut todo: Vec<(StepId, bool)> = roots.iter().rev().map(|step| (*step, false)).collect();
         while let Some((step, is_done)) = todo.pop() {
@@ -49,19 +49,19 @@ impl Tree {
             let branches = net.steps[*step].kind == StepKind::Parallel && children[*step].len() > 1;
             is_wide[*step] = branches || children[*step].iter().any(|child| is_wide[*child]);
         }
-        // The first state that a transition leaves in document order is a child of its domain, for parents are declared before children.
+        // The first state in document order that a transition leaves is a child of its domain, because parents are declared before children.
         let domain = IdMap::build(&net.transitions, |_, transition| {
             transition.clears.iter().min().and_then(|first| net.steps[*first].parent)
         });
         Tree { children, leaving, is_wide, post_order, domain }
     }
 
-    /// Exactly one atomic state is active in it while it is active, and that is not so of what lies around it.
+    /// True if exactly one atomic state is active in it while it is active, and this is not the case for its parent.
     pub(super) fn is_block(&self, net: &Net, step: StepId) -> bool {
         !self.is_wide[step] && net.steps[step].parent.is_none_or(|parent| self.is_wide[parent])
     }
 
-    /// The transitions out of a state and out of what lies in it.
+    /// The transitions out of a state and out of its descendants.
     pub(super) fn within(&self, step: StepId) -> Vec<TransitionId> {
         let mut all = Vec::new();
         let mut todo = vec![step];
@@ -72,7 +72,7 @@ impl Tree {
         all
     }
 
-    /// Firing leaves everything in `state`, which lies around the transition's source.
+    /// True if firing leaves everything in `state`, which contains the transition's source.
     pub(super) fn leaves(&self, net: &Net, transition: TransitionId, state: StepId) -> bool {
         if net.transitions[transition].clears.is_empty() {
             return false;

@@ -1,4 +1,4 @@
-//! Charts built by hand, a line each.
+//! Charts built by hand, one line each.
 
 use crate::chart::*;
 use crate::diag::Diagnostic;
@@ -8,7 +8,7 @@ use crate::net::{self, Meta};
 use crate::span::{FileId, Name, Span};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Each call gives another place, as a real source does.
+/// Each call returns a different location, as a real source does.
 pub(super) fn span() -> Span {
     static NEXT: AtomicUsize = AtomicUsize::new(0);
     let start = NEXT.fetch_add(1, Ordering::Relaxed);
@@ -200,14 +200,14 @@ pub(super) fn told(findings: &[Diagnostic]) -> Vec<String> {
     findings.iter().map(|one| format!("{} {}", one.code.id, one.message)).collect()
 }
 
-/// The net of one chart that has nothing wrong with it.
+/// The net of one chart without any findings.
 pub(super) fn clean(items: Vec<Vec<Item>>) -> net::Net {
     let (net, findings) = lower(&design(vec![chart("c", items)]));
     assert_eq!(told(&findings), Vec::<String>::new());
     net.expect("no finding is an error").into_inner()
 }
 
-/// All that is said about one chart.
+/// All findings for one chart.
 pub(super) fn findings(items: Vec<Vec<Item>>) -> Vec<String> {
     told(&lower(&design(vec![chart("c", items)])).1)
 }

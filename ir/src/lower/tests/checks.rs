@@ -1,4 +1,4 @@
-//! Mistakes: all of them at once, in the user's words, with the way out.
+//! Errors: all of them at once, in the user's words, with help.
 
 use super::build::*;
 use crate::chart::*;
@@ -6,7 +6,7 @@ use crate::expr::Type;
 use crate::lower::lower;
 use crate::net::{Policy, Qualifier};
 
-/// What is said about a transition with this condition, among a few declarations.
+/// The findings for a transition with this condition, among a few declarations.
 fn about(condition: Expr) -> Vec<String> {
     findings(vec![
         vec![single()],
@@ -64,8 +64,8 @@ fn wrong_kinds_are_named() {
     assert_eq!(about(v("c")), ["G0203 c is a chart, not a value"]);
     assert_eq!(about(v("R")), ["G0217 R is a continuous output and cannot be read"]);
     assert_eq!(about(v("p1.t")), ["G0212 the time p1.t can only be compared with a constant"]);
-    assert_eq!(about(v("3s")), ["G0212 3 s is not compared with the time of a step or timer"]);
-    assert_eq!(about(ge("p1.t", "n")), ["G0209 n is a variable, and a constant is needed here"]);
+    assert_eq!(about(v("3s")), ["G0212 3 s must be compared with the time of a step or timer"]);
+    assert_eq!(about(ge("p1.t", "n")), ["G0209 expected a constant, but n is a variable"]);
     assert_eq!(about(v("n")), ["G0208 expected a condition, found a number (0..9)"]);
     assert_eq!(about(ge("v", "1")), ["G0236 an array is read without an index"]);
     assert_eq!(about(element("n", v("0"))).len(), 1);
@@ -80,7 +80,7 @@ fn a_transition_needs_steps_at_its_ends() {
         inputs("m"),
         vec![initial("p", vec![]), go("m -> p", v("m")), go("p -> p & p", v("m"))],
     ]);
-    assert_eq!(found, ["G0203 m is an input, not a step", "G0235 step p is named twice"]);
+    assert_eq!(found, ["G0203 m is an input, not a step", "G0235 step p is listed twice"]);
 }
 
 #[test]
@@ -105,11 +105,11 @@ fn an_output_has_one_kind() {
     let set = act("R", ActionHow::Qualified(Qualifier::S, None), None);
     assert_eq!(
         findings(vec![mealy, vec![initial("p", vec![set])]]),
-        ["G0215 the mealy output R is given a memory"]
+        ["G0215 the mealy output R cannot have memory"]
     );
     assert_eq!(
         findings(vec![vec![output_of("N", int(0, 3), false), initial("p", vec![action("N")])]]),
-        ["G0208 output N holds a number (0..3) and is switched like a truth value"]
+        ["G0208 output N is a number (0..3) but is used as a Boolean"]
     );
 }
 
@@ -235,18 +235,18 @@ fn assignments_and_calls_fit_their_targets() {
     assert_eq!(
         found,
         [
-            "G0226 w has 4 elements and 2 initial values",
-            "G0223 n always becomes 9: the value is 10, the range 0..9",
+            "G0226 w has 4 elements but 2 initial values",
+            "G0223 n always becomes 9: the value is 10, but the range is 0..9",
             "G0208 expected a number, found a Boolean",
             "G0208 expected a condition, found a number (3..3)",
-            "G0203 m is an input, which the chart cannot assign",
-            "G0203 E is an event, which the chart cannot assign",
+            "G0203 cannot assign to m: it is an input",
+            "G0203 cannot assign to E: it is an event",
             "G0236 an array is read without an index",
-            "G0236 the index can be 4..4, the array has the elements 0..3",
-            "G0219 speed takes 1 argument, here it gets no argument",
-            "G0223 argument 1 of speed always becomes 9: the value is 10, the range 0..9",
+            "G0236 the index is in 4..4, but the array has elements 0..3",
+            "G0219 speed takes 1 argument, found no arguments",
+            "G0223 argument 1 of speed always becomes 9: the value is 10, but the range is 0..9",
             "G0203 m is an input, not an event",
-            "G0222 `send` stands in a chart that is no statechart"
+            "G0222 `send` is allowed only in a statechart"
         ]
     );
 }
@@ -264,8 +264,8 @@ fn tasks_fit_their_budget() {
     assert_eq!(
         findings(vec![vec![event("E"), initial("p", body)]]),
         [
-            "G0225 a task holds assignments and calls only",
-            "G0224 task large costs 120, its step p has a budget of 100"
+            "G0225 a task can only contain assignments and calls",
+            "G0224 task large costs 120, but its step p has a budget of 100"
         ]
     );
 }
@@ -314,7 +314,7 @@ fn signals_of_the_environment_belong_to_the_chart() {
         found,
         [
             "G0237 an input belongs to the chart, not to a body in it",
-            "G0238 the range 5..1 of n has no value",
+            "G0238 the range 5..1 of n is empty",
             "G0237 this setting belongs to the chart, not to a body in it"
         ]
     );
@@ -407,10 +407,10 @@ fn boards_and_places_name_what_is_there() {
     assert_eq!(
         found,
         [
-            "G0228 pin 2 is given to m and to R",
+            "G0228 pin 2 is assigned to both m and R",
             "G0201 unknown name Q",
             "G0228 m has two pins",
-            "G0255 `place` is not carried out: a design is not split between chip and CPU yet",
+            "G0255 `place` is not supported: designs are not partitioned between chip and CPU yet",
             "G0201 unknown name zz"
         ]
     );
@@ -433,5 +433,5 @@ fn assumptions_are_about_inputs() {
         inputs("m"),
         vec![initial("p", vec![]), go("p -> p", v("m")), Item::Property(assumption)],
     ]);
-    assert_eq!(found, ["G0227 an assumption speaks of more than inputs"]);
+    assert_eq!(found, ["G0227 an assumption can only read inputs"]);
 }

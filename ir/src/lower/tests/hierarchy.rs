@@ -16,7 +16,7 @@ fn on(text: &str, event: &str) -> Item {
     Item::Transition(Transition { events: vec![name(event)], ..arrow(text, None) })
 }
 
-/// What a list enters, by local names.
+/// The entered items of a list, by local names.
 fn enters(net: &Net, list: &[Enter]) -> String {
     let last = |text: &str| text.rsplit('.').next().unwrap_or(text).to_owned();
     let one = |enter: &Enter| match *enter {
@@ -35,7 +35,7 @@ fn entered_by(net: &Net, index: usize) -> String {
     enters(net, &net.transitions.values().nth(index).unwrap().enters)
 }
 
-/// Two states with children, a parallel one among them.
+/// Two states with children; one of them is parallel.
 fn player() -> Vec<Vec<Item>> {
     let mut playing = state_of(
         "playing",
@@ -106,7 +106,7 @@ fn transitions_of_statecharts_leave_their_domain_and_complete_their_targets() {
 #[test]
 fn states_with_history_in_a_grafcet_are_errors_only() {
     let mut items = player();
-    // Without a policy of statecharts, as where the line that sets it is damaged.
+    // Without a statechart policy, for example if the line that sets it is damaged.
     items[0].remove(0);
     let (net, found) = lower(&design(vec![chart("c", items)]));
     assert!(net.is_none());
@@ -126,7 +126,7 @@ fn an_internal_transition_does_not_leave_its_source() {
     items[1].extend([
         internal("playing -> playing.fast"),
         internal("playing -> playing.H"),
-        // As external: the first target is not inside, the second source is parallel.
+        // Like external transitions: the first target is not inside the source, and the second source is parallel.
         internal("playing -> playing"),
         internal("both -> both.left.b"),
         internal("off ->"),
@@ -168,7 +168,7 @@ fn a_reaction_can_be_written_beside_its_step() {
     assert_eq!(
         findings(chart(vec![inside("p -> q"), inside("p & q ->")])),
         [
-            "G0222 an internal transition needs a statechart, and this chart is none",
+            "G0222 an internal transition is allowed only in a statechart",
             "G0222 a reaction belongs to exactly one step"
         ]
     );
@@ -181,7 +181,7 @@ fn names_in_states_are_those_of_the_chart() {
         items[1].extend(extra);
         items
     };
-    // Bare, and qualified by any state around.
+    // Names alone, and qualified by any enclosing state.
     let net = clean(drawn(vec![
         on("off -> d & b", "E"),
         on("right.c -> both.left.a", "E"),
@@ -196,7 +196,7 @@ fn names_in_states_are_those_of_the_chart() {
         findings(drawn(vec![state("more", vec![step("a", vec![]), var("n", int(0, 3))])])),
         ["G0202 a is declared twice", "G0202 n is declared twice"]
     );
-    // Histories are no part of a trace: each state has its own.
+    // Histories are not part of a trace: each state may have its own.
     let history = |owner: &str| {
         let mut made =
             state_of(owner, StepRole::Plain, false, vec![step(&format!("{owner}1"), vec![])]);
@@ -250,7 +250,7 @@ fn the_completion_of_a_state_is_an_event_and_needs_a_queue() {
     };
     assert_eq!(
         findings(ends(None)),
-        ["G0221 events are raised or sent at once, and the queues have no bound"]
+        ["G0221 events are raised or sent without delay, but the queues have no bound"]
     );
     let net = clean(ends(Some(2)));
     let done = net.steps.values().next().unwrap().done_event.unwrap();
@@ -302,7 +302,7 @@ fn statecharts_refuse_what_only_a_grafcet_has() {
         ["G0213 the event E is not allowed in a condition of a statechart"]
     );
     let grafcet = findings(vec![vec![state("s", vec![]), initial("p", vec![])]]);
-    assert_eq!(grafcet, ["G0222 a state needs a statechart, and this chart is none"]);
+    assert_eq!(grafcet, ["G0222 a state is allowed only in a statechart"]);
 }
 
 #[test]
@@ -409,7 +409,7 @@ fn forcing_orders_name_steps_of_the_forced_chart() {
         [
             "G0201 unknown name h",
             "G0234 chart g forces itself",
-            "G0234 charts force each other in a circle: top -> g -> top"
+            "G0234 charts force each other in a cycle: top -> g -> top"
         ]
     );
 }

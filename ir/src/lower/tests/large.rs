@@ -1,9 +1,9 @@
-//! Cost.
+//! Running time on large inputs.
 
 use super::build::*;
 use crate::lower::lower;
 
-/// 100 000 steps and as many transitions, one in ten with an `otherwise`. Timed by hand: `cargo test --release lower::tests::large -- --nocapture`.
+/// 100 000 steps and as many transitions, one in ten with an `otherwise`. Measured by hand: `cargo test --release lower::tests::large -- --nocapture`.
 #[test]
 fn a_large_chart_is_lowered() {
     let n = if cfg!(debug_assertions) { 2_000 } else { 100_000 };
@@ -27,7 +27,7 @@ fn a_large_chart_is_lowered() {
     assert_eq!(net.unwrap().steps.len(), n);
 }
 
-/// Many unknown names must not cost a search for near names each.
+/// Many unknown names must not each cause a search for similar names.
 #[test]
 fn many_mistakes_cost_little() {
     let n = if cfg!(debug_assertions) { 500 } else { 50_000 };

@@ -1,4 +1,4 @@
-//! Laws that hold of every chart, on random ones with many mistakes in them.
+//! Laws that hold for every chart, on random charts with many errors.
 
 use super::build::*;
 use crate::FileId;
@@ -255,14 +255,14 @@ fn any_design() -> impl Strategy<Value = Design> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 150, ..ProptestConfig::default() })]
 
-    /// Nothing stops the lowering, the same chart says the same twice, and what it accepts is valid: every mistake was told by the lowering, in the
-    /// words of the chart.
+    /// The lowering never panics, gives the same result for the same chart, and accepts only valid charts: it reports every error itself, in terms of the
+    /// chart.
     #[test]
     fn every_chart_is_lowered_or_told(design in any_design()) {
         let (net, found) = lower(&design);
         prop_assert_eq!(net.is_none(), any_error(&found));
         for finding in found.iter().filter(|finding| finding.is_error()) {
-            // Structure that only validation looks at.
+            // Structural errors that only validation finds.
             let is_structure = matches!(finding.code.id, "G0312" | "G0323" | "G0324" | "G0325" | "G0333");
             prop_assert!(finding.code.id.starts_with("G02") || is_structure, "{:?} of {:#?}", finding, design);
             prop_assert!(!finding.labels.is_empty(), "{:?}", finding);
@@ -278,7 +278,7 @@ proptest! {
     }
 }
 
-/// A condition over what `sound` declares.
+/// A condition over the declarations of `sound`.
 fn sound_bool() -> impl Strategy<Value = Expr> {
     let atom = proptest::sample::select(
         &["a", "b", "p.active", "m.active", "m.x.active", "p.done", "flag", "Q", "true"][..],
@@ -367,7 +367,7 @@ fn sound_transition(steps: &'static [&'static str]) -> impl Strategy<Value = Ite
     )
 }
 
-/// A Grafcet without mistakes: two steps, a macro-step, an enclosing step, and whatever the strategies above say.
+/// A Grafcet without errors: two steps, a macro-step, an enclosing step, and items from the strategies above.
 fn sound() -> impl Strategy<Value = Design> {
     let policy =
         proptest::sample::select(&[Policy::All, Policy::Priority, Policy::PriorityAge][..]);
@@ -441,9 +441,9 @@ fn sound() -> impl Strategy<Value = Design> {
         })
 }
 
-/// Its parent among those before it, whether its children are regions, whether it is final.
+/// Its parent among the earlier states, whether its children are regions, and whether it is final.
 type DrawnState = (prop::sample::Index, bool, bool);
-/// Source, target, and whether the target's history is meant.
+/// Source, target, and whether the transition leads to the target's history.
 type DrawnTransition = (prop::sample::Index, prop::sample::Index, bool);
 
 fn statechart() -> impl Strategy<Value = (Vec<DrawnState>, Vec<DrawnTransition>)> {
@@ -528,7 +528,7 @@ fn grown(states: &[DrawnState], transitions: &[DrawnTransition]) -> Design {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 100, ..ProptestConfig::default() })]
 
-    /// A chart without mistakes has a net, which prints and parses back.
+    /// A chart without errors has a net, and the net's text parses back to it.
     #[test]
     fn sound_charts_have_nets(design in sound()) {
         let (net, found) = lower(&design);
@@ -539,7 +539,7 @@ proptest! {
         prop_assert_eq!(text::print(&back.unwrap()), printed);
     }
 
-    /// Whatever is drawn between the states of a tree, each transition leaves one domain and enters a complete configuration: validation agrees.
+    /// For any transitions between the states of a tree, each transition leaves one domain and enters a complete configuration: validation agrees.
     #[test]
     fn statecharts_of_any_shape_have_nets((states, transitions) in statechart()) {
         let (net, found) = lower(&grown(&states, &transitions));

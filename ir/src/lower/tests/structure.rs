@@ -43,7 +43,7 @@ fn the_truck_has_four_steps_and_transitions() {
     assert!(net.steps.values().next().unwrap().is_initial);
 }
 
-/// Seed 004 prints `t4: p1*a |- @p1`, which leaves p4 without a way out.
+/// Seed 004 prints `t4: p1*a |- @p1`, so no transition leaves p4.
 #[test]
 fn the_misprint_of_the_seed_is_told() {
     let mut items = truck();
@@ -112,7 +112,7 @@ fn macros_nest_and_local_names_win() {
         vec![single()],
         inputs("a b"),
         vec![
-            // Used before it is drawn.
+            // Used before it is declared.
             macro_step("m", "outer"),
             outer,
             fill(),
@@ -156,7 +156,7 @@ fn a_chart_may_begin_in_a_macro_step_alone() {
     assert_eq!(clean(vec![vec![single()], inputs("a"), items]).parts.len(), 2);
 }
 
-/// A macro may begin and end with a macro-step: it begins and ends where that does; `complete` asks for its last step.
+/// A macro may begin and end with a macro-step: it begins and ends where that one does; `complete` refers to its last step.
 #[test]
 fn a_macro_may_end_with_a_macro_step() {
     let last = Item::MacroStep(MacroStep {
@@ -235,7 +235,7 @@ fn an_expansion_that_explodes_is_stopped() {
     );
 }
 
-/// Macros without steps bring nothing that could be counted but themselves.
+/// Macros without steps create nothing to count except themselves.
 #[test]
 fn an_expansion_of_nothing_is_stopped_too() {
     let mut items = vec![initial("p", vec![]), macro_step("m", "a0")];

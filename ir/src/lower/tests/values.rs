@@ -6,7 +6,7 @@ use crate::expr::{CompareOp, ExprKind, Type};
 use crate::lower::properties;
 use crate::net::{Driver, Leaf, Net, Qualifier, VarOrigin};
 
-/// One line for an expression, to compare with.
+/// An expression as one line, for comparisons.
 fn show(net: &Net, expr: &crate::net::Expr) -> String {
     let join = |all: &[crate::net::Expr], sep: &str| {
         format!("({})", all.iter().map(|one| show(net, one)).collect::<Vec<_>>().join(sep))
@@ -40,7 +40,7 @@ fn show(net: &Net, expr: &crate::net::Expr) -> String {
     }
 }
 
-/// The receptivity that a condition becomes, between two steps p and q.
+/// The lowered receptivity of a condition between two steps p and q.
 fn guard(extra: Vec<Item>, condition: crate::chart::Expr) -> (String, Net) {
     let net = clean(vec![
         vec![single()],
@@ -84,7 +84,7 @@ fn after_takes_the_name_of_a_duration() {
     assert_eq!(show(&net, &net.transitions.values().next().unwrap().guard), "p.t >= 3");
 }
 
-/// §3.5: L and D of one action may have several durations; each further one is an action that comes before.
+/// §3.5: L and D of one action may have several durations; for each additional one there is an action that comes before.
 #[test]
 fn further_durations_of_an_action_have_timers_of_their_own() {
     let timed = |ns| act("R", ActionHow::Qualified(Qualifier::L, Some(ns)), None);

@@ -1,5 +1,5 @@
-//! All pairs of states that two nets reach together, as decision diagrams, ring by ring from reset: exact for any number of ticks, and a difference comes with a
-//! shortest stimulus.
+//! All pairs of states that two nets reach together, as decision diagrams, ring by ring from reset: exact for any number of ticks, and a difference comes
+//! with a shortest stimulus.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,20 +15,20 @@ use crate::symbolic::order::order;
 use crate::symbolic::reach::Failed;
 use crate::symbolic::state::Key;
 
-/// How a search ended.
+/// The result of a search.
 pub(crate) enum Diagram {
-    /// The nets are equal in so many pairs of states, as far as these tell anything that is compared (`u64::MAX` stands for that and more).
+    /// The nets are equal in all these pairs of states.
     Proved {
-        /// How many.
+        /// The number of pairs, as far as they affect the compared columns; `u64::MAX` means at least that many.
         states: u64,
     },
     /// The last of these rows shows a difference, and no shorter stimulus does.
     Apart(Vec<RowPair>),
-    /// It was given up, and why.
+    /// The search was abandoned, with the reason.
     Open(String),
 }
 
-/// The search, with state bits that are known to be equal or constant left out.
+/// The search, without state bits that are known to be equal or constant.
 pub(crate) fn diagram(question: &Question<'_>, equal: &Equalities) -> Diagram {
     let mut work = question.limits.image_work;
     for depth in depths(question) {
@@ -39,7 +39,7 @@ pub(crate) fn diagram(question: &Question<'_>, equal: &Equalities) -> Diagram {
         match attempt(joint, equal, &mut work) {
             Ok(settled) => return settled,
             Err(Failed::Deeper) => {}
-            // Earlier attempts took their share of the work.
+            // Earlier attempts used their part of the work.
             Err(Failed::Full(Full { of: Scarce::Work, .. })) => {
                 let limit = question.limits.image_work;
                 return Diagram::Open(format!(
@@ -52,7 +52,7 @@ pub(crate) fn diagram(question: &Question<'_>, equal: &Equalities) -> Diagram {
     Diagram::Open(why(Failed::Deeper))
 }
 
-/// Places in [`Machine::kept`].
+/// Indices into [`Machine::kept`].
 const POSSIBLE: usize = 0;
 const OVERRUN: usize = 1;
 const DIFFER: usize = 2;
@@ -66,10 +66,10 @@ fn attempt(joint: Joint<'_>, equal: &Equalities, work: &mut u64) -> Result<Diagr
     if joint.bits.len() > limits.image_bits {
         let (n_bits, limit) = (joint.bits.len(), limits.image_bits);
         return Err(Failed::Open(format!(
-            "both states have {n_bits} bits, and no diagram is tried beyond {limit}"
+            "both states have {n_bits} bits, but the limit for a diagram is {limit}"
         )));
     }
-    // Only representatives are left.
+    // Only representatives remain.
     let kept: Vec<Bit> =
         joint.bits.iter().copied().filter(|bit| !equal.contains_key(&bit.lit)).collect();
     let differ = joint.differ.clone();
@@ -83,7 +83,7 @@ fn attempt(joint: Joint<'_>, equal: &Equalities, work: &mut u64) -> Result<Diagr
     let (legal, next) = roots[2..].split_at(n_legal);
     let (legal_supports, next_supports) = supports[2..].split_at(n_legal);
     let legal_supports = legal_supports.to_vec();
-    // Bits that nothing asked depends on, neither at once nor by way of others, are left out.
+    // Bits that no query depends on, directly or through others, are omitted.
     let place: BTreeMap<Lit, usize> =
         kept.iter().enumerate().map(|(at, bit)| (bit.lit, at)).collect();
     let mut matters: BTreeSet<usize> = BTreeSet::new();
@@ -170,12 +170,12 @@ type Ones = BTreeSet<u32>;
 struct Search {
     machine: Machine,
     state_levels: Vec<u32>,
-    /// Where the rings begin in [`Machine::kept`]: states by the rows that they are away from reset. The first is there.
+    /// The index of the first ring in [`Machine::kept`]. Ring n contains the states at a distance of n rows from reset.
     rings: usize,
 }
 
 impl Search {
-    /// The inputs of a shortest stimulus that shows a difference; none if there is none.
+    /// The inputs of a shortest stimulus that shows a difference; `None` if there is none.
     fn run(&mut self) -> Result<Option<Vec<Ones>>, Failed> {
         let mut all = self.machine.kept[self.rings];
         let mut frontier = all;
@@ -207,14 +207,16 @@ impl Search {
         }
     }
 
-    /// From a state and inputs of the last ring back to reset.
+    /// The path from a state and inputs of the last ring back to reset.
     fn way(&mut self, last: Ref) -> Result<Vec<Ones>, Failed> {
         let mut rows = Vec::new();
         let mut here = last;
         let mut ring = self.machine.kept.len() - 1;
         loop {
             let Some(choice) = self.machine.bdd.any_sat(here) else {
-                return Err(Failed::Open("the way back to reset was lost".to_owned()));
+                return Err(Failed::Open(
+                    "internal error: no path back to reset was found".to_owned(),
+                ));
             };
             let ones: Ones =
                 choice.into_iter().filter(|(_, value)| *value).map(|(level, _)| level).collect();
@@ -224,7 +226,7 @@ impl Search {
                 return Ok(rows);
             }
             ring -= 1;
-            // The states of the ring before that one row leads here from.
+            // The states of the previous ring from which one row leads here.
             let possible = self.machine.kept[POSSIBLE];
             let mut before = self.machine.bdd.and(self.machine.kept[ring], possible)?;
             for (at, level) in self.state_levels.iter().enumerate() {
@@ -247,8 +249,8 @@ impl Search {
     }
 }
 
-/// The order of variables: that of the first net, and beside each of its bits the bit of the same name of the second; what has no twin stands behind what comes
-/// before it in its own net's order.
+/// The order of variables: that of the first net, with each of its bits followed by the bit of the second net with the same name; a bit without a twin
+/// comes after its predecessor in its own net's order.
 fn sequence(joint: &Joint<'_>, equal: &Equalities) -> Vec<Lit> {
     let own = |side: usize| -> Vec<Lit> {
         let model = &joint.models[side];
@@ -262,7 +264,7 @@ fn sequence(joint: &Joint<'_>, equal: &Equalities) -> Vec<Lit> {
     };
     let (left, right) = (own(0), own(1));
     let twins = twins(joint);
-    // By literal: its place among those of the first net, twice as far apart, so that a twin fits between.
+    // By literal: its position among those of the first net, with a gap of one, so that a twin fits in between.
     let mut place: IndexMap<Lit, (usize, usize)> =
         left.iter().enumerate().map(|(at, lit)| (*lit, (at, 0))).collect();
     let mut behind = (0, 0);
@@ -276,7 +278,7 @@ fn sequence(joint: &Joint<'_>, equal: &Equalities) -> Vec<Lit> {
         behind = (base.0, n + 1);
         place.insert(*lit, behind);
     }
-    // Inputs that neither order knows: none, but a diagram must not fail for it.
+    // Inputs that neither order contains: normally none, but the diagram must not fail because of it.
     let mut lits: Vec<Lit> = place.keys().copied().collect();
     lits.sort_by_key(|lit| place[lit]);
     let missing: Vec<Lit> = joint
@@ -290,7 +292,7 @@ fn sequence(joint: &Joint<'_>, equal: &Equalities) -> Vec<Lit> {
     lits
 }
 
-/// For each bit of the second net the bit of the first that has its name.
+/// For each bit of the second net, the bit of the first that has the same name.
 fn twins(joint: &Joint<'_>) -> IndexMap<Lit, Lit> {
     let mut twins = IndexMap::new();
     let [left, right] = &joint.models;
@@ -306,7 +308,7 @@ fn twins(joint: &Joint<'_>) -> IndexMap<Lit, Lit> {
     twins
 }
 
-/// What a bit belongs to, by name where it has one.
+/// The object that a bit belongs to, by name if it has one.
 fn name(net: &grafsynth_ir::net::Net, key: &Key) -> String {
     use grafsynth_ir::program::Origin;
     let step = |step: &grafsynth_ir::net::StepId| net.steps[*step].name.text.as_str();

@@ -1,6 +1,6 @@
-//! Bits of state that are always equal, found by induction over one reaction [van Eijk, Sequential equivalence checking based on structural similarities,
-//! 2000]: what random runs from reset cannot tell apart is taken to be equal, and classes are split until each step keeps what is left. If the compared
-//! columns cannot differ between equal bits, the nets are equal for ever.
+//! State bits that are always equal, found by induction over one reaction [van Eijk, Sequential equivalence checking based on structural similarities,
+//! 2000]: bits that random runs from reset do not distinguish are assumed equal, and classes are split until a reaction preserves the rest. If the
+//! compared columns cannot differ between equal bits, the nets are equal for ever.
 
 use std::collections::BTreeMap;
 
@@ -15,25 +15,25 @@ use crate::symbolic::reach::Failed;
 const ROUNDS: usize = 48;
 /// Passes over all classes; each splits at least one.
 const MAX_PASSES: usize = 400;
-/// A graph beyond this size is not tried: each pass writes it again.
+/// The maximum size of the graph: each pass adds to it.
 const MAX_NODES: usize = 4_000_000;
 
-/// What all questions together may cost the solver, in multiples of what one may: where products of numbers are compared, nearly every question is hard.
+/// The limit of solver work for all queries together, as a multiple of the limit for one: if products of numbers are compared, nearly every query is hard.
 const EFFORT: u64 = 2;
 
-/// State bits that are always equal to another one, or constant: the variable and what stands for it.
+/// State bits that are always equal to another one, or constant: the variable and its replacement.
 pub(crate) type Equalities = IndexMap<Lit, Lit>;
 
-/// How an attempt ended.
+/// The result of an attempt.
 pub(crate) enum Induction {
     /// The nets are equal.
     Proved {
-        /// State bits that equal another one or are constant.
+        /// The number of state bits that equal another one or are constant.
         equal: usize,
-        /// Questions that the solver answered.
+        /// The number of queries that the solver answered.
         solved: usize,
     },
-    /// It is not known, and why; what was found equal all the same.
+    /// Open, with the reason, and the equalities that were proved nevertheless.
     Open(String, Equalities),
 }
 
@@ -47,7 +47,7 @@ pub(crate) fn induction(question: &Question<'_>, rows: Chance<'_, '_, '_>) -> In
         let mut search = Search { joint, classes: Vec::new(), solved: 0 };
         match search.run(rows) {
             Ok(settled) => return settled,
-            // What was found equal rests on reactions that were cut short.
+            // The equalities found depend on reactions that were cut short.
             Err(failed @ Failed::Deeper) => {
                 last = Induction::Open(why(failed), Equalities::new());
             }
@@ -57,12 +57,12 @@ pub(crate) fn induction(question: &Question<'_>, rows: Chance<'_, '_, '_>) -> In
     last
 }
 
-/// Bits that nothing told apart so far, by their place in [`Joint::bits`].
+/// Bits that nothing has distinguished so far, as indices into [`Joint::bits`].
 #[derive(Debug, Clone)]
 struct Class {
-    /// The value, if they never had another.
+    /// The value, if they never had another one.
     constant: Option<bool>,
-    /// The first stands for all, unless they are constant.
+    /// The first one represents all, unless they are constant.
     bits: Vec<usize>,
 }
 
@@ -77,12 +77,12 @@ impl Search<'_> {
         self.guess(rows);
         let mut is_stable = false;
         for _ in 0..MAX_PASSES {
-            // A pass writes both reactions once more.
+            // A pass adds both reactions once more.
             if self.joint.aig.len() > MAX_NODES {
-                return self.give_up("the graph of both reactions grows too large");
+                return self.give_up("the graph of both reactions is too large");
             }
             if self.is_spent() {
-                return self.give_up("the questions are too hard for the solver");
+                return self.give_up("the solver reached its limit");
             }
             is_stable = self.pass()?;
             if is_stable {
@@ -90,7 +90,7 @@ impl Search<'_> {
             }
         }
         if !is_stable {
-            return self.give_up("the classes of equal bits do not settle");
+            return self.give_up("the classes of equal bits did not converge");
         }
         let instead = self.equalities();
         let overrun = self.joint.overrun;
@@ -100,7 +100,7 @@ impl Search<'_> {
         for at in 0..self.joint.differ.len() {
             let differ = self.joint.differ[at];
             if self.is_spent() {
-                return self.give_up("the questions are too hard for the solver");
+                return self.give_up("the solver reached its limit");
             }
             if !self.is_never(differ, &instead) {
                 let name = &self.joint.question.common.columns[at].name;
@@ -111,18 +111,18 @@ impl Search<'_> {
         Ok(Induction::Proved { equal: instead.len(), solved: self.solved })
     }
 
-    /// True once the solver has done what it may.
+    /// True once the solver has used its total limit.
     fn is_spent(&self) -> bool {
         self.joint.aig.spent() > EFFORT * self.joint.question.limits.conflicts
     }
 
-    /// Nothing is claimed of classes that were not confirmed.
+    /// Nothing is claimed about classes that were not confirmed.
     fn give_up(&mut self, text: &str) -> Result<Induction, Failed> {
         self.classes.clear();
         Ok(Induction::Open(text.to_owned(), Equalities::new()))
     }
 
-    /// Runs from reset with random rows, and puts bits into one class that were equal all the time.
+    /// Runs from reset with random rows, and puts bits that were always equal into one class.
     fn guess(&mut self, rows: Chance<'_, '_, '_>) {
         let joint = &self.joint;
         let mut random = Random::new(1);
@@ -201,7 +201,7 @@ impl Search<'_> {
         instead
     }
 
-    /// Asks whether each class stays together; splits those that do not. True if all did.
+    /// Checks whether each class stays together; splits those that do not. Returns true if all did.
     fn pass(&mut self) -> Result<bool, Failed> {
         let instead = self.equalities();
         let next: Vec<Lit> = self.joint.bits.iter().map(|bit| bit.next).collect();
@@ -218,7 +218,7 @@ impl Search<'_> {
                 if self.is_spent() {
                     return Ok(false);
                 }
-                // A split on the way may have moved it.
+                // An earlier split may have moved it.
                 if !self.classes[at].bits.contains(&bit) || next[bit] == wanted {
                     continue;
                 }
@@ -250,7 +250,7 @@ impl Search<'_> {
         self.classes.push(Class { constant: None, bits: vec![bit] });
     }
 
-    /// Splits every class by what an example makes of its bits. The bits that agree with the constant, or with the first, stay.
+    /// Splits every class by the values of its bits in an example. The bits that agree with the constant, or with the first, stay.
     fn split(&mut self, next: &[Lit], ones: &[Lit]) {
         let ones: indexmap::IndexSet<Lit> = ones.iter().copied().collect();
         let values = self.joint.aig.words(next, |lit| if ones.contains(&lit) { !0 } else { 0 });
@@ -281,11 +281,12 @@ impl Search<'_> {
         is_never
     }
 
-    /// Variables that are 1 where the function, over representatives, holds together with all that is known. None inside if nothing makes it true.
+    /// The variables that are 1 at a point where the function, over representatives, and all invariants are true. The inner `None` means that there is
+    /// none.
     fn example(&mut self, function: Lit, instead: &Equalities) -> Option<Option<Vec<Lit>>> {
         let joint = &mut self.joint;
         let mut support = joint.aig.support(&[function], super::super::CONE)?;
-        // What is known of a bit is known of those that it stands for.
+        // An invariant of a representative applies to the bits that it represents.
         let stood: Vec<Lit> = instead
             .iter()
             .filter(|(_, stands)| support.contains(stands))

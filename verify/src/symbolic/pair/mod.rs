@@ -1,4 +1,4 @@
-//! Two nets in one graph: the functions of both reactions over shared inputs, and where what they show differs. Any number of ticks may pass.
+//! Two nets in one graph: the functions of both reactions over shared inputs, and the differences of their columns. Any number of ticks may pass.
 
 mod diagram;
 mod induction;
@@ -23,10 +23,10 @@ use crate::pair::{Common, CommonColumn, RowPair, Rows, Side};
 pub(crate) use diagram::{Diagram, diagram};
 pub(crate) use induction::{Equalities, Induction, induction};
 
-/// Micro-steps that are unrolled: few at first, since what is unrolled is paid for.
+/// The number of micro-steps that are unrolled: few at first, because the cost grows with it.
 const DEPTHS: [u32; 3] = [4, 16, 64];
 
-/// What is asked.
+/// A comparison of two nets.
 pub(crate) struct Question<'q> {
     pub(crate) left: &'q Valid<Net>,
     pub(crate) right: &'q Valid<Net>,
@@ -51,7 +51,7 @@ struct Bit {
 pub(crate) struct Joint<'q> {
     question: &'q Question<'q>,
     aig: Aig,
-    /// Their graphs are gone; everything is in `aig`.
+    /// The models; their graphs are merged into `aig`.
     models: [Model<'q>; 2],
     /// Bits of the first net, then of the second.
     bits: Vec<Bit>,
@@ -59,19 +59,19 @@ pub(crate) struct Joint<'q> {
     next: [BTreeMap<Key, Lit>; 2],
     /// By [`Common::inputs`].
     inputs: Vec<SharedInput>,
-    /// The ticks that pass, as bits.
+    /// The number of ticks that pass, as bits.
     time: Vec<Lit>,
-    /// Beyond so many ticks all counters stand.
+    /// Beyond this many ticks all counters are at their caps.
     longest: i64,
-    /// What holds of every row of inputs.
+    /// Conditions that every row of inputs satisfies.
     legal: Vec<Lit>,
-    /// A reaction of either takes more micro-steps than were unrolled.
+    /// A reaction of either net takes more micro-steps than were unrolled.
     overrun: Lit,
-    /// For each compared column whether it differs after the reaction.
+    /// For each compared column, whether it differs after the reaction.
     differ: Vec<Lit>,
 }
 
-/// The most micro-steps that a reaction may take.
+/// The maximum number of micro-steps in a reaction.
 fn limit_of(net: &Net) -> u32 {
     match net.settings.evolution {
         Evolution::Single => 1,
@@ -80,7 +80,7 @@ fn limit_of(net: &Net) -> u32 {
 }
 
 impl<'q> Joint<'q> {
-    /// With so many micro-steps in a reaction.
+    /// Builds both nets with `depth` micro-steps per reaction.
     fn of(question: &'q Question<'q>, depth: u32) -> Result<Self, Failed> {
         let Question { left, right, common, limits, .. } = question;
         let nets: [&'q Net; 2] = [left, right];
@@ -173,7 +173,7 @@ impl<'q> Joint<'q> {
         })
     }
 
-    /// The rows of both nets that a choice of the variables is; a free variable is 0.
+    /// The rows of both nets for an assignment of the variables; a free variable is 0.
     fn row(&self, is_true: impl Fn(Lit) -> bool) -> RowPair {
         let number = |bits: &[Lit]| {
             bits.iter().rev().fold(0_u64, |code, bit| code << 1 | u64::from(is_true(*bit)))
@@ -189,7 +189,7 @@ impl<'q> Joint<'q> {
     }
 }
 
-/// Arguments of calls are not written down here.
+/// Arguments of calls are not encoded here.
 fn check_calls(question: &Question<'_>) -> Result<(), String> {
     let Common { columns, layouts, .. } = question.common;
     let has_arguments = |column: &&CommonColumn| {
@@ -203,7 +203,7 @@ fn check_calls(question: &Question<'_>) -> Result<(), String> {
     })
 }
 
-/// For each compared column whether it differs.
+/// For each compared column, whether it differs.
 fn differences(
     aig: &mut Aig,
     question: &Question<'_>,
@@ -233,10 +233,10 @@ fn differences(
     Ok(differ)
 }
 
-/// For each extern action the conditions of its calls.
+/// For each extern action, the conditions of its calls.
 type Calls = BTreeMap<OutputId, Vec<Lit>>;
 
-/// The number that a column shows after a reaction.
+/// The number in a column after a reaction.
 fn shown(
     aig: &mut Aig,
     net: &Net,
@@ -276,13 +276,13 @@ fn shown(
 /// Why an attempt gave no answer, as a sentence.
 fn why(failed: Failed) -> String {
     match failed {
-        Failed::Deeper => "a reaction may take more micro-steps than are unrolled".to_owned(),
+        Failed::Deeper => "a reaction may need more micro-steps than were unrolled".to_owned(),
         Failed::Full(full) => full.to_string(),
         Failed::Open(why) => why,
     }
 }
 
-/// The depths that tell anything for these nets, smallest first.
+/// The useful depths for these nets, smallest first.
 fn depths(question: &Question<'_>) -> Vec<u32> {
     let most = limit_of(question.left).max(limit_of(question.right));
     let mut depths: Vec<u32> = DEPTHS.iter().map(|depth| (*depth).min(most)).collect();
@@ -290,5 +290,5 @@ fn depths(question: &Question<'_>) -> Vec<u32> {
     depths
 }
 
-/// Rows by chance, for the first guess of what is equal.
+/// Random rows, for the first guess of equal bits.
 pub(crate) type Chance<'r, 'p, 'n> = &'r Rows<'p, 'n>;

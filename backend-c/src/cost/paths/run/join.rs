@@ -1,18 +1,18 @@
-//! States that know the same become one, and where there are too many of them, those that agree on a few cells.
+//! Equal states are merged, and if there are too many, so are states that agree on a few cells.
 
 use super::super::values::Values;
 use super::{Done, Run, State, Step, Stopped};
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-/// States within a condition that are still told apart by all that is known of them.
+/// The number of states within a condition that are still kept apart by everything known about them.
 const ASKED: usize = 32;
 
-/// Cells that are copied or compared for the work of one statement.
+/// The number of copied or compared cells that counts as the work of one statement.
 const CELLS_OF_WORK: u64 = 32;
 
 impl Run<'_> {
-    /// So many states are gone through or made, of so many cells.
+    /// Accounts for executing or creating this many states of this many cells.
     pub(super) fn spend(&mut self, states: usize, cells: usize) -> Done<()> {
         let each = 1 + cells as u64 / CELLS_OF_WORK;
         let spent = each.saturating_mul(states as u64);
@@ -20,13 +20,13 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// So many states are compared with each other.
+    /// Accounts for comparing this many states with each other.
     fn spend_on_joining(&mut self, states: usize, first: Option<&State>) -> Done<()> {
         let each = states.checked_ilog2().unwrap_or(0) as usize;
         self.spend(states, first.map_or(0, |it| it.memory.len() * (1 + each)))
     }
 
-    /// Those that know the same become one, in the midst of a condition: each of its parts can double them.
+    /// Merges equal states in the middle of a condition: each of its parts can double them.
     pub(super) fn same(&mut self, states: &mut Vec<State>) -> Done<()> {
         if states.len() < 3 {
             return Ok(());
@@ -42,7 +42,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// As many states as are allowed.
+    /// Reduces the states to the permitted number.
     pub(super) fn few(&mut self, states: Vec<State>) -> Done<Vec<State>> {
         let all = states.into_iter().map(|it| (it, Values::one(0))).collect();
         Ok(self.few_of(all)?.into_iter().map(|(state, _)| state).collect())
@@ -67,7 +67,7 @@ impl Run<'_> {
         let apart: BTreeSet<Vec<Option<i64>>> =
             all.by_memory.keys().map(|(_, memory)| cells_of(memory, keys.len())).collect();
         let n = if apart.len() <= self.most_states { keys.len() } else { 0 };
-        // Where that is not few enough all become one; but then nobody knows how often a loop goes.
+        // If that is not few enough, all states are merged; but then the number of rounds of a loop is unknown.
         if n == 0 && self.depth > 0 && !keys.is_empty() {
             return Err(Stopped::TooMuch);
         }
@@ -89,7 +89,7 @@ impl Run<'_> {
     }
 }
 
-/// A state with what a piece of a run made of it, which began without a price.
+/// A state combined with the result of a partial run that started with zero cost.
 pub(super) fn behind(state: &State, end: &State) -> State {
     let mut way = state.way.clone();
     let mut steps = Vec::new();
@@ -104,7 +104,7 @@ pub(super) fn behind(state: &State, end: &State) -> State {
     State { memory: end.memory.clone(), price: state.price.plus(end.price), way }
 }
 
-/// What holds in one of two states, at the price of the dearer.
+/// The union of two states, at the cost of the more expensive one.
 pub(super) fn either(mut a: State, b: State) -> State {
     join(&mut a, b);
     a
@@ -120,7 +120,7 @@ fn join(known: &mut State, other: State) {
     known.price = known.price.or(other.price);
 }
 
-/// States that differ in what is known of them, each with a value that was found in it.
+/// States that differ in what is known, each with a value found in it.
 #[derive(Default)]
 pub(super) struct Different {
     by_memory: BTreeMap<(Values, Vec<Values>), State>,
@@ -155,7 +155,7 @@ mod tests {
     use super::*;
     use crate::cost::paths::code::Price;
 
-    /// The limit of work counts what it takes to join states, not only the statements that they go through.
+    /// The work limit includes joining states, not only executing statements.
     #[test]
     fn joining_takes_of_the_work() {
         let states = || -> Vec<State> {

@@ -1,8 +1,8 @@
-//! Goes through a function with what is known of every number: all ways that the values allow, and what each costs.
+//! Executes a function on what is known about each number: all paths that the values allow, with the cost of each.
 //!
-//! A state is a memory with the dearest way that leads to it. A condition that may be true or false parts a state in two, each with what the condition says of the
-//! numbers in it. States that know the same become one, at the price of the dearer. Where there would be too many, those become one that agree on
-//! a few cells ([`Run::keys`]), and then hold for each number what either holds: so every way that a processor can go is among those that are counted.
+//! A state is a memory with the most expensive path to it. A condition that may be true or false splits a state in two, and each half records what the
+//! condition implies for its numbers. Equal states are merged, at the cost of the more expensive one. If there would be too many, states that agree on a few
+//! cells ([`Run::keys`]) are merged, and each number then has the values of either; so every path that a processor can take is among those counted.
 
 mod join;
 mod numbers;
@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::rc::Rc;
 
-/// A place of a way: its line with what it took there, and what came before.
+/// A step of a path: its line with the cost there, and the previous step.
 #[derive(Debug)]
 pub(in crate::cost) struct Step {
     pub(in crate::cost) line: u32,
@@ -25,7 +25,7 @@ pub(in crate::cost) struct Step {
 
 pub(in crate::cost) type Way = Option<Rc<Step>>;
 
-/// What is known at a point of a run, and the dearest way to it.
+/// What is known at a point of a run, and the most expensive path to it.
 #[derive(Debug, Clone)]
 pub(in crate::cost) struct State {
     pub(in crate::cost) memory: Vec<Values>,
@@ -33,10 +33,10 @@ pub(in crate::cost) struct State {
     pub(in crate::cost) way: Way,
 }
 
-/// Why a run was given up.
+/// Why a run was abandoned.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(in crate::cost) enum Stopped {
-    /// Too many states at once, or too many statements.
+    /// Too many simultaneous states, or too many statements.
     TooMuch,
     /// Something that a run can't follow.
     Lost(String),
@@ -45,13 +45,13 @@ pub(in crate::cost) enum Stopped {
 impl fmt::Display for Stopped {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Stopped::TooMuch => f.write_str("a reaction can go more ways than are counted"),
-            Stopped::Lost(what) => write!(f, "the ways of a reaction depend on {what}"),
+            Stopped::TooMuch => f.write_str("a reaction has too many paths to count"),
+            Stopped::Lost(what) => write!(f, "the paths of a reaction depend on {what}"),
         }
     }
 }
 
-/// Where the states behind a list go on.
+/// The states after a statement list, by where they continue.
 #[derive(Debug, Default)]
 struct Ends {
     next: Vec<State>,
@@ -60,24 +60,24 @@ struct Ends {
     continued: Vec<State>,
 }
 
-/// Goes through functions.
+/// Executes functions.
 pub(in crate::cost) struct Run<'a> {
     pub(in crate::cost) routines: &'a [Routine],
     pub(in crate::cost) int_bits: u8,
-    /// What the machine takes for a call is in the price of the statement.
+    /// The remaining work.
     pub(in crate::cost) work: u64,
-    /// Statements that may still be gone through.
+    /// The maximum number of simultaneous states.
     pub(in crate::cost) most_states: usize,
-    /// Cells by which states are told apart where there are too many; none: a run that has too many is given up.
+    /// The cells that keep states apart if there are too many; `None`: a run with too many states is abandoned.
     pub(in crate::cost) keys: Option<Vec<usize>>,
-    /// Ways are remembered.
+    /// Paths are recorded.
     pub(in crate::cost) is_traced: bool,
-    /// The present line.
+    /// The current line.
     pub(in crate::cost) line: u32,
-    /// The first cell of the present function, and how many it has.
+    /// The first cell of the current function, and the number of its cells.
     pub(in crate::cost) frame: usize,
     pub(in crate::cost) size: usize,
-    /// Loops around it.
+    /// The number of enclosing loops.
     pub(in crate::cost) depth: u32,
 }
 
@@ -92,7 +92,7 @@ impl Run<'_> {
         }
     }
 
-    /// The states behind a call of a function, with what it gives.
+    /// The states after a call of a function, with its result.
     pub(in crate::cost) fn call(
         &mut self,
         index: usize,
@@ -101,7 +101,7 @@ impl Run<'_> {
     ) -> Done<Vec<(State, Values)>> {
         let routines = self.routines;
         let Some(routine) = routines.get(index) else {
-            return Err(Stopped::Lost("a function that is not there".to_owned()));
+            return Err(Stopped::Lost("a function that is not defined".to_owned()));
         };
         let (line, frame, size) = (self.line, self.frame, self.size);
         self.line = routine.line;
@@ -134,7 +134,7 @@ impl Run<'_> {
                 *place = values;
                 Ok(())
             }
-            None => Err(Stopped::Lost("a place outside of the memory".to_owned())),
+            None => Err(Stopped::Lost("a location outside the memory".to_owned())),
         }
     }
 
@@ -237,7 +237,7 @@ impl Run<'_> {
         Ok(ends)
     }
 
-    /// A loop: condition, body, what is counted, and the price of a jump.
+    /// A loop: condition, body, step, and the cost of a jump.
     fn repeat(
         &mut self,
         line: u32,
@@ -248,7 +248,7 @@ impl Run<'_> {
     ) -> Done<()> {
         let (condition, body, step, jump) = parts;
         let mut open = begun;
-        // What one round makes of a memory, which comes again after more or fewer rounds.
+        // The result of one round for a memory, which can occur again after more or fewer rounds.
         let mut known: BTreeMap<Vec<Values>, Rc<Ends>> = BTreeMap::new();
         let mut round = 0;
         self.depth += 1;
@@ -329,7 +329,7 @@ impl Run<'_> {
     ) -> Done<()> {
         let labels: Vec<i64> =
             sections.iter().flat_map(|(labels, _)| labels.iter().flatten().copied()).collect();
-        // For each section the states that begin there; behind them those that no label names.
+        // For each section the states that begin there; after them those that no label matches.
         let mut begin: Vec<Vec<State>> = vec![Vec::new(); sections.len() + 1];
         let default = sections.iter().position(|(labels, _)| labels.contains(&None));
         for mut state in states {

@@ -1,4 +1,4 @@
-//! Numbers and the cells that they come from.
+//! Numbers and the cells that they are read from.
 
 use super::super::code::{Address, Base, Code, Question};
 use super::super::values::{Kind, Number, Values, arithmetic};
@@ -14,7 +14,7 @@ enum Cells {
 }
 
 impl Run<'_> {
-    /// A number, with a state for each way that a call or a truth value parts.
+    /// A number, with a state for each path that a call or a truth value creates.
     pub(super) fn values(&mut self, code: &Code, state: State) -> Done<Vec<(State, Number)>> {
         match code {
             Code::Call(index, given) => {
@@ -60,7 +60,7 @@ impl Run<'_> {
         }
     }
 
-    /// A number in one state: what calls within it do is joined.
+    /// A number in one state: the effects of calls within it are joined.
     pub(super) fn number(&mut self, code: &Code, state: &mut State) -> Done<Number> {
         let int = Kind::int(self.int_bits);
         Ok(match code {
@@ -79,7 +79,7 @@ impl Run<'_> {
                         .fold(Values::NONE, Values::or),
                 };
                 if values.is_none() {
-                    return Err(Stopped::Lost("a number that nothing gives".to_owned()));
+                    return Err(Stopped::Lost("a number without a value".to_owned()));
                 }
                 Number::new(values, *kind)
             }
@@ -147,7 +147,7 @@ impl Run<'_> {
                         });
                     }
                 }
-                found.ok_or_else(|| Stopped::Lost("a choice of nothing".to_owned()))?
+                found.ok_or_else(|| Stopped::Lost("a choice without an alternative".to_owned()))?
             }
             Code::Cast(kind, inner) => {
                 let inner = self.number(inner, state)?;
@@ -187,14 +187,14 @@ impl Run<'_> {
                 match all {
                     Some(all) if !all.is_empty() => all,
                     Some(_) | None => {
-                        return Err(Stopped::Lost("a pointer that is not known".to_owned()));
+                        return Err(Stopped::Lost("an unknown pointer".to_owned()));
                     }
                 }
             }
         };
         let mut cells: Vec<usize> = bases.into_iter().map(|it| it + address.offset).collect();
         for (index, n, stride) in &address.indices {
-            // What is asked once more must not be paid for once more, or not at all.
+            // A repeated evaluation must not be paid for twice, nor be omitted.
             let values = if is_plain(index) {
                 self.number(index, state)?.values
             } else if calls(index) {
@@ -204,7 +204,7 @@ impl Run<'_> {
             };
             let last = i64::try_from(n.saturating_sub(1)).unwrap_or(i64::MAX);
             let Some(all) = values.within(0, last).listed() else {
-                return Err(Stopped::Lost("an index that is not known".to_owned()));
+                return Err(Stopped::Lost("an unknown index".to_owned()));
             };
             let mut next = Vec::with_capacity(cells.len() * all.len());
             for cell in &cells {
@@ -217,7 +217,7 @@ impl Run<'_> {
         Ok(Cells::At(cells))
     }
 
-    /// The only cell that an address can be.
+    /// The only cell that an address can refer to.
     pub(super) fn single(&mut self, address: &Address, state: &mut State) -> Done<Option<usize>> {
         if address.is_summary {
             return Ok(None);
@@ -248,7 +248,7 @@ impl Run<'_> {
     }
 }
 
-/// Whether a function of the text is called within a number.
+/// Whether a number contains a call of a function of the text.
 fn calls(code: &Code) -> bool {
     match code {
         Code::Call(..) => true,

@@ -1,4 +1,4 @@
-//! Conditions: which ways a state goes on, and what each of them says of the numbers in it.
+//! Conditions: the possible outcomes of a condition in a state, and what each implies for the numbers in it.
 
 use super::super::code::{Code, Question};
 use super::super::values::{Values, compared};
@@ -13,7 +13,7 @@ impl Run<'_> {
         no: &mut Vec<State>,
     ) -> Done<()> {
         match question {
-            // What the second half decides alone needs no parting by the first.
+            // If the second half decides alone, the first need not split the state.
             Question::Both(a, b)
                 if self.decided(b, &mut state)? == Some(false)
                     && self.decided(a, &mut state)?.is_none() =>
@@ -63,7 +63,7 @@ impl Run<'_> {
                 self.pay(&mut state, *price);
                 for (state, left) in self.values(a, state)? {
                     for (state, right) in self.values(b, state)? {
-                        // Both are of one sign in our text (MISRA-C:2012, rule 10.4), so they are compared as they are.
+                        // Both have the same signedness in the emitted text (MISRA-C:2012, rule 10.4), so they are compared directly.
                         let truth = compared(sign, left.values, right.values);
                         let cut = match (left.values.only(), right.values.only()) {
                             (None, Some(value)) if is_direct(a) => {
@@ -88,7 +88,7 @@ impl Run<'_> {
         }
     }
 
-    /// Whether a condition is known, where it calls nothing.
+    /// The value of a condition, if it is known and calls nothing.
     fn decided(&mut self, question: &Question, state: &mut State) -> Done<Option<bool>> {
         Ok(match question {
             Question::Both(a, b) => match (self.decided(a, state)?, self.decided(b, state)?) {
@@ -114,8 +114,8 @@ impl Run<'_> {
         })
     }
 
-    /// Parts a state by a condition over some numbers. Where only one cell of them is open, it keeps in each part the values that lead there: those of a comparison
-    /// with a constant, else those that are tried one by one.
+    /// Splits a state by a condition over some numbers. If only one of their cells is unknown, each half keeps the values that lead to it: computed for a
+    /// comparison with a constant, otherwise found by trying the values one by one.
     fn part(
         &mut self,
         truth: Values,
@@ -144,7 +144,7 @@ impl Run<'_> {
                 self.spend(all.len(), 0)?;
                 let (mut true_for, mut false_for) = (Vec::new(), Vec::new());
                 for value in all {
-                    // To find these numbers changes nothing, so one state will do for all of them.
+                    // Evaluating these numbers changes nothing, so one state is enough for all of them.
                     self.put(&mut state, cell, Values::one(value))?;
                     let mut found = Vec::with_capacity(codes.len());
                     for code in codes {
@@ -179,7 +179,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// The only cell whose value is not known that these numbers are made of.
+    /// The only cell with an unknown value among those that these numbers read.
     fn open_cell(&mut self, codes: &[&Code], state: &mut State) -> Done<Option<usize>> {
         let mut found = Vec::new();
         for code in codes {
@@ -196,7 +196,7 @@ impl Run<'_> {
         })
     }
 
-    /// The cells that a number is made of; false where it is made of more than cells.
+    /// The cells that a number reads; false if it reads anything else.
     fn cells_of(&mut self, code: &Code, state: &mut State, found: &mut Vec<usize>) -> Done<bool> {
         Ok(match code {
             Code::Constant(_) => true,
@@ -222,7 +222,7 @@ impl Run<'_> {
     }
 }
 
-/// A number that no call and no way decides: to find it changes nothing.
+/// A number without calls and choices: its evaluation changes nothing.
 pub(super) fn is_plain(code: &Code) -> bool {
     match code {
         Code::Constant(_) | Code::Unknown(_) => true,
@@ -233,7 +233,7 @@ pub(super) fn is_plain(code: &Code) -> bool {
     }
 }
 
-/// A number is a cell as it is, perhaps cast.
+/// A number is the value of a single cell, perhaps cast.
 fn is_direct(code: &Code) -> bool {
     let mut code = code;
     while let Code::Cast(_, inner) = code {
@@ -260,7 +260,7 @@ fn cut(sign: &str, values: Values, with: i64) -> (Values, Values) {
     }
 }
 
-/// The comparison with its sides exchanged.
+/// The comparison operator with its sides exchanged.
 fn turned(sign: &str) -> &str {
     match sign {
         "<" => ">",

@@ -1,0 +1,215 @@
+//! Runs that show something, as text for people and as files.
+//!
+//! People see what matters of a run ([`Evidence`]), in at most [`MOST_ROWS`] lines. `--trace FILE` writes every column of every row, and `sim --stimulus FILE`
+//! runs that file again.
+
+use crate::load::{Session, Stop};
+use grafsynth_driver::evidence::{Broken, Evidence, MOST_ROWS, Piece};
+use grafsynth_driver::source::Sources;
+use grafsynth_sim::Trace;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// What `--trace FILE` writes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Form {
+    Csv,
+    Jsonl,
+    Vcd,
+}
+
+/// The form that the name of a trace file asks for.
+fn form(path: &Path) -> Result<Form, Stop> {
+    match path.extension().and_then(|extension| extension.to_str()) {
+        Some("csv") => Ok(Form::Csv),
+        Some("jsonl") => Ok(Form::Jsonl),
+        Some("vcd") => Ok(Form::Vcd),
+        Some(_) | None => {
+            Err(Stop::Usage(format!("{}: a trace is .csv, .jsonl or .vcd", path.display())))
+        }
+    }
+}
+
+/// A trace in the form that the name of its file asks for.
+pub(crate) fn trace_text(path: &Path, trace: &Trace) -> Result<String, Stop> {
+    Ok(match form(path)? {
+        Form::Csv => trace.to_csv(),
+        Form::Jsonl => trace.to_jsonl(),
+        Form::Vcd => trace.to_vcd(),
+    })
+}
+
+/// Refuses a name that is no name of a trace file, before anything is done.
+pub(crate) fn check_name(path: Option<&Path>) -> Result<(), Stop> {
+    path.map_or(Ok(()), |path| form(path).map(|_| ()))
+}
+
+/// The name of the `n`-th trace file, from 1: `FILE`, then `FILE-2`, `FILE-3`.
+fn numbered(path: &Path, n: usize) -> PathBuf {
+    let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+    let extension = path.extension().and_then(|one| one.to_str()).unwrap_or_default();
+    match n {
+        1 => path.to_owned(),
+        n => path.with_file_name(format!("{stem}-{n}.{extension}")),
+    }
+}
+
+impl Session {
+    /// Writes traces to the file of `--trace`, if it was given: the first to that name, further ones to numbered names. Says which.
+    pub(crate) fn keep_traces(
+        &self,
+        path: Option<&Path>,
+        traces: &[&Trace],
+    ) -> Result<Vec<PathBuf>, Stop> {
+        let Some(path) = path else { return Ok(Vec::new()) };
+        let mut written = Vec::new();
+        for trace in traces {
+            self.traces.set(self.traces.get() + 1);
+            let name = numbered(path, self.traces.get());
+            self.write_named(vec![(name.clone(), trace_text(path, trace)?.into_bytes())])?;
+            written.push(name);
+        }
+        Ok(written)
+    }
+
+    /// Says that `--trace` wrote nothing, if that is so: an older file of that name is not what this run found.
+    pub(crate) fn no_trace(&self, path: Option<&Path>) {
+        if let Some(path) = path.filter(|_| self.traces.get() == 0) {
+            let path = path.display();
+            self.note(&format!("there is no counterexample, so {path} was not written\n"));
+        }
+    }
+
+    /// What matters of a run, for people; `written` are the files that hold all of it.
+    pub(crate) fn evidence(&self, evidence: &Evidence, written: &[PathBuf]) -> String {
+        let (mut text, left_out) = table(evidence);
+        if let Some(broken) = &evidence.broken {
+            text += &format!("    broken: {}\n", broken_text(&self.sources, broken));
+        }
+        let names: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
+        let total = evidence.rows.len();
+        match (left_out, names.is_empty()) {
+            (0, true) => {}
+            (0, false) => text += &format!("    the trace is in {}\n", names.join(" and ")),
+            (n, true) => {
+                text +=
+                    &format!("    {n} of {total} rows are not shown; --trace FILE writes all\n");
+            }
+            (n, false) => {
+                let names = names.join(" and ");
+                text += &format!("    {n} of {total} rows are not shown; all are in {names}\n");
+            }
+        }
+        text
+    }
+}
+
+/// The broken term with its values: `a and b (a = 1, b = 1)`; the values alone where they are all of it.
+fn broken_text(sources: &Sources, broken: &Broken) -> String {
+    let parts: Vec<String> = broken
+        .parts
+        .iter()
+        .map(|part| {
+            let unit = match (part.is_time, part.value) {
+                (false, _) => "",
+                (true, 1) => " tick",
+                (true, _) => " ticks",
+            };
+            format!("{} = {}{unit}", part.name, part.value)
+        })
+        .collect();
+    let parts = parts.join(", ");
+    match term(sources, broken) {
+        Some(term) if broken.parts.iter().all(|part| part.name != term) => {
+            format!("{term} ({parts})")
+        }
+        Some(_) | None => parts,
+    }
+}
+
+/// The text of a broken term, on one line; none if nobody wrote it.
+fn term(sources: &Sources, broken: &Broken) -> Option<String> {
+    let text = sources.get(broken.span.file)?.text.get(broken.span.range())?;
+    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    // The parentheses of `never ( .. )` belong to the sentence, not to the term.
+    let inner = text.strip_prefix('(').and_then(|text| text.strip_suffix(')'));
+    let text = match inner {
+        Some(inner) if !inner.contains(['(', ')']) => inner.to_owned(),
+        Some(_) | None => text,
+    };
+    (!text.is_empty()).then_some(text)
+}
+
+/// The broken term for machines.
+pub(crate) fn broken_json(sources: &Sources, broken: &Broken) -> Value {
+    let parts: Vec<Value> =
+        broken.parts.iter().map(|part| json!({"name": part.name, "value": part.value})).collect();
+    match term(sources, broken) {
+        Some(term) => json!({"term": term, "parts": parts}),
+        None => json!({"parts": parts}),
+    }
+}
+
+/// The rows as an aligned table, and how many are left out.
+fn table(evidence: &Evidence) -> (String, usize) {
+    let pieces = evidence.excerpt(MOST_ROWS);
+    let mut left_out = 0;
+    // One line of cells for each piece; a gap has none.
+    let lines: Vec<Option<Vec<String>>> = pieces
+        .iter()
+        .map(|piece| match piece {
+            Piece::Gap(n) => {
+                left_out += n;
+                None
+            }
+            Piece::Rows(first, times) => {
+                let mut cells = evidence.rows[*first].clone();
+                if *times > 1 {
+                    let last = evidence.rows.get(first + times - 1);
+                    let last = last.and_then(|row| row.first()).map_or("", String::as_str);
+                    if let Some(number) = cells.first_mut() {
+                        *number = format!("{number}..{last}");
+                    }
+                    cells.push(format!("x {times}"));
+                }
+                Some(cells)
+            }
+        })
+        .collect();
+    let shown = || lines.iter().flatten();
+    let width = |at: usize| {
+        let cells = shown().filter_map(|line| line.get(at)).map(|cell| cell.chars().count());
+        cells.chain([evidence.columns[at].chars().count()]).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..evidence.columns.len()).map(width).collect();
+    // Names are aligned at their beginning, numbers at their end.
+    let is_number = |at: usize| {
+        at == 0
+            || shown()
+                .filter_map(|line| line.get(at))
+                .all(|cell| cell.trim_start_matches('-').chars().all(|c| c.is_ascii_digit()))
+                && shown().any(|line| line.get(at).is_some_and(|cell| !cell.is_empty()))
+    };
+    let numbers: Vec<bool> = (0..evidence.columns.len()).map(is_number).collect();
+    let row = |cells: &[String]| {
+        let mut text = String::from("   ");
+        for (at, cell) in cells.iter().enumerate() {
+            let width = widths.get(at).copied().unwrap_or(0);
+            match numbers.get(at) {
+                Some(true) => text += &format!(" {cell:>width$} "),
+                Some(false) | None => text += &format!(" {cell:<width$} "),
+            }
+        }
+        text.truncate(text.trim_end().len());
+        text + "\n"
+    };
+    let mut text = row(&evidence.columns);
+    for (line, piece) in lines.iter().zip(&pieces) {
+        match (line, piece) {
+            (Some(cells), _) => text += &row(cells),
+            (None, Piece::Gap(n)) => text += &format!("    ... {n} rows\n"),
+            (None, Piece::Rows(..)) => {}
+        }
+    }
+    (text, left_out)
+}
