@@ -78,7 +78,7 @@ impl Reading<'_> {
                 None => self.found.push(
                     Diagnostic::error(
                         codes::LIBRARY_FILE,
-                        format!("the library file {} cannot be read", import.file),
+                        format!("the library file `{}` cannot be read", import.file),
                     )
                     .at(import.span, "named here")
                     .help("its path is relative to the file that names it, and it must be below the folder of the chart, or below --root DIR"),
@@ -158,7 +158,7 @@ pub fn certificates(
             found.push(
                 Diagnostic::warning(
                     codes::CERTIFICATE,
-                    format!("the certificate of {} is for another text", library.name),
+                    format!("the certificate of {} does not match the chart", library.name),
                 )
                 .at(certificate.span, format!("issued by version {}", certificate.version))
                 .at(library.name.span, "changed since then")

@@ -31,7 +31,7 @@ pub(crate) fn build(net: &Valid<Net>, target: Target, options: &BuildOptions, bu
             let message = format!("two outputs are called {name}");
             let found = Diagnostic::error(codes::SAME_OUTPUT, message)
                 .at(at, "the second")
-                .help("the template's name says how its output ends: `my.py.j2` makes `STEM.py`; build them into two folders, or give the template another ending");
+                .help("the template's name sets the extension of its output: `my.py.j2` makes `STEM.py`; build them into two folders, or give the template another extension");
             built.found.push(found);
             continue;
         }

@@ -1,6 +1,6 @@
 //! The equation simulator: executes a [`Logic`] clock by clock, with 64 independent runs at once.
 //!
-//! Only gates below which something changed are computed again (selective trace), and a wide gate is a tree of narrow ones: one clock of a large chart
+//! Only gates that have a changed input are computed again (selective trace), and a wide gate is a tree of narrow ones: one clock of a large chart
 //! changes little, and costs little.
 
 use grafsynth_ir::arena::IdMap;

@@ -31,7 +31,7 @@ pub fn function(table: &Pla, places: &Places, nodes: usize) -> (Option<Function>
     });
     let overlapping = function.overlapping().iter().map(|&output| {
         let pair = on_and_free(table, places, output, &mut { PAIRS });
-        overlap(table, output, pair.ok().flatten(), "which is treated as free")
+        overlap(table, output, pair.ok().flatten(), "which is treated as a don't-care")
     });
     let findings = contradictory.chain(overlapping).collect();
     (function.contradictory().is_empty().then_some(function), findings)
@@ -56,7 +56,7 @@ pub fn clashes(table: &Pla, places: &Places) -> Vec<Diagnostic> {
             break;
         }
         findings.extend(off.ok().flatten().map(|pair| contradiction(table, output, Some(pair))));
-        let shown = "and the circuit is on there";
+        let shown = "and the circuit treats it as on";
         findings.extend(free.ok().flatten().map(|pair| overlap(table, output, Some(pair), shown)));
     }
     findings
@@ -68,13 +68,17 @@ const PAIRS: u32 = 4_000_000;
 fn contradiction(table: &Pla, output: usize, pair: Option<(Span, Span)>) -> Diagnostic {
     let message = format!("output {} is on and off at one point", table.output_name(output));
     let finding = Diagnostic::error(codes::CONTRADICTION, message);
-    at_pair(finding, pair, ["these points are on or free", "and some of them off here"])
+    at_pair(finding, pair, ["these points are on or don't-care", "and some of them off here"])
 }
 
 fn overlap(table: &Pla, output: usize, pair: Option<(Span, Span)>, so: &str) -> Diagnostic {
-    let message = format!("output {} is on and free at one point, {so}", table.output_name(output));
+    let message = format!(
+        "output `{}` is both on and a don't-care at one point, {so}",
+        table.output_name(output)
+    );
     let finding = Diagnostic::warning(codes::OVERLAP, message);
-    let finding = at_pair(finding, pair, ["these points are on", "and some of them free here"]);
+    let finding =
+        at_pair(finding, pair, ["these points are on", "and some of them are don't-cares here"]);
     if table.kind == Kind::Fd {
         finding.help("write `~` or 0 for an output that the product does not define")
     } else {

@@ -42,7 +42,7 @@ struct Known {
 }
 
 impl Report {
-    /// An empty report; records its verb.
+    /// An empty report. In JSON format, prints the start line, which names the verb.
     pub(crate) fn new(format: MessageFormat, beside: bool, verb: &str) -> Self {
         let report = Report {
             format,

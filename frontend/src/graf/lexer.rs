@@ -329,7 +329,7 @@ pub(crate) fn is_typeset_quote(c: char) -> bool {
     matches!(c, '“' | '”' | '„' | '‟' | '«' | '»')
 }
 
-/// First characters of tokens other than words, and the comment sign.
+/// First characters of tokens other than words, and the comment marker.
 const KNOWN: &str = "\"`@(){}[],;:.&+-*/=<>#·⋅→↑↓≤≥≠¬∧∨“”„‟«»";
 
 /// Whether `c` is allowed inside a word after its first letter.

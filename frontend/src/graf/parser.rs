@@ -747,7 +747,7 @@ fn lex_finding(text: &str, file: FileId, error: LexError) -> Diagnostic {
             let all = text.get(start as usize..end as usize).unwrap_or("");
             let shown = text.get(start as usize..sign as usize).unwrap_or("");
             let finding =
-                Diagnostic::error(codes::CHARACTER, format!("unknown comment sign `{shown}`"))
+                Diagnostic::error(codes::CHARACTER, format!("unknown comment marker `{shown}`"))
                     .at(span_of(file, start, sign), "a comment begins with `#`");
             let ends_line = text[end as usize..].chars().find(|c| !matches!(c, ' ' | '\t' | '\r'));
             if shown == "//" {

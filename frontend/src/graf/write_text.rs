@@ -8,8 +8,8 @@ use grafsynth_ir::chart::{
 use grafsynth_ir::expr::{ExprKind, Type};
 use grafsynth_ir::net::{Meta, Qualifier, Side, Verbatim};
 
-use super::items::{POLICIES, SCHEDULES};
 use super::names::{self, Position};
+use super::settings::{POLICIES, SCHEDULES};
 use super::write_expr::ExprWriter;
 
 /// Writes the parts of one design.

@@ -355,8 +355,8 @@ impl Reader {
                     );
                     self.report(
                         Diagnostic::error(codes::KISS2_CONTRADICTION, message)
-                            .at(row.span, "first row")
-                            .at(other.span, "second row")
+                            .at(row.span, "second row")
+                            .at(other.span, "first row")
                             .help(
                                 "make their inputs differ in one column, or one of the cells `-`",
                             ),

@@ -409,7 +409,7 @@ impl<'m> Builder<'m, '_> {
                 None => self.found.report(|| {
                     Diagnostic::warning(
                         codes::SCXML_NEVER,
-                        format!("no <send> has the identifier {id}"),
+                        format!("no <send> with the identifier {id} is ever executed"),
                     )
                     .at(id.span, "has no effect")
                 }),

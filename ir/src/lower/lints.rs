@@ -129,7 +129,7 @@ fn one_pulse(net: &Net, out: &mut Vec<Diagnostic>) {
                         )
                         .at(*second, format!("no separate pulse when {before} is left for {after}"))
                         .at(*first, "pulses here")
-                        .help("add a step without the action between them, or pulse two actions"),
+                        .help("add a step without the action between them, or use a separate action for each step"),
                     );
                 }
             }

@@ -1,7 +1,7 @@
 //! Expands one product to a prime against the forbidden products: the EXPAND step of espresso [Brayton et al. 1984].
 //!
 //! A product grows by *parts*: literals that it drops and outputs that it gains. The blocking matrix has a row for each forbidden product: the literals
-//! that separate the product from it, and its outputs. A row forbids a set of parts that leaves no separating literal and includes such an output. Rows
+//! that separate the product from it, and its outputs. A row forbids a set of parts that leaves none of its separating literals and includes one of its outputs. Rows
 //! that are separated for good by a part that is no longer free are removed, so the matrix soon becomes small.
 
 use super::terms::{Terms, bits, ones, subset};

@@ -205,7 +205,7 @@ fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
             warning = warning.at(data.guard.span, "this is never true");
         } else if data.requires.len() > 1 {
             warning = warning
-                .help("its preceding steps are never active together with its receptivity true");
+                .help("its preceding steps are never all active while its receptivity is true");
         } else {
             warning = warning.help("its receptivity is never true while its step is active, or another transition always wins");
         }

@@ -167,7 +167,7 @@ fn up(bits: [u64; 4], by: i64) -> [u64; 4] {
     })
 }
 
-/// Bits shifted down by this many positions, at least 0.
+/// The bits shifted down by `by` positions; `by` is not negative.
 fn down(bits: [u64; 4], by: i64) -> [u64; 4] {
     let (words, rest) = (usize::try_from(by / 64).unwrap_or(4), by % 64);
     std::array::from_fn(|at| {

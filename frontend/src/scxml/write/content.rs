@@ -90,7 +90,7 @@ impl<'c> Writer<'c> {
         }
     }
 
-    /// Writes an expression. `level` counts the constants expanded so far, which may refer to each other.
+    /// Writes an expression. `level` is the depth of nested constants; it is limited because constants may refer to each other.
     pub(super) fn expr(&mut self, expr: &'c Expr, level: usize) -> String {
         match &expr.kind {
             ExprKind::Bool(value) => value.to_string(),

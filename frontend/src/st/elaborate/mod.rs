@@ -20,6 +20,7 @@ mod statements;
 mod times;
 mod types;
 mod usage;
+mod user_functions;
 mod value;
 
 use std::collections::{BTreeMap, BTreeSet};

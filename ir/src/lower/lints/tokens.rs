@@ -265,10 +265,10 @@ fn report(
                     place(net, fork),
                     format!("{} become active together here", names(net, targets.iter().copied(), "and")),
                 )
-                .help(format!("join the branches in one transition: `{left} & {right} -> {again}`"))
+                .help(format!("replace these transitions by one that joins the branches: `{left} & {right} -> {again}`"))
                 .help_in(
                     Notation::Iec,
-                    format!("join the branches in one transition: `FROM ({left}, {right}) TO {again}`"),
+                    format!("replace these transitions by one that joins the branches: `FROM ({left}, {right}) TO {again}`"),
                 ),
             );
             return;

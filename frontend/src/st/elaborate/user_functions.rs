@@ -1,0 +1,372 @@
+//! Functions that the user declares: a call runs the body on expressions.
+
+use std::collections::BTreeMap;
+
+use grafsynth_ir::chart::Expr;
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::{Name, Span};
+
+use super::functions::{MAX_CALLS, MAX_NODES, select};
+use super::leave::{self, LEFT, RETURNED, SKIPPED, VARIABLE};
+use super::types::Ty;
+use super::usage::upper;
+use super::value::{Value, nodes};
+use super::{Binding, Elaborator, Frame, FrameId, Outcome, Told};
+use crate::codes;
+use crate::st::ast::{self, Arg, Body, PouKind, Section, StmtKind};
+
+impl Elaborator<'_> {
+    /// The value of a function call. Runs the body on expressions: both branches of an IF are run, and a choice combines the results.
+    pub(super) fn run_function(
+        &mut self,
+        frame: FrameId,
+        index: usize,
+        arguments: &[Arg],
+        span: Span,
+    ) -> Outcome<Value> {
+        if self.calls.contains(&index) || self.calls.len() >= MAX_CALLS {
+            let name = self.library.pous[index].name.clone();
+            return Err(self.report(
+                Diagnostic::error(codes::ST_CALL, format!("{name} calls itself"))
+                    .at(span, "in this call"),
+            ));
+        }
+        let library = self.library;
+        let pou = &library.pous[index];
+        let PouKind::Function(Some(result)) = &pou.kind else {
+            return Err(self.report(
+                Diagnostic::error(codes::ST_CALL, format!("{} returns no value", pou.name))
+                    .at(span, "expected a value"),
+            ));
+        };
+        for refusal in &pou.refused {
+            self.refused(&refusal.what, refusal.span, &refusal.help);
+        }
+        let is_input = |name: &Name| {
+            let mut inputs = pou.vars.iter().filter(|var| var.section == Section::Input);
+            inputs.any(|var| upper(&var.name.text) == upper(&name.text))
+        };
+        let mut named = arguments.iter().filter_map(|one| one.name.as_ref());
+        if let Some(unknown) = named.find(|name| !is_input(name)) {
+            return Err(self.no_parameter(&pou.name, unknown));
+        }
+        let inside = self.new_frame(Some(self.globals));
+        let result_type = self.ty(inside, result);
+        let mut types: BTreeMap<String, Ty> = BTreeMap::new();
+        types.insert(upper(&pou.name.text), result_type.clone());
+        let start = self.zero_value(&result_type, span)?;
+        self.frames[inside].names.insert(upper(&pou.name.text), Binding::Value(start));
+        let mut position = 0;
+        for var in &pou.vars {
+            let ty = self.ty(inside, &var.ty);
+            let key = upper(&var.name.text);
+            let mut value = match &var.init {
+                Some(init) if ty == Ty::Time => match init {
+                    ast::Init::Value(init) => self.value(inside, init)?,
+                    ast::Init::List(_, span) | ast::Init::Fields(_, span) => {
+                        return Err(self.type_error("expected a time", *span));
+                    }
+                },
+                Some(init) => {
+                    let expr = self.initial(inside, &ty, init)?.pop().ok_or(Told)?;
+                    Value::literal(expr)
+                }
+                None => self.zero_value(&ty, var.name.span)?,
+            };
+            if matches!(var.section, Section::InOut | Section::Output) {
+                return Err(self.refused(
+                    "functions that change their arguments",
+                    var.name.span,
+                    "make it a function block",
+                ));
+            }
+            if var.section == Section::Input {
+                let given = arguments
+                    .iter()
+                    .find(|one| one.name.as_ref().is_some_and(|name| upper(&name.text) == key))
+                    .or_else(|| arguments.get(position).filter(|one| one.name.is_none()));
+                position += 1;
+                if let Some(argument) = given {
+                    let argument = self.value(frame, &argument.value)?;
+                    value = self.fit(argument, &ty, &var.name.text)?;
+                }
+            }
+            types.insert(key.clone(), ty);
+            self.frames[inside].names.insert(key, Binding::Value(value));
+        }
+        if arguments.len() > position {
+            return Err(self.report(
+                Diagnostic::error(
+                    codes::ST_CALL,
+                    format!("{} takes {position} arguments, found {}", pou.name, arguments.len()),
+                )
+                .at(span, ""),
+            ));
+        }
+        let Body::Statements(body) = &pou.body else {
+            return Err(self.refused(
+                "a function with a chart",
+                pou.name.span,
+                "make it a function block",
+            ));
+        };
+        self.calls.push(index);
+        for key in [LEFT, SKIPPED, RETURNED] {
+            types.insert(key.to_owned(), Ty::Bool);
+            let value = Value::constant(false, span);
+            self.frames[inside].names.insert(key.to_owned(), Binding::Value(value));
+        }
+        let (lo, hi) = super::types::WIDEST;
+        types.insert(VARIABLE.to_owned(), Ty::Int { lo, hi, wraps: false });
+        let start = Binding::Value(Value::int(0, span));
+        self.frames[inside].names.insert(VARIABLE.to_owned(), start);
+        let list = self.without_returns(body, pou.name.span);
+        let done = list.and_then(|(list, _)| self.run(inside, &types, &list));
+        self.calls.pop();
+        done?;
+        match self.frames[inside].names.get(&upper(&pou.name.text)) {
+            Some(Binding::Value(value)) => Ok(value.clone()),
+            _ => Err(Told),
+        }
+    }
+
+    fn zero_value(&mut self, ty: &Ty, span: Span) -> Outcome<Value> {
+        match ty {
+            Ty::Bool => Ok(Value::constant(false, span)),
+            Ty::Int { lo, hi, .. } => Ok(Value::int(0.clamp(*lo, *hi), span)),
+            Ty::Time => Ok(Value::time(0, span)),
+            Ty::Broken => Err(Told),
+            Ty::Array(..) | Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => Err(self.refused(
+                "arrays, structures and blocks in functions",
+                span,
+                "use simple variables, or make it a function block",
+            )),
+        }
+    }
+
+    fn run(
+        &mut self,
+        frame: FrameId,
+        types: &BTreeMap<String, Ty>,
+        list: &[ast::Stmt],
+    ) -> Outcome<()> {
+        for stmt in list {
+            self.run_one(frame, types, stmt)?;
+        }
+        Ok(())
+    }
+
+    fn run_one(
+        &mut self,
+        frame: FrameId,
+        types: &BTreeMap<String, Ty>,
+        stmt: &ast::Stmt,
+    ) -> Outcome<()> {
+        self.spend(stmt.span, 1)?;
+        match &stmt.kind {
+            StmtKind::Assign { target, value } => {
+                let value = self.value(frame, value)?;
+                let ast::ExprKind::Name(name) = &target.kind else {
+                    return Err(self.refused(
+                        "assignments to parts of variables in functions",
+                        target.span,
+                        "use simple variables",
+                    ));
+                };
+                let key = upper(&name.text);
+                let Some(ty) = types.get(&key) else {
+                    return Err(self.report(
+                        Diagnostic::error(
+                            codes::ST_CALL,
+                            format!("a function cannot change {name}, which it does not declare"),
+                        )
+                        .at(target.span, "")
+                        .help("make it a function block"),
+                    ));
+                };
+                let value = self.fit(value, ty, &name.text)?;
+                if nodes(&value.expr, MAX_NODES) >= MAX_NODES {
+                    return Err(self.too_much(stmt.span));
+                }
+                self.frames[frame].names.insert(key, Binding::Value(value));
+                Ok(())
+            }
+            StmtKind::If { arms, otherwise } => {
+                self.run_arms(frame, types, arms, otherwise, stmt.span)
+            }
+            StmtKind::Case { selector, arms, otherwise } => {
+                let selector = self.value(frame, selector)?;
+                let (mut tested, mut taken) = (Vec::new(), Vec::new());
+                for (labels, list) in arms {
+                    let condition = self.label_test(frame, &selector, labels, &mut taken)?;
+                    tested.push((condition, list.as_slice()));
+                }
+                self.run_tested(frame, types, &tested, otherwise, stmt.span)
+            }
+            StmtKind::For { var, from, to, by, body } => {
+                let key = upper(&var.text);
+                if !types.contains_key(&key) {
+                    let candidates: Vec<String> = types.keys().cloned().collect();
+                    return Err(self.unknown(
+                        "variable",
+                        &var.text,
+                        var.span,
+                        &candidates,
+                        "declare it in the function",
+                    ));
+                }
+                let values = self.loop_values(frame, from, to, by.as_ref(), stmt.span)?;
+                self.count_rounds(frame, &values, body, stmt.span)?;
+                self.run_loop(frame, types, (var, &key), &values, body, stmt.span)
+            }
+            StmtKind::While { .. } | StmtKind::Repeat { .. } => Err(self.unbounded(stmt.span)),
+            StmtKind::Call { target, .. } => Err(self.refused(
+                "calls of blocks in functions",
+                target.span,
+                "make it a function block",
+            )),
+            StmtKind::Exit | StmtKind::Continue | StmtKind::Return => Err(self.leaves(stmt.span)),
+            StmtKind::Refused(_) => Err(Told),
+        }
+    }
+
+    /// Runs the iterations of a loop. If EXIT leaves the loop, its variable keeps its current value.
+    fn run_loop(
+        &mut self,
+        frame: FrameId,
+        types: &BTreeMap<String, Ty>,
+        (var, key): (&Name, &str),
+        rounds: &super::statements::Rounds,
+        body: &[ast::Stmt],
+        span: Span,
+    ) -> Outcome<()> {
+        let body = leave::round(body, var);
+        let no = || Binding::Value(Value::constant(false, span));
+        let outer = [LEFT, SKIPPED, VARIABLE]
+            .map(|name| (name, self.frames[frame].names.insert(name.to_owned(), no())));
+        self.frames[frame].names.insert(VARIABLE.to_owned(), Binding::Value(Value::int(0, span)));
+        for value in &rounds.each {
+            self.spend(span, 1)?;
+            let value = Value::int(*value, var.span);
+            self.frames[frame].names.insert(key.to_owned(), Binding::Value(value));
+            self.frames[frame].names.insert(SKIPPED.to_owned(), no());
+            self.run(frame, types, &body)?;
+        }
+        let mut last = Value::int(rounds.after, var.span);
+        if let (Some(Binding::Value(left)), Some(Binding::Value(kept))) =
+            (self.frames[frame].names.get(LEFT), self.frames[frame].names.get(VARIABLE))
+        {
+            last = select(left.expr.clone(), kept.clone(), last, span);
+        }
+        for (name, binding) in outer {
+            if let Some(binding) = binding {
+                self.frames[frame].names.insert(name.to_owned(), binding);
+            }
+        }
+        self.frames[frame].names.insert(key.to_owned(), Binding::Value(last));
+        Ok(())
+    }
+
+    fn run_arms(
+        &mut self,
+        frame: FrameId,
+        types: &BTreeMap<String, Ty>,
+        arms: &[(ast::Expr, Vec<ast::Stmt>)],
+        otherwise: &[ast::Stmt],
+        span: Span,
+    ) -> Outcome<()> {
+        if let [(condition, list)] = arms
+            && let Some(flags) = leave::guards(condition)
+        {
+            return self.run_guarded(frame, types, &flags, list, span);
+        }
+        let mut tested = Vec::new();
+        for (condition, list) in arms {
+            tested.push((self.condition(frame, condition)?, list.as_slice()));
+        }
+        self.run_tested(frame, types, &tested, otherwise, span)
+    }
+
+    /// Runs a list under the condition that no flag is set. Inside the list the flags are false; afterwards each flag is its previous value
+    /// or its new one. So the expressions of flags grow linearly with the number of places that set them, not exponentially.
+    fn run_guarded(
+        &mut self,
+        frame: FrameId,
+        types: &BTreeMap<String, Ty>,
+        flags: &[String],
+        list: &[ast::Stmt],
+        span: Span,
+    ) -> Outcome<()> {
+        let before: Frame = self.frames[frame].clone();
+        let value_of = |frame: &Frame, key: &str| match frame.names.get(key) {
+            Some(Binding::Value(value)) => value.expr.clone(),
+            _ => Expr::bool(false),
+        };
+        let free = |key: &String| value_of(&before, key).not();
+        let condition = Expr::and(flags.iter().map(free));
+        if condition.is_false() {
+            return Ok(());
+        }
+        for key in flags {
+            let no = Binding::Value(Value::constant(false, span));
+            self.frames[frame].names.insert(key.clone(), no);
+        }
+        self.run(frame, types, list)?;
+        let after = std::mem::replace(&mut self.frames[frame], before.clone());
+        for key in types.keys() {
+            let (Some(Binding::Value(then)), Some(Binding::Value(other))) =
+                (after.names.get(key), before.names.get(key))
+            else {
+                continue;
+            };
+            let chosen = if flags.contains(key) {
+                let others = flags.iter().filter(|one| *one != key).map(free);
+                let raised = Expr::and(others.chain([then.expr.clone()]));
+                Value::bool(Expr::or([other.expr.clone(), raised]))
+            } else {
+                self.choice(condition.clone(), then.clone(), other.clone(), span)?
+            };
+            if nodes(&chosen.expr, MAX_NODES) >= MAX_NODES {
+                return Err(self.too_much(span));
+            }
+            self.frames[frame].names.insert(key.clone(), Binding::Value(chosen));
+        }
+        Ok(())
+    }
+
+    /// Runs each list on a copy of the variables, and chooses between the results.
+    fn run_tested(
+        &mut self,
+        frame: FrameId,
+        types: &BTreeMap<String, Ty>,
+        arms: &[(Expr, &[ast::Stmt])],
+        otherwise: &[ast::Stmt],
+        span: Span,
+    ) -> Outcome<()> {
+        let before: Frame = self.frames[frame].clone();
+        let mut results = Vec::new();
+        for (condition, list) in arms {
+            self.frames[frame] = before.clone();
+            self.run(frame, types, list)?;
+            results.push((condition.clone(), self.frames[frame].clone()));
+        }
+        self.frames[frame] = before;
+        self.run(frame, types, otherwise)?;
+        for (condition, result) in results.into_iter().rev() {
+            for key in types.keys() {
+                let (Some(Binding::Value(then)), Some(Binding::Value(other))) =
+                    (result.names.get(key), self.frames[frame].names.get(key))
+                else {
+                    continue;
+                };
+                let (then, other) = (then.clone(), other.clone());
+                let chosen = self.choice(condition.clone(), then, other, span)?;
+                if nodes(&chosen.expr, MAX_NODES) >= MAX_NODES {
+                    return Err(self.too_much(span));
+                }
+                self.frames[frame].names.insert(key.clone(), Binding::Value(chosen));
+            }
+        }
+        Ok(())
+    }
+}
