@@ -1,8 +1,8 @@
 //! Statements that all styles print alike: calls, choices, verbatim text, and the values after reset.
 
 use crate::Object;
+use crate::c::print::{Arm, Kind, Node};
 use crate::cexpr::{CExpr, Helpers, constant, saturated};
-use crate::ctext::{Arm, Kind, Node};
 use crate::names::Names;
 use crate::queries::is_c;
 use grafsynth_ir::expr::Type;

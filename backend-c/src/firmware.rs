@@ -12,8 +12,8 @@
 //! the bits of the shown steps, eight per byte; each output except extern actions; each declared variable, arrays element by element; the fault flag.
 
 use crate::Package;
+use crate::c::print::{Kind, Node, Writer};
 use crate::cexpr::storage;
-use crate::ctext::{Kind, Node, Writer};
 use crate::harness::{arguments, columns_of_steps};
 use crate::interface::Interface;
 use grafsynth_ir::Valid;

@@ -15,10 +15,10 @@
 //! | 1 | `gate_in` and `gate_dt` belong to the last reaction |
 //! | 2 | and that reaction changed nothing |
 
+use crate::c::print::Node;
 use crate::codes;
-use crate::cprogram::Member;
-use crate::ctext::Node;
 use crate::interface::Interface;
+use crate::style_output::Member;
 use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::net::{Block, InputKind, Net, StmtKind};

@@ -4,7 +4,7 @@
 //! cannot interrupt the interrupt, so only main must lock, and only for the time of a copy: that is how long every interrupt is blocked (docs/c.md).
 
 use crate::Object;
-use crate::ctext::Node;
+use crate::c::print::Node;
 use crate::header::Layout;
 use crate::io::INPUT_BITS;
 use grafsynth_ir::net::InputKind;

@@ -7,12 +7,12 @@
 //! A harness is a test bench for a hosted C compiler; it is not part of a package.
 
 use crate::Package;
+use crate::c::print::{Arm, Kind, Node, Writer};
+use crate::callback_check;
 use crate::cexpr::storage;
-use crate::ctext::{Arm, Kind, Node, Writer};
 use crate::header::shown;
 use crate::interface::Interface;
 use crate::names::library;
-use crate::told;
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::{Driver, InputKind, Net, StepId, VarOrigin};
 
@@ -442,9 +442,9 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
         round.push(Node::line(format!("{calls}.count = 0;")));
         round.push(Node::line(format!("{calls}.length = 0;")));
     }
-    round.extend(told::before(net, interface));
+    round.extend(callback_check::before(net, interface));
     round.push(Node::line(format!("{prefix}_step({});", arguments(interface, true))));
-    round.extend(told::after(net, interface));
+    round.extend(callback_check::after(net, interface));
     body.push(Node::block("for (;;)", round));
     if let (Some(_), false) = (interface.trace, explore) {
         body.extend(crate::trace::dump(&interface.names));
@@ -560,7 +560,7 @@ fn stand_ins(net: &Net, interface: &Interface) -> Vec<Node> {
         nodes.push(Node::line(format!("static bench_calls_t {calls};")));
         nodes.push(Node::function(format!("void {name}({list})"), body));
     }
-    nodes.extend(told::functions(net, interface));
+    nodes.extend(callback_check::functions(net, interface));
     nodes
 }
 

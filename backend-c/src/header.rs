@@ -1,11 +1,11 @@
 //! The files of a package: the common parts of every chart, around the result of its style.
 
+use crate::c::print::{Kind, Marks, Node, Writer};
 use crate::cexpr::storage;
-use crate::cprogram::{CProgram, Member, mentions};
-use crate::ctext::{Kind, Marks, Node, Writer};
 use crate::gate;
 use crate::interface::Interface;
 use crate::names::Names;
+use crate::style_output::{Member, StyleOutput, mentions};
 use crate::{File, Io, Object, Options};
 use crate::{safe, trace};
 use grafsynth_ir::expr::Type;
@@ -17,7 +17,7 @@ pub(crate) fn lay_out(
     net: &Net,
     facts: &Facts,
     names: &Names,
-    mut program: CProgram,
+    mut program: StyleOutput,
     options: &Options,
 ) -> (Vec<File>, Interface, Marks) {
     if options.trace.is_some() {
@@ -76,7 +76,7 @@ pub(crate) fn lay_out(
 pub(crate) struct Layout<'a> {
     pub(crate) net: &'a Net,
     pub(crate) names: &'a Names,
-    pub(crate) program: CProgram,
+    pub(crate) program: StyleOutput,
     pub(crate) options: &'a Options,
     pub(crate) interface: &'a Interface,
     pub(crate) has_library: bool,

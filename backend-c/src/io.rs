@@ -5,8 +5,8 @@
 //! them, up to 32, so that a reaction collects them in a register and writes them once. Bits are numbered in declaration order and named by macros of the
 //! header; unused bits are 0. Numbers are members in both layouts.
 
+use crate::c::print::Node;
 use crate::cexpr::{CExpr, Prec, constant};
-use crate::ctext::Node;
 use crate::{Io, Object};
 use grafsynth_ir::IdMap;
 use grafsynth_ir::expr::Type;

@@ -23,13 +23,13 @@
 //! `engine` (tables that one engine interprets for all charts). `docs/c.md` describes the result for users.
 
 mod bits;
+mod c;
+mod callback_check;
 mod calls;
 mod cexpr;
 pub mod codes;
 mod consts;
 pub mod cost;
-mod cprogram;
-mod ctext;
 mod engine;
 pub mod firmware;
 mod gate;
@@ -47,9 +47,9 @@ mod range;
 mod safe;
 mod source;
 mod statechart;
+mod style_output;
 mod switch;
 mod times;
-mod told;
 pub mod trace;
 
 pub use harness::{explorer, harness, multi_harness};
@@ -264,7 +264,7 @@ pub struct Package {
     /// For a chart as an interpreted program: the maximum number of instructions that one reaction runs, with the proved rounds of the evolution.
     pub instructions: Option<u64>,
     /// Additional facts for the analysis of `NAME.c`.
-    marks: ctext::Marks,
+    marks: c::print::Marks,
     /// The possible values of its inputs and members.
     contract: cost::Contract,
 }

@@ -1,7 +1,7 @@
 //! `NAME_user.h` and `NAME_user.c`: the declarations of the user's library functions, and stubs for them.
 
+use crate::c::print::{Node, comment_text};
 use crate::cexpr::storage;
-use crate::ctext::{Node, comment_text};
 use crate::header::{Layout, described};
 use crate::{File, Object};
 use grafsynth_ir::expr::Type;

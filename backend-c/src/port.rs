@@ -1,6 +1,6 @@
 //! `NAME_port.h`: what differs between machines, and the ring that interrupts write to.
 
-use crate::ctext::{Kind, Node};
+use crate::c::print::{Kind, Node};
 use crate::header::Layout;
 use crate::io::INPUT_BITS;
 use crate::{File, Object};

@@ -19,12 +19,12 @@
 //! this also prevents a compiler from restructuring the reaction around its knowledge of the state (which made the text of one chart a third larger on an AVR).
 
 use crate::Object;
+use crate::c::print::Node;
 use crate::cexpr::{CExpr, constant};
-use crate::cprogram::{CProgram, Member};
-use crate::ctext::Node;
 use crate::interface::Interface;
 use crate::names::{MEMBER_OF_SAFE_STATE as MEMBER, MEMBER_OF_TRACE, Names, library, namer};
 use crate::range::Range;
+use crate::style_output::{Member, StyleOutput};
 use crate::times::{count_type, unsigned};
 use crate::{Options, codes};
 use grafsynth_ir::diag::Diagnostic;
@@ -114,7 +114,7 @@ pub(crate) fn refusal(net: &Net, options: &Options) -> Option<Diagnostic> {
 }
 
 /// Adds the check to a program: the function `NAME_intact`, the member, and its value at the end of `init`.
-pub(crate) fn watch(net: &Net, facts: &Facts, interface: &Interface, program: &mut CProgram) {
+pub(crate) fn watch(net: &Net, facts: &Facts, interface: &Interface, program: &mut StyleOutput) {
     let prefix = &interface.names.prefix;
     // Locals must not shadow the functions of the library.
     let mut locals = namer();
@@ -208,7 +208,7 @@ fn of_elements(range: &Range, first: u32, behind: u32) -> Option<Node> {
 }
 
 /// The check that the bits of a component are those of one of its steps.
-fn of_component(component: &Component, program: &CProgram, locals: &mut Namer) -> Vec<Node> {
+fn of_component(component: &Component, program: &StyleOutput, locals: &mut Namer) -> Vec<Node> {
     let steps = component.steps.iter().filter(|step| program.one_bit.contains(step));
     let bits: Vec<&String> = steps.map(|step| &program.active[*step]).collect();
     let exactly_one = component.always && bits.len() == component.steps.len();

@@ -1,11 +1,11 @@
 //! `NAME.c`: the helpers that a chart calls, its functions, `NAME_init`, `NAME_step`, and the callbacks around it.
 
+use crate::c::print::{Arm, Kind, Marks, Node, Writer};
 use crate::cexpr::WIDE_FUNCTIONS;
-use crate::cprogram::mentions;
-use crate::ctext::{Arm, Kind, Marks, Node, Writer};
 use crate::gate;
 use crate::header::{Layout, shown};
 use crate::safe;
+use crate::style_output::mentions;
 use crate::{File, Object};
 
 impl Layout<'_> {
@@ -67,7 +67,7 @@ impl Layout<'_> {
         if i.has_out {
             names.push("out");
         }
-        crate::cprogram::with_unused(&names, body)
+        crate::style_output::with_unused(&names, body)
     }
 
     fn helpers(&self, nodes: &mut Vec<Node>) {
@@ -242,7 +242,7 @@ impl Layout<'_> {
             format!(
                 "static void {prefix}_notify(const {prefix}_t *self, const {prefix}_t *before)"
             ),
-            crate::cprogram::with_unused(&["self", "before"], body),
+            crate::style_output::with_unused(&["self", "before"], body),
         ));
         nodes.push(Node::blank());
         // sdcc cannot initialise a structure with another one.

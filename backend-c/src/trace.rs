@@ -20,10 +20,10 @@
 //! is one per reaction.
 
 use crate::Options;
+use crate::c::print::{Arm, Kind, Node};
 use crate::codes;
-use crate::cprogram::{CProgram, Member, mentions};
-use crate::ctext::{Arm, Kind, Node};
 use crate::names::{MEMBER_OF_TRACE as MEMBER, Names};
+use crate::style_output::{Member, StyleOutput, mentions};
 use grafsynth_ir::IdMap;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::lower::program::Marks;
@@ -109,7 +109,7 @@ pub(crate) fn marks(net: &Net, names: &Names) -> Marks {
 }
 
 /// Adds the ring to a program: the member, its initialisation, the count of reactions, and `NAME_fired`.
-pub(crate) fn add(names: &Names, program: &mut CProgram) {
+pub(crate) fn add(names: &Names, program: &mut StyleOutput) {
     let prefix = &names.prefix;
     program.instance.push(Member {
         declaration: format!("{prefix}_trace_t {MEMBER}"),

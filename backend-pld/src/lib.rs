@@ -233,7 +233,7 @@ pub fn emit(
         }
         Dialect::Palasm | Dialect::Cupl | Dialect::Galasm => {
             let equations = Equations::new(logic, dialect, options)?;
-            let sheet = match dialect {
+            let source = match dialect {
                 Dialect::Palasm => write::palasm::write(&equations, options.vectors.as_ref()),
                 Dialect::Cupl => write::cupl::write(&equations),
                 Dialect::Galasm | Dialect::Verilog | Dialect::Blif => {
@@ -242,11 +242,11 @@ pub fn emit(
             };
             let names = equations.named(logic);
             let moved = equations.moved;
-            Ok(Emitted { dialect, text: sheet.text, bench: None, names, moved, map: sheet.map })
+            Ok(Emitted { dialect, text: source.text, bench: None, names, moved, map: source.map })
         }
         Dialect::Verilog | Dialect::Blif => {
             let netlist = netlist::Netlist::new(logic, dialect, options);
-            let sheet = if dialect == Dialect::Verilog {
+            let source = if dialect == Dialect::Verilog {
                 write::verilog::write(logic, &netlist)
             } else {
                 write::blif::write(logic, &netlist)
@@ -259,11 +259,11 @@ pub fn emit(
             };
             Ok(Emitted {
                 dialect,
-                text: sheet.text,
+                text: source.text,
                 bench,
                 names: netlist.named(logic),
                 moved: Vec::new(),
-                map: sheet.map,
+                map: source.map,
             })
         }
     }

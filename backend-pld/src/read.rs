@@ -1,12 +1,12 @@
 //! The readers.
 //!
-//! Each language has a parser that fills a `draft::Draft`: signals by name, and for each a function or a register. `Draft::finish` converts it to a
+//! Each language has a parser that fills a `ast::PldAst`: signals by name, and for each a function or a register. `PldAst::finish` converts it to a
 //! circuit. Parsers continue after an error and report all errors; they hold one token at a time, so memory stays near the size of the text, and
 //! nesting is bounded.
 
+mod ast;
 mod blif;
 mod cupl;
-mod draft;
 mod equation;
 mod galasm;
 mod lexer;
@@ -58,7 +58,7 @@ pub(crate) fn read(dialect: Dialect, file: FileId, text: &str) -> Text {
             Diagnostic::error(codes::TOO_LONG, message).at(Span::new(file, 0, 0), "this file"),
         ]);
     }
-    let mut draft = draft::Draft::new(file, dialect);
+    let mut draft = ast::PldAst::new(file, dialect);
     match dialect {
         Dialect::Palasm => palasm::parse(text, &mut draft),
         Dialect::Cupl => cupl::parse(text, &mut draft),

@@ -13,13 +13,13 @@ use grafsynth_ir::net::Meta;
 
 /// A text that grows line by line, with the origins of its lines.
 #[derive(Debug, Default)]
-pub(crate) struct Sheet {
+pub(crate) struct SourceText {
     pub(crate) text: String,
     pub(crate) map: Vec<MapLine>,
     lines: u32,
 }
 
-impl Sheet {
+impl SourceText {
     /// Adds a line without trailing blanks.
     pub(crate) fn line(&mut self, line: &str) {
         self.text.push_str(line.trim_end());
@@ -76,7 +76,7 @@ impl Signs {
     /// Prints `head sum`, on one line if it is short, otherwise with one product per line.
     pub(crate) fn print(
         &self,
-        sheet: &mut Sheet,
+        source: &mut SourceText,
         equations: &Equations,
         equation: &Equation,
         head: &str,
@@ -86,7 +86,7 @@ impl Signs {
         let products = self.products(equations, equation);
         let flat = format!("{head} {}{end}", products.join(&format!(" {} ", self.or)));
         if flat.len() <= 76 {
-            sheet.line_of(&flat, &signal.name, &signal.meta);
+            source.line_of(&flat, &signal.name, &signal.meta);
             return;
         }
         // A product longer than a line is broken after an operator; the continuation lines are indented.
@@ -97,7 +97,7 @@ impl Signs {
             let parts: Vec<&str> = product.split(self.and).collect();
             for (at, part) in parts.iter().enumerate() {
                 if line.len() + part.len() > 74 && at > 0 {
-                    sheet.line_of(&line, &signal.name, &signal.meta);
+                    source.line_of(&line, &signal.name, &signal.meta);
                     "        ".clone_into(&mut line);
                 }
                 line.push_str(part);
@@ -108,7 +108,7 @@ impl Signs {
             if index + 1 == count {
                 line.push_str(end);
             }
-            sheet.line_of(&line, &signal.name, &signal.meta);
+            source.line_of(&line, &signal.name, &signal.meta);
         }
     }
 }

@@ -4,7 +4,6 @@ mod args;
 mod evidence;
 mod exit;
 mod files;
-mod idle;
 mod interrupt;
 mod lists;
 mod load;
@@ -12,6 +11,7 @@ mod memory;
 mod progress;
 mod render;
 mod report;
+mod unused_options;
 mod verbs;
 
 use args::{Cli, Verb, When};
@@ -57,7 +57,7 @@ fn main() -> ExitCode {
         progress::begin();
     }
     let mut session = Session::new(&cli.global, style, report.clone());
-    let ended = match idle::refusal(&cli, &matches) {
+    let ended = match unused_options::refusal(&cli, &matches) {
         Some(idle) => Err(Stop::Usage(idle)),
         None => run(&cli, &mut session),
     };

@@ -11,8 +11,8 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{FlopId, Logic, PinRole};
 use grafsynth_ir::net::{Net, StepId, StepKind};
 use grafsynth_ir::program::Origin;
-pub use grafsynth_logic::recode::Encoding;
-use grafsynth_logic::recode::{self, Group, Room, TRIES};
+pub use grafsynth_logic::state_assignment::Encoding;
+use grafsynth_logic::state_assignment::{self, Group, Room, TRIES};
 use std::collections::BTreeMap;
 
 /// The requested encoding.
@@ -32,7 +32,7 @@ const MANY_SITUATIONS: usize = 1 << 14;
 
 /// A circuit with the chosen codes and don't-cares.
 #[derive(Debug, Clone)]
-pub struct Coded {
+pub struct EncodedLogic {
     /// The circuit.
     pub logic: Logic,
     /// The encoding of its groups.
@@ -174,16 +174,16 @@ fn is_active(set: &[u64], step: StepId) -> bool {
 /// A cache of encodings: a search for them does not depend on the device, except for its macrocells. Valid for
 /// one net with its facts and its circuit.
 #[derive(Debug, Clone, Default)]
-pub struct Known {
+pub struct EncodingCache {
     /// By encoding, number of tried assignments, safety, and number of omitted inputs.
-    made: BTreeMap<(Encoding, usize, bool, usize), Coded>,
+    made: BTreeMap<(Encoding, usize, bool, usize), EncodedLogic>,
     /// By the product terms of the macrocells, polarity, and number of omitted inputs.
     within: BTreeMap<(Vec<usize>, bool, usize), Option<Logic>>,
     /// The work of the searches for given devices so far.
     work: usize,
 }
 
-impl Known {
+impl EncodingCache {
     /// A search for an encoding that fits a device reached its limit, so another encoding may still fit.
     #[must_use]
     pub fn is_spent(&self) -> bool {
@@ -191,7 +191,7 @@ impl Known {
     }
 }
 
-/// The limit for the total work of all such searches, as [`recode::recode_within`] counts it: some seconds.
+/// The limit for the total work of all such searches, as [`state_assignment::recode_within`] counts it: some seconds.
 const MOST_WORK: usize = 50_000_000;
 
 /// Encodes the steps for a language and a device.
@@ -204,8 +204,8 @@ pub fn code(
     safe: bool,
     dialect: Dialect,
     options: &EmitOptions,
-) -> Coded {
-    let (known, asked) = (&mut Known::default(), (choice, safe));
+) -> EncodedLogic {
+    let (known, asked) = (&mut EncodingCache::default(), (choice, safe));
     code_knowing(known, net, facts, logic, asked, dialect, options)
 }
 
@@ -213,14 +213,14 @@ pub fn code(
 /// situation must return.
 #[must_use]
 pub fn code_knowing(
-    found: &mut Known,
+    found: &mut EncodingCache,
     net: &Net,
     facts: &Facts,
     logic: &Logic,
     (choice, safe): (EncodingChoice, bool),
     dialect: Dialect,
     options: &EmitOptions,
-) -> Coded {
+) -> EncodedLogic {
     let is_busy = logic.outputs.values().any(|output| output.role == PinRole::Busy);
     let heard;
     let n_inputs = logic.inputs.len();
@@ -236,8 +236,13 @@ pub fn code_knowing(
         Some(_) | None => logic,
     };
     let n_unread = n_inputs - logic.inputs.len();
-    let plain =
-        Coded { logic: logic.clone(), encoding: Encoding::OneHot, n_coded: 0, n_unread, why: None };
+    let plain = EncodedLogic {
+        logic: logic.clone(),
+        encoding: Encoding::OneHot,
+        n_coded: 0,
+        n_unread,
+        why: None,
+    };
     let groups = groups(net, facts, logic);
     if is_busy {
         return plain;
@@ -245,28 +250,28 @@ pub fn code_knowing(
     let mut known = logic.clone();
     let situations = Situations::of(net, facts, logic);
     if let Some(situations) = &situations {
-        recode::only(&mut known, &situations.flops, &situations.values);
+        state_assignment::only(&mut known, &situations.flops, &situations.values);
     }
-    let Known { made, within, work } = found;
+    let EncodingCache { made, within, work } = found;
     let mut made = |encoding: Encoding, tries: usize| {
         let key = (encoding, tries, safe, n_unread);
         if let Some(coded) = made.get(&key) {
             return coded.clone();
         }
-        let mut logic = recode::recode(&known, &groups, encoding, tries);
+        let mut logic = state_assignment::recode(&known, &groups, encoding, tries);
         if encoding == Encoding::Compact
             && let Some(situations) = &situations
             && situations.n_bits() + known.flops.len() < logic.flops.len() + situations.flops.len()
             && let Some(values) = situations.whole()
             && let Some(flat) =
-                recode::flatten(&known, &net.name.text, &situations.flops, &values, tries)
+                state_assignment::flatten(&known, &net.name.text, &situations.flops, &values, tries)
             && flat.flops.len() < logic.flops.len()
         {
             logic = flat;
         }
         let n_coded = logic.decoded.len();
-        let logic = if safe { recode::safe(logic) } else { logic };
-        let coded = Coded { logic, encoding, n_coded, n_unread, why: None };
+        let logic = if safe { state_assignment::safe(logic) } else { logic };
+        let coded = EncodedLogic { logic, encoding, n_coded, n_unread, why: None };
         made.insert(key, coded.clone());
         coded
     };
@@ -290,7 +295,7 @@ pub fn code_knowing(
         }
         let coded = made(encoding, TRIES);
         match fits(&coded, options) {
-            Ok(()) => return Coded { why: Some(why), ..coded },
+            Ok(()) => return EncodedLogic { why: Some(why), ..coded },
             Err(lack) => why = lack,
         }
     }
@@ -302,17 +307,19 @@ pub fn code_knowing(
             .entry((room.terms.clone(), room.is_by_power_up, n_unread))
             .or_insert_with(|| {
                 let mut left = MOST_WORK.saturating_sub(*work);
-                let found = recode::recode_within(&known, &groups, &room, MORE_TRIES, &mut left);
+                let found =
+                    state_assignment::recode_within(&known, &groups, &room, MORE_TRIES, &mut left);
                 *work = MOST_WORK - left;
                 found
             })
             .clone()
     {
         let n_coded = logic.decoded.len();
-        let logic = if safe { recode::safe(logic) } else { logic };
-        let coded = Coded { logic, encoding: Encoding::Compact, n_coded, n_unread, why: None };
+        let logic = if safe { state_assignment::safe(logic) } else { logic };
+        let coded =
+            EncodedLogic { logic, encoding: Encoding::Compact, n_coded, n_unread, why: None };
         if fits(&coded, options).is_ok() {
-            return Coded { why: Some(why), ..coded };
+            return EncodedLogic { why: Some(why), ..coded };
         }
     }
     choice
@@ -383,7 +390,7 @@ pub fn misfit(equations: &Equations) -> Option<&str> {
 
 /// The circuit to emit: if it must return from every illegal state, these must not be used as don't-cares.
 #[must_use]
-pub fn emitted(coded: &Coded, safe: bool) -> Logic {
+pub fn emitted(coded: &EncodedLogic, safe: bool) -> Logic {
     let mut logic = coded.logic.clone();
     if safe {
         logic.unreachable.clear();
@@ -392,7 +399,7 @@ pub fn emitted(coded: &Coded, safe: bool) -> Logic {
 }
 
 /// Whether it fits; if not, what the device lacks.
-fn fits(coded: &Coded, options: &EmitOptions) -> Result<(), String> {
+fn fits(coded: &EncodedLogic, options: &EmitOptions) -> Result<(), String> {
     let code = match coded.encoding {
         Encoding::OneHot => "one-hot",
         Encoding::ZeroHot => "zero-hot",

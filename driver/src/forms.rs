@@ -8,7 +8,7 @@ use grafsynth_ir::logic::{Flop, FlopId, Logic, NodeId};
 use grafsynth_ir::program::Origin;
 use grafsynth_logic::bdd::{Bdd, Full, Ref};
 use grafsynth_logic::minimise::{Budget, Minimum, Refused, minimise};
-use grafsynth_logic::support::{Functions, Var};
+use grafsynth_logic::node_bdds::{Functions, Var};
 
 /// A form of a flip-flop's function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -14,11 +14,11 @@
 
 use crate::built::{BuildOptions, Built, OutputFile};
 use crate::circuit::{delayed_vectors, emit_options, may_be_free, synchronised, unconditional};
+use crate::circuit_notes::{self, code_of, codes_and_dont_cares, say_emergency, say_safe};
 use crate::coding::{self, EncodingChoice};
 use crate::logic::{Fuses, LogicDesign};
 use crate::output_report::{Note, Outcome, OutputReport};
 use crate::report::chip::{Chip, Made};
-use crate::said::{self, code_of, codes_and_dont_cares, say_emergency, say_safe};
 use grafsynth_backend_pld::device::Device;
 use grafsynth_backend_pld::fuse::vectors::{self, Vector};
 use grafsynth_backend_pld::fuse::{self, FuseMap, Role};
@@ -98,7 +98,7 @@ pub fn burn_coded(
     let facts = free.as_ref().unwrap_or(facts);
     let coded = coding::code(net, facts, circuit, choice, false, Dialect::Palasm, &wishes);
     let mut burned = burn_as(net, &coding::emitted(&coded, false), &wishes, None, n_vectors)?;
-    grafsynth_logic::recode::observe(&coded.logic, &mut burned.logic);
+    grafsynth_logic::state_assignment::observe(&coded.logic, &mut burned.logic);
     Ok(burned)
 }
 
@@ -225,7 +225,8 @@ pub(crate) fn build(
     let dialect = Dialect::Palasm;
     let coded = coding::code(net, facts, logic, options.encoding, options.safe, dialect, &wishes);
     let code = code_of(net, facts, logic, &coded, options, dialect, &wishes);
-    let asked = crate::rescue::Asked { net, facts, logic, options, dialect, is_burned: true };
+    let asked =
+        crate::fit_advice::BuildContext { net, facts, logic, options, dialect, is_burned: true };
     let logic = &coding::emitted(&coded, options.safe);
     let (circuit, chains) = synchronised(net, logic.clone(), options.synchronise);
     let stimulus = options
@@ -235,13 +236,13 @@ pub(crate) fn build(
     let burned = stimulus.transpose().and_then(|stimulus| {
         let burned = burn_as(net, &circuit, &wishes, stimulus.as_ref(), None)?;
         let mut read_back = synchronise::strip(burned.logic.clone(), &chains)?;
-        grafsynth_logic::recode::observe(&coded.logic, &mut read_back);
+        grafsynth_logic::state_assignment::observe(&coded.logic, &mut read_back);
         Ok((burned, read_back))
     });
     let (burned, read_back) = match burned {
         Ok(burned) => burned,
         Err(mut found) => {
-            crate::rescue::advise(&asked, &mut found);
+            crate::fit_advice::advise(&asked, &mut found);
             built.found.extend(found);
             return;
         }
@@ -267,7 +268,7 @@ pub(crate) fn build(
     }
     let outcome = line.outcome();
     let is_refuted = outcome == Outcome::Refuted;
-    let form = said::form(net, facts, logic, options.busy);
+    let form = circuit_notes::form(net, facts, logic, options.busy);
     if let Some(form) = &form {
         line.notes.push(Note::Form(form.clone()));
     }

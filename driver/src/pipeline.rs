@@ -17,12 +17,14 @@ use crate::circuit::{ENUMERATION_WORK, delayed_vectors, may_be_free, uncondition
 pub use crate::circuit::{
     Through, emit_options, facts, logic, logic_as, synchronised, through, vectors,
 };
+pub use crate::circuit_notes::form;
+use crate::circuit_notes::{
+    code_of, codes_and_dont_cares, one_clock_all_the_same, say_emergency, say_safe,
+};
 use crate::coding;
+use crate::fit_advice;
 use crate::output_report::{Note, Outcome, OutputFault, OutputProof, OutputReport};
 use crate::report::chip::{Chip, Made};
-use crate::rescue;
-pub use crate::said::form;
-use crate::said::{code_of, codes_and_dont_cares, one_clock_all_the_same, say_emergency, say_safe};
 use crate::target::Target;
 use grafsynth_backend_c::File;
 use grafsynth_backend_pld::equations::Equations;
@@ -187,7 +189,7 @@ fn equations(
     };
     let coded = coding::code(net, facts, logic, options.encoding, options.safe, dialect, &wishes);
     let code = code_of(net, facts, logic, &coded, options, dialect, &wishes);
-    let asked = rescue::Asked { net, facts, logic, options, dialect, is_burned: false };
+    let asked = fit_advice::BuildContext { net, facts, logic, options, dialect, is_burned: false };
     let logic = &coding::emitted(&coded, options.safe);
     let (circuit, chains) = synchronised(net, logic.clone(), options.synchronise);
     let vectors = options
@@ -205,13 +207,13 @@ fn equations(
     let through = through(&circuit, dialect, &emit_options).and_then(|through| {
         let read_back = grafsynth_backend_pld::reset::strip(through.read_back)?;
         let mut read_back = synchronise::strip(read_back, &chains)?;
-        grafsynth_logic::recode::observe(&coded.logic, &mut read_back);
+        grafsynth_logic::state_assignment::observe(&coded.logic, &mut read_back);
         Ok(Through { read_back, ..through })
     });
     let through = match through {
         Ok(through) => through,
         Err(mut found) => {
-            rescue::advise(&asked, &mut found);
+            fit_advice::advise(&asked, &mut found);
             built.found.extend(found);
             return None;
         }
@@ -248,7 +250,7 @@ fn equations(
         named.pin.is_none() && matches!(named.object, Object::Input(_) | Object::Output(_))
     };
     if is_flat && options.device.is_some() && through.emitted.names.iter().any(has_open_pins) {
-        let advice = rescue::advice_for(&asked);
+        let advice = fit_advice::advice_for(&asked);
         line.notes.push(Note::PinsOpen(advice));
     }
     line.notes.extend(through.emitted.moved.iter().cloned().map(Note::PinMoved));

@@ -15,6 +15,10 @@ pub struct Code {
     pub title: &'static str,
 }
 
+/// Proof that an error was reported: the error type of a pass that reports findings itself and continues at the next place where it can resume.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ErrorReported;
+
 /// The severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {

@@ -32,7 +32,7 @@ impl Ref {
 
 /// The exhausted resource.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scarce {
+pub enum LimitExceeded {
     /// Nodes.
     Nodes,
     /// Steps of work.
@@ -43,7 +43,7 @@ pub enum Scarce {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Full {
     /// The exhausted resource.
-    pub of: Scarce,
+    pub of: LimitExceeded,
     /// The limit, in nodes or in steps.
     pub limit: usize,
 }
@@ -51,8 +51,8 @@ pub struct Full {
 impl std::fmt::Display for Full {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let what = match self.of {
-            Scarce::Nodes => "nodes",
-            Scarce::Work => "steps of work",
+            LimitExceeded::Nodes => "nodes",
+            LimitExceeded::Work => "steps of work",
         };
         write!(f, "the decision diagram needs more than {} {what}", self.limit)
     }
@@ -154,7 +154,7 @@ impl Bdd {
         self.work = self.work.saturating_add(steps as u64);
         if self.work > self.work_limit {
             let limit = usize::try_from(self.work_limit).unwrap_or(usize::MAX);
-            return Err(Full { of: Scarce::Work, limit });
+            return Err(Full { of: LimitExceeded::Work, limit });
         }
         Ok(())
     }
@@ -260,7 +260,7 @@ impl Bdd {
     }
 
     fn full(&self) -> Full {
-        Full { of: Scarce::Nodes, limit: self.limit }
+        Full { of: LimitExceeded::Nodes, limit: self.limit }
     }
 
     /// Enters all nodes into the table of unique nodes, which is empty or outdated.
@@ -654,7 +654,7 @@ fn mix(a: u32, b: u32, c: u32, d: u32) -> u32 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Bdd, Full, Ref, Scarce};
+    use super::{Bdd, Full, LimitExceeded, Ref};
     use proptest::prelude::*;
 
     /// A function of 5 variables as its truth table.
@@ -750,7 +750,7 @@ mod tests {
     fn a_full_manager_says_so_and_stays_usable() {
         let mut bdd = Bdd::with_limit(8);
         let vars: Result<Vec<Ref>, Full> = (0..10).map(|level| bdd.var(level)).collect();
-        assert_eq!(vars, Err(Full { of: Scarce::Nodes, limit: 8 }));
+        assert_eq!(vars, Err(Full { of: LimitExceeded::Nodes, limit: 8 }));
         let a = bdd.var(0).unwrap();
         assert_eq!(bdd.and(a, Ref::TRUE), Ok(a));
     }
@@ -761,7 +761,7 @@ mod tests {
         let vars: Vec<Ref> = (0..100).map(|level| bdd.var(level).unwrap()).collect();
         bdd.limit_work(50);
         let all = bdd.and_all(vars.iter().copied());
-        assert_eq!(all.map_err(|full| full.of), Err(Scarce::Work));
+        assert_eq!(all.map_err(|full| full.of), Err(LimitExceeded::Work));
         bdd.limit_work(10_000);
         let all = bdd.and_all(vars).unwrap();
         assert_eq!(bdd.size(all), 100);

@@ -13,7 +13,7 @@
 //! own flip-flop, whose D function is its function of the old state; its pin shows the same value after the clock edge. A `mealy` output is combinational
 //! in the old state and is sampled before the clock edge.
 
-mod busy;
+mod multicycle;
 mod refused;
 mod regions;
 mod run;
@@ -22,7 +22,6 @@ mod substitute;
 use crate::build::Builder;
 use crate::codes;
 use crate::word::{self, Word};
-use busy::{Registers, Stepwise};
 use grafsynth_ir::Valid;
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::diag::{Diagnostic, any_error};
@@ -35,6 +34,7 @@ use grafsynth_ir::net::{
     self, Driver, Evolution, InputKind, Meta, Net, OpenCell, PropertyLeaf, PropertyRole,
 };
 use grafsynth_ir::program::{CellId, Leaf, Origin, Program, ResetEffect, Stmt};
+use multicycle::{Registers, Stepwise};
 use regions::Regions;
 pub use regions::kept_apart;
 use std::collections::BTreeMap;
@@ -113,7 +113,7 @@ pub fn encode(
         (
             Evolution::Stable { .. },
             BusyMode::WhenTooLarge | BusyMode::WhenUnproved | BusyMode::Always,
-        ) => busy::stepwise(net, program),
+        ) => multicycle::stepwise(net, program),
     };
     let Some(stepwise) = stepwise else { return one_clock(options.max_nodes) };
     let try_composed = match options.busy {

@@ -17,11 +17,11 @@ pub mod codes;
 pub mod cover;
 pub mod encode;
 pub mod minimise;
+pub mod node_bdds;
 pub mod receptivity;
-pub mod recode;
 pub mod sim;
 pub mod split;
-pub mod support;
+pub mod state_assignment;
 pub mod word;
 
 pub use encode::{BusyMode, EncodeOptions, encode, is_depth_proved, kept_apart};

@@ -16,7 +16,7 @@
 //! A buried node costs a macrocell and one more pass through the array: [`Split::depth`] counts those.
 
 use crate::build::{Builder, for_each_operand, map_operands, needed};
-use crate::support::Var;
+use crate::node_bdds::Var;
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::logic::{Logic, Node, NodeId, PinInput, PinInputId, PinRole};
 use grafsynth_ir::net::Meta;
@@ -546,8 +546,8 @@ mod tests {
     use super::{NarrowSum, Wide, split};
     use crate::build::Builder;
     use crate::minimise::{Budget, Refused, proved_sum_of_products};
+    use crate::node_bdds::Var;
     use crate::sim::LogicSim;
-    use crate::support::Var;
     use grafsynth_ir::logic::{Logic, NodeId};
     use grafsynth_ir::net::Meta;
 

@@ -35,12 +35,12 @@ fn main() {
 struct Family {
     charts: usize,
     /// With each encoding, one-hot first.
-    coded: Vec<Coded>,
+    coded: Vec<EncodedLogic>,
     /// Charts that could not be counted, and why.
     left_out: Vec<String>,
 }
 
-struct Coded {
+struct EncodedLogic {
     encoding: Encoding,
     flops: Vec<Forms>,
     outputs: Vec<usize>,
@@ -56,7 +56,7 @@ fn family(folder: &Path) -> Result<Family, String> {
     }
     let mut family = Family::default();
     for encoding in [Encoding::OneHot, Encoding::ZeroHot, Encoding::Compact] {
-        family.coded.push(Coded { encoding, flops: Vec::new(), outputs: Vec::new() });
+        family.coded.push(EncodedLogic { encoding, flops: Vec::new(), outputs: Vec::new() });
     }
     for path in paths {
         match chart(&path) {
@@ -74,7 +74,7 @@ fn family(folder: &Path) -> Result<Family, String> {
 }
 
 /// One chart with each encoding, with all its reachable situations known.
-fn chart(path: &Path) -> Result<Vec<Coded>, String> {
+fn chart(path: &Path) -> Result<Vec<EncodedLogic>, String> {
     let text = std::fs::read_to_string(path).map_err(|why| why.to_string())?;
     let mut sources = Sources::default();
     let main = sources.add(path.to_string_lossy(), text);
@@ -84,20 +84,20 @@ fn chart(path: &Path) -> Result<Vec<Coded>, String> {
     }
 }
 
-fn coded(net: &Valid<Net>) -> Result<Vec<Coded>, String> {
+fn coded(net: &Valid<Net>) -> Result<Vec<EncodedLogic>, String> {
     let facts = facts(net, &Limits::default());
     if !facts.reach.as_ref().is_some_and(|reach| reach.exact) {
         return Err("its reachable situations are not known".to_owned());
     }
     let logic = pipeline::logic(net, &facts).map_err(|found| message(&found))?;
-    let made = |encoding| -> Result<Coded, String> {
+    let made = |encoding| -> Result<EncodedLogic, String> {
         let choice = EncodingChoice::This(encoding);
         let options = EmitOptions::default();
         let logic: Logic =
             code(net, &facts, &logic, choice, false, Dialect::Palasm, &options).logic;
         let flops = of_steps(&logic, Budget::default()).map_err(|why| why.to_string())?;
         let outputs = of_outputs(&logic, Budget::default()).map_err(|why| why.to_string())?;
-        Ok(Coded { encoding, flops, outputs })
+        Ok(EncodedLogic { encoding, flops, outputs })
     };
     [Encoding::OneHot, Encoding::ZeroHot, Encoding::Compact].into_iter().map(made).collect()
 }

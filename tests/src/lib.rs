@@ -3,7 +3,7 @@
 //! With `GRAFSYNTH_DEEP=1` in the environment the large numbers of rounds are run, with `GRAFSYNTH_DEEP=8` an eighth of them; `scripts/test --deep` sets it.
 
 pub mod conversions;
-pub mod facts_watch;
+pub mod facts_check;
 pub mod fleet;
 pub mod large_chart;
 pub mod random_c;

@@ -131,7 +131,7 @@ pub fn standard_features() -> Features {
 
 /// A net without the features that the standard cannot express, so that most random nets can be written; `lists` keeps the lists of steps.
 #[must_use]
-pub fn sayable(net: Valid<Net>, lists: bool) -> Option<Valid<Net>> {
+pub fn expressible(net: Valid<Net>, lists: bool) -> Option<Valid<Net>> {
     let mut net = net.into_inner();
     let steps: Vec<_> = net.steps.ids().collect();
     for id in steps {
@@ -270,7 +270,7 @@ pub fn random_chart(seed: u64) -> Option<String> {
     let mut net = drawable(random_net(seed, &features))?;
     match say {
         Say::Everything => {}
-        Say::Standard => net = sayable(net, !random.one_in(3))?,
+        Say::Standard => net = expressible(net, !random.one_in(3))?,
         Say::Documents => net = without_conditions(net)?,
     }
     if random.one_in(3) {

@@ -7,7 +7,7 @@ use grafsynth_ir::Valid;
 use grafsynth_ir::facts::{Facts, Proof};
 use grafsynth_ir::net::Net;
 use grafsynth_sim::{Random, Stimulus};
-use grafsynth_tests::facts_watch::refuted;
+use grafsynth_tests::facts_check::refuted;
 use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::{chart, in_parallel, readable, rounds, small_limits};
 use grafsynth_verify::{facts, structural_facts};

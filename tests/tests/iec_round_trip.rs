@@ -12,7 +12,7 @@ use grafsynth_driver::source::Sources;
 use grafsynth_ir::net::{Driver, Enter, Net, Qualifier};
 use grafsynth_ir::{Diagnostic, FileId, Valid};
 use grafsynth_sim::{Stimulus, Trace};
-use grafsynth_tests::random_chart::{sayable, standard_features};
+use grafsynth_tests::random_chart::{expressible, standard_features};
 use grafsynth_tests::random_net::random_net;
 use grafsynth_tests::rounds;
 
@@ -240,7 +240,7 @@ fn check_project(text: &str) {
 fn charts_written_as_programs_come_back() {
     let mut n_of: BTreeMap<&str, u64> = BTreeMap::new();
     for seed in 0..rounds(400, 2_500) {
-        let Some(net) = sayable(random_net(seed, &standard_features()), seed % 2 == 1) else {
+        let Some(net) = expressible(random_net(seed, &standard_features()), seed % 2 == 1) else {
             continue;
         };
         for format in [Format::St, Format::Plcopen] {
@@ -301,7 +301,7 @@ fn written_projects_are_valid_against_the_schema() {
     let drawn = net_of("drawn.graf", include_str!("../cases/plcopen/drawn.graf"))
         .unwrap_or_else(|why| panic!("{why}"));
     let random = (0..rounds(120, 2_000))
-        .filter_map(|seed| sayable(random_net(seed, &standard_features()), seed % 2 == 1));
+        .filter_map(|seed| expressible(random_net(seed, &standard_features()), seed % 2 == 1));
     let mut n_files = 0;
     let mut command = Command::new("xmllint");
     command.arg("--noout").arg("--schema").arg(&schema);

@@ -4,13 +4,13 @@
 
 use grafsynth_backend_pld::equations::Equations;
 use grafsynth_backend_pld::{Dialect, EmitOptions};
-use grafsynth_driver::coding::{self, Coded, EncodingChoice};
+use grafsynth_driver::coding::{self, EncodedLogic, EncodingChoice};
 use grafsynth_driver::pipeline;
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Logic, Node};
 use grafsynth_ir::net::Net;
-use grafsynth_logic::recode::{Encoding, observe};
+use grafsynth_logic::state_assignment::{Encoding, observe};
 use grafsynth_sim::Random;
 use grafsynth_tests::random_table::random_table;
 use grafsynth_tests::{chart, rounds};
@@ -25,7 +25,7 @@ fn through(
     facts: &Facts,
     encoding: Encoding,
     safe: bool,
-) -> (Coded, Logic, EmitOptions) {
+) -> (EncodedLogic, Logic, EmitOptions) {
     let logic = pipeline::logic(net, facts).expect("a circuit");
     let options = EmitOptions { dont_cares: true, ..pipeline::emit_options(net, None, None) };
     let choice = EncodingChoice::This(encoding);
@@ -63,7 +63,7 @@ fn open_cells_are_free_and_what_is_said_is_proved() {
                     Verdict::Refuted(_) => panic!("{what}"),
                 }
                 if safe {
-                    let is_safe = grafsynth_logic::recode::is_safe(&read_back);
+                    let is_safe = grafsynth_logic::state_assignment::is_safe(&read_back);
                     assert!(is_safe.is_ok(), "{what}{is_safe:?}");
                 } else {
                     let closed = Logic { open: Vec::new(), ..coded.logic.clone() };

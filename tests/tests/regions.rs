@@ -18,7 +18,7 @@ use grafsynth_ir::Valid;
 use grafsynth_ir::logic::{Logic, Node, NodeId, PinRole};
 use grafsynth_ir::net::{Net, Policy, StepKind};
 use grafsynth_ir::program::Origin;
-use grafsynth_logic::recode::{Encoding, recode};
+use grafsynth_logic::state_assignment::{Encoding, recode};
 use grafsynth_logic::{BusyMode, kept_apart};
 use grafsynth_sim::{Difference, Stimulus, compare};
 use grafsynth_tests::large_chart::LargeChart;

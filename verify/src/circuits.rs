@@ -6,8 +6,8 @@ use crate::limits::Limits;
 use crate::verdict::{Open, OpenReason};
 use grafsynth_ir::logic::{FlopId, Logic, PinInputId, PinOutputId};
 use grafsynth_logic::bdd::{Bdd, Full};
+use grafsynth_logic::node_bdds::{Functions, Var};
 use grafsynth_logic::sim::LogicSim;
-use grafsynth_logic::support::{Functions, Var};
 use indexmap::IndexMap;
 use std::collections::BTreeMap;
 

@@ -7,7 +7,7 @@ use grafsynth_ir::lower::program::{ProgramOptions, program};
 use grafsynth_ir::net::Net;
 use grafsynth_logic::build::Builder;
 use grafsynth_logic::minimise::{Budget, sum_of_products};
-use grafsynth_logic::support::Var;
+use grafsynth_logic::node_bdds::Var;
 use grafsynth_logic::{EncodeOptions, encode};
 use grafsynth_sim::{Simulator, Stimulus, breaks_assumption};
 use grafsynth_verify::equiv::{by_enumeration, by_induction};

@@ -1,12 +1,12 @@
 //! Declarations: the members of the instance, the data that functions share, and the locals of each function.
 
 use super::Emit;
-use super::homes::Home;
+use super::outline::Home;
 use crate::Object;
+use crate::c::print::Node;
 use crate::cexpr::{constant, storage};
-use crate::cprogram::Member;
-use crate::ctext::Node;
 use crate::range::Range;
+use crate::style_output::Member;
 use grafsynth_ir::net::StepId;
 use grafsynth_ir::program::{Cell, Origin, TempRole};
 use std::collections::BTreeSet;

@@ -5,14 +5,14 @@
 //! C compiler's time stays linear; temps that several functions use are members of a structure on the stack.
 
 mod declare;
-pub(crate) mod homes;
+pub(crate) mod outline;
 
+use crate::c::print::{Arm, Kind, Node};
 use crate::calls::{self, Callee};
 use crate::cexpr::{CExpr, Class, Helpers, Prec, Scope, c_expr, saturated, storage};
-use crate::cprogram::{CProgram, mentions, without_unused};
-use crate::ctext::{Arm, Kind, Node};
 use crate::names::{Names, namer};
 use crate::queries::carriers;
+use crate::style_output::{StyleOutput, mentions, without_unused};
 use crate::times::{Ticks, count_type, unsigned};
 use crate::{Object, Options};
 use declare::{objects_of, objects_of_role};
@@ -28,7 +28,7 @@ use grafsynth_ir::program::{
     Cell, CellId, Expr, Leaf, Origin, Program, ResetEffect, Stmt, Temp, TempId, TempRole,
 };
 use grafsynth_ir::{IdMap, Valid};
-use homes::{Home, Piece, cut, each_expr, homes};
+use outline::{Home, Piece, cut, each_expr, homes};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The number of expression nodes that count as one transition when functions are filled.
@@ -53,7 +53,7 @@ pub(crate) fn program(
     facts: &Facts,
     names: &Names,
     options: &Options,
-) -> Result<CProgram, Vec<Diagnostic>> {
+) -> Result<StyleOutput, Vec<Diagnostic>> {
     let program = match options.trace {
         None => reaction_program(net, &ProgramOptions::default())?,
         Some(_) => {
@@ -208,7 +208,7 @@ impl<'a> Emit<'a> {
         (functions, calls)
     }
 
-    fn program(&mut self, main: &[Piece<'_>], bodies: &[Vec<Piece<'_>>]) -> CProgram {
+    fn program(&mut self, main: &[Piece<'_>], bodies: &[Vec<Piece<'_>>]) -> StyleOutput {
         let prefix = self.names.prefix.clone();
         self.is_split = !bodies.is_empty();
         let (functions, calls) = self.parts(bodies, 0);
@@ -233,7 +233,7 @@ impl<'a> Emit<'a> {
         }
         let has_fault = self.net.settings.evolution != Evolution::Single;
         let sets_fault = self.sets_fault;
-        CProgram {
+        StyleOutput {
             style: "bits",
             instance: self.instance(sets_fault),
             enumerators: Vec::new(),

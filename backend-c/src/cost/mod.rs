@@ -2,7 +2,7 @@
 //!
 //! [`bound`] reads the emitted text (not the chart: what is not in the text costs nothing) with the types that it declares, and adds up the cost of each
 //! operation on a [`Machine`] whose constants are data. If paths diverge, the more expensive one counts: the branch of an `if`, the case of a `switch`,
-//! every operand of `&&`. Loops have bounds: a constant in their condition, or a bound that the emitter states (`ctext::Arm::at_most`) with its reason. A
+//! every operand of `&&`. Loops have bounds: a constant in their condition, or a bound that the emitter states (`c::print::Arm::at_most`) with its reason. A
 //! loop over micro-steps counts as many rounds as are proved ([`Rounds`]). There is no recursion, so a call costs what
 //! its function costs, and callees come before their callers. Text that is not understood is an internal error ([`NotUnderstood`]), never a cost of 0.
 //!

@@ -41,7 +41,7 @@ enum Op {
 }
 
 /// A block under construction.
-pub(super) struct Coder<'a> {
+pub(super) struct Assembler<'a> {
     plan: &'a Plan<'a>,
     code: Vec<u8>,
     depth: usize,
@@ -49,23 +49,23 @@ pub(super) struct Coder<'a> {
 
 /// An expression as a block that leaves its value on the stack.
 pub(super) fn value(plan: &Plan<'_>, expr: &Expr) -> Result<Vec<u8>, Refusal> {
-    let mut coder = Coder { plan, code: Vec::new(), depth: 0 };
-    coder.expr(expr)?;
-    Ok(coder.code)
+    let mut assembler = Assembler { plan, code: Vec::new(), depth: 0 };
+    assembler.expr(expr)?;
+    Ok(assembler.code)
 }
 
 /// A statement list as a block that leaves nothing on the stack.
 pub(super) fn list(plan: &Plan<'_>, block: &Block) -> Result<Vec<u8>, Refusal> {
-    let mut coder = Coder { plan, code: Vec::new(), depth: 0 };
-    coder.block(block)?;
-    Ok(coder.code)
+    let mut assembler = Assembler { plan, code: Vec::new(), depth: 0 };
+    assembler.block(block)?;
+    Ok(assembler.code)
 }
 
 fn refuse<T>(what: &str, span: Span) -> Result<T, Refusal> {
     Err(Refusal { what: what.to_owned(), span })
 }
 
-impl Coder<'_> {
+impl Assembler<'_> {
     fn op(&mut self, op: Op) {
         self.code.push(op as u8);
     }

@@ -1,8 +1,8 @@
 //! The data that every engine receives and returns, in the text of a chart: inputs as 32-bit numbers in an array, outputs and variables in their own types.
 
 use crate::Object;
+use crate::c::print::Node;
 use crate::cexpr::storage;
-use crate::ctext::Node;
 use crate::names::Names;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{InputId, InputKind, Net, OutputId};

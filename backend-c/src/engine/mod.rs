@@ -17,9 +17,9 @@ mod image;
 mod instructions;
 pub(crate) mod program;
 
-use crate::cprogram::{CProgram, Engine, Member};
-use crate::ctext::{Kind, Node};
+use crate::c::print::{Kind, Node};
 use crate::names::Names;
+use crate::style_output::{Engine, Member, StyleOutput};
 use crate::switch::Refusal;
 use crate::times::{Ticks, step_caps};
 use crate::{Object, Options};
@@ -69,7 +69,7 @@ fn refuse<T>(what: impl Into<String>, span: Span) -> Result<T, Refusal> {
 ///
 /// # Errors
 /// The net uses something that the engine does not support.
-pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Result<CProgram, Refusal> {
+pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Result<StyleOutput, Refusal> {
     if options.trace.is_some() {
         return refuse("a trace ring", net.name.span);
     }
@@ -557,7 +557,13 @@ fn last_descendants(net: &Net) -> Result<Vec<usize>, Refusal> {
 
 // --- text --------------------------------------------------------------------------------------------------------------------------------------
 
-fn emit(net: &Net, names: &Names, room: &Room, ticks: Option<Ticks>, lines: &[Line]) -> CProgram {
+fn emit(
+    net: &Net,
+    names: &Names,
+    room: &Room,
+    ticks: Option<Ticks>,
+    lines: &[Line],
+) -> StyleOutput {
     let (prefix, upper) = (&names.prefix, &names.upper);
     let has_fault = net.settings.evolution != Evolution::Single;
     let mut instance = vec![
@@ -648,7 +654,7 @@ fn emit(net: &Net, names: &Names, room: &Room, ticks: Option<Ticks>, lines: &[Li
         .iter()
         .map(|(id, var)| (id, as_type(var.ty, &format!("self->values[{}]", id.index()))))
         .collect();
-    CProgram {
+    StyleOutput {
         style: "engine",
         instance,
         enumerators: Vec::new(),

@@ -4,16 +4,16 @@
 //! `grafsynth_program.c` runs it. If the program calls an extern condition or action or reaches user text, the engine returns with a
 //! number, `NAME.c` performs the call, and the engine continues: it needs no function pointers.
 
-use super::bytes::{Coder, MARK, Place, Places};
+use super::bytes::{Assembler, MARK, Place, Places};
 use super::handing::{as_type, clear_words, hand_in, hand_out};
 use super::image::{Line, crc32, narrow};
 use super::instructions::{Evolution, most_instructions};
 use super::{clear_array, member};
+use crate::c::print::{Kind, Node};
 use crate::calls::{self, Callee};
 use crate::cexpr::{CExpr, Class, Helpers, Prec};
-use crate::cprogram::{CProgram, Engine, mentions};
-use crate::ctext::{Kind, Node};
 use crate::names::{Names, library, namer};
+use crate::style_output::{Engine, StyleOutput, mentions};
 use crate::switch::Refusal;
 use crate::times::Ticks;
 use crate::{Object, Options, bits};
@@ -71,7 +71,7 @@ pub(crate) fn program(
     facts: &Facts,
     names: &Names,
     options: &Options,
-) -> Result<CProgram, Failure> {
+) -> Result<StyleOutput, Failure> {
     let program = match options.trace {
         None => reaction_program(net, &ProgramOptions::default()),
         Some(_) => marked_program(net, &ProgramOptions::default(), &marks(net)),
@@ -82,25 +82,25 @@ pub(crate) fn program(
     let sets_fault = net.settings.evolution != Mode::Single
         && (program.reset_fault || program.body.iter().any(bits::gives_fault));
     let (eager, lazy) = conditions(net, &program);
-    let mut coder = Coder::new(net, &program, &places, &lazy, sets_fault);
-    let reset = coder.reset().map_err(Failure::Refused)?;
-    let reaction = coder.reaction(&eager).map_err(Failure::Refused)?;
-    let evolution = coder.evolution.zip(facts.most_rounds(net));
+    let mut assembler = Assembler::new(net, &program, &places, &lazy, sets_fault);
+    let reset = assembler.reset().map_err(Failure::Refused)?;
+    let reaction = assembler.reaction(&eager).map_err(Failure::Refused)?;
+    let evolution = assembler.evolution.zip(facts.most_rounds(net));
     let evolution = evolution.map(|(at, it)| Evolution { at, rounds: it.value.into() });
     let room = Room {
         sizes: [
             ("BITS", places.n_bits.div_ceil(8).max(1)),
             ("VALUES", places.n_values.max(1)),
-            ("FLAGS", coder.n_flags.div_ceil(8).max(1)),
-            ("NUMBERS", coder.n_numbers.max(1)),
+            ("FLAGS", assembler.n_flags.div_ceil(8).max(1)),
+            ("NUMBERS", assembler.n_numbers.max(1)),
         ],
-        rounds: coder.rounds,
+        rounds: assembler.rounds,
         instructions: most_instructions(&reaction, evolution),
         interface: interface(net, &places, ticks),
         fired: if options.trace.is_some() { net.transitions.len() } else { 0 },
         sets_fault,
     };
-    let counts = [places.n_bits, places.n_values, coder.n_flags, coder.n_numbers];
+    let counts = [places.n_bits, places.n_values, assembler.n_flags, assembler.n_numbers];
     let lines = image(&program, &places, counts, room.interface, reset, reaction);
     let length: usize = lines.iter().map(|line| line.bytes.len()).sum();
     let most = counts.into_iter().max().unwrap_or(0).max(length);
@@ -126,7 +126,7 @@ fn marks(net: &Net) -> Marks {
 fn conditions(net: &Net, program: &Program) -> (BTreeSet<InputId>, BTreeSet<InputId>) {
     let mut used = BTreeSet::new();
     for stmt in &program.body {
-        bits::homes::each_expr(stmt, &mut |expr| {
+        bits::outline::each_expr(stmt, &mut |expr| {
             expr.for_each_leaf(&mut |leaf| {
                 if let Leaf::Input(input) = leaf {
                     used.insert(*input);
@@ -257,7 +257,7 @@ fn emit(
     room: &Room,
     ticks: Option<Ticks>,
     lines: &[Line],
-) -> CProgram {
+) -> StyleOutput {
     let (prefix, upper) = (&names.prefix, &names.upper);
     let locals = Locals::of(net, names);
     let mut instance = vec![
@@ -299,7 +299,7 @@ fn emit(
     let mut sizes: Vec<(&str, String)> =
         room.sizes.iter().map(|(name, size)| (*name, format!("{size}U"))).collect();
     sizes.push(("ROUNDS", format!("{}UL", room.rounds)));
-    CProgram {
+    StyleOutput {
         style: "engine with a program",
         instance,
         enumerators: Vec::new(),

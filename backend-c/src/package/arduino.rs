@@ -5,8 +5,8 @@ use super::cmake::VERSION;
 use super::ticks::Ratio;
 use super::{Chart, written, yours};
 use crate::File;
+use crate::c::print::comment_text;
 use crate::cexpr::storage;
-use crate::ctext::comment_text;
 use crate::harness::arguments;
 
 pub(super) fn files(chart: &Chart<'_>) -> Vec<File> {

@@ -2,8 +2,8 @@
 
 use super::Chart;
 use super::ticks::Ratio;
+use crate::c::print::comment_text;
 use crate::cexpr::storage;
-use crate::ctext::comment_text;
 use crate::harness::arguments;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::InputKind;

@@ -1,8 +1,8 @@
 //! `host.c`: the chart on the machine that compiles it, driven by numbers on standard input.
 
 use super::Chart;
+use crate::c::print::{Kind, Node, Writer, comment_text};
 use crate::cexpr::storage;
-use crate::ctext::{Kind, Node, Writer, comment_text};
 use crate::harness::{arguments, columns_of_steps, string_text};
 
 /// The text; `include` is the path by which it includes `NAME.h`.

@@ -5,7 +5,7 @@ use super::plan::Memory;
 use super::tables::Row;
 use super::text::{Case, Function, lines, merged, replace};
 use crate::Object;
-use crate::ctext::{Kind, Node};
+use crate::c::print::{Kind, Node};
 use crate::times::count_type;
 use grafsynth_ir::net::{Enter, HistoryId, StepId, StepKind, TransitionId};
 use std::collections::{BTreeMap, BTreeSet};
@@ -585,5 +585,5 @@ fn with_default(subject: &str, cases: Vec<Case>, default: Vec<Node>) -> Vec<Node
     let mut body = default;
     body.push(Node::line("break;"));
     all.push(Kind::Case(vec!["default:".to_owned()], body).into());
-    vec![Kind::Block(vec![crate::ctext::Arm::new(format!("switch ({subject})"), all)]).into()]
+    vec![Kind::Block(vec![crate::c::print::Arm::new(format!("switch ({subject})"), all)]).into()]
 }

@@ -4,7 +4,7 @@ use super::Emit;
 use super::plan::{Memory, Route};
 use super::tables::Row;
 use super::text::{Case, Function};
-use crate::ctext::Node;
+use crate::c::print::Node;
 use grafsynth_ir::net::{StepId, StepKind, TransitionId};
 use std::collections::{BTreeMap, BTreeSet};
 

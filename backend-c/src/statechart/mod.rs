@@ -21,14 +21,14 @@ mod tables;
 mod text;
 
 use crate::bits::Emit as Statements;
-use crate::bits::homes::{Piece, cut, homes};
+use crate::bits::outline::{Piece, cut, homes};
 use crate::bits::{NODES_PER_TRANSITION, gives_fault};
+use crate::c::print::{Arm, Kind, Node};
 use crate::calls;
 use crate::cexpr::{CExpr, Prec};
-use crate::cprogram::{CProgram, Member, mentions, without_unused};
-use crate::ctext::{Arm, Kind, Node};
 use crate::names::Names;
 use crate::range::Range;
+use crate::style_output::{Member, StyleOutput, mentions, without_unused};
 use crate::switch::Refusal;
 use crate::times::{count_type, unsigned};
 use crate::{Object, Options};
@@ -60,7 +60,7 @@ pub(crate) fn program(
     facts: &Facts,
     names: &Names,
     options: &Options,
-) -> Result<CProgram, Failure> {
+) -> Result<StyleOutput, Failure> {
     let mut plan = plan::plan(net).map_err(Failure::Refused)?;
     let pieces = pieces(net).map_err(Failure::Errors)?;
     for (step, state) in pieces.states.iter() {
@@ -332,7 +332,7 @@ impl Emit<'_> {
         before: &[Piece<'_>],
         after: &[Piece<'_>],
         bodies: &[Vec<Piece<'_>>],
-    ) -> CProgram {
+    ) -> StyleOutput {
         let prefix = self.names.prefix.clone();
         self.statements.function = 1;
         let moves = self.moves();
@@ -365,7 +365,7 @@ impl Emit<'_> {
         instance.extend(self.statements.instance(sets_fault));
         let mut init = self.initial();
         init.extend(self.statements.init(sets_fault));
-        CProgram {
+        StyleOutput {
             style: "statechart",
             instance,
             enumerators: self.enumerators(),

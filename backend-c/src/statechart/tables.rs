@@ -4,7 +4,7 @@
 
 use super::Emit;
 use crate::Object;
-use crate::ctext::{Kind, Node};
+use crate::c::print::{Kind, Node};
 use grafsynth_ir::net::TransitionId;
 
 /// An entry of a table.

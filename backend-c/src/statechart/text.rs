@@ -1,8 +1,8 @@
 //! Functions and `switch` statements.
 
 use super::Emit;
-use crate::cprogram::{mentions, without_unused};
-use crate::ctext::{Arm, Kind, Node, Writer};
+use crate::c::print::{Arm, Kind, Node, Writer};
+use crate::style_output::{mentions, without_unused};
 use grafsynth_ir::program::Stmt;
 use std::collections::BTreeMap;
 

@@ -6,8 +6,8 @@ mod table;
 
 pub(crate) use plan::Refusal;
 
-use crate::cprogram::CProgram;
 use crate::names::Names;
+use crate::style_output::StyleOutput;
 use crate::{Options, Style};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
@@ -21,7 +21,7 @@ pub(crate) fn program(
     facts: &Facts,
     names: &Names,
     options: &Options,
-) -> Result<CProgram, Refusal> {
+) -> Result<StyleOutput, Refusal> {
     let plan = plan::plan(net, facts)?;
     if options.style == Style::Auto && !pays(&plan) {
         return Err(Refusal {

@@ -1,6 +1,6 @@
 //! The result of placing everything in one mode of a device.
 
-use super::matching::Wish;
+use super::matching::PinRequest;
 use super::need::{Need, Refusal, View};
 use crate::equations::SignalIndex;
 
@@ -11,7 +11,7 @@ pub(crate) struct Attempt {
     /// Signals by pin.
     pub(crate) pins: Vec<(u32, SignalIndex)>,
     /// Signals that got no pin.
-    pub(crate) left: Vec<Wish>,
+    pub(crate) left: Vec<PinRequest>,
     /// Requested pins that cannot carry their signal: the index of the request in [`Order::board`], and the reason.
     pub(crate) refused: Vec<(usize, Need, Refusal)>,
     /// Inputs and outputs that are not where the order of declarations has them.

@@ -5,7 +5,7 @@
 //! the routing of every signal.
 
 use super::attempt::Attempt;
-use super::misfit::{Homeless, Misfit, Obstacles};
+use super::misfit::{Misfit, Obstacles, UnplacedFunction};
 use super::need::{Need, View};
 use super::pins::Order;
 use crate::device::{Blocks, Device};
@@ -102,7 +102,7 @@ impl Equations {
         for own in functions {
             let Some(at) = choose(&all, blocks, device, &own) else {
                 let signal = &self.signals[own.signal];
-                misfit.homeless.push(Homeless {
+                misfit.homeless.push(UnplacedFunction {
                     name: signal.name.clone(),
                     n_signals: own.reads.len(),
                     meta: signal.meta.clone(),

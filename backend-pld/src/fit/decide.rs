@@ -17,8 +17,8 @@ use grafsynth_ir::logic::{Logic, NodeId, PinInputId, PinOutput};
 use grafsynth_ir::names::{CUPL, GALASM, Namer, PALASM, PALASM_CHIP};
 use grafsynth_ir::net::Meta;
 use grafsynth_logic::minimise::Budget;
+use grafsynth_logic::node_bdds::Var;
 use grafsynth_logic::split::{Wide, split};
-use grafsynth_logic::support::Var;
 use std::collections::BTreeMap;
 
 impl Equations {
@@ -423,7 +423,7 @@ fn head(
     let remembered: Vec<&str> = device.remembered().map(|figure| figure.what).collect();
     if options.device.is_some() && device.layout.is_none() && !remembered.is_empty() {
         head.push(format!(
-            "uses data-sheet values that were not verified: {}",
+            "uses data-source values that were not verified: {}",
             remembered.join("; ")
         ));
     }

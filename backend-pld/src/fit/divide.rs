@@ -10,7 +10,7 @@
 //! then two, and so on up to the number of spare macrocells, and chooses among the first that fit those with the fewest product terms; [`MOST_TRIES`]
 //! placements are the limit. Divisors are the kernels that two products have in common (Brayton and McMullen) and parts cut to the widths that the device has.
 
-use super::matching::{Rank, Wish};
+use super::matching::{PinRequest, Rank};
 use super::need::{Need, View};
 use super::pins::Order;
 use crate::EmitOptions;
@@ -201,7 +201,7 @@ impl Search<'_> {
         for sum in &state.sums {
             match order.wishes.iter_mut().find(|wish| wish.index == sum.signal) {
                 Some(wish) => wish.need = need(sum),
-                None => order.wishes.push(Wish {
+                None => order.wishes.push(PinRequest {
                     index: sum.signal,
                     need: need(sum),
                     key: 0,

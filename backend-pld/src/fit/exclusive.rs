@@ -10,7 +10,7 @@ use crate::device::FlipFlop;
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::logic::{Flop, FlopId, Logic, Node, NodeId};
 use grafsynth_logic::minimise::Refused;
-use grafsynth_logic::support::Var;
+use grafsynth_logic::node_bdds::Var;
 
 /// Inverters are tried only for sums with at most this many signals.
 const MOST_SIGNALS: usize = 12;

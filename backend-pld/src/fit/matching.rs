@@ -41,7 +41,7 @@ pub(crate) enum Rank {
 
 /// A signal that looks for a pin.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Wish {
+pub(crate) struct PinRequest {
     pub(crate) index: SignalIndex,
     pub(crate) need: Need,
     /// [`source_key`].
@@ -55,14 +55,14 @@ pub(crate) struct Wish {
 
 /// Gives inputs the pins that are only inputs, and outputs the macrocells, each in the order of declarations. Inputs for which there is no such pin are at the last
 /// macrocells.
-pub(crate) fn in_order(view: View, free: &[u32], wishes: &mut [Wish]) {
+pub(crate) fn in_order(view: View, free: &[u32], wishes: &mut [PinRequest]) {
     let is_cell = |pin: &u32| view.device.macrocell(*pin).is_some();
     let (cells, plain): (Vec<u32>, Vec<u32>) = free.iter().copied().partition(is_cell);
     let can_be_input = |pin: &u32| view.refuses(Need::Input, *pin).is_none();
     let mut order: Vec<usize> = (0..wishes.len()).collect();
     order.sort_by_key(|at| wishes[*at].rank);
     // A clock that has a pin of its own takes no other.
-    let is_input = |wish: &Wish| {
+    let is_input = |wish: &PinRequest| {
         let is_fixed = matches!((wish.need, view.device.clock), (Need::Clock, Clock::Pin(_)));
         matches!(wish.rank, Rank::Input(_)) && !is_fixed
     };
@@ -88,7 +88,7 @@ pub(crate) fn in_order(view: View, free: &[u32], wishes: &mut [Wish]) {
 pub(crate) struct Matching {
     view: View,
     free: Vec<u32>,
-    taken: BTreeMap<u32, Wish>,
+    taken: BTreeMap<u32, PinRequest>,
     /// Some signals have a place by the order of declarations.
     has_order: bool,
 }
@@ -105,7 +105,7 @@ impl Matching {
     }
 
     /// Places as many signals as possible, and returns the others.
-    pub(crate) fn place_all(&mut self, wishes: &[Wish]) -> Vec<Wish> {
+    pub(crate) fn place_all(&mut self, wishes: &[PinRequest]) -> Vec<PinRequest> {
         self.has_order = wishes.iter().any(|wish| wish.natural.is_some());
         let mut pairs: Vec<((u32, u64, u32, SignalIndex), usize)> = Vec::new();
         for (at, wish) in wishes.iter().enumerate() {
@@ -139,7 +139,7 @@ impl Matching {
     }
 
     /// Finds a pin for a signal, if necessary by moving others.
-    fn place(&mut self, wish: Wish, tried: &mut BTreeSet<u32>) -> bool {
+    fn place(&mut self, wish: PinRequest, tried: &mut BTreeSet<u32>) -> bool {
         let mut possible: Vec<u32> = (1..=self.view.device.n_pins)
             .filter(|pin| self.free.contains(pin) || self.taken.contains_key(pin))
             .filter(|pin| self.view.refuses(wish.need, *pin).is_none())
@@ -167,7 +167,7 @@ impl Matching {
     }
 
     /// What goes first, and in which order: the less, the sooner. Of the pins that only inputs can use, an input that cannot have its own takes the first.
-    fn preference(&self, wish: &Wish, pin: u32) -> (u32, u64) {
+    fn preference(&self, wish: &PinRequest, pin: u32) -> (u32, u64) {
         let first = u64::from(pin);
         if wish.kept == Some(pin) {
             return (0, first);

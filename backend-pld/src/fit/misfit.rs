@@ -35,13 +35,13 @@ pub(crate) struct Obstacles {
     /// Functions that are wider than any macrocell.
     wide: Vec<TooWide>,
     /// Functions for which no logic block has room.
-    pub(crate) homeless: Vec<Homeless>,
+    pub(crate) homeless: Vec<UnplacedFunction>,
     has_no_flops: bool,
 }
 
 /// A function for which no logic block has enough macrocells, pins and inputs left.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Homeless {
+pub(crate) struct UnplacedFunction {
     pub(crate) name: String,
     /// The number of signals that it reads.
     pub(crate) n_signals: usize,

@@ -1,7 +1,7 @@
 //! Pins: first those requested by the user, then the rest.
 
 use super::attempt::{Attempt, Moved};
-use super::matching::{Matching, Rank, Wish, in_order, source_key};
+use super::matching::{Matching, PinRequest, Rank, in_order, source_key};
 use super::misfit::{Misfit, Obstacles};
 use super::need::{MovedBecause, MovedPin, Need, Refusal, View};
 use crate::EmitOptions;
@@ -16,7 +16,7 @@ pub(crate) struct Order {
     /// The user's requests: pin, signal, and its name in the request.
     pub(crate) board: Vec<(u32, SignalIndex, String)>,
     /// Everything that needs a pin, including the requested signals.
-    pub(crate) wishes: Vec<Wish>,
+    pub(crate) wishes: Vec<PinRequest>,
     pub(crate) has_registers: bool,
 }
 
@@ -31,8 +31,9 @@ impl Order {
             .collect();
         let is_wished = |pin: &u32| self.board.iter().any(|(wished, ..)| wished == pin);
         let free: Vec<u32> = view.pins().filter(|pin| !is_wished(pin)).collect();
-        let is_open = |wish: &&Wish| self.board.iter().all(|(_, index, _)| *index != wish.index);
-        let mut open: Vec<Wish> = self.wishes.iter().filter(is_open).copied().collect();
+        let is_open =
+            |wish: &&PinRequest| self.board.iter().all(|(_, index, _)| *index != wish.index);
+        let mut open: Vec<PinRequest> = self.wishes.iter().filter(is_open).copied().collect();
         in_order(view, &free, &mut open);
         let mut matching = Matching::new(view, free.clone());
         let mut left = matching.place_all(&open);
@@ -190,7 +191,7 @@ impl Equations {
         self.equations.iter().rev().for_each(|equation| own[equation.signal] = Some(equation));
         let wishes = (0..self.signals.len())
             .filter(|index| self.signals[*index].shared.is_none())
-            .map(|index| Wish {
+            .map(|index| PinRequest {
                 index,
                 need: need(self.signals[index].source, own[index], is_read[index]),
                 key: source_key(logic, self.signals[index].source, &self.signals[index].name),
@@ -258,8 +259,8 @@ impl Equations {
 }
 
 /// The inputs and outputs that are not where the order of declarations has them. Who is where he was in an earlier build is where the user wants him.
-fn moved(view: &View, wishes: &[Wish], pins: &[(u32, SignalIndex)]) -> Vec<Moved> {
-    let of = |wish: &Wish| {
+fn moved(view: &View, wishes: &[PinRequest], pins: &[(u32, SignalIndex)]) -> Vec<Moved> {
+    let of = |wish: &PinRequest| {
         let natural = wish.natural?;
         let (pin, _) = pins.iter().find(|(_, index)| *index == wish.index)?;
         if *pin == natural || wish.kept == Some(*pin) {

@@ -1,6 +1,6 @@
 //! Properties of the fit: pins compared with brute force, divided sums with the original circuits, pins after small edits.
 
-use super::matching::{Matching, Rank, Wish, in_order};
+use super::matching::{Matching, PinRequest, Rank, in_order};
 use super::need::{Need, View};
 use crate::device::{DEVICES, Device};
 use crate::equations::{Equations, Source};
@@ -10,9 +10,9 @@ use grafsynth_ir::logic::{FlopId, Logic, NodeId, PinOutput, PinRole};
 use grafsynth_logic::build::Builder;
 
 /// Pseudo-random numbers, the same in every run.
-struct Dice(u64);
+struct Prng(u64);
 
-impl Dice {
+impl Prng {
     fn below(&mut self, n: usize) -> usize {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -37,7 +37,7 @@ fn output(builder: &mut Builder, name: &str, value: NodeId) {
 }
 
 /// The maximum number of requests that can have pins together, by exhaustive search.
-fn most_by_force(view: &View, wishes: &[Wish], free: &[u32]) -> usize {
+fn most_by_force(view: &View, wishes: &[PinRequest], free: &[u32]) -> usize {
     let Some((first, rest)) = wishes.split_first() else { return 0 };
     let without = most_by_force(view, rest, free);
     free.iter()
@@ -53,7 +53,7 @@ fn most_by_force(view: &View, wishes: &[Wish], free: &[u32]) -> usize {
 
 #[test]
 fn what_is_refused_a_pin_has_none_in_any_assignment() {
-    let mut dice = Dice(0x1357_9BDF_0246_8ACE);
+    let mut dice = Prng(0x1357_9BDF_0246_8ACE);
     let (mut n_full, mut n_short) = (0, 0);
     for round in 0..300 {
         let device: &'static Device = &DEVICES[round % DEVICES.len()];
@@ -64,8 +64,8 @@ fn what_is_refused_a_pin_has_none_in_any_assignment() {
                 let at = dice.below(free.len());
                 free.remove(at);
             }
-            let wishes: Vec<Wish> = (0..1 + dice.below(5))
-                .map(|index| Wish {
+            let wishes: Vec<PinRequest> = (0..1 + dice.below(5))
+                .map(|index| PinRequest {
                     index,
                     need: match dice.below(4) {
                         0 => Need::Input,
@@ -98,7 +98,7 @@ fn what_is_refused_a_pin_has_none_in_any_assignment() {
 }
 
 /// An output that is a random sum of this many products over these nodes.
-fn random_sum(dice: &mut Dice, builder: &mut Builder, over: &[NodeId], n: usize) -> NodeId {
+fn random_sum(dice: &mut Prng, builder: &mut Builder, over: &[NodeId], n: usize) -> NodeId {
     let products: Vec<NodeId> = (0..n)
         .map(|_| {
             let literals: Vec<NodeId> = (0..4 + dice.below(3))
@@ -115,7 +115,7 @@ fn random_sum(dice: &mut Dice, builder: &mut Builder, over: &[NodeId], n: usize)
 
 #[test]
 fn divided_sums_fit_and_are_what_they_were() {
-    let mut dice = Dice(0x0F1E_2D3C_4B5A_6978);
+    let mut dice = Prng(0x0F1E_2D3C_4B5A_6978);
     let mut n_divided = 0;
     for (device, widest) in [("gal16v8", 8), ("gal22v10", 16), ("gal20ra10", 4), ("pal16l8", 7)] {
         for _ in 0..4 {
@@ -315,7 +315,7 @@ fn n_moved(before: &[(String, u32)], after: &[(String, u32)]) -> usize {
 /// An edit after which each sum still fits at its pin moves nothing; a new step moves few pins.
 #[test]
 fn pins_stay_under_small_edits() {
-    let mut dice = Dice(0x2468_ACE0_1357_9BDF);
+    let mut dice = Prng(0x2468_ACE0_1357_9BDF);
     let mut n_edits = 0;
     for _ in 0..40 {
         let device = ["gal16v8", "gal22v10", "gal20v8"][dice.below(3)];

@@ -6,7 +6,7 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::logic::{Logic, NodeId, PinInput, PinOutput, PinRole};
 use grafsynth_logic::build::Builder;
 use grafsynth_logic::minimise::{Budget, Shape, sum_of_products};
-use grafsynth_logic::support::Var;
+use grafsynth_logic::node_bdds::Var;
 use std::collections::BTreeMap;
 
 /// The circuit of a table: each output is true exactly where the table defines it as on, so its don't-cares are false; an inverted output is

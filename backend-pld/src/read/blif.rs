@@ -1,11 +1,11 @@
 //! BLIF: `.model`, `.inputs`, `.outputs`, `.clock`, `.latch`, `.names`, `.end`.
 
-use super::draft::{Definition, Draft, ExprId, Role};
+use super::ast::{Definition, ExprId, PldAst, Role};
 use crate::codes;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::{Name, Span};
 
-pub(crate) fn parse(text: &str, draft: &mut Draft) {
+pub(crate) fn parse(text: &str, draft: &mut PldAst) {
     let mut parser = Parser {
         text,
         at: 0,
@@ -43,7 +43,7 @@ struct Table<'a> {
 struct Parser<'a, 'd> {
     text: &'a str,
     at: usize,
-    draft: &'d mut Draft,
+    draft: &'d mut PldAst,
     /// The start of the model.
     model: Option<Span>,
     /// Its `.end` was read.

@@ -1,7 +1,7 @@
 //! CUPL: header, pins, fields, equations (also of lists), `APPEND`, and `$DEFINE` of expressions and numbers. State machines and tables are rejected by
 //! name. Names are case-sensitive; keywords are not.
 
-use super::draft::{Definition, Draft, Expr, Role, SignalId};
+use super::ast::{Definition, Expr, PldAst, Role, SignalId};
 use super::lexer::{Comments, Kind, Lexer};
 use super::number;
 use super::palasm::{clock_of, enable, find_device, finish, one_clock, preset};
@@ -17,7 +17,7 @@ const HEADER: [&str; 12] = [
     "location", "loc", "format",
 ];
 
-pub(crate) fn parse(text: &str, draft: &mut Draft) {
+pub(crate) fn parse(text: &str, draft: &mut PldAst) {
     let lexer = Lexer::new(text, draft.file, Comments::Block, true);
     let mut parser = Parser {
         lexer,
@@ -36,7 +36,7 @@ pub(crate) fn parse(text: &str, draft: &mut Draft) {
 
 struct Parser<'a, 'd> {
     lexer: Lexer<'a>,
-    draft: &'d mut Draft,
+    draft: &'d mut PldAst,
     device: Option<&'static Device>,
     /// The device named in the text, in lower case.
     mnemonic: Option<(String, Span)>,

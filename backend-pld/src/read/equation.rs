@@ -1,7 +1,7 @@
 //! Sums of products as written in PALASM, CUPL and `GALasm`.
 
 use super::MAX_NESTING;
-use super::draft::{Draft, ExprId};
+use super::ast::{ExprId, PldAst};
 use super::lexer::{Kind, Lexer};
 use crate::codes;
 
@@ -41,7 +41,7 @@ pub(crate) fn supply(lexer: &mut Lexer<'_>) -> Option<bool> {
 }
 
 /// Reads a function; `None` after an error, which is reported, with the offending token ahead.
-pub(crate) fn sum(lexer: &mut Lexer<'_>, draft: &mut Draft, grammar: &Grammar) -> Option<Sum> {
+pub(crate) fn sum(lexer: &mut Lexer<'_>, draft: &mut PldAst, grammar: &Grammar) -> Option<Sum> {
     let mut parser = Parser { lexer, draft, grammar, depth: 0, terms: 0, is_plain: true };
     let value = parser.exclusive()?;
     let terms = if parser.is_plain { parser.terms } else { 0 };
@@ -50,7 +50,7 @@ pub(crate) fn sum(lexer: &mut Lexer<'_>, draft: &mut Draft, grammar: &Grammar) -
 
 struct Parser<'p, 'a> {
     lexer: &'p mut Lexer<'a>,
-    draft: &'p mut Draft,
+    draft: &'p mut PldAst,
     grammar: &'p Grammar,
     depth: u32,
     terms: u32,
@@ -67,7 +67,7 @@ impl Parser<'_, '_> {
         while self.eat_any(self.grammar.xor) {
             self.is_plain = false;
             let other = self.or()?;
-            value = self.draft.expr(super::draft::Expr::Xor(value, other));
+            value = self.draft.expr(super::ast::Expr::Xor(value, other));
         }
         Some(value)
     }
@@ -106,7 +106,7 @@ impl Parser<'_, '_> {
                     self.draft.error(codes::DEVICE_LIMIT, span, message);
                 }
             }
-            self.draft.expr(super::draft::Expr::Const(value))
+            self.draft.expr(super::ast::Expr::Const(value))
         } else if self.grammar.parens && self.lexer.token.is("(") {
             if self.depth >= MAX_NESTING {
                 let message = format!("parentheses are nested more than {MAX_NESTING} deep");

@@ -1,6 +1,6 @@
 //! `GALasm` and galette: device, signature, two rows of pins, equations up to `DESCRIPTION`.
 
-use super::draft::{Definition, Draft, Role, SignalId};
+use super::ast::{Definition, PldAst, Role, SignalId};
 use super::equation::{Grammar, sum, supply};
 use super::lexer::{Comments, Kind, Lexer};
 use super::palasm::{clock_of, enable, finish, one_clock, preset};
@@ -19,7 +19,7 @@ const GRAMMAR: Grammar = Grammar {
     lone_constants: true,
 };
 
-pub(crate) fn parse(text: &str, draft: &mut Draft) {
+pub(crate) fn parse(text: &str, draft: &mut PldAst) {
     let mut parser = Parser {
         lexer: Lexer::new(text, draft.file, Comments::Semicolon, false),
         draft,
@@ -50,7 +50,7 @@ enum Control {
 
 struct Parser<'a, 'd> {
     lexer: Lexer<'a>,
-    draft: &'d mut Draft,
+    draft: &'d mut PldAst,
     device: &'static Device,
     clock: Option<SignalId>,
     clock_span: Span,
@@ -474,7 +474,7 @@ impl<'a> Parser<'a, '_> {
         let device = self.device;
         let mut found: Vec<(Span, String)> = Vec::new();
         let signals = &self.draft.signals;
-        let registered = |signal: &&super::draft::Signal| {
+        let registered = |signal: &&super::ast::Signal| {
             signal.definition.is_some_and(|definition| definition.is_registered)
         };
         let has_registers = signals.iter().any(|signal| registered(&signal));

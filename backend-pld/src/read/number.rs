@@ -1,6 +1,6 @@
 //! Numbers of CUPL: `'b'10X`, `'o'17`, `'d'12`, `'h'1F`, or hexadecimal digits; or a name defined as a number by `$DEFINE`.
 
-use super::draft::Draft;
+use super::ast::PldAst;
 use super::lexer::{Kind, Lexer};
 use super::sets::Names;
 use crate::codes;
@@ -33,7 +33,7 @@ impl Digits {
 /// Reads the number of a `$DEFINE`. `None` after an error, which is reported.
 pub(crate) fn definition(
     lexer: &mut Lexer<'_>,
-    draft: &mut Draft,
+    draft: &mut PldAst,
     names: &Names,
 ) -> Option<Digits> {
     let base = base(lexer, draft)?;
@@ -44,14 +44,14 @@ pub(crate) fn definition(
 }
 
 /// Reads a number. `None` after an error, which is reported.
-pub(crate) fn read(lexer: &mut Lexer<'_>, draft: &mut Draft, names: &Names) -> Option<Number> {
+pub(crate) fn read(lexer: &mut Lexer<'_>, draft: &mut PldAst, names: &Names) -> Option<Number> {
     let base = base(lexer, draft)?;
     digits(lexer, draft, names, base)
 }
 
 /// The base, if it is explicit.
 #[expect(clippy::option_option, reason = "an error, no base, or one")]
-pub(crate) fn base(lexer: &mut Lexer<'_>, draft: &mut Draft) -> Option<Option<u32>> {
+pub(crate) fn base(lexer: &mut Lexer<'_>, draft: &mut PldAst) -> Option<Option<u32>> {
     if lexer.token.kind != Kind::Quoted {
         return Some(None);
     }
@@ -74,7 +74,7 @@ pub(crate) fn base(lexer: &mut Lexer<'_>, draft: &mut Draft) -> Option<Option<u3
 /// The digits of a number; `outer` is the base written before them, or before the list that contains them.
 pub(crate) fn digits(
     lexer: &mut Lexer<'_>,
-    draft: &mut Draft,
+    draft: &mut PldAst,
     names: &Names,
     outer: Option<u32>,
 ) -> Option<Number> {

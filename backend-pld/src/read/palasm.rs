@@ -2,7 +2,7 @@
 //! the device in the first line, three title lines, the list of pins, then equations, with `IF (condition) Y = ..` for tri-state outputs;
 //! `FUNCTION TABLE` and `DESCRIPTION` are skipped.
 
-use super::draft::{Definition, Draft, Role, SignalId};
+use super::ast::{Definition, PldAst, Role, SignalId};
 use super::equation::{Grammar, Sum, sum, supply};
 use super::lexer::{Comments, Kind, Lexer};
 use crate::codes;
@@ -21,7 +21,7 @@ const GRAMMAR: Grammar = Grammar {
     lone_constants: false,
 };
 
-pub(crate) fn parse(text: &str, draft: &mut Draft) {
+pub(crate) fn parse(text: &str, draft: &mut PldAst) {
     let lexer = Lexer::new(text, draft.file, Comments::Semicolon, true);
     let mut parser = Parser {
         lexer,
@@ -41,7 +41,7 @@ pub(crate) fn parse(text: &str, draft: &mut Draft) {
 }
 
 /// Determines the clock signal and the power-up values after the whole text is read; `clock` is the clock that the text names, if any.
-pub(crate) fn finish(draft: &mut Draft, device: Option<&'static Device>, clock: Option<SignalId>) {
+pub(crate) fn finish(draft: &mut PldAst, device: Option<&'static Device>, clock: Option<SignalId>) {
     draft.device = device;
     let is_registered = draft
         .signals
@@ -81,7 +81,7 @@ pub(crate) fn finish(draft: &mut Draft, device: Option<&'static Device>, clock: 
 }
 
 /// Warns about a signal with the name of a clock on a pin that clocks nothing: the clock pin of the device has no name, and nothing reads the signal.
-fn check_clock_pin(draft: &mut Draft, device: &Device, clock_pin: u32) {
+fn check_clock_pin(draft: &mut PldAst, device: &Device, clock_pin: u32) {
     if draft.with_pin(clock_pin).is_some() || !draft.clocks.is_empty() {
         return;
     }
@@ -116,7 +116,7 @@ fn check_clock_pin(draft: &mut Draft, device: &Device, clock_pin: u32) {
 
 /// The signal without a pin number whose name identifies it as the clock. Of several it is the first: our texts list the clock before the inputs, as `clk_2` if
 /// the circuit uses all usual names for other signals.
-fn clock_by_name(draft: &Draft) -> Option<SignalId> {
+fn clock_by_name(draft: &PldAst) -> Option<SignalId> {
     let mut free = draft.signals.iter().enumerate().filter(|(_, signal)| {
         signal.role == Role::Pin && signal.definition.is_none() && signal.pin.is_none()
     });
@@ -131,7 +131,7 @@ fn clock_by_name(draft: &Draft) -> Option<SignalId> {
 }
 
 /// Looks up a device; the flip-flops of an unknown device are assumed to be 0 after power-up.
-pub(crate) fn find_device(draft: &mut Draft, name: &str, span: Span) -> Option<&'static Device> {
+pub(crate) fn find_device(draft: &mut PldAst, name: &str, span: Span) -> Option<&'static Device> {
     let device = Device::find(name);
     if device.is_none() {
         let message =
@@ -157,7 +157,7 @@ fn first_version(text: &str) -> Option<&str> {
 
 struct Parser<'a, 'd> {
     lexer: Lexer<'a>,
-    draft: &'d mut Draft,
+    draft: &'d mut PldAst,
     device: Option<&'static Device>,
     clock: Option<SignalId>,
     clock_span: Span,
@@ -647,7 +647,7 @@ impl<'a> Parser<'a, '_> {
 }
 
 /// An output enable that is always on is redundant; any other is dropped with a warning.
-pub(crate) fn enable(draft: &mut Draft, id: SignalId, definition: Definition) {
+pub(crate) fn enable(draft: &mut PldAst, id: SignalId, definition: Definition) {
     if let Some(first) = draft.enables.insert(id, definition) {
         let message = format!("`{}` has two enables", draft.signals[id as usize].name);
         let finding = Diagnostic::error(codes::DEFINED_TWICE, message)
@@ -655,7 +655,7 @@ pub(crate) fn enable(draft: &mut Draft, id: SignalId, definition: Definition) {
             .at(first.span, "and here");
         draft.report(finding);
     }
-    if !matches!(draft.kind(definition.value), super::draft::Expr::Const(true)) {
+    if !matches!(draft.kind(definition.value), super::ast::Expr::Const(true)) {
         let name = &draft.signals[id as usize].name;
         let message =
             format!("the output enable of `{name}` is ignored: the pin is read as always driven");
@@ -666,8 +666,8 @@ pub(crate) fn enable(draft: &mut Draft, id: SignalId, definition: Definition) {
 }
 
 /// The signal that a clock equation names; anything else is an error.
-pub(crate) fn clock_of(draft: &mut Draft, definition: &Definition) -> Option<SignalId> {
-    if let super::draft::Expr::Signal(signal) = draft.kind(definition.value) {
+pub(crate) fn clock_of(draft: &mut PldAst, definition: &Definition) -> Option<SignalId> {
+    if let super::ast::Expr::Signal(signal) = draft.kind(definition.value) {
         draft.at(signal).n_reads -= 1;
         return Some(signal);
     }
@@ -682,7 +682,7 @@ pub(crate) fn clock_of(draft: &mut Draft, definition: &Definition) -> Option<Sig
 
 /// All registers must have one clock.
 pub(crate) fn one_clock(
-    draft: &mut Draft,
+    draft: &mut PldAst,
     known: &mut Option<SignalId>,
     known_span: &mut Span,
     clock: SignalId,
@@ -710,8 +710,8 @@ pub(crate) fn one_clock(
 }
 
 /// Set and reset conditions; an asynchronous one is read as synchronous, with a warning.
-pub(crate) fn preset(draft: &mut Draft, of: Option<SignalId>, to: bool, definition: Definition) {
-    if matches!(draft.kind(definition.value), super::draft::Expr::Const(false)) {
+pub(crate) fn preset(draft: &mut PldAst, of: Option<SignalId>, to: bool, definition: Definition) {
+    if matches!(draft.kind(definition.value), super::ast::Expr::Const(false)) {
         return;
     }
     let what = if to { "set" } else { "reset" };

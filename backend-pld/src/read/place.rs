@@ -3,7 +3,7 @@
 //! A function that is a plain sum of products is used product by product. One with parentheses, exclusive-ors or intermediate names is multiplied out;
 //! then products that can never be true and repeated products are dropped, and nothing else.
 
-use super::draft::{Definition, Draft, Expr, ExprId, Role, Signal, SignalId};
+use super::ast::{Definition, Expr, ExprId, PldAst, Role, Signal, SignalId};
 use crate::codes;
 use crate::device::{Clock, Device, PowerUp};
 use crate::placement::{Cell, CellKind, PinName, Placement, Product};
@@ -21,7 +21,7 @@ const MAX_WORK: usize = 1 << 20;
 ///
 /// # Errors
 /// Why the text does not define fuses: no device, a signal without a pin, or something that the device does not have.
-pub(crate) fn place(draft: &Draft) -> Result<Placement, Vec<Diagnostic>> {
+pub(crate) fn place(draft: &PldAst) -> Result<Placement, Vec<Diagnostic>> {
     let Some(device) = draft.device else {
         let message = "the text names no known device, so it does not define fuses";
         return Err(vec![
@@ -59,7 +59,7 @@ pub(crate) fn place(draft: &Draft) -> Result<Placement, Vec<Diagnostic>> {
 }
 
 struct Placer<'d> {
-    draft: &'d Draft,
+    draft: &'d PldAst,
     device: &'static Device,
     found: Vec<Diagnostic>,
     work: usize,

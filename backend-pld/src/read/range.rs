@@ -1,6 +1,6 @@
 //! Ranges of numbers as functions of some of their bits.
 
-use super::draft::{Draft, Expr, ExprId};
+use super::ast::{Expr, ExprId, PldAst};
 use std::collections::BTreeMap;
 
 /// A function, or a constant that needs no expression.
@@ -15,7 +15,7 @@ enum Part {
 /// Starts at the highest bit: while the bits equal those of both limits, both may still be reached; below that, one of them, or none. The resulting sum has at
 /// most two products for each bit, and no redundant one if the bits have no gaps.
 pub(crate) fn within(
-    draft: &mut Draft,
+    draft: &mut PldAst,
     bits: &BTreeMap<u32, ExprId>,
     low: u64,
     high: u64,
@@ -55,7 +55,7 @@ pub(crate) fn within(
 }
 
 /// One function if the bit is 0 and another if it is 1; either, if the bit is not tested.
-fn branch(draft: &mut Draft, bit: Option<ExprId>, zero: Part, one: Part) -> Part {
+fn branch(draft: &mut PldAst, bit: Option<ExprId>, zero: Part, one: Part) -> Part {
     let Some(bit) = bit else { return or(draft, zero, one) };
     if zero == one {
         return zero;
@@ -72,7 +72,7 @@ fn branch(draft: &mut Draft, bit: Option<ExprId>, zero: Part, one: Part) -> Part
     or(draft, zero, one)
 }
 
-fn or(draft: &mut Draft, a: Part, b: Part) -> Part {
+fn or(draft: &mut PldAst, a: Part, b: Part) -> Part {
     match (a, b) {
         (Part::Const(true), _) | (_, Part::Const(true)) => Part::Const(true),
         (Part::Const(false), other) | (other, Part::Const(false)) => other,
@@ -81,7 +81,7 @@ fn or(draft: &mut Draft, a: Part, b: Part) -> Part {
     }
 }
 
-fn and(draft: &mut Draft, a: Part, b: Part) -> Part {
+fn and(draft: &mut PldAst, a: Part, b: Part) -> Part {
     match (a, b) {
         (Part::Const(false), _) | (_, Part::Const(false)) => Part::Const(false),
         (Part::Const(true), other) | (other, Part::Const(true)) => other,

@@ -10,7 +10,7 @@
 //! by position, the last one bit 0. CUPL's manual warns about fields that mix both, or that contain two signals with the same index; they are rejected here.
 
 use super::MAX_NESTING;
-use super::draft::{Draft, Expr, ExprId, SignalId};
+use super::ast::{Expr, ExprId, PldAst, SignalId};
 use super::lexer::{Kind, Lexer};
 use super::number::{self, Digits, Number};
 use super::range::within;
@@ -101,7 +101,7 @@ impl Field {
     ///
     /// # Errors
     /// Why the bits have no numbers.
-    pub(crate) fn new(draft: &Draft, listed: &[SignalId]) -> Result<Self, &'static str> {
+    pub(crate) fn new(draft: &PldAst, listed: &[SignalId]) -> Result<Self, &'static str> {
         let mut signals = listed.to_vec();
         let numbering = match numbering(draft, listed) {
             Numbering::Index(_) => {
@@ -115,7 +115,7 @@ impl Field {
     }
 
     /// The signals of a list in brackets, by position.
-    pub(crate) fn as_listed(draft: &Draft, listed: &[SignalId]) -> Self {
+    pub(crate) fn as_listed(draft: &PldAst, listed: &[SignalId]) -> Self {
         Field { signals: listed.to_vec(), numbering: numbering(draft, listed) }
     }
 
@@ -126,13 +126,13 @@ impl Field {
 }
 
 /// The index at the end of a name.
-fn index_of(draft: &Draft, signal: SignalId) -> Option<u32> {
+fn index_of(draft: &PldAst, signal: SignalId) -> Option<u32> {
     let name = &draft.signals[signal as usize].name;
     let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
     name[stem.len()..].parse().ok()
 }
 
-fn numbering(draft: &Draft, signals: &[SignalId]) -> Numbering {
+fn numbering(draft: &PldAst, signals: &[SignalId]) -> Numbering {
     let indices: Vec<Option<u32>> = signals.iter().map(|one| index_of(draft, *one)).collect();
     if indices.iter().all(Option::is_none) {
         return Numbering::Place;
@@ -172,14 +172,18 @@ fn pair(
 }
 
 /// Reads an expression. `None` after an error, which is reported.
-pub(crate) fn expression(lexer: &mut Lexer<'_>, draft: &mut Draft, names: &Names) -> Option<Value> {
+pub(crate) fn expression(
+    lexer: &mut Lexer<'_>,
+    draft: &mut PldAst,
+    names: &Names,
+) -> Option<Value> {
     Parser::new(lexer, draft, names).exclusive()
 }
 
 /// Reads the expression of a `$DEFINE`, which ends with its line; returns its value and the lowest precedence of its operators.
 pub(crate) fn definition(
     lexer: &mut Lexer<'_>,
-    draft: &mut Draft,
+    draft: &mut PldAst,
     names: &Names,
 ) -> Option<(Value, Binding)> {
     let mut parser = Parser { is_one_line: true, ..Parser::new(lexer, draft, names) };
@@ -189,7 +193,7 @@ pub(crate) fn definition(
 
 struct Parser<'p, 'a> {
     lexer: &'p mut Lexer<'a>,
-    draft: &'p mut Draft,
+    draft: &'p mut PldAst,
     names: &'p Names,
     depth: u32,
     /// The expression ends with its line.
@@ -207,7 +211,7 @@ const DIRECTIVES: [&str; 12] = [
 ];
 
 impl<'p, 'a> Parser<'p, 'a> {
-    fn new(lexer: &'p mut Lexer<'a>, draft: &'p mut Draft, names: &'p Names) -> Self {
+    fn new(lexer: &'p mut Lexer<'a>, draft: &'p mut PldAst, names: &'p Names) -> Self {
         Parser {
             lexer,
             draft,
@@ -234,7 +238,7 @@ impl Parser<'_, '_> {
                 return Some(value);
             }
             let other = self.or()?;
-            let exclusive = |draft: &mut Draft, bits: &[ExprId]| match bits {
+            let exclusive = |draft: &mut PldAst, bits: &[ExprId]| match bits {
                 [a, b] => draft.expr(Expr::Xor(*a, *b)),
                 _ => draft.list(bits, true),
             };
@@ -313,7 +317,7 @@ impl Parser<'_, '_> {
         &mut self,
         all: &[Value],
         span: Span,
-        make: impl Fn(&mut Draft, &[ExprId]) -> ExprId,
+        make: impl Fn(&mut PldAst, &[ExprId]) -> ExprId,
     ) -> Option<Value> {
         let width = all.iter().map(|value| value.bits.len()).max().unwrap_or(1);
         if all.iter().any(|value| value.bits.len() != width && value.bits.len() != 1) {
@@ -608,13 +612,13 @@ struct Numbered {
 }
 
 /// `[A, B, C]`, `[A7..A0]`, `[A7..0]`: the signals with their positions, the most significant first. `None` after an error, which is reported.
-pub(crate) fn list(lexer: &mut Lexer<'_>, draft: &mut Draft) -> Option<Vec<(SignalId, Span)>> {
+pub(crate) fn list(lexer: &mut Lexer<'_>, draft: &mut PldAst) -> Option<Vec<(SignalId, Span)>> {
     let names = names(lexer, draft)?;
     Some(names.into_iter().map(|(name, span)| (draft.signal(&name, span), span)).collect())
 }
 
 /// The names of such a list.
-pub(crate) fn names(lexer: &mut Lexer<'_>, draft: &mut Draft) -> Option<Vec<(String, Span)>> {
+pub(crate) fn names(lexer: &mut Lexer<'_>, draft: &mut PldAst) -> Option<Vec<(String, Span)>> {
     lexer.advance();
     let mut found = Vec::new();
     loop {

@@ -4,14 +4,14 @@
 //! non-blocking assignments and `if`.
 
 use super::MAX_NESTING;
-use super::draft::{Definition, Draft, Expr, ExprId, Role, Signal, SignalId};
+use super::ast::{Definition, Expr, ExprId, PldAst, Role, Signal, SignalId};
 use super::lexer::{Comments, Kind, Lexer};
 use crate::codes;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 
-pub(crate) fn parse(text: &str, draft: &mut Draft) {
+pub(crate) fn parse(text: &str, draft: &mut PldAst) {
     let lexer = Lexer::new(text, draft.file, Comments::Verilog, false);
     let mut parser = Parser {
         lexer,
@@ -91,7 +91,7 @@ impl Scope<'_> {
 
 struct Parser<'a, 'd> {
     lexer: Lexer<'a>,
-    draft: &'d mut Draft,
+    draft: &'d mut PldAst,
     depth: u32,
     inits: BTreeMap<SignalId, (bool, Span)>,
     /// The clock, and where it is first named.

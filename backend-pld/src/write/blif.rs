@@ -1,22 +1,22 @@
 //! BLIF: one `.names` for each gate, one `.latch` for each register.
 
-use super::Sheet;
+use super::SourceText;
 use crate::netlist::Netlist;
 use grafsynth_ir::logic::{Logic, Node, NodeId};
 use grafsynth_ir::net::Meta;
 
-pub(crate) fn write(logic: &Logic, netlist: &Netlist) -> Sheet {
-    let mut sheet = Sheet::default();
+pub(crate) fn write(logic: &Logic, netlist: &Netlist) -> SourceText {
+    let mut source = SourceText::default();
     for line in &netlist.head {
-        sheet.line(&format!("# {line}"));
+        source.line(&format!("# {line}"));
     }
-    sheet.line(&format!(".model {}", netlist.title));
-    list(&mut sheet, ".inputs", netlist.inputs.values().map(String::as_str));
-    list(&mut sheet, ".outputs", netlist.outputs.values().map(String::as_str));
+    source.line(&format!(".model {}", netlist.title));
+    list(&mut source, ".inputs", netlist.inputs.values().map(String::as_str));
+    list(&mut source, ".outputs", netlist.outputs.values().map(String::as_str));
     if let Some(clock) = &netlist.clock {
-        sheet.line(&format!(".clock {clock}"));
+        source.line(&format!(".clock {clock}"));
     }
-    let mut writer = Writer { logic, netlist, sheet };
+    let mut writer = Writer { logic, netlist, source };
     for (id, flop) in logic.flops.iter() {
         writer.latch(&netlist.flops[id], flop.next, flop.init, &flop.meta);
     }
@@ -32,30 +32,30 @@ pub(crate) fn write(logic: &Logic, netlist: &Netlist) -> Sheet {
             writer.gate(id, name);
         }
     }
-    let mut sheet = writer.sheet;
-    sheet.line(".end");
-    sheet
+    let mut source = writer.source;
+    source.line(".end");
+    source
 }
 
 /// A directive with names, broken into lines if it is long.
-fn list<'a>(sheet: &mut Sheet, directive: &str, names: impl Iterator<Item = &'a str>) {
+fn list<'a>(source: &mut SourceText, directive: &str, names: impl Iterator<Item = &'a str>) {
     let mut line = directive.to_owned();
     for name in names {
         if line.len() + name.len() > 100 {
             line.push_str(" \\");
-            sheet.line(&line);
+            source.line(&line);
             " ".clone_into(&mut line);
         }
         line.push(' ');
         line.push_str(name);
     }
-    sheet.line(&line);
+    source.line(&line);
 }
 
 struct Writer<'a> {
     logic: &'a Logic,
     netlist: &'a Netlist,
-    sheet: Sheet,
+    source: SourceText,
 }
 
 impl Writer<'_> {
@@ -90,7 +90,7 @@ impl Writer<'_> {
             }
         };
         let clock = self.netlist.clock.clone().unwrap_or_default();
-        self.sheet.line_of(
+        self.source.line_of(
             &format!(".latch {data} {name} re {clock} {}", u8::from(init)),
             name,
             meta,
@@ -101,13 +101,13 @@ impl Writer<'_> {
         match self.literal(node) {
             Ok((signal, is_negated)) => {
                 let line = format!(".names {signal} {name}");
-                self.sheet.line_of(&line, name, meta);
-                self.sheet.line(if is_negated { "0 1" } else { "1 1" });
+                self.source.line_of(&line, name, meta);
+                self.source.line(if is_negated { "0 1" } else { "1 1" });
             }
             Err(value) => {
-                self.sheet.line_of(&format!(".names {name}"), name, meta);
+                self.source.line_of(&format!(".names {name}"), name, meta);
                 if value {
-                    self.sheet.line("1");
+                    self.source.line("1");
                 }
             }
         }
@@ -132,7 +132,7 @@ impl Writer<'_> {
             .map(|(signal, is_negated)| (signal.to_owned(), is_negated))
             .collect();
         list(
-            &mut self.sheet,
+            &mut self.source,
             ".names",
             literals.iter().map(|(signal, _)| signal.as_str()).chain([name]),
         );
@@ -140,7 +140,7 @@ impl Writer<'_> {
             .iter()
             .map(|(_, is_negated)| if *is_negated == is_and { '0' } else { '1' })
             .collect();
-        self.sheet.line(&format!("{row} {}", u8::from(is_and)));
+        self.source.line(&format!("{row} {}", u8::from(is_and)));
     }
 
     fn table(&mut self, all: &[NodeId], name: &str, rows: &[&str]) {
@@ -150,7 +150,7 @@ impl Writer<'_> {
             .map(|(signal, is_negated)| (signal.to_owned(), is_negated))
             .collect();
         list(
-            &mut self.sheet,
+            &mut self.source,
             ".names",
             literals.iter().map(|(signal, _)| signal.as_str()).chain([name]),
         );
@@ -165,7 +165,7 @@ impl Writer<'_> {
                     (c, _) => c,
                 })
                 .collect();
-            self.sheet.line(&format!("{turned} {value}"));
+            self.source.line(&format!("{turned} {value}"));
         }
     }
 }

@@ -1,27 +1,27 @@
 //! CUPL: header, pins, equations. `.t` is the input of a T flip-flop; `$`, the exclusive-or, has lower precedence than `#`.
 
-use super::{Sheet, Signs};
+use super::{Signs, SourceText};
 use crate::device::{Clock, FlipFlop};
 use crate::equations::{Equations, Source, remark};
 
 const SIGNS: Signs = Signs { not: "!", and: " & ", or: "#", yes: "'b'1", no: "'b'0" };
 
-pub(crate) fn write(equations: &Equations) -> Sheet {
-    let mut sheet = Sheet::default();
-    sheet.line(&format!("Name      {} ;", equations.title));
-    sheet.line("PartNo    1 ;");
-    sheet.line("Date      - ;");
-    sheet.line("Revision  1 ;");
-    sheet.line("Designer  grafsynth ;");
-    sheet.line("Company   - ;");
-    sheet.line("Assembly  - ;");
-    sheet.line("Location  - ;");
-    sheet.line(&format!("Device    {} ;", equations.device.cupl));
-    sheet.line("");
+pub(crate) fn write(equations: &Equations) -> SourceText {
+    let mut source = SourceText::default();
+    source.line(&format!("Name      {} ;", equations.title));
+    source.line("PartNo    1 ;");
+    source.line("Date      - ;");
+    source.line("Revision  1 ;");
+    source.line("Designer  grafsynth ;");
+    source.line("Company   - ;");
+    source.line("Assembly  - ;");
+    source.line("Location  - ;");
+    source.line(&format!("Device    {} ;", equations.device.cupl));
+    source.line("");
     for line in &equations.head {
-        sheet.line(&format!("/* {line} */"));
+        source.line(&format!("/* {line} */"));
     }
-    sheet.line("");
+    source.line("");
     let mut order: Vec<usize> = (0..equations.signals.len()).collect();
     // A shared pin is declared once, by its flip-flop.
     order.retain(|&index| equations.signals[index].shared.is_none());
@@ -46,9 +46,13 @@ pub(crate) fn write(equations: &Equations) -> Sheet {
         };
         let is_node = is_node && signal.pin.is_none();
         let statement = if is_node { "PINNODE" } else { "PIN" };
-        sheet.line_of(&format!("{statement} {pin} = {name} ;{remark}"), &signal.name, &signal.meta);
+        source.line_of(
+            &format!("{statement} {pin} = {name} ;{remark}"),
+            &signal.name,
+            &signal.meta,
+        );
     }
-    sheet.line("");
+    source.line("");
     for equation in &equations.equations {
         let name = &equations.signals[equation.signal].name;
         let not = if equation.is_complemented { "!" } else { "" };
@@ -61,12 +65,12 @@ pub(crate) fn write(equations: &Equations) -> Sheet {
             Some(product) => format!(" $ {} ;", SIGNS.product(equations, product)),
             None => " ;".to_owned(),
         };
-        SIGNS.print(&mut sheet, equations, equation, &format!("{not}{name}{suffix} ="), &end);
+        SIGNS.print(&mut source, equations, equation, &format!("{not}{name}{suffix} ="), &end);
         // On a device with logic blocks the clock is also named, although it is a pin.
         let has_clock = equations.device.clock == Clock::Term || equations.device.blocks.is_some();
         if let (true, true, Some(clock)) = (equation.is_registered, has_clock, equations.clock()) {
-            sheet.line(&format!("{name}.ck = {} ;", clock.name));
+            source.line(&format!("{name}.ck = {} ;", clock.name));
         }
     }
-    sheet
+    source
 }

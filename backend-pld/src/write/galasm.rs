@@ -1,19 +1,19 @@
 //! `GALasm`: device, signature, two rows of pins, equations.
 
-use super::{Sheet, Signs};
+use super::{Signs, SourceText};
 use crate::device::Clock;
 use crate::equations::{Equations, remark};
 
 const SIGNS: Signs = Signs { not: "/", and: " * ", or: "+", yes: "VCC", no: "GND" };
 
-pub(crate) fn write(equations: &Equations) -> Sheet {
+pub(crate) fn write(equations: &Equations) -> SourceText {
     let device = equations.device;
-    let mut sheet = Sheet::default();
-    sheet.line(device.galasm);
+    let mut source = SourceText::default();
+    source.line(device.galasm);
     let signature: String =
         equations.title.chars().filter(char::is_ascii_alphanumeric).take(8).collect();
-    sheet.line(&signature);
-    sheet.line("");
+    source.line(&signature);
+    source.line("");
     let half = device.n_pins / 2;
     for row in 0..2 {
         let mut line = String::new();
@@ -38,34 +38,34 @@ pub(crate) fn write(equations: &Equations) -> Sheet {
             });
             line.push_str(&format!("{name:<9} "));
         }
-        sheet.line(&line);
+        source.line(&line);
     }
-    sheet.line("");
+    source.line("");
     for line in &equations.head {
-        sheet.line(&format!("; {line}"));
+        source.line(&format!("; {line}"));
     }
-    sheet.line("");
+    source.line("");
     for equation in &equations.equations {
         let signal = &equations.signals[equation.signal];
         let remark = remark(&signal.meta);
         if !remark.is_empty() {
-            sheet.line_of(&format!("; {remark}"), &signal.name, &signal.meta);
+            source.line_of(&format!("; {remark}"), &signal.name, &signal.meta);
         }
         let name = &signal.name;
         let not = if equation.is_complemented { "/" } else { "" };
         let suffix = if equation.is_registered { ".R" } else { "" };
-        SIGNS.print(&mut sheet, equations, equation, &format!("{not}{name}{suffix} ="), "");
+        SIGNS.print(&mut source, equations, equation, &format!("{not}{name}{suffix} ="), "");
         if let (true, Clock::Term, Some(clock)) =
             (equation.is_registered, device.clock, equations.clock())
         {
-            sheet.line(&format!("{name}.CLK = {}", clock.name));
+            source.line(&format!("{name}.CLK = {}", clock.name));
         }
-        sheet.line("");
+        source.line("");
     }
-    sheet.line("DESCRIPTION");
-    sheet.line("");
+    source.line("DESCRIPTION");
+    source.line("");
     for line in &equations.head {
-        sheet.line(line);
+        source.line(line);
     }
-    sheet
+    source
 }

@@ -1,27 +1,27 @@
 //! PALASM 2 and 4: pin statements, equations, simulation.
 
-use super::{Sheet, Signs};
+use super::{Signs, SourceText};
 use crate::device::{Clock, FlipFlop};
 use crate::equations::{Equations, Source, remark};
 use crate::vectors::Vectors;
 
 const SIGNS: Signs = Signs { not: "/", and: " * ", or: "+", yes: "VCC", no: "GND" };
 
-pub(crate) fn write(equations: &Equations, vectors: Option<&Vectors>) -> Sheet {
-    let mut sheet = Sheet::default();
+pub(crate) fn write(equations: &Equations, vectors: Option<&Vectors>) -> SourceText {
+    let mut source = SourceText::default();
     for line in &equations.head {
-        sheet.line(&format!("; {line}"));
+        source.line(&format!("; {line}"));
     }
-    sheet.line("");
-    sheet.line(&format!("TITLE     {}", equations.title));
-    sheet.line("PATTERN   1");
-    sheet.line("REVISION  1");
-    sheet.line("AUTHOR    grafsynth");
-    sheet.line("COMPANY   -");
-    sheet.line("DATE      -");
-    sheet.line("");
-    sheet.line(&format!("CHIP  {}  {}", equations.title, equations.device.palasm));
-    sheet.line("");
+    source.line("");
+    source.line(&format!("TITLE     {}", equations.title));
+    source.line("PATTERN   1");
+    source.line("REVISION  1");
+    source.line("AUTHOR    grafsynth");
+    source.line("COMPANY   -");
+    source.line("DATE      -");
+    source.line("");
+    source.line(&format!("CHIP  {}  {}", equations.title, equations.device.palasm));
+    source.line("");
     let mut is_registered = vec![false; equations.signals.len()];
     for equation in &equations.equations {
         is_registered[equation.signal] = equation.is_registered;
@@ -47,15 +47,15 @@ pub(crate) fn write(equations: &Equations, vectors: Option<&Vectors>) -> Sheet {
         };
         let is_node = is_node && signal.pin.is_none();
         let statement = if is_node { "NODE" } else { "PIN" };
-        sheet.line_of(
+        source.line_of(
             &format!("{statement} {pin:<3} {name:<15} {kind:<13}{remark}"),
             &signal.name,
             &signal.meta,
         );
     }
-    sheet.line("");
-    sheet.line("EQUATIONS");
-    sheet.line("");
+    source.line("");
+    source.line("EQUATIONS");
+    source.line("");
     for equation in &equations.equations {
         let name = &equations.signals[equation.signal].name;
         let not = if equation.is_complemented { "/" } else { "" };
@@ -66,23 +66,23 @@ pub(crate) fn write(equations: &Equations, vectors: Option<&Vectors>) -> Sheet {
             (Some(product), _, _) => format!(" :+: {}", SIGNS.product(equations, product)),
             (None, _, FlipFlop::D | FlipFlop::T) => String::new(),
         };
-        SIGNS.print(&mut sheet, equations, equation, &format!("{not}{name} {sign}"), &end);
+        SIGNS.print(&mut source, equations, equation, &format!("{not}{name} {sign}"), &end);
         if let (true, Clock::Term, Some(clock)) =
             (equation.is_registered, equations.device.clock, equations.clock())
         {
-            sheet.line(&format!("{name}.CLKF = {}", clock.name));
+            source.line(&format!("{name}.CLKF = {}", clock.name));
         }
     }
     if let Some(vectors) = vectors {
-        sheet.line("");
-        simulation(&mut sheet, equations, vectors);
+        source.line("");
+        simulation(&mut source, equations, vectors);
     }
-    sheet
+    source
 }
 
 /// The first row is the state after power-up; each further row sets what changed, clocks, and checks every pin. A row of several clocks clears its
 /// events after the first clock, and `busy` is checked between clocks.
-fn simulation(sheet: &mut Sheet, equations: &Equations, vectors: &Vectors) {
+fn simulation(source: &mut SourceText, equations: &Equations, vectors: &Vectors) {
     let literal = |index: usize, value: bool| {
         let name = &equations.signals[index].name;
         if value { name.clone() } else { format!("/{name}") }
@@ -93,13 +93,13 @@ fn simulation(sheet: &mut Sheet, equations: &Equations, vectors: &Vectors) {
             Source::Clock | Source::Flop(_) | Source::Output(_) | Source::Buried(_) => None,
         })
         .collect();
-    sheet.line("SIMULATION");
-    sheet.line("");
+    source.line("SIMULATION");
+    source.line("");
     let is_shown = |source: Source| !matches!(source, Source::Buried(_));
     let is_own = |signal: &&crate::equations::Signal| signal.shared.is_none();
     let shown = equations.signals.iter().filter(|signal| is_shown(signal.source)).filter(is_own);
     let all: Vec<&str> = shown.map(|signal| signal.name.as_str()).collect();
-    wrapped(sheet, "TRACE_ON", &all);
+    wrapped(source, "TRACE_ON", &all);
     let mut before: Option<Vec<bool>> = None;
     for row in &vectors.rows {
         let changed: Vec<String> = inputs
@@ -110,7 +110,7 @@ fn simulation(sheet: &mut Sheet, equations: &Equations, vectors: &Vectors) {
             .map(|&(index, input)| literal(index, row.inputs[input]))
             .collect();
         if !changed.is_empty() {
-            wrapped(sheet, "SETF", &changed);
+            wrapped(source, "SETF", &changed);
         }
         let check = |mealy: bool| -> Vec<String> {
             (equations.signals.iter().enumerate())
@@ -136,17 +136,17 @@ fn simulation(sheet: &mut Sheet, equations: &Equations, vectors: &Vectors) {
                 .collect()
         };
         // A mealy output is valid before the clock.
-        wrapped(sheet, "CHECK", &check(true));
+        wrapped(source, "CHECK", &check(true));
         let mut now = row.inputs.clone();
         if let (Some(_), Some(clock)) = (&before, equations.clock()) {
-            sheet.line(&format!("CLOCKF {}", clock.name));
+            source.line(&format!("CLOCKF {}", clock.name));
             if row.clocks > 1 {
                 let over: Vec<String> = inputs
                     .iter()
                     .filter(|&&(_, input)| vectors.pulses[input] && row.inputs[input])
                     .map(|&(index, _)| literal(index, false))
                     .collect();
-                wrapped(sheet, "SETF", &over);
+                wrapped(source, "SETF", &over);
                 now.iter_mut().zip(&vectors.pulses).for_each(|(value, pulse)| *value &= !pulse);
             }
             for _ in 1..row.clocks {
@@ -155,29 +155,29 @@ fn simulation(sheet: &mut Sheet, equations: &Equations, vectors: &Vectors) {
                 });
                 let still: Vec<String> =
                     still.map(|index| literal(index, true)).into_iter().collect();
-                wrapped(sheet, "CHECK", &still);
-                sheet.line(&format!("CLOCKF {}", clock.name));
+                wrapped(source, "CHECK", &still);
+                source.line(&format!("CLOCKF {}", clock.name));
             }
         }
-        wrapped(sheet, "CHECK", &check(false));
+        wrapped(source, "CHECK", &check(false));
         before = Some(now);
     }
-    sheet.line("TRACE_OFF");
+    source.line("TRACE_OFF");
 }
 
 /// A statement with a list of names; omitted if the list is empty.
-fn wrapped<S: AsRef<str>>(sheet: &mut Sheet, verb: &str, names: &[S]) {
+fn wrapped<S: AsRef<str>>(source: &mut SourceText, verb: &str, names: &[S]) {
     if names.is_empty() {
         return;
     }
     let mut line = verb.to_owned();
     for name in names {
         if line.len() + name.as_ref().len() > 74 {
-            sheet.line(&line);
+            source.line(&line);
             " ".repeat(verb.len()).clone_into(&mut line);
         }
         line.push(' ');
         line.push_str(name.as_ref());
     }
-    sheet.line(&line);
+    source.line(&line);
 }

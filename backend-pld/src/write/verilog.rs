@@ -1,20 +1,20 @@
 //! Verilog-2001: one module, one clocked block.
 
-use super::Sheet;
+use super::SourceText;
 use crate::ResetStyle;
 use crate::equations::remark;
 use crate::netlist::Netlist;
 use grafsynth_ir::logic::{Logic, Node, NodeId};
 use grafsynth_ir::net::Meta;
 
-pub(crate) fn write(logic: &Logic, netlist: &Netlist) -> Sheet {
-    let mut sheet = Sheet::default();
+pub(crate) fn write(logic: &Logic, netlist: &Netlist) -> SourceText {
+    let mut source = SourceText::default();
     for line in &netlist.head {
-        sheet.line(&format!("// {line}"));
+        source.line(&format!("// {line}"));
     }
-    ports(&mut sheet, logic, netlist);
+    ports(&mut source, logic, netlist);
     for (id, flop) in logic.flops.iter() {
-        declare_register(&mut sheet, "    reg ", &netlist.flops[id], flop.init, &flop.meta);
+        declare_register(&mut source, "    reg ", &netlist.flops[id], flop.init, &flop.meta);
     }
     let writer = Expressions { logic, netlist };
     let mut metas = netlist.meta.iter().map(|(node, meta)| (*node, meta)).collect::<Vec<_>>();
@@ -26,16 +26,16 @@ pub(crate) fn write(logic: &Logic, netlist: &Netlist) -> Sheet {
                 metas.binary_search_by_key(&id, |entry| entry.0).map_or(&nothing, |at| metas[at].1);
             let mut expr = String::new();
             writer.gate(id, Level::Loose, &mut expr);
-            wrapped(&mut sheet, "    ", &format!("wire {name} = {expr};"), name, meta);
+            wrapped(&mut source, "    ", &format!("wire {name} = {expr};"), name, meta);
         }
     }
-    clocked(&mut sheet, &writer);
+    clocked(&mut source, &writer);
     for (id, output) in logic.outputs.iter() {
         if output.registered.is_none() {
             let mut expr = String::new();
             writer.operand(output.value, Level::Loose, &mut expr);
             wrapped(
-                &mut sheet,
+                &mut source,
                 "    ",
                 &format!("assign {} = {expr};", netlist.outputs[id]),
                 &output.name,
@@ -43,11 +43,11 @@ pub(crate) fn write(logic: &Logic, netlist: &Netlist) -> Sheet {
             );
         }
     }
-    sheet.line("endmodule");
-    sheet
+    source.line("endmodule");
+    source
 }
 
-fn ports(sheet: &mut Sheet, logic: &Logic, netlist: &Netlist) {
+fn ports(source: &mut SourceText, logic: &Logic, netlist: &Netlist) {
     let nothing = Meta::default();
     let mut ports: Vec<(String, &Meta)> = Vec::new();
     ports.extend(netlist.clock.iter().map(|name| (format!("input wire {name}"), &nothing)));
@@ -64,39 +64,39 @@ fn ports(sheet: &mut Sheet, logic: &Logic, netlist: &Netlist) {
         ports.push((format!("{kind} {}", netlist.outputs[id]), &output.meta));
     }
     if ports.is_empty() {
-        sheet.line(&format!("module {};", netlist.title));
+        source.line(&format!("module {};", netlist.title));
         return;
     }
-    sheet.line(&format!("module {} (", netlist.title));
+    source.line(&format!("module {} (", netlist.title));
     let count = ports.len();
     for (index, (port, meta)) in ports.into_iter().enumerate() {
         let comma = if index + 1 < count { "," } else { "" };
         let name = port.rsplit(' ').next().unwrap_or_default().to_owned();
-        sheet.line_of(&commented(&format!("    {port}{comma}"), meta), &name, meta);
+        source.line_of(&commented(&format!("    {port}{comma}"), meta), &name, meta);
     }
-    sheet.line(");");
+    source.line(");");
     for (id, output) in logic.outputs.iter() {
         if let Some(init) = output.registered {
-            sheet.line(&format!("    initial {} = {};", netlist.outputs[id], constant(init)));
+            source.line(&format!("    initial {} = {};", netlist.outputs[id], constant(init)));
         }
     }
 }
 
-fn declare_register(sheet: &mut Sheet, lead: &str, name: &str, init: bool, meta: &Meta) {
-    sheet.line_of(&commented(&format!("{lead}{name} = {};", constant(init)), meta), name, meta);
+fn declare_register(source: &mut SourceText, lead: &str, name: &str, init: bool, meta: &Meta) {
+    source.line_of(&commented(&format!("{lead}{name} = {};", constant(init)), meta), name, meta);
 }
 
-fn clocked(sheet: &mut Sheet, writer: &Expressions<'_>) {
+fn clocked(source: &mut SourceText, writer: &Expressions<'_>) {
     let (logic, netlist) = (writer.logic, writer.netlist);
     let Some(clock) = &netlist.clock else { return };
-    sheet.line("");
+    source.line("");
     let also = match &netlist.reset {
         Some(reset) if reset.style == ResetStyle::Asynchronous => {
             format!(" or posedge {}", reset.name)
         }
         Some(_) | None => String::new(),
     };
-    sheet.line(&format!("    always @(posedge {clock}{also}) begin"));
+    source.line(&format!("    always @(posedge {clock}{also}) begin"));
     let registers = || {
         let flops = logic
             .flops
@@ -109,23 +109,23 @@ fn clocked(sheet: &mut Sheet, writer: &Expressions<'_>) {
     };
     let mut indent = "        ";
     if let Some(reset) = &netlist.reset {
-        sheet.line(&format!("        if ({}) begin", reset.name));
+        source.line(&format!("        if ({}) begin", reset.name));
         for (name, init, _, _) in registers() {
-            sheet.line(&format!("            {name} <= {};", constant(init)));
+            source.line(&format!("            {name} <= {};", constant(init)));
         }
-        sheet.line("        end else begin");
+        source.line("        end else begin");
         indent = "            ";
     }
     for (name, _, next, meta) in registers() {
         let mut expr = String::new();
         writer.operand(next, Level::Loose, &mut expr);
-        wrapped(sheet, indent, &format!("{name} <= {expr};"), name, meta);
+        wrapped(source, indent, &format!("{name} <= {expr};"), name, meta);
     }
     if netlist.reset.is_some() {
-        sheet.line("        end");
+        source.line("        end");
     }
-    sheet.line("    end");
-    sheet.line("");
+    source.line("    end");
+    source.line("");
 }
 
 fn constant(value: bool) -> &'static str {
@@ -138,17 +138,17 @@ fn commented(line: &str, meta: &Meta) -> String {
 }
 
 /// Prints a statement, broken at blanks if it is long.
-fn wrapped(sheet: &mut Sheet, indent: &str, statement: &str, name: &str, meta: &Meta) {
+fn wrapped(source: &mut SourceText, indent: &str, statement: &str, name: &str, meta: &Meta) {
     let mut line = indent.to_owned();
     for word in statement.split(' ') {
         if line.len() + word.len() > 110 && line.trim_end().len() > indent.len() {
-            sheet.line_of(&line, name, meta);
+            source.line_of(&line, name, meta);
             line = format!("{indent}    ");
         }
         line.push_str(word);
         line.push(' ');
     }
-    sheet.line_of(&commented(line.trim_end(), meta), name, meta);
+    source.line_of(&commented(line.trim_end(), meta), name, meta);
 }
 
 /// The context of an expression.

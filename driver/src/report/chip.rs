@@ -3,7 +3,7 @@
 //! For a fuse map, everything comes from the fuses, decoded again: only names and the meaning of pins are taken from the design. For equations, it comes
 //! from the printed equations. A netlist has signals and no macrocells.
 
-use crate::coding::{Coded, Encoding, EncodingChoice};
+use crate::coding::{EncodedLogic, Encoding, EncodingChoice};
 use crate::output_report::Outcome;
 use grafsynth_backend_pld::device::{Device, FlipFlop};
 use grafsynth_backend_pld::equations::{self, Equations};
@@ -86,7 +86,12 @@ pub struct Code {
 impl Code {
     /// The chosen encoding.
     #[must_use]
-    pub fn of(coded: &Coded, choice: EncodingChoice, n_groups: usize, is_safe: bool) -> Self {
+    pub fn of(
+        coded: &EncodedLogic,
+        choice: EncodingChoice,
+        n_groups: usize,
+        is_safe: bool,
+    ) -> Self {
         let why_not_one_hot = None;
         let (encoding, n_coded) = (coded.encoding, coded.n_coded);
         Code { encoding, choice, n_coded, n_groups, why_not_one_hot, is_safe }

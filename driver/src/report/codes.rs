@@ -4,7 +4,7 @@ use super::{Chip, Subject, counted, table::Table};
 use crate::coding::{Encoding, EncodingChoice};
 use grafsynth_ir::logic::PinRole;
 use grafsynth_logic::minimise::{Budget, sum_between};
-use grafsynth_logic::support::Var;
+use grafsynth_logic::node_bdds::Var;
 
 pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
     let circuit = &chip.circuit;

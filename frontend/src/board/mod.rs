@@ -13,10 +13,11 @@
 
 use grafsynth_ir::FileId;
 use grafsynth_ir::chart::{Board, Place};
+use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::diag::{Diagnostic, nearest};
 
 use crate::codes;
-use crate::graf::parser::{Abandoned, Parse, Parser, short};
+use crate::graf::parser::{Parse, Parser, short};
 use crate::graf::token::Kind;
 use crate::graf::{Limits, sorted, too_large};
 
@@ -72,7 +73,7 @@ fn item(parser: &mut Parser<'_>, found: &mut BoardFile) -> Parse<()> {
                         .help("a board file contains `device NAME { … }`"),
                 }
             });
-            return Err(Abandoned);
+            return Err(ErrorReported);
         }
     }
     Ok(())

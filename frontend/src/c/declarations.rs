@@ -3,10 +3,11 @@
 use super::ast::{Base, Declaration, Declarator, Init, Param, Specifiers, TypeName};
 use super::constant;
 use super::lexer::Kind;
-use super::parser::{Failed, Parser, Read};
+use super::parser::{Parser, Read};
 use crate::codes;
 use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::diag::ErrorReported;
 
 /// Types that the standard headers define. Wider types, and types that are not numbers, are opaque.
 fn known_type(name: &str) -> Option<Base> {
@@ -186,7 +187,7 @@ impl Parser<'_> {
                             Diagnostic::error(codes::C_SYNTAX, "this `{` is not closed")
                                 .at(open, "opened here")
                         });
-                        return Err(Failed);
+                        return Err(ErrorReported);
                     }
                     _ => {}
                 }

@@ -6,12 +6,13 @@
 use grafsynth_ir::Name;
 use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::diag::ErrorReported;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::ast::{Expr, ExprKind};
 use super::constant;
 use super::lexer::{self, Kind, Line, Token};
-use super::parser::{Failed, Parser, Read};
+use super::parser::{Parser, Read};
 use crate::codes;
 
 /// An `#if` that is not closed yet.
@@ -344,7 +345,7 @@ impl Parser<'_> {
                 .then(|| {
                     self.quietly(|p| {
                         let value = p.expression()?;
-                        if p.here().kind == Kind::End { Ok(value) } else { Err(Failed) }
+                        if p.here().kind == Kind::End { Ok(value) } else { Err(ErrorReported) }
                     })
                 })
                 .flatten();

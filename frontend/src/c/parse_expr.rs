@@ -2,7 +2,8 @@
 
 use super::ast::{BinaryOp, Expr, ExprKind, UnaryOp};
 use super::lexer::Kind;
-use super::parser::{Failed, Parser, Read};
+use super::parser::{Parser, Read};
+use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::{Name, Span};
 
 /// Binding powers, lowest first: `,` 1, assignment 2, `?:` 3, `||` 4, `&&` 5, then these.
@@ -136,7 +137,7 @@ impl Parser<'_> {
     /// Reports that the nesting limit is exceeded.
     fn too_long<T>(&mut self) -> Read<T> {
         let depth = std::mem::replace(&mut self.depth, self.nesting);
-        let result = self.deeper(|_| Err(Failed));
+        let result = self.deeper(|_| Err(ErrorReported));
         self.depth = depth;
         result
     }

@@ -2,6 +2,7 @@
 //! `}`.
 
 use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::{FileId, Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -52,11 +53,8 @@ pub(super) const KEYWORDS: [&str; 37] = [
     "_Imaginary",
 ];
 
-/// A part could not be parsed; the error is reported.
-#[derive(Debug)]
-pub(super) struct Failed;
 /// Result of parsing a part.
-pub(super) type Read<T> = Result<T, Failed>;
+pub(super) type Read<T> = Result<T, ErrorReported>;
 
 /// Parser of one source.
 pub(super) struct Parser<'t> {
@@ -172,7 +170,7 @@ impl<'t> Parser<'t> {
             Diagnostic::error(codes::C_SYNTAX, format!("expected {wanted}, found {found}"))
                 .at(token.span, format!("expected {wanted}"))
         });
-        Err(Failed)
+        Err(ErrorReported)
     }
 
     pub(super) fn expect(&mut self, sign: &str) -> Read<Span> {
@@ -201,7 +199,7 @@ impl<'t> Parser<'t> {
                 .at(span, "too deep here")
                 .help("move a part into a function, or raise the limit with --nesting-limit")
             });
-            return Err(Failed);
+            return Err(ErrorReported);
         }
         self.depth += 1;
         self.reach = self.reach.max(self.depth);
@@ -408,12 +406,12 @@ impl<'t> Parser<'t> {
                     Diagnostic::error(codes::C_SYNTAX, "this `{` is not closed")
                         .at(open, "opened here")
                 });
-                return Err(Failed);
+                return Err(ErrorReported);
             }
             let before = self.at;
             match self.statement() {
                 Ok(statement) => all.push(statement),
-                Err(Failed) => {
+                Err(ErrorReported) => {
                     self.recover();
                     if self.at == before && !self.is("}") {
                         self.take();

@@ -22,7 +22,7 @@ struct Content {
 
 /// The kind of body, which decides what it may contain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Around {
+enum Context {
     Enclosing,
     State,
     Parallel,
@@ -39,7 +39,7 @@ impl Parser<'_> {
         let mut step = self.step_head(role)?;
         let mut content = Content::default();
         if self.kind(0) == Kind::OpenBrace {
-            self.body_of("the enclosing step", Around::Enclosing, &mut step, &mut content)?;
+            self.body_of("the enclosing step", Context::Enclosing, &mut step, &mut content)?;
         }
         step.meta.span = self.span_from(start);
         self.keep(items, Item::Enclosing(Enclosing { step, items: content.items }));
@@ -52,7 +52,7 @@ impl Parser<'_> {
         let mut step = self.step_head(role)?;
         let mut content = Content::default();
         if self.kind(0) == Kind::OpenBrace {
-            let around = if is_parallel { Around::Parallel } else { Around::State };
+            let around = if is_parallel { Context::Parallel } else { Context::State };
             self.body_of("the state", around, &mut step, &mut content)?;
         }
         step.meta.span = self.span_from(start);
@@ -70,20 +70,20 @@ impl Parser<'_> {
     fn body_of(
         &mut self,
         what: &str,
-        around: Around,
+        around: Context,
         step: &mut Step,
         content: &mut Content,
     ) -> Parse<()> {
         self.braced(what, Separators::Mixed, &mut |parser| {
             let start = parser.peek(0).start;
             let word = parser.word(0);
-            if word == "initial" && parser.kind(1) == Kind::Arrow && around != Around::Enclosing {
+            if word == "initial" && parser.kind(1) == Kind::Arrow && around != Context::Enclosing {
                 return parser.initial_transition(content);
             }
-            if word == "history" && parser.is_name_beside(1) && around != Around::Enclosing {
+            if word == "history" && parser.is_name_beside(1) && around != Context::Enclosing {
                 return parser.history(&mut content.histories);
             }
-            if word == "region" && parser.is_name_beside(1) && around == Around::Parallel {
+            if word == "region" && parser.is_name_beside(1) && around == Context::Parallel {
                 return parser.state(&mut content.items, start, StepRole::Plain);
             }
             if parser.begins_chart_item() {

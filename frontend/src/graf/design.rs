@@ -4,11 +4,12 @@ use grafsynth_ir::Span;
 use grafsynth_ir::chart::{
     Certificate, Chart, Design, Import, Item, Library, Setting, SettingKind,
 };
+use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::net::Meta;
 
 use super::items::ITEM_WORDS;
-use super::parser::{Abandoned, Parse, Parser, Separators, short};
+use super::parser::{Parse, Parser, Separators, short};
 use super::token::Kind;
 use crate::codes;
 
@@ -29,7 +30,7 @@ impl Parser<'_> {
                 reported_outside = false;
                 match self.chart() {
                     Ok(chart) => self.keep(&mut design.charts, chart),
-                    Err(Abandoned) => self.skip_to_item(before),
+                    Err(ErrorReported) => self.skip_to_item(before),
                 }
                 self.depth = 0;
                 continue;

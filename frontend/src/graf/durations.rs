@@ -1,10 +1,11 @@
 //! Durations: a number and a unit. Also recognises the notations of other languages.
 
 use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::diag::ErrorReported;
 
 use super::names::duration;
 use super::numbers::slice;
-use super::parser::{Abandoned, Parse, Parser, slice_short, span_of};
+use super::parser::{Parse, Parser, slice_short, span_of};
 use super::token::{Kind, Token};
 use crate::codes;
 
@@ -36,7 +37,7 @@ impl Parser<'_> {
                 }
                 finding
             });
-            return Err(Abandoned);
+            return Err(ErrorReported);
         };
         self.advance();
         Ok(self.nanoseconds(token, unit))

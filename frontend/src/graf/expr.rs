@@ -12,11 +12,12 @@
 
 use grafsynth_ir::chart::{Expr, Leaf, Path};
 use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind};
 use grafsynth_ir::{Name, Span};
 
 use super::names::Position;
-use super::parser::{Abandoned, Parse, Parser};
+use super::parser::{Parse, Parser};
 use super::steps::CLAUSES;
 use super::token::{Kind, Token};
 use crate::codes;
@@ -151,7 +152,7 @@ impl<'a> Parser<'a> {
                     .at(first, "first comparison")
                     .help("join them with `and`: `a < b and b < c`")
             });
-            return Err(Abandoned);
+            return Err(ErrorReported);
         }
         let depth = self.deeper(left.depth.max(right.depth))?;
         Ok(Operand {

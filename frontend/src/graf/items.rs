@@ -4,12 +4,13 @@ use grafsynth_ir::chart::{
     Action, Block, Board, Declaration, DeclarationKind, Emergency, Expr, Item, Macro, MacroStep,
     Place, Property, StepRole,
 };
+use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::expr::{ExprKind, Type};
 use grafsynth_ir::net::{Meta, Side};
 use grafsynth_ir::{Name, Span};
 
-use super::parser::{Abandoned, Parse, Parser, Separators, short};
+use super::parser::{Parse, Parser, Separators, short};
 use super::token::Kind;
 use crate::codes;
 
@@ -149,7 +150,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    fn no_item(&mut self) -> Abandoned {
+    fn no_item(&mut self) -> ErrorReported {
         let token = self.peek(0);
         if !self.is_name(0) {
             return self.unexpected("an item of the chart");
@@ -170,15 +171,15 @@ impl Parser<'_> {
                     .help("a transition is written `p1 -> p2 when m`, a step `step p1 { R }`"),
             }
         });
-        Abandoned
+        ErrorReported
     }
 
-    pub(crate) fn misplaced(&mut self, message: &str, help: &str) -> Abandoned {
+    pub(crate) fn misplaced(&mut self, message: &str, help: &str) -> ErrorReported {
         let span = self.here();
         self.report(|| {
             Diagnostic::error(codes::MISPLACED, message).at(span, "not allowed here").help(help)
         });
-        Abandoned
+        ErrorReported
     }
 
     /// Parses `"label"` and `req "R12"`, in any order and number (at most one label).
@@ -319,11 +320,11 @@ impl Parser<'_> {
             let list = DeclarationList { keyword, modifiers, is_condition };
             let kind = match self.declared(list) {
                 Ok(kind) => kind,
-                Err(Abandoned) => {
+                Err(ErrorReported) => {
                     meta.span = name.span;
                     let kind = list.stand_in(is_number);
                     self.keep(items, Item::Declaration(Declaration { name, kind, meta }));
-                    return Err(Abandoned);
+                    return Err(ErrorReported);
                 }
             };
             self.attributes(&mut meta)?;
@@ -441,7 +442,7 @@ impl Parser<'_> {
                     .at(span, "no bounds")
                     .help("write the smallest and the largest value: `int 0..9`")
             });
-            return Err(Abandoned);
+            return Err(ErrorReported);
         }
         let bounds_start = self.peek(0).start;
         let lo = self.bound()?;

@@ -9,9 +9,10 @@ use grafsynth_ir::chart::{
     Parameter, Use,
 };
 use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::net::Meta;
 
-use super::parser::{Abandoned, Parse, Parser, Separators};
+use super::parser::{Parse, Parser, Separators};
 use super::token::Kind;
 use crate::codes;
 
@@ -191,7 +192,7 @@ impl Parser<'_> {
                         .at(span, "an argument is given with `=`")
                         .fix(span, "=")
                 });
-                return Err(Abandoned);
+                return Err(ErrorReported);
             }
             _ => return Err(self.unexpected("`=` and a value, or `->` and what it drives")),
         };

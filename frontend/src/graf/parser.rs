@@ -5,6 +5,7 @@
 )]
 
 use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::{FileId, Name, Span};
 
 use super::lexer::{LexError, Lexer, is_typeset_quote};
@@ -13,12 +14,8 @@ use super::token::{Kind, Token};
 use super::{Comment, Limits};
 use crate::codes;
 
-/// Proof that an error was reported. The caller continues at the next place where parsing can resume.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Abandoned;
-
 /// Result of a grammar rule.
-pub(crate) type Parse<T> = Result<T, Abandoned>;
+pub(crate) type Parse<T> = Result<T, ErrorReported>;
 
 /// Reserved words, which are never names. All other keywords depend on their context.
 pub(crate) const RESERVED: &[&str] =
@@ -240,7 +237,7 @@ impl<'a> Parser<'a> {
     }
 
     /// Reports that `what` was expected instead of the next token.
-    pub(crate) fn unexpected(&mut self, what: &str) -> Abandoned {
+    pub(crate) fn unexpected(&mut self, what: &str) -> ErrorReported {
         let token = self.peek(0);
         // If a line ends too early, the location is the end of that line, not the beginning of the next.
         let span = if token.new_line || token.kind == Kind::End {
@@ -258,14 +255,14 @@ impl<'a> Parser<'a> {
                     .at(span, format!("expected {what}"))
             });
         }
-        Abandoned
+        ErrorReported
     }
 
     /// Reports something missing at the end of the last consumed token.
-    pub(crate) fn missing(&mut self, message: &str, help: &str) -> Abandoned {
+    pub(crate) fn missing(&mut self, message: &str, help: &str) -> ErrorReported {
         let span = span_of(self.file, self.previous_end, self.previous_end);
         self.report(|| Diagnostic::error(codes::MISSING, message).at(span, "here").help(help));
-        Abandoned
+        ErrorReported
     }
 
     // Limits
@@ -281,14 +278,14 @@ impl<'a> Parser<'a> {
     }
 
     /// Reports that the nesting limit is exceeded here.
-    pub(crate) fn too_deep(&mut self) -> Abandoned {
+    pub(crate) fn too_deep(&mut self) -> ErrorReported {
         let (span, limit) = (self.span(self.peek(0)), self.limits.nesting);
         self.report(|| {
             Diagnostic::error(codes::NESTING, format!("nested deeper than {limit} levels"))
                 .at(span, "one level too deep")
                 .help("split it into named parts, or raise the limit with --nesting-limit")
         });
-        Abandoned
+        ErrorReported
     }
 
     /// Adds an item to a list, unless this parser only checks.
@@ -326,7 +323,7 @@ impl<'a> Parser<'a> {
                         .help("write a name that is also a keyword in backquotes")
                         .fix(span, format!("`{word}`"))
                     });
-                    return Err(Abandoned);
+                    return Err(ErrorReported);
                 }
                 self.advance();
                 Ok(self.name_at(token))

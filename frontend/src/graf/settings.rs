@@ -1,10 +1,11 @@
 //! Parser of the settings of a chart: conflict policy, schedule, evolution, time base and the other switches.
 
 use grafsynth_ir::chart::{Setting, SettingKind};
+use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::net::{Policy, SHARINGS, Schedule};
 
-use super::parser::{Abandoned, Parse, Parser, short};
+use super::parser::{Parse, Parser, short};
 use super::token::Kind;
 use crate::codes;
 
@@ -124,6 +125,6 @@ impl Parser<'_> {
                 }
             }
         });
-        Err(Abandoned)
+        Err(ErrorReported)
     }
 }

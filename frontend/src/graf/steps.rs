@@ -4,11 +4,12 @@ use grafsynth_ir::chart::{
     ActionHow, Block, Expr, ForceOrder, Item, Path, Step, StepCount, StepItem, StepItemKind,
     StepRole, Stmt, StmtKind,
 };
+use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::net::{Meta, Qualifier, Verbatim};
 use grafsynth_ir::{Name, Span};
 
-use super::parser::{Abandoned, Parse, Parser, Separators, short};
+use super::parser::{Parse, Parser, Separators, short};
 use super::token::Kind;
 use crate::codes;
 
@@ -393,7 +394,7 @@ impl Parser<'_> {
             .help(format!("remove `{shown} {sign} {value}`"))
             .fix(span, "")
         });
-        Some(Err(Abandoned))
+        Some(Err(ErrorReported))
     }
 
     fn how(&mut self) -> Parse<ActionHow> {
@@ -429,7 +430,7 @@ impl Parser<'_> {
                 .at(span, format!("meant `{near}`?"))
                 .fix(span, near)
             });
-            return Err(Abandoned);
+            return Err(ErrorReported);
         }
         // Anything else is the next action on the same line. The block reports the missing separator.
         Ok(ActionHow::Bare)
@@ -584,7 +585,7 @@ impl Parser<'_> {
                         .help("an assignment is written `n := n + 1`"),
                 }
             });
-            return Err(Abandoned);
+            return Err(ErrorReported);
         }
         let function_or_target = self.name("a statement")?;
         if self.kind(0) == Kind::Open && !self.peek(0).new_line {

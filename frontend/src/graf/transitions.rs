@@ -1,9 +1,10 @@
 //! Parser of transitions: their name, paths and clauses.
 
 use grafsynth_ir::chart::{Length, Path, Transition};
+use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::diag::{Diagnostic, nearest};
 
-use super::parser::{Abandoned, Parse, Parser, short};
+use super::parser::{Parse, Parser, short};
 use super::steps::{CLAUSES, SINK};
 use super::token::Kind;
 use crate::codes;
@@ -223,6 +224,6 @@ impl Parser<'_> {
                     .help("the clauses are `on`, `when`, `after`, `priority`, `internal`, `restart`, `deadline`, `req`, `do` and a label in quotes"),
             }
         });
-        Err(Abandoned)
+        Err(ErrorReported)
     }
 }

@@ -2,6 +2,7 @@
 
 mod design;
 
+use grafsynth_ir::diag::ErrorReported;
 use std::collections::BTreeSet;
 
 use design::{Builder, Listed, Options};
@@ -12,7 +13,7 @@ use grafsynth_ir::{FileId, Name, Span};
 use crate::codes;
 use crate::graf::lexer::Lexer;
 use crate::graf::numbers::{Numbers, slice};
-use crate::graf::parser::{Abandoned, Parse, Parser, short};
+use crate::graf::parser::{Parse, Parser, short};
 use crate::graf::token::Kind;
 use crate::graf::{CHECK_FIRST, Limits, Parsed, sorted, too_large};
 
@@ -242,7 +243,7 @@ impl Rules {
     }
 }
 
-fn unknown_list(parser: &mut Parser<'_>) -> Abandoned {
+fn unknown_list(parser: &mut Parser<'_>) -> ErrorReported {
     let word = parser.word(0);
     if word.is_empty() {
         return parser.unexpected("a list such as `Step p1, p2`");
@@ -258,7 +259,7 @@ fn unknown_list(parser: &mut Parser<'_>) -> Abandoned {
                 .help("the lists are Step, Transition, Input, Output and Marking; rules follow `Transitions:` and `Steps:`"),
         }
     });
-    Abandoned
+    ErrorReported
 }
 
 /// Parses `t1: p1*m |- @p2*@p3`.

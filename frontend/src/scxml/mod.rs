@@ -20,11 +20,11 @@
 mod build;
 mod events;
 mod expr;
+mod legalize;
 mod lints;
 mod mentions;
 mod names;
 mod read;
-mod sayable;
 mod time;
 mod tree;
 mod values;

@@ -17,8 +17,8 @@ use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{Driver, Net, Policy};
 use grafsynth_ir::{Name, Span, lower};
 
+use super::legalize::legalize;
 use super::mentions::{Leaving, Mentions, marked};
-use super::sayable::sayable;
 use super::time;
 use super::{GRAFSYNTH, SCXML};
 use crate::codes;
@@ -36,7 +36,7 @@ pub fn write_design(
     let [chart] = design.charts.as_slice() else {
         return Err(vec![cannot("a file with several charts", Span::default())]);
     };
-    let Some((chart, notes)) = sayable(chart).map_err(|finding| vec![*finding])? else {
+    let Some((chart, notes)) = legalize(chart).map_err(|finding| vec![*finding])? else {
         return write_chart(chart, net);
     };
     let design = Design { charts: vec![chart], ..design.clone() };

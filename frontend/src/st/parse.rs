@@ -6,6 +6,7 @@
     reason = "a parser matches the tokens that it accepts; all others are one case"
 )]
 
+use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::{Name, Span};
 
@@ -14,11 +15,7 @@ use super::lexer::{Kind, LexError, Places, Token, Tokens, tokens};
 use crate::codes;
 use crate::graf::parser::Findings;
 
-/// Proof that an error was reported. The caller continues with the next item.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Abandoned;
-
-pub(crate) type Parse<T> = Result<T, Abandoned>;
+pub(crate) type Parse<T> = Result<T, ErrorReported>;
 
 /// Words that end a list of statements.
 const ENDS: &[&str] = &[
@@ -223,9 +220,9 @@ impl<'a> Parser<'a> {
 
     // Findings
 
-    pub(crate) fn report(&mut self, make: impl FnOnce() -> Diagnostic) -> Abandoned {
+    pub(crate) fn report(&mut self, make: impl FnOnce() -> Diagnostic) -> ErrorReported {
         self.findings.report(make);
-        Abandoned
+        ErrorReported
     }
 
     /// The current token, as shown in messages.
@@ -236,7 +233,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    pub(crate) fn expected(&mut self, what: &str) -> Abandoned {
+    pub(crate) fn expected(&mut self, what: &str) -> ErrorReported {
         let (span, found) = (self.here(), self.found());
         self.report(|| {
             Diagnostic::error(codes::ST_UNEXPECTED, format!("expected {what}, found {found}"))
@@ -286,7 +283,7 @@ impl<'a> Parser<'a> {
 
     /// Reports that the nesting limit is exceeded here. A separate function, because the frame of the caller is on the stack once per
     /// level.
-    pub(crate) fn too_deep(&mut self) -> Abandoned {
+    pub(crate) fn too_deep(&mut self) -> ErrorReported {
         let (span, limit) = (self.here(), self.limit);
         self.report(|| {
             Diagnostic::error(codes::NESTING, format!("more than {limit} levels of nesting"))
@@ -360,7 +357,7 @@ impl<'a> Parser<'a> {
                     let span = self.here();
                     let what = format!("`{word}` (object-oriented IEC 61131-3)");
                     self.refuse(what, span, "write function blocks without methods");
-                    Err(Abandoned)
+                    Err(ErrorReported)
                 }
                 _ if self.kind(0) == Kind::Semicolon => {
                     self.advance();
@@ -379,7 +376,7 @@ impl<'a> Parser<'a> {
         library
     }
 
-    fn no_unit(&mut self) -> Abandoned {
+    fn no_unit(&mut self) -> ErrorReported {
         let (span, word) = (self.here(), self.word(0));
         let near = nearest(&word, UNITS.iter().copied());
         self.report(|| {

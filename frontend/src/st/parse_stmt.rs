@@ -6,10 +6,11 @@
 
 use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::diag::ErrorReported;
 
 use super::ast::{Arg, Expr, ExprKind, Op, Stmt, StmtKind};
 use super::lexer::{Kind, Token};
-use super::parse::{Abandoned, Parse, Parser};
+use super::parse::{Parse, Parser};
 use crate::codes;
 
 impl Parser<'_> {
@@ -159,7 +160,7 @@ impl Parser<'_> {
     }
 
     /// Explains that `ELSE IF` begins a separate IF, and that an END_IF closes only that one.
-    fn unclosed_else_if(&mut self, else_if: Span) -> Abandoned {
+    fn unclosed_else_if(&mut self, else_if: Span) -> ErrorReported {
         let (span, found) = (self.here(), self.found());
         self.report(|| {
             Diagnostic::error(

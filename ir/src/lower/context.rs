@@ -8,6 +8,7 @@ use super::statechart::{Goal, Tree};
 use super::task_costs::TaskCosts;
 use crate::chart::{self, Design};
 use crate::diag::Diagnostic;
+use crate::diag::ErrorReported;
 use crate::expr::Expr;
 use crate::net::{
     ActionId, EdgeId, HistoryId, InputId, Leaf, Net, OutputId, PartId, SendId, Sharing, StepId,
@@ -17,19 +18,8 @@ use crate::span::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-/// Proof that an error was reported; the pass then continues with the next item.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Reported(());
-
-impl Reported {
-    /// For an error that was reported at the declaration.
-    pub(super) fn already() -> Self {
-        Reported(())
-    }
-}
-
 /// A result whose error was already reported to the user.
-pub(super) type Outcome<T> = Result<T, Reported>;
+pub(super) type Outcome<T> = Result<T, ErrorReported>;
 
 /// The maximum number of errors, and of warnings, that are kept: more than anybody reads, and small enough for a broken file of any size.
 const MAX_FINDINGS: usize = 20_000;
@@ -47,7 +37,7 @@ pub(super) struct Findings {
 }
 
 impl Findings {
-    pub(super) fn add(&mut self, diagnostic: Diagnostic) -> Reported {
+    pub(super) fn add(&mut self, diagnostic: Diagnostic) -> ErrorReported {
         let count = if diagnostic.is_error() { &mut self.n_errors } else { &mut self.n_others };
         if *count < MAX_FINDINGS {
             let place = diagnostic.labels.first().map(|label| label.span);
@@ -56,7 +46,7 @@ impl Findings {
                 self.list.push(diagnostic);
             }
         }
-        Reported(())
+        ErrorReported
     }
 }
 
@@ -332,7 +322,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    pub(super) fn report(&mut self, diagnostic: Diagnostic) -> Reported {
+    pub(super) fn report(&mut self, diagnostic: Diagnostic) -> ErrorReported {
         self.found.add(diagnostic)
     }
 

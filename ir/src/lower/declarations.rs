@@ -5,7 +5,7 @@ use super::context::{Lowering, Outcome, ScopeId, Symbol, Value};
 use super::expand::Work;
 use super::expressions::Place;
 use super::roles::Role;
-use crate::chart::{DeclarationKind, Expr as Drawn};
+use crate::chart::{DeclarationKind, Expr as Syntax};
 use crate::diag::{Code, Diagnostic};
 use crate::expr::Type;
 use crate::span::Name;
@@ -81,7 +81,7 @@ fn initial_values(
     scope: ScopeId,
     name: &Name,
     ty: Type,
-    init: &[Drawn],
+    init: &[Syntax],
     n_elements: usize,
 ) -> Option<Vec<i64>> {
     let values: Vec<Outcome<i64>> =
@@ -120,11 +120,11 @@ fn fixed_value(
     scope: ScopeId,
     name: &Name,
     ty: Type,
-    drawn: &Drawn,
+    syntax: &Syntax,
     called: &Called,
 ) -> Outcome<i64> {
     let what = called.what;
-    let mistake = match (lowering.constant_value(scope, drawn)?, ty) {
+    let mistake = match (lowering.constant_value(scope, syntax)?, ty) {
         (Value::Bool(value), Type::Bool) => return Ok(i64::from(value)),
         (Value::Int(value @ (0 | 1)), Type::Bool) => return Ok(value),
         (Value::Int(value), Type::Int { lo, hi }) if (lo..=hi).contains(&value) => {
@@ -141,6 +141,6 @@ fn fixed_value(
         }
     };
     Err(lowering.report(
-        Diagnostic::error(called.code, mistake).at(drawn.span, "").at(name.span, "declared here"),
+        Diagnostic::error(called.code, mistake).at(syntax.span, "").at(name.span, "declared here"),
     ))
 }

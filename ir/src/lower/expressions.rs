@@ -5,8 +5,9 @@ use super::context::{Alias, AliasValue, Lowering, Outcome, ScopeId, Symbol, Valu
 use super::names::{Attribute, Resolved, StepLike};
 use super::roles::Role;
 use super::times::duration;
-use crate::chart::{Expr as Drawn, Leaf as DrawnLeaf, Path};
+use crate::chart::{Expr as Syntax, Leaf as SyntaxLeaf, Path};
 use crate::diag::Diagnostic;
+use crate::diag::ErrorReported;
 use crate::expr::{Expr, ExprKind, Type};
 use crate::interval::{self, NetLeaves, TypeError, TypeErrorKind};
 use crate::net::{Driver, EdgeOperand, InputKind, Leaf, OutputId, PropertyLeaf, StepId};
@@ -77,13 +78,13 @@ impl Lowering<'_> {
     /// A condition: Boolean.
     pub(super) fn condition<L: Target>(
         &mut self,
-        drawn: &Drawn,
+        syntax: &Syntax,
         place: &Place<'_>,
     ) -> Outcome<Expr<L>>
     where
         for<'n> NetLeaves<'n>: interval::Leaves<L>,
     {
-        let expr = self.expression::<L>(drawn, place)?;
+        let expr = self.expression::<L>(syntax, place)?;
         match self.type_of(&expr)? {
             Type::Bool => Ok(expr),
             Type::Int { lo, hi } => {
@@ -96,10 +97,10 @@ impl Lowering<'_> {
     /// An expression with its type.
     pub(super) fn typed(
         &mut self,
-        drawn: &Drawn,
+        syntax: &Syntax,
         place: &Place<'_>,
     ) -> Outcome<(Expr<Leaf>, Type)> {
-        let expr = self.expression::<Leaf>(drawn, place)?;
+        let expr = self.expression::<Leaf>(syntax, place)?;
         let ty = self.type_of(&expr)?;
         Ok((expr, ty))
     }
@@ -112,7 +113,7 @@ impl Lowering<'_> {
         found.map_err(|error| self.report_type(&error))
     }
 
-    pub(super) fn report_type(&mut self, error: &TypeError) -> super::context::Reported {
+    pub(super) fn report_type(&mut self, error: &TypeError) -> ErrorReported {
         let code = match error.kind {
             TypeErrorKind::IndexOutOfArray { .. }
             | TypeErrorKind::ArrayWithoutIndex
@@ -138,12 +139,12 @@ impl Lowering<'_> {
     }
 
     /// The value of a constant expression.
-    pub(super) fn constant_value(&mut self, scope: ScopeId, drawn: &Drawn) -> Outcome<Value> {
-        if let Some(ns) = self.duration_constant(scope, drawn) {
+    pub(super) fn constant_value(&mut self, scope: ScopeId, syntax: &Syntax) -> Outcome<Value> {
+        if let Some(ns) = self.duration_constant(scope, syntax) {
             return Ok(Value::Duration(ns));
         }
         let place = Place { constant: true, ..Place::level(scope, "a constant") };
-        let (expr, _) = self.typed(drawn, &place)?;
+        let (expr, _) = self.typed(syntax, &place)?;
         match simplify(&expr).kind {
             ExprKind::Bool(value) => Ok(Value::Bool(value)),
             ExprKind::Int(value) => Ok(Value::Int(value)),
@@ -157,7 +158,7 @@ impl Lowering<'_> {
             | ExprKind::Arith(..)
             | ExprKind::Select(..) => Err(self.report(
                 Diagnostic::error(codes::CONSTANT_NEEDED, "this is not a constant expression")
-                    .at(drawn.span, "a constant is needed here"),
+                    .at(syntax.span, "a constant is needed here"),
             )),
         }
     }
@@ -165,26 +166,26 @@ impl Lowering<'_> {
     /// The expression with its names resolved; every unknown name in it is reported, not only the first.
     pub(super) fn expression<L: Target>(
         &mut self,
-        drawn: &Drawn,
+        syntax: &Syntax,
         place: &Place<'_>,
     ) -> Outcome<Expr<L>> {
         if self.expression_depth >= MAX_DEPTH {
             let kind = TypeErrorKind::TooDeep;
-            return Err(self.report_type(&TypeError { span: drawn.span, kind }));
+            return Err(self.report_type(&TypeError { span: syntax.span, kind }));
         }
         self.expression_depth += 1;
-        let result = self.expression_inside(drawn, place);
+        let result = self.expression_inside(syntax, place);
         self.expression_depth -= 1;
         result
     }
 
     fn expression_inside<L: Target>(
         &mut self,
-        drawn: &Drawn,
+        syntax: &Syntax,
         place: &Place<'_>,
     ) -> Outcome<Expr<L>> {
-        let span = drawn.span;
-        let kind = match &drawn.kind {
+        let span = syntax.span;
+        let kind = match &syntax.kind {
             ExprKind::Bool(value) => ExprKind::Bool(*value),
             ExprKind::Int(value) => ExprKind::Int(*value),
             ExprKind::Leaf(leaf) => return self.leaf(leaf, span, place),
@@ -211,7 +212,7 @@ impl Lowering<'_> {
         Ok(Expr::new(kind, span))
     }
 
-    fn all<L: Target>(&mut self, all: &[Drawn], place: &Place<'_>) -> Outcome<Vec<Expr<L>>> {
+    fn all<L: Target>(&mut self, all: &[Syntax], place: &Place<'_>) -> Outcome<Vec<Expr<L>>> {
         // Collected first, so that every operand is checked even if an earlier one has an error.
         let lowered: Vec<Outcome<Expr<L>>> =
             all.iter().map(|one| self.expression(one, place)).collect();
@@ -220,16 +221,16 @@ impl Lowering<'_> {
 
     fn leaf<L: Target>(
         &mut self,
-        leaf: &DrawnLeaf,
+        leaf: &SyntaxLeaf,
         span: Span,
         place: &Place<'_>,
     ) -> Outcome<Expr<L>> {
         match leaf {
-            DrawnLeaf::Name(path) => self.value(path, span, place),
-            DrawnLeaf::Rise(operand) => self.edge(operand, span, place, Leaf::Rise),
-            DrawnLeaf::Fall(operand) => self.edge(operand, span, place, Leaf::Fall),
-            DrawnLeaf::Otherwise => self.otherwise(span, place),
-            DrawnLeaf::Duration(ns) => Err(self.report(
+            SyntaxLeaf::Name(path) => self.value(path, span, place),
+            SyntaxLeaf::Rise(operand) => self.edge(operand, span, place, Leaf::Rise),
+            SyntaxLeaf::Fall(operand) => self.edge(operand, span, place, Leaf::Fall),
+            SyntaxLeaf::Otherwise => self.otherwise(span, place),
+            SyntaxLeaf::Duration(ns) => Err(self.report(
                 Diagnostic::error(
                     codes::TIME_ALONE,
                     format!("{} must be compared with the time of a step or timer", duration(*ns)),
@@ -237,13 +238,13 @@ impl Lowering<'_> {
                 .at(span, "")
                 .help("write a comparison such as `s.t >= 3 s`"),
             )),
-            DrawnLeaf::Delay(on, operand, off) => self.delay(*on, operand, *off, span, place),
+            SyntaxLeaf::Delay(on, operand, off) => self.delay(*on, operand, *off, span, place),
         }
     }
 
     /// The array that an element belongs to.
-    fn array(&mut self, leaf: &DrawnLeaf, span: Span, place: &Place<'_>) -> Outcome<Leaf> {
-        let DrawnLeaf::Name(path) = leaf else {
+    fn array(&mut self, leaf: &SyntaxLeaf, span: Span, place: &Place<'_>) -> Outcome<Leaf> {
+        let SyntaxLeaf::Name(path) = leaf else {
             return Err(self.report_type(&TypeError { span, kind: TypeErrorKind::NotAnArray }));
         };
         match self.resolve(place.scope, path)? {
@@ -258,7 +259,7 @@ impl Lowering<'_> {
         }
     }
 
-    fn not_constant(&mut self, path: &Path, symbol: Symbol) -> super::context::Reported {
+    fn not_constant(&mut self, path: &Path, symbol: Symbol) -> ErrorReported {
         let kind = self.kind(symbol);
         self.report(
             Diagnostic::error(
@@ -352,7 +353,7 @@ impl Lowering<'_> {
         path: &Path,
         place: &Place<'_>,
     ) -> Outcome<Expr<L>> {
-        let Alias { scope, value: AliasValue::Expr(drawn) } = self.aliases[alias] else {
+        let Alias { scope, value: AliasValue::Expr(syntax) } = self.aliases[alias] else {
             return Err(self.already_told());
         };
         if self.open_aliases.contains(&alias) {
@@ -361,7 +362,7 @@ impl Lowering<'_> {
                     codes::ARGUMENT,
                     format!("the argument for {path} refers to itself"),
                 )
-                .at(drawn.span, "this argument")
+                .at(syntax.span, "this argument")
                 .help("write the argument with names of the chart that contains the `use`"),
             ));
         }
@@ -372,17 +373,17 @@ impl Lowering<'_> {
                     codes::EXPANSION_SIZE,
                     format!("arguments replace parameters in more than {MAX_MENTIONS} places"),
                 )
-                .at(drawn.span, "reached here")
+                .at(syntax.span, "reached here")
                 .help("use fewer levels: arguments that contain parameters multiply"),
             ));
         }
         self.open_aliases.push(alias);
-        let result = self.expression(drawn, &Place { scope, otherwise: None, ..*place });
+        let result = self.expression(syntax, &Place { scope, otherwise: None, ..*place });
         self.open_aliases.pop();
         result
     }
 
-    pub(super) fn time_alone(&mut self, path: &Path) -> super::context::Reported {
+    pub(super) fn time_alone(&mut self, path: &Path) -> ErrorReported {
         self.report(
             Diagnostic::error(
                 codes::TIME_ALONE,
@@ -541,7 +542,7 @@ impl Lowering<'_> {
     /// `rise(e)`, `fall(e)`.
     fn edge<L: Target>(
         &mut self,
-        operand: &Drawn,
+        operand: &Syntax,
         span: Span,
         place: &Place<'_>,
         leaf: fn(crate::net::EdgeId) -> Leaf,

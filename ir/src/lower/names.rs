@@ -5,6 +5,7 @@ use super::context::{
     Alias, AliasValue, Entry, FlatNames, InstanceId, Lowering, Outcome, ScopeId, Symbol,
 };
 use crate::chart::{Leaf, Path};
+use crate::diag::ErrorReported;
 use crate::diag::{Diagnostic, nearest};
 use crate::expr::ExprKind;
 use crate::net::{Driver, InputKind, StepId};
@@ -316,7 +317,7 @@ impl<'a> Lowering<'a> {
         scope: ScopeId,
         names: &[Name],
         unknown: &Unknown,
-    ) -> super::context::Reported {
+    ) -> ErrorReported {
         match *unknown {
             Unknown::Broken => self.already_told(),
             Unknown::NoInside(at, symbol) => {
@@ -457,8 +458,8 @@ impl<'a> Lowering<'a> {
     }
 
     /// For items whose error was reported at their declaration: stops without another finding.
-    pub(super) fn already_told(&mut self) -> super::context::Reported {
-        super::context::Reported::already()
+    pub(super) fn already_told(&mut self) -> ErrorReported {
+        ErrorReported
     }
 
     /// Reports for example "m is an input, not a step".
@@ -468,7 +469,7 @@ impl<'a> Lowering<'a> {
         name: &dyn std::fmt::Display,
         symbol: Symbol,
         wanted: &str,
-    ) -> super::context::Reported {
+    ) -> ErrorReported {
         if symbol == Symbol::Broken {
             return self.already_told();
         }

@@ -8,6 +8,7 @@ use super::roles::{Role, Use, empty_driver, is_controlling, main_duration, more_
 use super::times::duration;
 use crate::chart::ActionHow;
 use crate::diag::Diagnostic;
+use crate::diag::ErrorReported;
 use crate::expr::{CompareOp, Expr, ExprKind};
 use crate::net::{
     ActionId, ActionUse, ControlledAction, Driver, Emission, ExternCall, Leaf, OutputId, Qualifier,
@@ -273,7 +274,7 @@ fn is_timed(qualifier: Qualifier) -> bool {
     }
 }
 
-fn wrong_duration(lowering: &mut Lowering<'_>, one: &Use<'_>) -> super::context::Reported {
+fn wrong_duration(lowering: &mut Lowering<'_>, one: &Use<'_>) -> ErrorReported {
     let (qualifier, has) = match one.how {
         ActionHow::Qualified(qualifier, ns) => (format!("{qualifier:?}"), ns.is_some()),
         ActionHow::Bare | ActionHow::After(_) | ActionHow::For(_) => ("N".to_owned(), false),

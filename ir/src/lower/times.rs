@@ -4,7 +4,7 @@ use super::codes;
 use super::context::{Lowering, Outcome, ScopeId, Symbol, Value};
 use super::expressions::{Place, Target, without_spans};
 use super::names::{Attribute, Resolved, StepLike};
-use crate::chart::{Expr as Drawn, Leaf as DrawnLeaf, Length};
+use crate::chart::{Expr as Syntax, Leaf as SyntaxLeaf, Length};
 use crate::diag::Diagnostic;
 use crate::expr::{CompareOp, Expr, ExprKind};
 use crate::interval::{self, TypeError, TypeErrorKind};
@@ -25,10 +25,10 @@ enum Time {
 
 impl Lowering<'_> {
     /// Nanoseconds, for a duration as written or a constant that names one.
-    pub(super) fn duration_constant(&self, scope: ScopeId, drawn: &Drawn) -> Option<u64> {
-        match &drawn.kind {
-            ExprKind::Leaf(DrawnLeaf::Duration(ns)) => Some(*ns),
-            ExprKind::Leaf(DrawnLeaf::Name(path)) => match self.peek(scope, path) {
+    pub(super) fn duration_constant(&self, scope: ScopeId, syntax: &Syntax) -> Option<u64> {
+        match &syntax.kind {
+            ExprKind::Leaf(SyntaxLeaf::Duration(ns)) => Some(*ns),
+            ExprKind::Leaf(SyntaxLeaf::Name(path)) => match self.peek(scope, path) {
                 Some(Resolved::Symbol(Symbol::Const(Value::Duration(ns)))) => Some(ns),
                 _ => None,
             },
@@ -84,8 +84,8 @@ impl Lowering<'_> {
     pub(super) fn comparison<L: Target>(
         &mut self,
         op: CompareOp,
-        a: &Drawn,
-        b: &Drawn,
+        a: &Syntax,
+        b: &Syntax,
         span: Span,
         place: &Place<'_>,
     ) -> Outcome<Expr<L>> {
@@ -109,8 +109,8 @@ impl Lowering<'_> {
     }
 
     /// The time that an operand of a comparison reads, if it reads one.
-    fn time(&mut self, drawn: &Drawn, place: &Place<'_>) -> Outcome<Option<Time>> {
-        let ExprKind::Leaf(DrawnLeaf::Name(path)) = &drawn.kind else { return Ok(None) };
+    fn time(&mut self, syntax: &Syntax, place: &Place<'_>) -> Outcome<Option<Time>> {
+        let ExprKind::Leaf(SyntaxLeaf::Name(path)) = &syntax.kind else { return Ok(None) };
         let time = match self.peek(place.scope, path) {
             Some(Resolved::Attribute(
                 StepLike::Step(step),
@@ -153,21 +153,21 @@ impl Lowering<'_> {
         match length {
             Length::Ns(ns) => self.ticks(*ns, span),
             Length::Named(path) => {
-                let drawn = Drawn::leaf(DrawnLeaf::Name(path.clone()), path.span());
-                self.time_constant(&drawn, &Place::level(scope, "a duration"))
+                let syntax = Syntax::leaf(SyntaxLeaf::Name(path.clone()), path.span());
+                self.time_constant(&syntax, &Place::level(scope, "a duration"))
             }
         }
     }
 
     /// The constant side of a comparison of times, in ticks.
-    fn time_constant(&mut self, drawn: &Drawn, place: &Place<'_>) -> Outcome<u32> {
-        if let Some(ns) = self.duration_constant(place.scope, drawn) {
-            return self.ticks(ns, drawn.span);
+    fn time_constant(&mut self, syntax: &Syntax, place: &Place<'_>) -> Outcome<u32> {
+        if let Some(ns) = self.duration_constant(place.scope, syntax) {
+            return self.ticks(ns, syntax.span);
         }
-        match self.constant_value(place.scope, drawn)? {
+        match self.constant_value(place.scope, syntax)? {
             Value::Int(ticks) if ticks < 0 => {
                 let kind = TypeErrorKind::DurationNegative { constant: ticks };
-                Err(self.report_type(&TypeError { span: drawn.span, kind }))
+                Err(self.report_type(&TypeError { span: syntax.span, kind }))
             }
             Value::Int(ticks) => match u32::try_from(ticks) {
                 Ok(ticks) if u64::from(ticks) <= MAX_TICKS => Ok(ticks),
@@ -176,14 +176,12 @@ impl Lowering<'_> {
                         codes::DURATION_TOO_LONG,
                         format!("{ticks} ticks, but a timer counts at most {MAX_TICKS}"),
                     )
-                    .at(drawn.span, ""),
+                    .at(syntax.span, ""),
                 )),
             },
-            Value::Bool(_) => {
-                Err(self
-                    .report_type(&TypeError { span: drawn.span, kind: TypeErrorKind::IntExpected }))
-            }
-            Value::Duration(ns) => self.ticks(ns, drawn.span),
+            Value::Bool(_) => Err(self
+                .report_type(&TypeError { span: syntax.span, kind: TypeErrorKind::IntExpected })),
+            Value::Duration(ns) => self.ticks(ns, syntax.span),
         }
     }
 
@@ -275,7 +273,7 @@ impl Lowering<'_> {
     pub(super) fn delay<L: Target>(
         &mut self,
         on: u64,
-        operand: &Drawn,
+        operand: &Syntax,
         off: u64,
         span: Span,
         place: &Place<'_>,

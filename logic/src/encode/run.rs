@@ -3,8 +3,8 @@
 use super::{CallSite, Encoder, Place, Value, is_compound, to_bits, value_of};
 use crate::bdd::Bdd;
 use crate::codes;
+use crate::node_bdds::Functions;
 use crate::receptivity;
-use crate::support::Functions;
 use crate::word::{self, Word};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{Expr, ExprKind, Type};
@@ -298,7 +298,7 @@ impl Encoder<'_> {
 
     /// True if some step may be stored.
     fn moves(&self, block: &[Stmt]) -> bool {
-        super::busy::moves(self.program, block)
+        super::multicycle::moves(self.program, block)
     }
 
     pub(super) fn eval_bool(&mut self, expr: &Expr<Leaf>, after: bool) -> Option<NodeId> {

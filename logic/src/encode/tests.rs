@@ -4,7 +4,7 @@ use super::{EncodeOptions, encode};
 use crate::chip::ChipSim;
 use crate::codes;
 use crate::minimise::{Budget, sum_of_products};
-use crate::support::Var;
+use crate::node_bdds::Var;
 use grafsynth_ir::Span;
 use grafsynth_ir::arena::Id;
 use grafsynth_ir::expr::{ArithOp, CompareOp, Expr, Type};

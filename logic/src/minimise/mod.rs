@@ -33,7 +33,7 @@ pub use terms::{Shape, Terms};
 use crate::bdd::{Bdd, Full, Ref};
 use crate::build::for_each_operand;
 use crate::cover::{Cover, Cube};
-use crate::support::{Functions, Var};
+use crate::node_bdds::{Functions, Var};
 use diagram::{expand, irredundant, reduce};
 use grafsynth_ir::logic::{Logic, Node, NodeId};
 use heuristic::Loop;
@@ -538,7 +538,7 @@ mod circuit_tests {
     use crate::bdd::{Bdd, Ref};
     use crate::build::Builder;
     use crate::cover::{Cover, Cube};
-    use crate::support::Var;
+    use crate::node_bdds::Var;
     use proptest::prelude::*;
 
     const N: usize = 6;

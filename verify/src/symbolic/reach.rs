@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Evolution, Expr, InputKind, Net, PropertyExpr, StepId, TransitionId};
 use grafsynth_ir::program::Origin;
-use grafsynth_logic::bdd::{Bdd, Full, Ref, Scarce};
+use grafsynth_logic::bdd::{Bdd, Full, LimitExceeded, Ref};
 
 use super::aig::Lit;
 use super::image::{Machine, Part, after};
@@ -118,7 +118,7 @@ pub(crate) fn reach(
             Ok(reached) => return Ok(reached),
             Err(Failed::Open(why)) => return Err(why),
             // Earlier attempts used their part of the work.
-            Err(Failed::Full(Full { of: Scarce::Work, .. })) => {
+            Err(Failed::Full(Full { of: LimitExceeded::Work, .. })) => {
                 let limit = limits.image_work;
                 return Err(format!("the decision diagram needs more than {limit} steps of work"));
             }

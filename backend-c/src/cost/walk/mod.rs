@@ -29,7 +29,7 @@ use super::paths::run::Stopped;
 use super::paths::{self, Contract, Way};
 use super::tree::{Function, Type, Unit};
 use crate::Object;
-use crate::ctext::Marks;
+use crate::c::print::Marks;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 

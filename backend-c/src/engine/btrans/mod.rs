@@ -23,10 +23,10 @@ mod tree;
 use super::handing::{as_type, clear_words, hand_in, hand_out};
 use super::{Plan, member, shown};
 use crate::Options;
+use crate::c::print::{Arm, Kind, Node};
 use crate::cexpr::Helpers;
-use crate::cprogram::{CProgram, Engine, with_unused};
-use crate::ctext::{Arm, Kind, Node};
 use crate::names::Names;
+use crate::style_output::{Engine, StyleOutput, with_unused};
 use crate::switch::Refusal;
 use crate::times::Ticks;
 use grafsynth_ir::net::{Enter, Evolution, Net};
@@ -51,7 +51,7 @@ fn refuse<T>(what: impl Into<String>, span: Span) -> Tabled<T> {
 ///
 /// # Errors
 /// The net uses something that these tables have no columns for.
-pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Tabled<CProgram> {
+pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Tabled<StyleOutput> {
     let span = net.name.span;
     if !net.settings.policy.is_statechart() {
         return refuse("a chart that is not a statechart", span);
@@ -343,7 +343,7 @@ fn emit(
     ticks: Option<Ticks>,
     tables: Vec<Node>,
     remembered: usize,
-) -> CProgram {
+) -> StyleOutput {
     let (prefix, upper) = (&names.prefix, &names.upper);
     let states = net.steps.len();
     let edges = net.edges.len();
@@ -415,7 +415,7 @@ fn emit(
         Node::line(format!("extern const gb_chart_t {prefix}_chart;")),
     ]);
     let parameters = ["self"];
-    CProgram {
+    StyleOutput {
         style: "btrans",
         instance,
         enumerators: Vec::new(),

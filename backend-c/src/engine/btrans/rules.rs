@@ -2,8 +2,8 @@
 
 use super::{Tabled, refuse};
 use crate::Object;
+use crate::c::print::{Kind, Node, Writer};
 use crate::cexpr::{CExpr, Class, Helpers, Prec, Scope, c_expr, saturated};
-use crate::ctext::{Kind, Node, Writer};
 use crate::engine::Plan;
 use crate::names::Names;
 use grafsynth_ir::expr::Type;

@@ -90,7 +90,7 @@ pub(super) const OPERANDS: [u8; 44] = [
 ];
 
 /// Code under construction.
-pub(super) struct Coder<'a> {
+pub(super) struct Assembler<'a> {
     net: &'a Net,
     program: &'a Program,
     places: &'a Places,
@@ -114,7 +114,7 @@ pub(super) struct Coder<'a> {
 
 type Coded<T = ()> = Result<T, Refusal>;
 
-impl<'a> Coder<'a> {
+impl<'a> Assembler<'a> {
     pub(super) fn new(
         net: &'a Net,
         program: &'a Program,
@@ -122,7 +122,7 @@ impl<'a> Coder<'a> {
         lazy: &BTreeSet<InputId>,
         sets_fault: bool,
     ) -> Self {
-        let mut coder = Coder {
+        let mut assembler = Assembler {
             net,
             program,
             places,
@@ -139,17 +139,17 @@ impl<'a> Coder<'a> {
         };
         for (id, cell) in program.cells.iter() {
             if let Origin::Step(step) = cell.origin {
-                coder.step_cells.insert(step, id);
+                assembler.step_cells.insert(step, id);
             }
         }
         for temp in program.temps.values() {
-            coder.new_temp(temp.ty);
+            assembler.new_temp(temp.ty);
         }
         for input in lazy {
-            let flag = coder.new_temp(Type::Bool);
-            coder.lazy.insert(*input, flag);
+            let flag = assembler.new_temp(Type::Bool);
+            assembler.lazy.insert(*input, flag);
         }
-        coder
+        assembler
     }
 
     /// The code of the reset.
@@ -198,7 +198,7 @@ impl<'a> Coder<'a> {
             self.with(Op::Ask, self.places.inputs[input]);
         }
         let program = self.program;
-        self.list(&program.body, &Around { level: 0, loops: 0, rounds: 1 })?;
+        self.list(&program.body, &Context { level: 0, loops: 0, rounds: 1 })?;
         Ok(std::mem::take(&mut self.code))
     }
 
@@ -474,11 +474,11 @@ impl<'a> Coder<'a> {
 
     // --- statements ------------------------------------------------------------------------------------------------------------------------
 
-    fn list(&mut self, list: &[Stmt], around: &Around) -> Coded {
+    fn list(&mut self, list: &[Stmt], around: &Context) -> Coded {
         list.iter().try_for_each(|stmt| self.stmt(stmt, around))
     }
 
-    fn stmt(&mut self, stmt: &Stmt, around: &Around) -> Coded {
+    fn stmt(&mut self, stmt: &Stmt, around: &Context) -> Coded {
         let mut kept = Vec::new();
         match stmt {
             Stmt::Set(temp, value) => {
@@ -508,7 +508,7 @@ impl<'a> Coder<'a> {
                 } else {
                     self.value(condition, &mut kept);
                     self.give_back(std::mem::take(&mut kept));
-                    let inner = Around { level: around.level + 1, ..*around };
+                    let inner = Context { level: around.level + 1, ..*around };
                     let unless = self.open(Op::Unless);
                     self.list(then, &inner)?;
                     if otherwise.is_empty() {
@@ -562,7 +562,7 @@ impl<'a> Coder<'a> {
         Ok(())
     }
 
-    fn repeat(&mut self, limit: u32, condition: &Expr, body: &[Stmt], around: &Around) -> Coded {
+    fn repeat(&mut self, limit: u32, condition: &Expr, body: &[Stmt], around: &Context) -> Coded {
         let rounds = around.rounds.saturating_mul(u64::from(limit));
         if around.loops == LOOPS || rounds > u64::from(u32::MAX) {
             return Err(Refusal {
@@ -571,7 +571,7 @@ impl<'a> Coder<'a> {
             });
         }
         self.rounds = self.rounds.max(rounds);
-        let inner = Around { level: around.level + 1, loops: around.loops + 1, rounds };
+        let inner = Context { level: around.level + 1, loops: around.loops + 1, rounds };
         if let ExprKind::Leaf(Leaf::Temp(asked)) = condition.kind
             && Some(asked) == self.program.evolution
         {
@@ -599,7 +599,7 @@ impl<'a> Coder<'a> {
         condition: &Expr,
         then: &[Stmt],
         otherwise: &[Stmt],
-        around: &Around,
+        around: &Context,
     ) -> Coded {
         let (yes, no) = (self.borrow(true), self.borrow(true));
         self.decide(condition, yes, no);
@@ -620,7 +620,7 @@ impl<'a> Coder<'a> {
         self.set_temp(no);
     }
 
-    fn on_the_way(&mut self, way: usize, list: &[Stmt], around: &Around) -> Coded {
+    fn on_the_way(&mut self, way: usize, list: &[Stmt], around: &Context) -> Coded {
         for stmt in list {
             if let Stmt::If(condition, then, otherwise) = stmt {
                 // The inner branches are not taken if this one is not.
@@ -729,7 +729,7 @@ impl<'a> Coder<'a> {
 
 /// The context of a statement.
 #[derive(Debug, Clone, Copy)]
-struct Around {
+struct Context {
     level: usize,
     loops: usize,
     rounds: u64,

@@ -6,7 +6,7 @@
 
 use super::Emit;
 use crate::Object;
-use crate::ctext::{Kind, Node};
+use crate::c::print::{Kind, Node};
 use crate::switch::plan::entered;
 use crate::times::count_type;
 use grafsynth_ir::net::{Driver, StepId};

@@ -11,13 +11,13 @@ mod read;
 
 use super::plan::{self, Latch, Machine, Plan, used_edges};
 use super::table::Tables;
+use crate::c::print::{Arm, Kind, Node, comment_text};
 use crate::calls;
 use crate::cexpr::{CExpr, Helpers, Prec, c_expr, storage};
 use crate::consts::{self, Effect};
-use crate::cprogram::{CProgram, Member, mentions, with_unused, without_unused};
-use crate::ctext::{Arm, Kind, Node, comment_text};
 use crate::names::Names;
 use crate::range::Range;
+use crate::style_output::{Member, StyleOutput, mentions, with_unused, without_unused};
 use crate::times::{Ticks, count_type, unsigned};
 use crate::{Object, Options, trace};
 use grafsynth_ir::IdMap;
@@ -73,7 +73,7 @@ pub(super) fn emit(
     plan: &Plan,
     tables: &Tables,
     options: &Options,
-) -> CProgram {
+) -> StyleOutput {
     let mut emit = Emit::new(net, names, plan, tables, options);
     emit.program(facts)
 }
@@ -140,7 +140,7 @@ impl<'a> Emit<'a> {
         emit
     }
 
-    fn program(&mut self, facts: &Facts) -> CProgram {
+    fn program(&mut self, facts: &Facts) -> StyleOutput {
         self.plan_scratch();
         let mut functions = Vec::new();
         let moves = self.moves(&mut functions);
@@ -152,7 +152,7 @@ impl<'a> Emit<'a> {
             tables.push(self.scratch_type());
         }
         let fault_possible = self.fault_possible(facts);
-        CProgram {
+        StyleOutput {
             style: if self.tables.is_empty() { "switch" } else { "switch with tables" },
             instance: self.instance(fault_possible),
             enumerators: self.enumerators(),

@@ -3,9 +3,9 @@
 use super::read::{Place, Reader};
 use super::{Emit, zero};
 use crate::Object;
+use crate::c::print::{Arm, Kind, Node};
 use crate::cexpr::{CExpr, Prec, c_expr, storage};
-use crate::cprogram::{mentions, without_unused};
-use crate::ctext::{Arm, Kind, Node};
+use crate::style_output::{mentions, without_unused};
 use crate::switch::plan::{self, Latch, Machine, Plan, receptivity};
 use crate::times::Ticks;
 use crate::trace;

@@ -3,8 +3,8 @@
 use super::Emit;
 use super::read::{Place, Reader};
 use crate::Object;
+use crate::c::print::{Arm, Kind, Node};
 use crate::cexpr::{CExpr, Prec, c_expr};
-use crate::ctext::{Arm, Kind, Node};
 use crate::safe;
 use crate::switch::plan::Plan;
 use grafsynth_ir::net::{Driver, Expr, ExternCall, OutputId, StepId};

@@ -3,9 +3,9 @@
 
 use super::Emit;
 use crate::Object;
+use crate::c::print::Node;
 use crate::calls::{self, Callee};
 use crate::cexpr::{CExpr, Prec, Scope, c_expr, saturated};
-use crate::ctext::Node;
 use crate::switch::plan::{Latch, block_expressions, receptivity};
 use crate::times::timer_place;
 use grafsynth_ir::net::{Block, EdgeId, InputKind, Leaf, OutputId, StepId, StmtKind};

@@ -12,9 +12,9 @@ mod text;
 
 use super::plan::{Plan, entered, receptivity};
 use crate::cexpr::{CExpr, Prec};
-use crate::cprogram::Member;
 use crate::names::Names;
 use crate::range::Range;
+use crate::style_output::Member;
 use crate::times::count_type;
 use crate::{Object, Options, Style};
 use grafsynth_ir::expr::{Expr as GenericExpr, ExprKind};

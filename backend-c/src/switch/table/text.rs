@@ -2,7 +2,7 @@
 
 use super::{Bank, Tables, Term, len, mask};
 use crate::Object;
-use crate::ctext::{Arm, Kind, Node};
+use crate::c::print::{Arm, Kind, Node};
 use crate::switch::emit::Emit;
 use crate::times::count_type;
 use grafsynth_ir::net::{StepId, TransitionId};

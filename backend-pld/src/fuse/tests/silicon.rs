@@ -1,4 +1,4 @@
-//! Data-sheet behaviour, tested on single macrocells of the simulator.
+//! Data-source behaviour, tested on single macrocells of the simulator.
 
 use crate::device::Device;
 use crate::fuse::sim::Chip;

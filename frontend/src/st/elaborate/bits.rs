@@ -10,12 +10,13 @@
 
 use grafsynth_ir::Span;
 use grafsynth_ir::chart::Expr;
+use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::expr::{CompareOp, ExprKind};
 
 use super::functions::MAX_NODES;
 use super::types::Ty;
 use super::value::{Kind, Value, nodes};
-use super::{Access, Elaborator, FrameId, Outcome, Told};
+use super::{Access, Elaborator, FrameId, Outcome};
 use crate::st::ast::{self, Op};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,7 +66,7 @@ impl Elaborator<'_> {
     /// Combines a chain of numbers bit by bit.
     pub(super) fn bitwise(&mut self, op: BitOp, values: Vec<Value>, span: Span) -> Outcome<Value> {
         let mut all = values.into_iter();
-        let mut result = all.next().ok_or(Told)?;
+        let mut result = all.next().ok_or(ErrorReported)?;
         for value in all {
             result = self.bit_pair(op, result, value, span)?;
             if nodes(&result.expr, MAX_NODES) >= MAX_NODES {
@@ -105,13 +106,15 @@ impl Elaborator<'_> {
         Ok(if is_signed { value.wrapped(-half, half - 1) } else { value })
     }
 
-    fn wide(&mut self, span: Span) -> Told {
+    fn wide(&mut self, span: Span) -> ErrorReported {
         self.refused("bit operators on numbers of more than 32 bits", span, "use DINT or WORD")
     }
 
     /// Combines two unsigned numbers.
     fn unsigned_pair(&mut self, op: BitOp, a: Value, b: Value, span: Span) -> Outcome<Value> {
-        let (Some((al, ah)), Some((bl, bh))) = (range(&a), range(&b)) else { return Err(Told) };
+        let (Some((al, ah)), Some((bl, bh))) = (range(&a), range(&b)) else {
+            return Err(ErrorReported);
+        };
         if al == ah && bl == bh {
             return Ok(Value::int(op.apply(al, bl), span));
         }
@@ -167,7 +170,7 @@ impl Elaborator<'_> {
     }
 
     fn with_mask(&mut self, op: BitOp, value: Value, mask: i64, span: Span) -> Outcome<Value> {
-        let Some((_, most)) = range(&value) else { return Err(Told) };
+        let Some((_, most)) = range(&value) else { return Err(ErrorReported) };
         let all = full(bits(most).max(bits(mask)));
         match op {
             BitOp::And => self.masked(&value, mask, span),
@@ -188,7 +191,7 @@ impl Elaborator<'_> {
 
     /// The bits of an unsigned number that a mask selects: one quotient and remainder for each run of ones.
     fn masked(&mut self, value: &Value, mask: i64, span: Span) -> Outcome<Value> {
-        let Some((_, most)) = range(value) else { return Err(Told) };
+        let Some((_, most)) = range(value) else { return Err(ErrorReported) };
         let mask = mask & full(bits(most));
         if mask == full(bits(most)) {
             return Ok(value.clone());
@@ -226,7 +229,7 @@ impl Elaborator<'_> {
 
     /// NOT of a number: inverts all bits of its type.
     pub(super) fn complement(&mut self, value: Value, span: Span) -> Outcome<Value> {
-        let Some((lo, hi)) = range(&value) else { return Err(Told) };
+        let Some((lo, hi)) = range(&value) else { return Err(ErrorReported) };
         // In two's complement, from which AND and similar operators use as many bits as they need.
         let top = if lo < 0 || lo == hi {
             -1

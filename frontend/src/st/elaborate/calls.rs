@@ -2,12 +2,13 @@
 
 use grafsynth_ir::chart::{Block, Expr, Stmt, StmtKind};
 use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
 use super::usage::upper;
 use super::value::{Kind, Time, Value};
-use super::{Access, Binding, Elaborator, FrameId, ObjectKind, Outcome, Told};
+use super::{Access, Binding, Elaborator, FrameId, ObjectKind, Outcome};
 use crate::codes;
 use crate::st::ast::{self, Arg, Body, Section};
 
@@ -295,7 +296,9 @@ impl Elaborator<'_> {
         match self.frames[frame].names.get(&upper(&name.text)).cloned() {
             Some(Binding::Place(place)) => self.read(Access::Place(place), name.span),
             Some(Binding::Value(value)) => Ok(value),
-            Some(Binding::Object(_) | Binding::Step(_) | Binding::Broken) | None => Err(Told),
+            Some(Binding::Object(_) | Binding::Step(_) | Binding::Broken) | None => {
+                Err(ErrorReported)
+            }
         }
     }
 
@@ -399,7 +402,9 @@ impl Elaborator<'_> {
                         self.assign(&place, value, span, out)?;
                     }
                 }
-                Some(Binding::Object(_) | Binding::Step(_) | Binding::Broken) => return Err(Told),
+                Some(Binding::Object(_) | Binding::Step(_) | Binding::Broken) => {
+                    return Err(ErrorReported);
+                }
             }
         }
         for var in pou.vars.iter().filter(|var| var.section == Section::Temp) {

@@ -12,6 +12,7 @@
 //! inputs of the program, constants and the block's own state. Everything else is refused.
 
 use grafsynth_ir::chart::{Action, ActionHow, Block, Item, Step, StepItem, StepItemKind, StepRole};
+use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
@@ -44,7 +45,7 @@ impl<'a> Elaborator<'a> {
         let mut pieces = Pieces { items: Vec::new(), names: Vec::new(), open: Block::new() };
         let calls: Vec<Option<(usize, usize)>> =
             list.iter().map(|stmt| self.calls_chart(frame, stmt)).collect();
-        let leaves = super::leave::has(list, super::leave::Leaves::Return);
+        let leaves = super::jump_elimination::has(list, super::jump_elimination::Leaves::Return);
         if leaves || calls.iter().all(Option::is_none) {
             self.body(frame, list, span, &mut pieces.open);
         } else {
@@ -124,7 +125,7 @@ impl<'a> Elaborator<'a> {
     ) -> Outcome<()> {
         let library = self.library;
         let pou = &library.pous[index];
-        let Body::Sfc(chart) = &pou.body else { return Err(super::Told) };
+        let Body::Sfc(chart) = &pou.body else { return Err(ErrorReported) };
         let arguments = self.named_arguments(ObjectKind::User(index), arguments, span)?;
         self.check_arguments(object, &arguments)?;
         if pou.options != ast::Options::default() {

@@ -2,13 +2,14 @@
 
 use grafsynth_ir::chart::Expr;
 use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::{Name, Span};
 
 use super::types::{Ty, integer};
 use super::usage::upper;
 use super::value::{Kind, Value, nodes};
-use super::{Binding, Elaborator, FrameId, ObjectKind, Outcome, Told};
+use super::{Binding, Elaborator, FrameId, ObjectKind, Outcome};
 use crate::codes;
 use crate::st::ast::{self, Arg, Op};
 
@@ -129,7 +130,7 @@ impl Elaborator<'_> {
         name: &Name,
         arguments: &[Arg],
         span: Span,
-    ) -> Told {
+    ) -> ErrorReported {
         let (ty, output) = match self.objects[object].kind {
             ObjectKind::Standard(block) => (block.name(), block.output()),
             ObjectKind::User(pou) => (self.library.pous[pou].name.text.clone(), "an output".into()),
@@ -177,7 +178,7 @@ impl Elaborator<'_> {
         self.report(finding.help(help))
     }
 
-    pub(super) fn no_parameter(&mut self, function: &Name, unknown: &Name) -> Told {
+    pub(super) fn no_parameter(&mut self, function: &Name, unknown: &Name) -> ErrorReported {
         self.report(
             Diagnostic::error(
                 codes::ST_CALL,
@@ -302,7 +303,7 @@ impl Elaborator<'_> {
                             }
                         });
                     }
-                    return chosen.ok_or(Told);
+                    return chosen.ok_or(ErrorReported);
                 }
             }
             ("SHL" | "SHR" | "ROL" | "ROR", 2) => {
@@ -322,7 +323,7 @@ impl Elaborator<'_> {
         Err(self.no_function(key, name, n))
     }
 
-    fn no_function(&mut self, key: &str, name: &Name, n: usize) -> Told {
+    fn no_function(&mut self, key: &str, name: &Name, n: usize) -> ErrorReported {
         const KNOWN: [&str; 28] = [
             "ADD",
             "SUB",
@@ -392,7 +393,7 @@ impl Elaborator<'_> {
         mut op: impl FnMut(&mut Self, Value, Value) -> Outcome<Value>,
     ) -> Outcome<Value> {
         let mut values = values.into_iter();
-        let mut result = values.next().ok_or(Told)?;
+        let mut result = values.next().ok_or(ErrorReported)?;
         for value in values {
             result = op(self, result, value)?;
         }

@@ -14,7 +14,7 @@ mod calls;
 mod charts;
 mod declare;
 mod functions;
-mod leave;
+mod jump_elimination;
 mod sfc;
 mod statements;
 mod times;
@@ -23,6 +23,7 @@ mod usage;
 mod user_functions;
 mod value;
 
+use grafsynth_ir::diag::ErrorReported;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::chart::{Chart, Design, Item, Path, Setting, SettingKind};
@@ -40,11 +41,7 @@ use value::Value;
 /// Maximum number of statements and expressions after expansion of all units.
 const BUDGET: usize = 500_000;
 
-/// Proof that an error was reported.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Told;
-
-type Outcome<T> = Result<T, Told>;
+type Outcome<T> = Result<T, ErrorReported>;
 type FrameId = usize;
 
 /// The names of one unit or instance, in capitals.
@@ -234,14 +231,14 @@ impl<'a> Elaborator<'a> {
 
     // Findings
 
-    fn report(&mut self, diagnostic: Diagnostic) -> Told {
+    fn report(&mut self, diagnostic: Diagnostic) -> ErrorReported {
         if self.found.len() < 20_000 {
             self.found.push(diagnostic);
         }
-        Told
+        ErrorReported
     }
 
-    fn refused(&mut self, what: &str, span: Span, help: &str) -> Told {
+    fn refused(&mut self, what: &str, span: Span, help: &str) -> ErrorReported {
         let plural = what.ends_with('s') && !what.ends_with("ss");
         let verb = if plural { "are" } else { "is" };
         self.report(
@@ -266,7 +263,7 @@ impl<'a> Elaborator<'a> {
         span: Span,
         candidates: &[String],
         help: &str,
-    ) -> Told {
+    ) -> ErrorReported {
         let finding = Diagnostic::error(codes::ST_UNKNOWN_NAME, format!("unknown {what} {name}"))
             .at(span, "not declared");
         // A file with thousands of unknown names has no simple typing errors, so the search for similar names stops.
@@ -288,7 +285,7 @@ impl<'a> Elaborator<'a> {
         if before <= BUDGET {
             self.too_much(span);
         }
-        Err(Told)
+        Err(ErrorReported)
     }
 
     // Names
@@ -346,7 +343,7 @@ impl<'a> Elaborator<'a> {
             return match binding {
                 Binding::Place(place) => Ok(Access::Place(place)),
                 Binding::Value(value) => Ok(Access::Value(value)),
-                Binding::Object(_) | Binding::Step(_) | Binding::Broken => Err(Told),
+                Binding::Object(_) | Binding::Step(_) | Binding::Broken => Err(ErrorReported),
             };
         }
         Err(self.refused(

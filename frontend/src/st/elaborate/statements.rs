@@ -2,15 +2,16 @@
 
 use grafsynth_ir::chart::{Block, Expr, Stmt, StmtKind};
 use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::expr::{CompareOp, ExprKind};
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
-use super::leave::{self, LEFT, Leaves, RETURNED, SKIPPED, VARIABLE};
+use super::jump_elimination::{self, LEFT, Leaves, RETURNED, SKIPPED, VARIABLE};
 use super::types::Ty;
 use super::usage::upper;
 use super::value::{Kind, Time, Value};
-use super::{Access, Binding, Elaborator, FrameId, Outcome, Place, Told};
+use super::{Access, Binding, Elaborator, FrameId, Outcome, Place};
 use crate::codes;
 use crate::st::ast;
 
@@ -79,7 +80,7 @@ impl Elaborator<'_> {
             ast::StmtKind::Exit | ast::StmtKind::Continue | ast::StmtKind::Return => {
                 Err(self.leaves(span))
             }
-            ast::StmtKind::Refused(_) => Err(Told),
+            ast::StmtKind::Refused(_) => Err(ErrorReported),
         }
     }
 
@@ -140,11 +141,12 @@ impl Elaborator<'_> {
         let target = ast::Expr::name(var.clone());
         let place = self.place(frame, &target)?;
         let key = upper(&var.text);
-        let exits = leave::has(body, Leaves::Exit);
+        let exits = jump_elimination::has(body, Leaves::Exit);
         let left = exits.then(|| self.flag(frame, &format!("{var}.left"), span));
-        let skipped = leave::has(body, Leaves::Continue)
+        let skipped = jump_elimination::has(body, Leaves::Continue)
             .then(|| self.flag(frame, &format!("{var}.skipped"), span));
-        let flat = (left.is_some() || skipped.is_some()).then(|| leave::round(body, var));
+        let flat =
+            (left.is_some() || skipped.is_some()).then(|| jump_elimination::round(body, var));
         let body = flat.as_deref().unwrap_or(body);
         let bound = [
             (LEFT, left.clone()),
@@ -313,7 +315,7 @@ impl Elaborator<'_> {
         }
     }
 
-    pub(super) fn unbounded(&mut self, span: Span) -> Told {
+    pub(super) fn unbounded(&mut self, span: Span) -> ErrorReported {
         self.report(
             Diagnostic::error(codes::ST_LOOP, "WHILE and REPEAT have no constant bound")
                 .at(span, "")
@@ -321,14 +323,14 @@ impl Elaborator<'_> {
         )
     }
 
-    pub(super) fn leaves(&mut self, span: Span) -> Told {
+    pub(super) fn leaves(&mut self, span: Span) -> ErrorReported {
         self.report(
             Diagnostic::error(codes::ST_UNEXPECTED, "EXIT and CONTINUE are only allowed in a loop")
                 .at(span, "not inside a loop"),
         )
     }
 
-    pub(super) fn too_much(&mut self, span: Span) -> Told {
+    pub(super) fn too_much(&mut self, span: Span) -> ErrorReported {
         self.report(
             Diagnostic::error(
                 codes::ST_SIZE,

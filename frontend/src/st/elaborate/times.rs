@@ -10,6 +10,7 @@
 //! Timers with a variable preset work in the same way. A variable with computed values can be compared with other TIME values, but not with
 //! a running time.
 
+use grafsynth_ir::diag::ErrorReported;
 use std::collections::BTreeSet;
 
 use grafsynth_ir::chart::{Declaration, DeclarationKind, Expr, Item};
@@ -22,7 +23,7 @@ use super::functions::select;
 use super::types::{Ty, WIDEST};
 use super::usage::{Usage, upper};
 use super::value::{Kind, Time, Value};
-use super::{Binding, Elaborator, FrameId, Outcome, Place, Told};
+use super::{Binding, Elaborator, FrameId, Outcome, Place};
 use crate::codes;
 use crate::st::ast::{self, Op, Section, Var};
 
@@ -288,7 +289,7 @@ impl Elaborator<'_> {
                     self.type_error("expected a constant time", init.span);
                     return Binding::Broken;
                 }
-                Err(Told) => return Binding::Broken,
+                Err(ErrorReported) => return Binding::Broken,
             },
             Some(_) | None => 0,
         };

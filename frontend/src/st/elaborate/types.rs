@@ -2,6 +2,7 @@
 
 use grafsynth_ir::chart::Expr;
 use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::expr::{ExprKind, Type};
 use grafsynth_ir::{Name, Span};
 
@@ -72,19 +73,19 @@ pub(super) const WIDEST: (i64, i64) = (i32::MIN as i64, i32::MAX as i64);
 
 impl Elaborator<'_> {
     /// Resolves a type reference.
-    pub(super) fn ty(&mut self, frame: FrameId, drawn: &TypeRef) -> Ty {
-        self.ty_within(frame, drawn, 0)
+    pub(super) fn ty(&mut self, frame: FrameId, syntax: &TypeRef) -> Ty {
+        self.ty_within(frame, syntax, 0)
     }
 
-    fn ty_within(&mut self, frame: FrameId, drawn: &TypeRef, depth: usize) -> Ty {
+    fn ty_within(&mut self, frame: FrameId, syntax: &TypeRef, depth: usize) -> Ty {
         if depth > 64 {
             self.report(
-                Diagnostic::error(codes::ST_TYPE, "this type contains itself").at(drawn.span, ""),
+                Diagnostic::error(codes::ST_TYPE, "this type contains itself").at(syntax.span, ""),
             );
             return Ty::Broken;
         }
-        match &drawn.kind {
-            TypeKind::Named(name) => self.named(frame, name, drawn.span, depth),
+        match &syntax.kind {
+            TypeKind::Named(name) => self.named(frame, name, syntax.span, depth),
             TypeKind::Subrange(base, range) => {
                 let (lo, hi) =
                     (self.constant_int(frame, &range.0), self.constant_int(frame, &range.1));
@@ -97,7 +98,7 @@ impl Elaborator<'_> {
                             codes::ST_TYPE,
                             format!("{lo}..{hi} is not a valid range of {base} within 32 bits"),
                         )
-                        .at(drawn.span, ""),
+                        .at(syntax.span, ""),
                     );
                     return Ty::Broken;
                 }
@@ -117,7 +118,7 @@ impl Elaborator<'_> {
                                 codes::ST_TYPE,
                                 format!("the range {lo}..{hi} of an array has no elements or more than 65536"),
                             )
-                            .at(drawn.span, ""),
+                            .at(syntax.span, ""),
                         );
                         return Ty::Broken;
                     }
@@ -134,7 +135,7 @@ impl Elaborator<'_> {
                     Ty::Time | Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => {
                         self.refused(
                             "arrays of times, blocks or structures",
-                            drawn.span,
+                            syntax.span,
                             "declare the elements one by one",
                         );
                         Ty::Broken
@@ -144,7 +145,7 @@ impl Elaborator<'_> {
             TypeKind::Enum(values) => self.enumeration(frame, values),
             TypeKind::Struct(fields) => Ty::Struct(fields.clone()),
             TypeKind::Refused(what) => {
-                self.refused(what, drawn.span, "use BOOL, an integer type or TIME");
+                self.refused(what, syntax.span, "use BOOL, an integer type or TIME");
                 Ty::Broken
             }
         }
@@ -242,15 +243,15 @@ impl Elaborator<'_> {
     }
 
     /// Evaluates a constant integer.
-    pub(super) fn constant_int(&mut self, frame: FrameId, drawn: &ast::Expr) -> Outcome<i64> {
-        let value = self.value(frame, drawn)?;
+    pub(super) fn constant_int(&mut self, frame: FrameId, syntax: &ast::Expr) -> Outcome<i64> {
+        let value = self.value(frame, syntax)?;
         match (value.kind, &value.expr.kind) {
             (Kind::Int(lo, hi), _) if lo == hi => Ok(lo),
-            _ => Err(self.not_constant(drawn.span)),
+            _ => Err(self.not_constant(syntax.span)),
         }
     }
 
-    pub(super) fn not_constant(&mut self, span: Span) -> super::Told {
+    pub(super) fn not_constant(&mut self, span: Span) -> ErrorReported {
         self.report(
             Diagnostic::error(codes::ST_CONSTANT, "expected a constant")
                 .at(span, "not a constant expression")
@@ -319,13 +320,13 @@ impl Elaborator<'_> {
         Ok(())
     }
 
-    fn initial_value(&mut self, frame: FrameId, ty: &Ty, drawn: &ast::Expr) -> Outcome<Expr> {
-        let value = self.value(frame, drawn)?;
+    fn initial_value(&mut self, frame: FrameId, ty: &Ty, syntax: &ast::Expr) -> Outcome<Expr> {
+        let value = self.value(frame, syntax)?;
         let value = self.fit(value, ty, "its initial value")?;
         match (&value.kind, &value.expr.kind) {
             (Kind::Bool, ExprKind::Bool(_)) => Ok(value.expr),
-            (Kind::Int(lo, hi), _) if lo == hi => Ok(Expr::new(ExprKind::Int(*lo), drawn.span)),
-            _ => Err(self.not_constant(drawn.span)),
+            (Kind::Int(lo, hi), _) if lo == hi => Ok(Expr::new(ExprKind::Int(*lo), syntax.span)),
+            _ => Err(self.not_constant(syntax.span)),
         }
     }
 
@@ -350,7 +351,7 @@ impl Elaborator<'_> {
             (Ty::Int { .. }, Kind::Bool) => "expected a number, found a Boolean",
             (Ty::Int { .. }, Kind::Time(_)) => "expected a number, found a time",
             (Ty::Time, Kind::Bool | Kind::Int(..)) => "expected a time",
-            (Ty::Broken, _) => return Err(super::Told),
+            (Ty::Broken, _) => return Err(ErrorReported),
             (Ty::Array(..) | Ty::Block(_) | Ty::User(_) | Ty::Struct(_), _) => {
                 "a whole array, structure or block cannot be assigned"
             }

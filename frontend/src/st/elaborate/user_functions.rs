@@ -1,5 +1,6 @@
 //! Functions that the user declares: a call runs the body on expressions.
 
+use grafsynth_ir::diag::ErrorReported;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::chart::Expr;
@@ -7,11 +8,11 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::{Name, Span};
 
 use super::functions::{MAX_CALLS, MAX_NODES, select};
-use super::leave::{self, LEFT, RETURNED, SKIPPED, VARIABLE};
+use super::jump_elimination::{self, LEFT, RETURNED, SKIPPED, VARIABLE};
 use super::types::Ty;
 use super::usage::upper;
 use super::value::{Value, nodes};
-use super::{Binding, Elaborator, Frame, FrameId, Outcome, Told};
+use super::{Binding, Elaborator, Frame, FrameId, Outcome};
 use crate::codes;
 use crate::st::ast::{self, Arg, Body, PouKind, Section, StmtKind};
 
@@ -68,7 +69,7 @@ impl Elaborator<'_> {
                     }
                 },
                 Some(init) => {
-                    let expr = self.initial(inside, &ty, init)?.pop().ok_or(Told)?;
+                    let expr = self.initial(inside, &ty, init)?.pop().ok_or(ErrorReported)?;
                     Value::literal(expr)
                 }
                 None => self.zero_value(&ty, var.name.span)?,
@@ -126,7 +127,7 @@ impl Elaborator<'_> {
         done?;
         match self.frames[inside].names.get(&upper(&pou.name.text)) {
             Some(Binding::Value(value)) => Ok(value.clone()),
-            _ => Err(Told),
+            _ => Err(ErrorReported),
         }
     }
 
@@ -135,7 +136,7 @@ impl Elaborator<'_> {
             Ty::Bool => Ok(Value::constant(false, span)),
             Ty::Int { lo, hi, .. } => Ok(Value::int(0.clamp(*lo, *hi), span)),
             Ty::Time => Ok(Value::time(0, span)),
-            Ty::Broken => Err(Told),
+            Ty::Broken => Err(ErrorReported),
             Ty::Array(..) | Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => Err(self.refused(
                 "arrays, structures and blocks in functions",
                 span,
@@ -226,7 +227,7 @@ impl Elaborator<'_> {
                 "make it a function block",
             )),
             StmtKind::Exit | StmtKind::Continue | StmtKind::Return => Err(self.leaves(stmt.span)),
-            StmtKind::Refused(_) => Err(Told),
+            StmtKind::Refused(_) => Err(ErrorReported),
         }
     }
 
@@ -240,7 +241,7 @@ impl Elaborator<'_> {
         body: &[ast::Stmt],
         span: Span,
     ) -> Outcome<()> {
-        let body = leave::round(body, var);
+        let body = jump_elimination::round(body, var);
         let no = || Binding::Value(Value::constant(false, span));
         let outer = [LEFT, SKIPPED, VARIABLE]
             .map(|name| (name, self.frames[frame].names.insert(name.to_owned(), no())));
@@ -276,7 +277,7 @@ impl Elaborator<'_> {
         span: Span,
     ) -> Outcome<()> {
         if let [(condition, list)] = arms
-            && let Some(flags) = leave::guards(condition)
+            && let Some(flags) = jump_elimination::guards(condition)
         {
             return self.run_guarded(frame, types, &flags, list, span);
         }

@@ -2,13 +2,14 @@
 
 use grafsynth_ir::chart::{Expr, Leaf, Path};
 use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind};
 use grafsynth_ir::{Name, Span};
 
 use super::bits::BitOp;
 use super::types::Ty;
 use super::usage::upper;
-use super::{Access, Binding, Elaborator, FrameId, ObjectKind, Outcome, Place, Told};
+use super::{Access, Binding, Elaborator, FrameId, ObjectKind, Outcome, Place};
 use crate::codes;
 use crate::st::ast::{self, Op};
 
@@ -133,23 +134,23 @@ fn clamp(value: i128) -> i64 {
 
 impl Elaborator<'_> {
     /// Elaborates a Boolean expression.
-    pub(super) fn condition(&mut self, frame: FrameId, drawn: &ast::Expr) -> Outcome<Expr> {
-        let value = self.value(frame, drawn)?;
+    pub(super) fn condition(&mut self, frame: FrameId, syntax: &ast::Expr) -> Outcome<Expr> {
+        let value = self.value(frame, syntax)?;
         self.fit(value, &Ty::Bool, "a condition").map(|value| value.expr)
     }
 
     /// Elaborates any simple value.
-    pub(super) fn value(&mut self, frame: FrameId, drawn: &ast::Expr) -> Outcome<Value> {
-        self.spend(drawn.span, 1)?;
-        let span = drawn.span;
-        match &drawn.kind {
+    pub(super) fn value(&mut self, frame: FrameId, syntax: &ast::Expr) -> Outcome<Value> {
+        self.spend(syntax.span, 1)?;
+        let span = syntax.span;
+        match &syntax.kind {
             ast::ExprKind::Bool(value) => Ok(Value::constant(*value, span)),
             ast::ExprKind::Int(value) => Ok(Value::int(*value, span)),
             ast::ExprKind::Time(ns) => Ok(Value::time(*ns, span)),
             ast::ExprKind::Name(_)
             | ast::ExprKind::Field(..)
             | ast::ExprKind::Index(..)
-            | ast::ExprKind::Address(_) => self.accessed(frame, drawn),
+            | ast::ExprKind::Address(_) => self.accessed(frame, syntax),
             // Operands are handled in separate functions, because the frame of this function is on the stack once per level.
             ast::ExprKind::Bit(inner, bit) => {
                 self.value(frame, inner).and_then(|value| self.bit_of(value, *bit, span))
@@ -166,12 +167,12 @@ impl Elaborator<'_> {
             ast::ExprKind::Call(name, arguments) => {
                 self.call_function(frame, name, arguments, span)
             }
-            ast::ExprKind::Refused(_) => Err(Told),
+            ast::ExprKind::Refused(_) => Err(ErrorReported),
         }
     }
 
-    fn accessed(&mut self, frame: FrameId, drawn: &ast::Expr) -> Outcome<Value> {
-        self.access(frame, drawn).and_then(|access| self.read(access, drawn.span))
+    fn accessed(&mut self, frame: FrameId, syntax: &ast::Expr) -> Outcome<Value> {
+        self.access(frame, syntax).and_then(|access| self.read(access, syntax.span))
     }
 
     fn operation(
@@ -190,11 +191,11 @@ impl Elaborator<'_> {
     pub(super) fn values<'e>(
         &mut self,
         frame: FrameId,
-        drawn: impl Iterator<Item = &'e ast::Expr>,
+        syntax: impl Iterator<Item = &'e ast::Expr>,
     ) -> Outcome<Vec<Value>> {
         let mut values = Vec::new();
         let mut failed = None;
-        for one in drawn {
+        for one in syntax {
             match self.value(frame, one) {
                 Ok(value) => values.push(value),
                 Err(told) => failed = Some(told),
@@ -244,7 +245,7 @@ impl Elaborator<'_> {
         }
     }
 
-    pub(super) fn type_error(&mut self, message: &str, span: Span) -> Told {
+    pub(super) fn type_error(&mut self, message: &str, span: Span) -> ErrorReported {
         self.report(Diagnostic::error(codes::ST_TYPE, message).at(span, ""))
     }
 
@@ -522,9 +523,9 @@ impl Elaborator<'_> {
     // Names
 
     /// Resolves a name, a field or an element.
-    pub(super) fn access(&mut self, frame: FrameId, drawn: &ast::Expr) -> Outcome<Access> {
-        let span = drawn.span;
-        match &drawn.kind {
+    pub(super) fn access(&mut self, frame: FrameId, syntax: &ast::Expr) -> Outcome<Access> {
+        let span = syntax.span;
+        match &syntax.kind {
             ast::ExprKind::Name(name) => self.named_access(frame, name),
             ast::ExprKind::Address(address) => self.address(address, span),
             ast::ExprKind::Field(inner, field) => {
@@ -548,7 +549,7 @@ impl Elaborator<'_> {
                 }
             }
             ast::ExprKind::Index(inner, indices) => self.indexed(frame, inner, indices, span),
-            ast::ExprKind::Refused(_) => Err(Told),
+            ast::ExprKind::Refused(_) => Err(ErrorReported),
             ast::ExprKind::Bool(_)
             | ast::ExprKind::Int(_)
             | ast::ExprKind::Time(_)
@@ -589,7 +590,7 @@ impl Elaborator<'_> {
                 Binding::Place(place) => Ok(Access::Place(place)),
                 Binding::Object(object) => Ok(Access::Object(object)),
                 Binding::Step(step) => Ok(Access::Step(step)),
-                Binding::Broken => Err(Told),
+                Binding::Broken => Err(ErrorReported),
             };
         }
         if let Some(value) = self.enumerated.get(&upper(&name.text)) {
@@ -624,7 +625,7 @@ impl Elaborator<'_> {
             Some(Binding::Place(place)) => Ok(Access::Place(place)),
             Some(Binding::Value(value)) => Ok(Access::Value(value)),
             Some(Binding::Object(inner)) => Ok(Access::Object(inner)),
-            Some(Binding::Broken) => Err(Told),
+            Some(Binding::Broken) => Err(ErrorReported),
             // A step of a chart that was called earlier.
             Some(Binding::Step(step)) => Ok(Access::Step(step)),
             None => {
@@ -722,7 +723,7 @@ impl Elaborator<'_> {
                 match place.ty {
                     Ty::Bool => Ok(Value { expr, kind: Kind::Bool }),
                     Ty::Int { lo, hi, .. } => Ok(Value { expr, kind: Kind::Int(lo, hi) }),
-                    Ty::Broken => Err(Told),
+                    Ty::Broken => Err(ErrorReported),
                     Ty::Time => Ok(Value { expr, kind: Kind::Time(Time::Varying(values)) }),
                     Ty::Array(..) | Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => Err(self
                         .type_error(

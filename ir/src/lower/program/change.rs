@@ -28,7 +28,7 @@ pub(super) struct Change {
 
 /// The transitions that enter and leave each step.
 #[derive(Debug, Clone)]
-pub(super) struct Around {
+pub(super) struct Links {
     leaving: IdMap<Step, Vec<TransitionId>>,
     entering: IdMap<Step, Vec<TransitionId>>,
 }
@@ -41,9 +41,9 @@ pub(super) struct ForcedChart {
     pub(super) orders: Vec<(StepId, Option<Vec<StepId>>)>,
 }
 
-impl Around {
+impl Links {
     pub(super) fn of(net: &Net) -> Self {
-        let mut around = Around {
+        let mut around = Links {
             leaving: IdMap::filled(&net.steps, Vec::new()),
             entering: IdMap::filled(&net.steps, Vec::new()),
         };
@@ -66,7 +66,7 @@ impl Builder<'_> {
         out: &mut Vec<Stmt>,
     ) -> IdMap<Step, Change> {
         let net = self.net;
-        let around = Around::of(net);
+        let around = Links::of(net);
         let forced = forced_charts(net);
         let is_hierarchical = in_hierarchy(net, &forced);
         let mut changes = IdMap::build(&net.steps, |step, _| {
@@ -99,12 +99,7 @@ impl Builder<'_> {
         changes
     }
 
-    fn plain_change(
-        &self,
-        step: StepId,
-        around: &Around,
-        fire: &IdMap<Transition, Expr>,
-    ) -> Change {
+    fn plain_change(&self, step: StepId, around: &Links, fire: &IdMap<Transition, Expr>) -> Change {
         let (leaving, entering) = (&around.leaving[step], &around.entering[step]);
         let active = self.is_active(step);
         let any =
@@ -145,7 +140,7 @@ impl Builder<'_> {
     fn enclosures(
         &mut self,
         inside: &[StepId],
-        around: &Around,
+        around: &Links,
         fire: &IdMap<Transition, Expr>,
         next: &mut BTreeMap<StepId, TempId>,
         restarted: &mut BTreeMap<StepId, TempId>,

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use grafsynth_logic::bdd::{Bdd, Full, Ref, Scarce};
+use grafsynth_logic::bdd::{Bdd, Full, LimitExceeded, Ref};
 use indexmap::IndexMap;
 
 use super::induction::Equalities;
@@ -40,7 +40,7 @@ pub(crate) fn diagram(question: &Question<'_>, equal: &Equalities) -> Diagram {
             Ok(settled) => return settled,
             Err(Failed::Deeper) => {}
             // Earlier attempts used their part of the work.
-            Err(Failed::Full(Full { of: Scarce::Work, .. })) => {
+            Err(Failed::Full(Full { of: LimitExceeded::Work, .. })) => {
                 let limit = question.limits.image_work;
                 return Diagram::Open(format!(
                     "the decision diagram of both needs more than {limit} steps of work"

@@ -27,7 +27,7 @@ const MAX_COPIES: usize = 20_000;
 ///
 /// # Errors
 /// Too many conditions would have to be repeated.
-pub(super) fn sayable(chart: &Chart) -> Result<Option<(Chart, Vec<Diagnostic>)>, Box<Diagnostic>> {
+pub(super) fn legalize(chart: &Chart) -> Result<Option<(Chart, Vec<Diagnostic>)>, Box<Diagnostic>> {
     let mut rewritten = chart.clone();
     let mut notes = Vec::new();
     let constants = constants(&chart.items);

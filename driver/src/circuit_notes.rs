@@ -11,14 +11,14 @@ use grafsynth_ir::logic::{Logic, PinRole};
 use grafsynth_ir::net::{Evolution, Net};
 use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_logic::BusyMode;
-use grafsynth_logic::recode::Encoding;
+use grafsynth_logic::state_assignment::Encoding;
 
 /// The encoding of a circuit for the report page; `None` if no page was requested.
 pub(crate) fn code_of(
     net: &Net,
     facts: &Facts,
     logic: &Logic,
-    coded: &coding::Coded,
+    coded: &coding::EncodedLogic,
     options: &BuildOptions,
     dialect: Dialect,
     wishes: &EmitOptions,
@@ -38,7 +38,7 @@ pub(crate) fn say_safe(line: &mut OutputReport, logic: &Logic, read_back: &Logic
     line.notes.push(if logic.outputs.values().any(|output| output.role == PinRole::Busy) {
         Note::Safe("not made safe: it runs one micro-step per clock".to_owned())
     } else {
-        match grafsynth_logic::recode::is_safe(read_back) {
+        match grafsynth_logic::state_assignment::is_safe(read_back) {
             Ok(codes) if codes.illegal == 0 => Note::Safe("safe: no code is illegal".to_owned()),
             Ok(codes) => Note::Safe(format!(
                 "safe: all {} illegal codes of {} flip-flops return in one clock, proved over all codes",
@@ -65,7 +65,7 @@ pub(crate) fn say_emergency(
 
 /// The note on encoding and don't-cares; `None` if each step has its flip-flop and no don't-cares are used.
 pub(crate) fn codes_and_dont_cares(
-    coded: &coding::Coded,
+    coded: &coding::EncodedLogic,
     emitted: &Logic,
     options: &EmitOptions,
 ) -> Option<String> {

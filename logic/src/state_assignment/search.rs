@@ -31,11 +31,11 @@ impl Room {
 }
 
 /// Deterministic pseudo-random numbers.
-struct Dice(u64);
+struct Prng(u64);
 
-impl Dice {
+impl Prng {
     fn new() -> Self {
-        Dice(0x9E37_79B9_7F4A_7C15)
+        Prng(0x9E37_79B9_7F4A_7C15)
     }
 
     fn below(&mut self, n: usize) -> usize {
@@ -47,7 +47,7 @@ impl Dice {
 }
 
 /// Exchanges the codes of two members, or gives one an unused code. `None` if nothing changes.
-fn exchange(plan: &Plan, dice: &mut Dice) -> Option<Plan> {
+fn exchange(plan: &Plan, dice: &mut Prng) -> Option<Plan> {
     let (a, b) = (dice.below(plan.members.len()), dice.below(1 << plan.n_bits) as u64);
     if plan.idle == Some(b) || plan.codes[a] == b {
         return None;
@@ -121,7 +121,7 @@ fn settle(
         // Exchanges can save something, but not half of the products.
         return None;
     }
-    let mut dice = Dice::new();
+    let mut dice = Prng::new();
     for at in 0..tries {
         if now.0 == 0 {
             return Some(plans);
@@ -234,7 +234,7 @@ pub(super) fn better(logic: &Logic, mut plans: Vec<Plan>, tries: usize) -> Vec<P
     }
     let tries = if logic.nodes.len() > 4_000 { 0 } else { tries };
     let mut best = (tries > 0).then(|| cost(&apply(logic, &plans)));
-    let mut dice = Dice::new();
+    let mut dice = Prng::new();
     let mut work = 0;
     for _ in 1..tries {
         work += best.map_or(0, work_of);

@@ -75,7 +75,7 @@ pub(crate) enum Expr {
     Const(bool),
     Signal(SignalId),
     Not(ExprId),
-    /// The operands `start..start + count` of [`Draft::operands`].
+    /// The operands `start..start + count` of [`PldAst::operands`].
     And(u32, u32),
     Or(u32, u32),
     Xor(ExprId, ExprId),
@@ -96,7 +96,7 @@ fn at_pin(builder: &mut Builder, signal: &Signal, value: NodeId) -> NodeId {
 
 /// The contents of a text.
 #[derive(Debug)]
-pub(crate) struct Draft {
+pub(crate) struct PldAst {
     pub(crate) file: FileId,
     pub(crate) name: Name,
     pub(crate) signals: Vec<Signal>,
@@ -127,7 +127,7 @@ pub(crate) struct Draft {
     taken: Vec<(u32, SignalId, Span)>,
 }
 
-impl Draft {
+impl PldAst {
     /// The text defines the name of the circuit.
     pub(crate) fn is_named(&self) -> bool {
         !self.name.text.is_empty()
@@ -138,7 +138,7 @@ impl Draft {
             Dialect::Palasm => true,
             Dialect::Cupl | Dialect::Galasm | Dialect::Verilog | Dialect::Blif => false,
         };
-        Draft {
+        PldAst {
             file,
             name: Name::default(),
             signals: Vec::new(),

@@ -16,7 +16,7 @@ pub(crate) struct Node {
     pub(crate) note: String,
     /// The objects of the net that this comes from.
     pub(crate) objects: Vec<Object>,
-    /// For a line that only defines a local: see [`crate::cprogram::without_unused`].
+    /// For a line that only defines a local: see [`crate::style_output::without_unused`].
     pub(crate) defines: Option<Definition>,
 }
 

@@ -1,8 +1,8 @@
 //! The result of a style: everything that differs between the styles, ready for [`crate::header`] to lay out in files.
 
 use crate::Object;
+use crate::c::print::{Arm, Kind, Node};
 use crate::cexpr::Helpers;
-use crate::ctext::{Arm, Kind, Node};
 use crate::range::Range;
 use crate::times::Ticks;
 use grafsynth_ir::IdMap;
@@ -22,7 +22,7 @@ pub(crate) struct Member {
 
 /// A chart in C after all decisions.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct CProgram {
+pub(crate) struct StyleOutput {
     /// The name of the style, for the header.
     pub(crate) style: &'static str,
     /// The state between reactions; empty for a chart without state.

@@ -3,7 +3,7 @@
 //! A reaction must report each step that it changed, once and with its new state, and each transition that it enabled; nothing else. Otherwise the bench ends
 //! with a special exit code.
 
-use crate::ctext::{Kind, Node};
+use crate::c::print::{Kind, Node};
 use crate::header::shown;
 use crate::interface::Interface;
 use grafsynth_ir::net::{Net, StepId, TransitionId};

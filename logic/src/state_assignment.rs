@@ -20,7 +20,7 @@ pub use search::Room;
 
 use crate::bdd::{Bdd, Ref};
 use crate::build::{Builder, map_operands, needed, prune};
-use crate::support::Functions;
+use crate::node_bdds::Functions;
 use grafsynth_ir::logic::{Decoded, Flop, FlopBit, FlopId, Function, Logic, Node, NodeId, Open};
 use grafsynth_ir::net::Meta;
 use std::collections::{BTreeMap, BTreeSet};

@@ -23,7 +23,7 @@ fn design_of(name: &str, text: &str) -> Option<Box<NetDesign>> {
 }
 
 /// Writes the net as a chart, reads it, and runs both; returns the reasons if it cannot be a chart.
-fn drawn_again(
+fn net_to_chart(
     what: &str,
     net: &Valid<Net>,
     stimulus: &Stimulus,
@@ -77,7 +77,7 @@ fn random_nets(features: &Features, n_nets: u64, least: u32, share: u32) {
             continue;
         }
         let stimulus = Stimulus::random(&net, 60, seed, 3);
-        match drawn_again(&format!("seed {seed}"), &net, &stimulus, false) {
+        match net_to_chart(&format!("seed {seed}"), &net, &stimulus, false) {
             Ok(()) => drawn += 1,
             Err(why) => {
                 refused += 1;
@@ -156,7 +156,7 @@ fn charts_with_hierarchy_are_drawn_again() {
                 let text = grafsynth_frontend::graf::write_design(chart);
                 behaves_as(&name, net, &stimulus, &text);
             }
-            if let Err(why) = drawn_again(&name, net, &stimulus, true) {
+            if let Err(why) = net_to_chart(&name, net, &stimulus, true) {
                 println!("{name}: {}", why.join("; "));
                 assert!(
                     !name.contains("w3c") && !net.settings.policy.is_statechart()

@@ -5,7 +5,7 @@
 
 use crate::built::BuildOptions;
 use crate::circuit::{emit_options, may_be_free, synchronised};
-use crate::coding::{self, Encoding, EncodingChoice, Known};
+use crate::coding::{self, Encoding, EncodingCache, EncodingChoice};
 use grafsynth_backend_pld::codes::DOES_NOT_FIT;
 use grafsynth_backend_pld::device::{Clock, DEVICES, Device, Polarity};
 use grafsynth_backend_pld::equations::Equations;
@@ -28,7 +28,7 @@ const MOST_NAMED: usize = 3;
 
 /// The design that did not fit.
 #[derive(Clone, Copy)]
-pub(crate) struct Asked<'a> {
+pub(crate) struct BuildContext<'a> {
     pub(crate) net: &'a Net,
     pub(crate) facts: &'a Facts,
     /// With one flip-flop for each step.
@@ -50,7 +50,7 @@ struct Trial {
 }
 
 /// Adds what would fit instead to the findings of a fit.
-pub(crate) fn advise(asked: &Asked<'_>, found: &mut [Diagnostic]) {
+pub(crate) fn advise(asked: &BuildContext<'_>, found: &mut [Diagnostic]) {
     let is_misfit =
         |finding: &Diagnostic| [DOES_NOT_FIT, fuse::codes::CANNOT_HOLD].contains(&finding.code);
     if found.is_empty() || !found.iter().all(is_misfit) {
@@ -67,16 +67,16 @@ pub(crate) fn advise(asked: &Asked<'_>, found: &mut [Diagnostic]) {
 }
 
 /// What would fit, in words.
-pub(crate) fn advice_for(asked: &Asked<'_>) -> String {
+pub(crate) fn advice_for(asked: &BuildContext<'_>) -> String {
     asked.device().map_or_else(String::new, |device| advice(asked, device))
 }
 
-fn advice(asked: &Asked<'_>, device: &'static Device) -> String {
+fn advice(asked: &BuildContext<'_>, device: &'static Device) -> String {
     let trials = trials(asked, device);
     let mut fits: Vec<String> = Vec::new();
     let mut named: Vec<&str> = Vec::new();
     let mut n_tried = 0;
-    let mut known = Known::default();
+    let mut known = EncodingCache::default();
     for trial in &trials {
         if n_tried == MOST_FITS || fits.len() == MOST_NAMED {
             break;
@@ -143,7 +143,7 @@ fn name(encoding: Encoding) -> &'static str {
 }
 
 /// What to try, the smallest change first: encodings and settings on the same device, then devices, the smallest first, then both.
-fn trials(asked: &Asked<'_>, device: &'static Device) -> Vec<Trial> {
+fn trials(asked: &BuildContext<'_>, device: &'static Device) -> Vec<Trial> {
     let options = asked.options;
     let same = Trial {
         device,
@@ -188,7 +188,7 @@ fn trials(asked: &Asked<'_>, device: &'static Device) -> Vec<Trial> {
     trials
 }
 
-impl Asked<'_> {
+impl BuildContext<'_> {
     fn device(&self) -> Option<&'static Device> {
         let own = self.net.board.device.as_ref().map(|name| name.text.as_str());
         match self.options.device.as_deref().or(own) {
@@ -209,7 +209,7 @@ impl Asked<'_> {
     }
 
     /// Fits it: returns the encoding, macrocells and product terms.
-    fn fit(&self, trial: &Trial, known: &mut Known) -> Option<(Encoding, usize, usize)> {
+    fn fit(&self, trial: &Trial, known: &mut EncodingCache) -> Option<(Encoding, usize, usize)> {
         let own = self.device()?;
         let mut wishes = EmitOptions {
             dont_cares: trial.dont_cares,
@@ -257,7 +257,7 @@ struct LongTime<'a> {
 }
 
 /// The time that takes most registers, if these are at least half of all.
-fn long_time<'a>(asked: &Asked<'a>) -> Option<LongTime<'a>> {
+fn long_time<'a>(asked: &BuildContext<'a>) -> Option<LongTime<'a>> {
     const WORTH_A_WORD: u32 = 5;
     let net = asked.net;
     let mut registers: BTreeMap<Origin, u32> = BTreeMap::new();
@@ -290,7 +290,7 @@ fn bits(ticks: u64) -> u32 {
 }
 
 /// How many registers a time that takes most of them takes with a longer tick.
-fn times(asked: &Asked<'_>) -> Option<String> {
+fn times(asked: &BuildContext<'_>) -> Option<String> {
     const LONGER: [u64; 3] = [10, 100, 1000];
     let LongTime { name, n, ticks, .. } = long_time(asked)?;
     let (n_flops, tick) = (asked.logic.flops.len(), asked.net.settings.tick_ns);

@@ -1,0 +1,3 @@
+//! C as a tree and as text.
+
+pub(crate) mod print;
