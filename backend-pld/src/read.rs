@@ -4,6 +4,7 @@
 //! circuit. Parsers continue after an error and report all errors; they hold one token at a time, so memory stays near the size of the text, and
 //! nesting is bounded.
 
+mod advice;
 mod ast;
 mod blif;
 mod cupl;
@@ -71,7 +72,8 @@ pub(crate) fn read(dialect: Dialect, file: FileId, text: &str) -> Text {
         let span = Span::new(file, 0, 0);
         return Text::nothing(vec![
             Diagnostic::error(codes::SYNTAX, "no equation in this text")
-                .at(span, "expected declarations and equations"),
+                .at(span, "expected declarations and equations")
+                .help("check that this is the right file, and give its format with --from if its name does not tell it"),
         ]);
     }
     let logic = draft.finish();

@@ -393,7 +393,13 @@ pub fn design(file: &Jedec, id: FileId) -> Result<(LogicDesign, Vec<Diagnostic>)
                     at + 1,
                     level.letter()
                 );
-                found.push(placed(Diagnostic::warning(fuse::codes::VECTOR_FAILS, message)));
+                let finding = Diagnostic::warning(fuse::codes::VECTOR_FAILS, message).help(
+                    "correct the letter of the vector if the device does the right thing; otherwise correct the design from which the file was made",
+                );
+                found.push(match file.vector_spans.get(at) {
+                    Some(&span) => finding.at(span, format!("letter {pin} is for pin {pin}")),
+                    None => placed(finding),
+                });
             }
         }
         Err(finding) => found.push(placed(*finding)),

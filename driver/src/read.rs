@@ -9,7 +9,7 @@ use crate::stem::FileStem;
 use crate::task_costs::{self, Counted};
 use grafsynth_backend_c::cost::Machine;
 use grafsynth_backend_pld::Dialect;
-use grafsynth_backend_pld::codes::{NOT_PLACED, TAKEN_AS};
+use grafsynth_backend_pld::codes::NOT_PLACED;
 use grafsynth_ir::diag::{Code, any_error};
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, FileId, Span, Valid, chart, lower, text, validate};
@@ -191,7 +191,7 @@ pub fn read(
             found.extend(more);
             table.and_then(|(table, places)| {
                 found.extend(grafsynth_backend_pld::pla::clashes(&table, &places));
-                let (logic, n_open) = grafsynth_backend_pld::pla::circuit(&table);
+                let (logic, open) = grafsynth_backend_pld::pla::circuit(&table);
                 let start = Span::new(texts.main, 0, 0);
                 let mut said = grafsynth_backend_pld::read::Text {
                     logic: Some(logic),
@@ -203,21 +203,8 @@ pub fn read(
                     ]),
                     findings: Vec::new(),
                 };
-                if n_open > 0 {
-                    let message = format!(
-                        "{} undefined for some inputs, and the circuit outputs 0 there",
-                        if n_open == 1 {
-                            "an output is".to_owned()
-                        } else {
-                            format!("{n_open} outputs are")
-                        }
-                    );
-                    said.beyond.push(
-                        Diagnostic::warning(TAKEN_AS, message)
-                            .at(start, "")
-                            .help("`minimise` uses them as don't-cares"),
-                    );
-                }
+                let undefined = grafsynth_backend_pld::pla::undefined(&table, &places, &open);
+                said.beyond.extend(undefined);
                 logic_design(said, texts, &mut found)
             })
         }

@@ -207,7 +207,8 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
 
 /// True if some letter of `candidate` occurs in `word`, ignoring case.
 fn shares_a_letter(word: &[char], candidate: &str) -> bool {
-    candidate.chars().any(|c| word.iter().any(|own| own.to_lowercase().eq(c.to_lowercase())))
+    let mut letters = candidate.chars().filter(|c| c.is_alphanumeric());
+    letters.any(|c| word.iter().any(|own| own.to_lowercase().eq(c.to_lowercase())))
 }
 
 /// Twice the optimal string alignment distance, with 1 for a change of letter case.
@@ -249,5 +250,6 @@ mod tests {
         assert_eq!(nearest("M", ["m", "n"]), Some("m"));
         assert_eq!(nearest("request", ["a", "b"]), None);
         assert_eq!(nearest("b", ["L", "R"]), None);
+        assert_eq!(nearest(".z", [".i", ".o"]), None);
     }
 }

@@ -36,6 +36,8 @@ pub struct Jedec {
     pub is_secured: bool,
     /// The test vectors, field `V`, in their order.
     pub vectors: Vec<Vector>,
+    /// The location of each test vector.
+    pub vector_spans: Vec<Span>,
     /// The location of the number of fuses.
     pub span: Span,
 }

@@ -78,9 +78,9 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn error(&mut self, start: usize, end: usize, message: impl Into<String>, label: &str) {
+    fn error(&mut self, start: usize, end: usize, message: impl Into<String>, help: &str) {
         let span = self.span(start, end);
-        self.report(Diagnostic::error(codes::SYNTAX, message).at(span, label));
+        self.report(Diagnostic::error(codes::SYNTAX, message).at(span, "").help(help));
     }
 
     fn run(&mut self) {
@@ -94,13 +94,13 @@ impl<'a> Reader<'a> {
                 start,
                 start + 1,
                 "the end character (hexadecimal 03) of the transmission is missing",
-                "begins here",
+                "the file may be cut short: get it again; or remove the start character here",
             ),
             (None, Some(end)) => self.error(
                 end,
                 end + 1,
                 "the start character (hexadecimal 02) of the transmission is missing",
-                "ends here",
+                "remove the end character here and the four digits after it, or get the file again",
             ),
             (None, None) => {}
         }
@@ -110,7 +110,7 @@ impl<'a> Reader<'a> {
                 from,
                 from + body.len(),
                 "no field: a JEDEC file needs fields that end with `*`",
-                "",
+                "check that this is a fuse map",
             );
             return;
         };
@@ -132,7 +132,8 @@ impl<'a> Reader<'a> {
                 }
                 None => {
                     let last = begin + rest.trim_end().len();
-                    self.error(begin, last, "the last field does not end with `*`", "this field");
+                    let help = "write `*` after it if it is whole; otherwise the file is cut short: get it again";
+                    self.error(begin, last, "the last field does not end with `*`", help);
                     break;
                 }
             }
@@ -152,7 +153,9 @@ impl<'a> Reader<'a> {
                 format!("expected four hexadecimal digits after the transmission, found {length}"),
             );
             let span = self.span(at, at + length);
-            self.report(found.at(span, "the sum of the transmission"));
+            self.report(
+                found.at(span, "the sum of the transmission").help("write 0000 to skip the check"),
+            );
             return;
         }
         let said = u16::from_str_radix(&digits[..4], 16).unwrap_or(0);
@@ -192,7 +195,7 @@ impl<'a> Reader<'a> {
                     {
                         let end = field.start + field.text.trim_end().len();
                         let message = "the security fuse is defined twice, as blown and as intact";
-                        self.error(field.start, end, message, "again here");
+                        self.error(field.start, end, message, "remove one of the `G` fields");
                     }
                     self.jedec.is_secured = bit;
                 }
@@ -209,7 +212,8 @@ impl<'a> Reader<'a> {
             | 'Y' | 'Z' | 'H' => self.passed_over(letter, field),
             other => {
                 let message = format!("unknown JEDEC field `{other}`");
-                self.error(field.start, field.start + other.len_utf8(), message, "");
+                let help = "remove the field, or check the `*` before it; `N` begins a note";
+                self.error(field.start, field.start + other.len_utf8(), message, help);
             }
         }
     }
@@ -233,7 +237,11 @@ impl<'a> Reader<'a> {
                     codes::PASSED_OVER,
                     format!("field `{letter}` ({what}) is ignored"),
                 )
-                .at(span, ""),
+                .at(span, "")
+                .help(match letter {
+                    'P' => "write the letters of each vector in the order of the pins, and remove the field",
+                    _ => "remove it if the device does not need it: a fuse map that is written again lacks it",
+                }),
             );
         }
     }
@@ -245,7 +253,12 @@ impl<'a> Reader<'a> {
             Ok(number) => Some(number),
             Err(_) => {
                 let message = format!("{what} must be a decimal number, not `{}`", shown(text));
-                self.error(at, at + text.len(), message, "");
+                self.error(
+                    at,
+                    at + text.len(),
+                    message,
+                    "write digits 0 to 9 after the letter of the field",
+                );
                 None
             }
         }
@@ -257,7 +270,10 @@ impl<'a> Reader<'a> {
             "1" => Some(true),
             other => {
                 let message = format!("{what} must be 0 or 1, not `{}`", shown(other));
-                self.error(field.start, field.start + field.text.len(), message, "");
+                let end = field.start + field.text.len();
+                let letter = field.start.checked_sub(1).and_then(|at| self.text.as_bytes().get(at));
+                let letter = letter.map_or('F', |byte| char::from(*byte));
+                self.error(field.start, end, message, &format!("write `{letter}0` or `{letter}1`"));
                 None
             }
         }
@@ -268,8 +284,8 @@ impl<'a> Reader<'a> {
             self.error(
                 field.start - 1,
                 field.start,
-                "a quantity needs its letter: QF, QP or QV",
-                "",
+                "a quantity needs its letter",
+                "write QF (fuses), QP (pins) or QV (test vectors), and the number",
             );
             return;
         };
@@ -283,20 +299,22 @@ impl<'a> Reader<'a> {
                 let Some(number) = self.number(body, "the number of fuses") else { return };
                 if number > MOST_FUSES {
                     let message = format!("{number} fuses exceed the limit of {MOST_FUSES}");
-                    self.error(body.start, body.start + body.text.len(), message, "");
+                    let help =
+                        "check the number: the largest device in use has some hundred thousand";
+                    self.error(body.start, body.start + body.text.len(), message, help);
                 } else if self.n_fuses.is_some() {
                     self.error(
                         body.start,
                         body.start + body.text.len(),
                         "the number of fuses is defined twice",
-                        "again here",
+                        "remove this field",
                     );
                 } else if !self.is_given.is_empty() {
                     self.error(
                         body.start,
                         body.start + body.text.len(),
                         "the number of fuses comes after fuses",
-                        "here",
+                        "move this field before the first `L`",
                     );
                 } else {
                     self.n_fuses = Some(number);
@@ -311,8 +329,9 @@ impl<'a> Reader<'a> {
                     self.number(body, "the number of vectors").map(|number| (number, span));
             }
             other => {
-                let message = format!("unknown quantity `Q{other}`: use QF, QP or QV");
-                self.error(field.start - 1, field.start + other.len_utf8(), message, "");
+                let message = format!("unknown quantity `Q{other}`");
+                let help = "write QF (fuses), QP (pins) or QV (test vectors)";
+                self.error(field.start - 1, field.start + other.len_utf8(), message, help);
             }
         }
     }
@@ -329,7 +348,8 @@ impl<'a> Reader<'a> {
         let after = &text[digits..];
         if !after.is_empty() && !after.starts_with(char::is_whitespace) && !is_hex {
             let at = field.start + digits;
-            self.error(at, at + 1, "expected a blank between the first fuse and the list", "");
+            let message = "expected a blank between the first fuse and the list";
+            self.error(at, at + 1, message, "write it as in `L0040 0110`");
             return;
         }
         let mut fuse = first as usize;
@@ -345,12 +365,18 @@ impl<'a> Reader<'a> {
                     (0..4).rev().map(|bit| value >> bit & 1 == 1).collect()
                 }
                 _ => {
-                    self.error(
-                        at,
-                        at + c.len_utf8(),
-                        format!("a fuse must be 0 or 1, not `{c}`"),
-                        "",
-                    );
+                    let (message, help) = if is_hex {
+                        (
+                            format!("a hexadecimal digit of four fuses is expected, not `{c}`"),
+                            "write 0 to 9 or A to F, or get the file from its source again",
+                        )
+                    } else {
+                        (
+                            format!("a fuse must be 0 or 1, not `{c}`"),
+                            "write 0 (intact) or 1 (blown), or get the file from its source again",
+                        )
+                    };
+                    self.error(at, at + c.len_utf8(), message, help);
                     return;
                 }
             };
@@ -369,15 +395,19 @@ impl<'a> Reader<'a> {
             if is_hex && !bit {
                 return true;
             }
-            let message = match self.n_fuses {
-                Some(n_fuses) => {
+            let (message, help) = match self.n_fuses {
+                Some(n_fuses) => (
                     format!(
                         "fuse {fuse} does not exist: the device has {n_fuses} fuses, counted from 0"
-                    )
-                }
-                None => "fuses before the number of fuses: field QF must come first".to_owned(),
+                    ),
+                    "correct the first number of this `L` field, or the number of fuses in `QF`",
+                ),
+                None => (
+                    "fuses before the number of fuses".to_owned(),
+                    "write the number of fuses in a field before this one, as in `QF2194*`",
+                ),
             };
-            self.error(at, at + 1, message, "");
+            self.error(at, at + 1, message, help);
             return false;
         };
         if *given && self.jedec.fuses[fuse] != bit {
@@ -385,7 +415,7 @@ impl<'a> Reader<'a> {
                 at,
                 at + 1,
                 format!("fuse {fuse} is defined twice, with different values"),
-                "again here",
+                "check the first number of this field and of the one before it: their fuses overlap",
             );
             return false;
         }
@@ -404,7 +434,8 @@ impl<'a> Reader<'a> {
                     "the checksum of the fuses must have four hexadecimal digits, not `{}`",
                     shown(text)
                 );
-                self.error(field.start, field.start + field.text.len(), message, "");
+                let end = field.start + field.text.len();
+                self.error(field.start, end, message, "remove the field to skip the check");
             }
         }
     }
@@ -420,7 +451,8 @@ impl<'a> Reader<'a> {
         self.n_vectors_read += 1;
         if number != self.n_vectors_read {
             let message = format!("found vector {number}, expected vector {}", self.n_vectors_read);
-            self.error(field.start, field.start + digits, message, "");
+            let help = "number the vectors from 1 in their order; one may be missing";
+            self.error(field.start, field.start + digits, message, help);
             self.n_vectors_read = number;
         }
         let mut vector: Vector = Vec::new();
@@ -439,7 +471,7 @@ impl<'a> Reader<'a> {
                         at,
                         at + c.len_utf8(),
                         format!("invalid test vector letter `{c}`"),
-                        "",
+                        "write 0, 1, C or K for an input, H, L or Z for an output, X or N for neither",
                     );
                     return;
                 }
@@ -449,10 +481,14 @@ impl<'a> Reader<'a> {
             && vector.len() != n_pins as usize
         {
             let message = format!("vector {number} has {} letters for {n_pins} pins", vector.len());
-            self.error(field.start, field.start + field.text.trim_end().len(), message, "");
+            let help = format!("write one letter for each of the {n_pins} pins, or correct `QP`");
+            let end = field.start + field.text.trim_end().len();
+            self.error(field.start, end, message, &help);
         }
         if self.jedec.vectors.len() < MOST_VECTORS {
             self.jedec.vectors.push(vector);
+            let end = field.start + field.text.trim_end().len();
+            self.jedec.vector_spans.push(self.span(field.start - 1, end));
         }
     }
 
@@ -462,7 +498,7 @@ impl<'a> Reader<'a> {
                 head_end,
                 head_end + 1,
                 "the number of fuses (field QF) is missing",
-                "the fields begin here",
+                "write it as the first field after this `*`, as in `QF2194*` for a gal16v8",
             );
             return;
         }
@@ -483,7 +519,8 @@ impl<'a> Reader<'a> {
                         codes::SYNTAX,
                         format!("{missing} fuses have no value, the first of them fuse {first}, and there is no default (field F)"),
                     )
-                    .at(span, "the number of fuses"),
+                    .at(span, "the number of fuses")
+                    .help("write a field `F0*` or `F1*` after this one, or the missing fuses as `L` fields"),
                 );
             }
             None => {}
@@ -510,7 +547,8 @@ impl<'a> Reader<'a> {
                     codes::SYNTAX,
                     format!("{said} test vectors are announced, but {n_read} were found"),
                 )
-                .at(span, "announced here"),
+                .at(span, "announced here")
+                .help(format!("write `QV{n_read}`, or get the missing vectors")),
             );
         }
     }

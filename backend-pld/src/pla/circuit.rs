@@ -10,9 +10,9 @@ use grafsynth_logic::node_bdds::Var;
 use std::collections::BTreeMap;
 
 /// The circuit of a table: each output is true exactly where the table defines it as on, so its don't-cares are false; an inverted output is
-/// the complement. Also returns the number of outputs with don't-cares.
+/// the complement. Also returns the outputs with don't-cares.
 #[must_use]
-pub fn circuit(table: &Pla) -> (Logic, usize) {
+pub fn circuit(table: &Pla) -> (Logic, Vec<usize>) {
     let shape = table.shape();
     let mut builder = Builder::default();
     let inputs: Vec<NodeId> = (0..shape.inputs())
@@ -41,14 +41,16 @@ pub fn circuit(table: &Pla) -> (Logic, usize) {
             }
         }
     }
-    let mut n_open = 0;
+    let mut open = Vec::new();
     for (output, sum) in sums.into_iter().enumerate() {
         let mut value = builder.or(sum);
         if table.is_inverted.get(output).copied().unwrap_or(false) {
             value = builder.not(value);
         }
         let is_free = table.free.iter().any(|term| shape.has_output(term, output));
-        n_open += usize::from(is_free || table.kind.says_off());
+        if is_free || table.kind.says_off() {
+            open.push(output);
+        }
         builder.logic.outputs.push(PinOutput {
             name: table.output_name(output),
             role: PinRole::Unknown,
@@ -58,7 +60,7 @@ pub fn circuit(table: &Pla) -> (Logic, usize) {
             meta: Default::default(),
         });
     }
-    (builder.finish(), n_open)
+    (builder.finish(), open)
 }
 
 /// The table of a circuit's functions, each minimised to a sum of products: its inputs and the present values of its flip-flops on the left; its outputs and,

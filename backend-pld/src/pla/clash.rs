@@ -27,11 +27,16 @@ pub fn function(table: &Pla, places: &Places, nodes: usize) -> (Option<Function>
     };
     let contradictory = function.contradictory().iter().map(|&output| {
         let pair = on_and_off(table, places, output, &mut { PAIRS });
-        contradiction(table, output, pair.ok().flatten())
+        contradiction(table, output, pair.ok().flatten().as_ref())
     });
     let overlapping = function.overlapping().iter().map(|&output| {
         let pair = on_and_free(table, places, output, &mut { PAIRS });
-        overlap(table, output, pair.ok().flatten(), "which is treated as a don't-care")
+        overlap(
+            table,
+            output,
+            pair.ok().flatten().as_ref(),
+            "the minimiser treats it as a don't-care",
+        )
     });
     let findings = contradictory.chain(overlapping).collect();
     (function.contradictory().is_empty().then_some(function), findings)
@@ -55,9 +60,9 @@ pub fn clashes(table: &Pla, places: &Places) -> Vec<Diagnostic> {
             });
             break;
         }
-        findings.extend(off.ok().flatten().map(|pair| contradiction(table, output, Some(pair))));
-        let shown = "and the circuit treats it as on";
-        findings.extend(free.ok().flatten().map(|pair| overlap(table, output, Some(pair), shown)));
+        findings.extend(off.ok().flatten().map(|pair| contradiction(table, output, Some(&pair))));
+        let shown = "the circuit outputs 1";
+        findings.extend(free.ok().flatten().map(|pair| overlap(table, output, Some(&pair), shown)));
     }
     findings
 }
@@ -65,28 +70,91 @@ pub fn clashes(table: &Pla, places: &Places) -> Vec<Diagnostic> {
 /// The maximum number of product pairs that the search for the first intersection examines.
 const PAIRS: u32 = 4_000_000;
 
-fn contradiction(table: &Pla, output: usize, pair: Option<(Span, Span)>) -> Diagnostic {
-    let message = format!("output {} is on and off at one point", table.output_name(output));
+fn contradiction(table: &Pla, output: usize, pair: Option<&Pair>) -> Diagnostic {
+    let name = table.output_name(output);
+    let is_free = pair.is_some_and(|pair| pair.is_free);
+    let value = if is_free { "a don't-care" } else { "1" };
+    let message = format!("output `{name}` is {value} and 0 {}", point(table, pair));
     let finding = Diagnostic::error(codes::CONTRADICTION, message);
-    at_pair(finding, pair, ["these points are on or don't-care", "and some of them off here"])
+    at_pair(finding, pair, [format!("`{name}` is {value} here"), format!("`{name}` is 0 here")])
+        .help(format!(
+            "make the rows agree, or write `~` for `{name}` in the row that should not define it"
+        ))
 }
 
-fn overlap(table: &Pla, output: usize, pair: Option<(Span, Span)>, so: &str) -> Diagnostic {
-    let message = format!(
-        "output `{}` is both on and a don't-care at one point, {so}",
-        table.output_name(output)
-    );
+fn overlap(table: &Pla, output: usize, pair: Option<&Pair>, so: &str) -> Diagnostic {
+    let name = table.output_name(output);
+    let message = format!("output `{name}` is 1 and a don't-care {}; {so}", point(table, pair));
     let finding = Diagnostic::warning(codes::OVERLAP, message);
-    let finding =
-        at_pair(finding, pair, ["these points are on", "and some of them are don't-cares here"]);
-    if table.kind == Kind::Fd {
-        finding.help("write `~` or 0 for an output that the product does not define")
-    } else {
-        finding
-    }
+    let labels = [format!("`{name}` is 1 here"), format!("`{name}` is a don't-care here")];
+    let cell = if table.kind == Kind::Fd { "`~` or 0" } else { "`~`" };
+    at_pair(finding, pair, labels)
+        .help(format!("write {cell} for `{name}` in the row that should not define it"))
 }
 
-type Found = Result<Option<(Span, Span)>, TooMany>;
+/// A finding about outputs that the table leaves undefined for some inputs, where the circuit outputs 0.
+#[must_use]
+pub fn undefined(table: &Pla, places: &Places, outputs: &[usize]) -> Option<Diagnostic> {
+    let first = *outputs.first()?;
+    let shown: Vec<String> =
+        outputs.iter().take(6).map(|output| format!("`{}`", table.output_name(*output))).collect();
+    let (last, before) = shown.split_last()?;
+    let names = match before {
+        [] => format!("output {last} is"),
+        _ if outputs.len() > shown.len() => {
+            format!("outputs {} and {} more are", shown.join(", "), outputs.len() - shown.len())
+        }
+        _ => format!("outputs {} and {last} are", before.join(", ")),
+    };
+    let message = format!("{names} undefined for some inputs, and the circuit outputs 0 there");
+    let row = table.free.iter().zip(&places.free);
+    let row = row.filter(|(term, _)| table.shape().has_output(term, first)).map(|(_, span)| *span);
+    let (label, span) = if table.kind.says_off() {
+        let kind = table.kind.name();
+        (format!("in a table of type {kind}, inputs in no row are don't-cares"), places.kind)
+    } else {
+        (format!("`{}` is a don't-care here", table.output_name(first)), row.into_iter().next())
+    };
+    let finding = Diagnostic::warning(crate::codes::TAKEN_AS, message).help(
+        "write 1 in place of `-` where an output must be 1, or let `grafsynth minimise` choose the values",
+    );
+    Some(match span.or(places.on.first().copied()) {
+        Some(span) => finding.at(span, label),
+        None => finding,
+    })
+}
+
+/// Two products of an output that intersect.
+struct Pair {
+    places: [Span; 2],
+    /// The values of the inputs that one of the products fixes.
+    point: Vec<(usize, bool)>,
+    /// The first product is a don't-care, not a 1.
+    is_free: bool,
+}
+
+/// An input at which two products intersect, in words.
+fn point(table: &Pla, pair: Option<&Pair>) -> String {
+    const SHOWN: usize = 8;
+    let Some(pair) = pair else { return "for some input".to_owned() };
+    if pair.point.is_empty() {
+        return "for every input".to_owned();
+    }
+    let name = |input: usize| {
+        let name = table.inputs.as_ref().and_then(|names| names.get(input).cloned());
+        name.unwrap_or_else(|| format!("in{input}"))
+    };
+    let shown: Vec<String> = pair
+        .point
+        .iter()
+        .take(SHOWN)
+        .map(|(input, value)| format!("{} = {}", name(*input), u8::from(*value)))
+        .collect();
+    let more = if pair.point.len() > SHOWN { ", .." } else { "" };
+    format!("for {}{more}", shown.join(", "))
+}
+
+type Found = Result<Option<Pair>, TooMany>;
 
 /// There are more pairs than the limit.
 struct TooMany;
@@ -97,7 +165,8 @@ fn on_and_off(table: &Pla, places: &Places, output: usize, left: &mut u32) -> Fo
         return Ok(None);
     }
     Ok(match first_pair((&table.on, &places.on), off, output, left)? {
-        None => first_pair((&table.free, &places.free), off, output, left)?,
+        None => first_pair((&table.free, &places.free), off, output, left)?
+            .map(|pair| Pair { is_free: true, ..pair }),
         pair => pair,
     })
 }
@@ -106,9 +175,10 @@ fn on_and_free(table: &Pla, places: &Places, output: usize, left: &mut u32) -> F
     first_pair((&table.on, &places.on), (&table.free, &places.free), output, left)
 }
 
-fn at_pair(finding: Diagnostic, pair: Option<(Span, Span)>, labels: [&str; 2]) -> Diagnostic {
+fn at_pair(finding: Diagnostic, pair: Option<&Pair>, labels: [String; 2]) -> Diagnostic {
+    let [first, second] = labels;
     match pair {
-        Some((a, b)) => finding.at(a, labels[0]).at(b, labels[1]),
+        Some(pair) => finding.at(pair.places[0], first).at(pair.places[1], second),
         None => finding,
     }
 }
@@ -122,7 +192,14 @@ fn first_pair(a: (&Terms, &[Span]), b: (&Terms, &[Span]), output: usize, left: &
         for (other, &other_place) in b.0.iter().zip(b.1) {
             *left = left.checked_sub(1).ok_or(TooMany)?;
             if a.0.shape.meet(one, other, output) {
-                return Ok(Some((place, other_place)));
+                let shape = a.0.shape;
+                let literal = |input| {
+                    let value =
+                        shape.literal(one, input).or_else(|| shape.literal(other, input))?;
+                    Some((input, value))
+                };
+                let point = (0..shape.inputs()).filter_map(literal).collect();
+                return Ok(Some(Pair { places: [place, other_place], point, is_free: false }));
             }
         }
     }

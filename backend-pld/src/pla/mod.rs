@@ -23,7 +23,7 @@ mod tests;
 mod write;
 
 pub use circuit::{circuit, table};
-pub use clash::{clashes, function};
+pub use clash::{clashes, function, undefined};
 pub use read::{Places, read};
 pub use write::write;
 

@@ -44,6 +44,8 @@ pub struct Places {
     pub free: Vec<Span>,
     /// Of the off-set.
     pub off: Vec<Span>,
+    /// The line that declares the kind of table, if there is one.
+    pub kind: Option<Span>,
 }
 
 /// Reads a table. All findings of the text are reported at once; if one of them is an error, there is no table.
@@ -137,10 +139,17 @@ impl<'a> Reader<'a> {
             return;
         };
         let need = self.inputs.unwrap_or(0) + self.outputs.unwrap_or(0);
-        let message = format!("the row has {} columns, expected {need}", self.row.len());
+        let n = self.row.len();
+        let message = format!("the row has {n} columns, expected {need}");
         let span = self.span(first, last + 1);
         self.row.clear();
-        self.error(codes::SYNTAX, message, span, "this row ends too early");
+        let inputs = self.inputs.unwrap_or(0);
+        let help = format!(
+            "write {inputs} characters for the inputs and {} for the outputs",
+            need - inputs
+        );
+        let finding = Diagnostic::error(codes::SYNTAX, message);
+        self.find(finding.at(span, "this row ends too early").help(help));
     }
 
     /// One directive; true if the table ends here.
@@ -155,7 +164,8 @@ impl<'a> Reader<'a> {
                 Ok(count) => self.announced = Some((count, span)),
                 Err(_) => {
                     let message = format!("expected the number of products, found `{rest}`");
-                    self.error(codes::SYNTAX, message, span, "here");
+                    let help = "write the number, or remove the line: rows are counted";
+                    self.find(Diagnostic::error(codes::SYNTAX, message).at(span, "").help(help));
                 }
             },
             ".type" | ".typ" => {
@@ -163,9 +173,15 @@ impl<'a> Reader<'a> {
                 match kind {
                     Some(_) if self.n_rows > 0 => {
                         let message = "`.type` must come before the rows";
-                        self.error(codes::SYNTAX, message, span, "after the first row");
+                        let finding = Diagnostic::error(codes::SYNTAX, message);
+                        self.find(
+                            finding.at(span, "after the first row").help("move it before the rows"),
+                        );
                     }
-                    Some(kind) => self.kind = kind,
+                    Some(kind) => {
+                        self.kind = kind;
+                        self.places.kind = Some(span);
+                    }
                     None => {
                         let message = format!("unknown kind of table `{rest}`");
                         self.find(
@@ -192,7 +208,15 @@ impl<'a> Reader<'a> {
                 };
                 let message =
                     format!("`{word}` declares {what}, but only binary tables are supported");
-                self.error(codes::UNSUPPORTED, message, word_span, "here");
+                let help = match word {
+                    ".kiss" => {
+                        "rename the file to `.kiss2` and remove this line, if it is a state table"
+                    }
+                    _ => "encode each value in bits, with one column for each bit",
+                };
+                self.find(
+                    Diagnostic::error(codes::UNSUPPORTED, message).at(word_span, "").help(help),
+                );
             }
             ".e" | ".end" => return true,
             _ if QUIET.contains(&word) => {}
@@ -207,6 +231,8 @@ impl<'a> Reader<'a> {
                     finding = finding
                         .help(format!("did you mean `{near}`?"))
                         .fix(word_span, near.to_owned());
+                } else {
+                    finding = finding.help("remove the line");
                 }
                 self.find(finding);
             }
@@ -220,17 +246,20 @@ impl<'a> Reader<'a> {
         match rest.parse::<usize>() {
             Ok(count) if count > MAX_COLUMNS => {
                 let message = format!("{count} {what} exceed the limit of {MAX_COLUMNS}");
-                self.error(codes::TOO_LARGE, message, span, "here");
+                let help = "split the table by outputs";
+                self.find(Diagnostic::error(codes::TOO_LARGE, message).at(span, "").help(help));
             }
             Ok(count) if self.table.is_some() && place != Some(count) => {
                 let message = format!("the number of {what} changes after the first row");
-                self.error(codes::SYNTAX, message, span, "here");
+                let help = "remove this line, or move it before the rows";
+                self.find(Diagnostic::error(codes::SYNTAX, message).at(span, "").help(help));
             }
             Ok(count) if word == ".i" => self.inputs = Some(count),
             Ok(count) => self.outputs = Some(count),
             Err(_) => {
                 let message = format!("expected the number of {what}, found `{rest}`");
-                self.error(codes::SYNTAX, message, span, "here");
+                let help = format!("write it as in `{word} 2`");
+                self.find(Diagnostic::error(codes::SYNTAX, message).at(span, "").help(help));
             }
         }
     }
@@ -258,7 +287,9 @@ impl<'a> Reader<'a> {
         };
         if inputs + outputs == 0 {
             let span = self.span(start, start + content.len());
-            self.error(codes::SYNTAX, "a row in a table without columns", span, "this row");
+            let finding = Diagnostic::error(codes::SYNTAX, "a row in a table without columns");
+            let help = "write the number of columns in `.i` and `.o`";
+            self.find(finding.at(span, "this row").help(help));
             return;
         }
         for (at, c) in content.char_indices() {
@@ -351,8 +382,11 @@ impl<'a> Reader<'a> {
                         (None, Some(_)) => "no `.i`",
                         _ => "no `.o`",
                     };
-                    let message = format!("the table has {missing}");
-                    self.error(codes::SYNTAX, message, end, "the text ends here");
+                    let finding =
+                        Diagnostic::error(codes::SYNTAX, format!("the table has {missing}"));
+                    let help =
+                        "write the numbers of inputs and outputs first, as in `.i 2` and `.o 1`";
+                    self.find(finding.at(end, "the text ends here").help(help));
                 }
                 return None;
             }
@@ -365,7 +399,8 @@ impl<'a> Reader<'a> {
         {
             let message =
                 format!("`.p` declares {count} products, but the table has {}", self.n_rows);
-            self.find(Diagnostic::warning(codes::MISCOUNTED, message).at(span, "here"));
+            let help = format!("write `.p {}`, or remove the line", self.n_rows);
+            self.find(Diagnostic::warning(codes::MISCOUNTED, message).at(span, "").help(help));
         }
         let input_names = self.input_names.take();
         let output_names = self.output_names.take();
@@ -374,7 +409,9 @@ impl<'a> Reader<'a> {
         if let Some((phase, span)) = self.phase.take() {
             if phase.len() != outputs || phase.chars().any(|c| !matches!(c, '0' | '1')) {
                 let message = format!("`.phase` needs {outputs} characters 0 or 1");
-                self.error(codes::SYNTAX, message, span, "here");
+                let help =
+                    "write 1 for an output as listed and 0 for its complement, or remove the line";
+                self.find(Diagnostic::error(codes::SYNTAX, message).at(span, "").help(help));
             } else {
                 table.is_inverted = phase.chars().map(|c| c == '0').collect();
             }
@@ -394,7 +431,9 @@ impl<'a> Reader<'a> {
         }
         let message = format!("{} names for {count} {what}", names.len());
         self.find(
-            Diagnostic::warning(codes::MISCOUNTED, message).at(span, "these names are not used"),
+            Diagnostic::warning(codes::MISCOUNTED, message)
+                .at(span, "these names are not used")
+                .help(format!("write {count} names, or remove the line")),
         );
         None
     }

@@ -1,6 +1,6 @@
 //! The result of a parser, before it becomes a circuit.
 
-use super::MAX_FINDINGS;
+use super::{MAX_FINDINGS, advice};
 use crate::Dialect;
 use crate::codes;
 use crate::device::Device;
@@ -183,14 +183,30 @@ impl PldAst {
         self.report(Diagnostic::error(code, message).at(span, ""));
     }
 
+    /// Records an error at one location, and a way out.
+    pub(crate) fn error_with(
+        &mut self,
+        code: Code,
+        span: Span,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) {
+        self.report(Diagnostic::error(code, message).at(span, "").help(help));
+    }
+
     /// Warns about registers whose initial value the text does not define; `registers` are their names and locations.
     pub(crate) fn warn_of_no_first_value(&mut self, registers: &[(String, Span)]) {
-        let Some((first, span)) = registers.first() else { return };
+        let Some((first, _)) = registers.first() else { return };
         let message = match registers.len() {
             1 => format!("register `{first}` has no initial value; 0 is used"),
             n => format!("{n} registers have no initial value (the first is `{first}`); 0 is used"),
         };
-        self.report(Diagnostic::warning(codes::TAKEN_AS, message).at(*span, ""));
+        let mut finding =
+            Diagnostic::warning(codes::TAKEN_AS, message).help(self.dialect.first_value(first));
+        for (name, span) in registers.iter().take(6) {
+            finding = finding.at(*span, format!("`{name}` has no initial value"));
+        }
+        self.report(finding);
     }
 
     /// Checks that a defined signal is on a pin of the device that can be an output.
@@ -203,7 +219,9 @@ impl PldAst {
                 "`{}` is on pin {pin} of a {}, which is not an output",
                 signal.name, device.name
             );
-            self.error(codes::DEVICE_LIMIT, span, message);
+            let help =
+                format!("assign it to an output, one of the pins {}", advice::outputs(device));
+            self.error_with(codes::DEVICE_LIMIT, span, message, help);
         }
     }
 
@@ -261,7 +279,8 @@ impl PldAst {
             self.report(
                 Diagnostic::error(codes::DEFINED_TWICE, format!("`{name}` is declared twice"))
                     .at(span, "declared again here")
-                    .at(first, "first declared here"),
+                    .at(first, "first declared here")
+                    .help("remove one of the declarations, or use another name"),
             );
         }
         id
@@ -315,10 +334,12 @@ impl PldAst {
             None => signal.definition = Some(definition),
             Some(first) => {
                 let message = format!("`{}` is assigned twice", signal.name);
+                let help = self.dialect.combine(&self.signals[id as usize].name);
                 self.report(
                     Diagnostic::error(codes::DEFINED_TWICE, message)
                         .at(definition.span, "assigned again here")
-                        .at(first.span, "first assigned here"),
+                        .at(first.span, "first assigned here")
+                        .help(help),
                 );
             }
         }
@@ -417,6 +438,8 @@ impl PldAst {
                     {
                         finding =
                             finding.help(format!("did you mean `{near}`?")).fix(signal.span, near);
+                    } else {
+                        finding = finding.help(self.dialect.declare(&signal.name));
                     }
                     found.push(finding);
                 }
@@ -432,7 +455,8 @@ impl PldAst {
                                 format!("`{}` is read and never assigned", signal.name)
                             },
                         )
-                        .at(signal.span, "declared here"),
+                        .at(signal.span, "declared here")
+                        .help(self.dialect.define(&signal.name)),
                     )
                 }
                 (Role::Input | Role::Clock, Some(definition)) => found.push(
@@ -441,7 +465,8 @@ impl PldAst {
                         format!("input `{}` is assigned", signal.name),
                     )
                     .at(definition.span, "assigned here")
-                    .at(signal.span, "declared here"),
+                    .at(signal.span, "declared here")
+                    .help("declare it as an output, or assign another signal"),
                 ),
                 (Role::Clock, None) if (signal.n_reads > 0) => clocks.push(
                     Diagnostic::error(

@@ -50,7 +50,7 @@ struct Parser<'a, 'd> {
     has_ended: bool,
     table: Option<Table<'a>>,
     /// The clock of the latches so far.
-    clock: Option<&'a str>,
+    clock: Option<Word<'a>>,
     /// The latches without an initial value.
     unset: Vec<(String, Span)>,
 }
@@ -88,9 +88,9 @@ impl<'a> Parser<'a, '_> {
         Span::new(self.draft.file, word.1, word.1 + word.0.len())
     }
 
-    fn error(&mut self, word: Word<'_>, message: impl Into<String>) {
+    fn error_with(&mut self, word: Word<'_>, message: impl Into<String>, help: impl Into<String>) {
         let span = self.span(word);
-        self.draft.error(codes::SYNTAX, span, message);
+        self.draft.error_with(codes::SYNTAX, span, message, help);
     }
 
     /// False if nothing more is read.
@@ -104,7 +104,8 @@ impl<'a> Parser<'a, '_> {
                 "expected the end of the text after `.end`, found `{}`",
                 first.0.chars().take(30).collect::<String>()
             );
-            self.error(first, message);
+            let help = "remove it, or move `.end` after it";
+            self.error_with(first, message, help);
             return false;
         }
         if !first.0.starts_with('.') {
@@ -132,7 +133,9 @@ impl<'a> Parser<'a, '_> {
                     "external don't-cares are ignored: the model keeps its behaviour for them";
                 let span = self.span(first);
                 self.draft
-                    .report(Diagnostic::warning(codes::TAKEN_AS, message).at(span, "from here on"));
+                    .report(Diagnostic::warning(codes::TAKEN_AS, message).at(span, "from here on").help(
+                        "remove this part if the behaviour is right without it; `grafsynth minimise` uses the don't-cares of a table (.pla)",
+                    ));
                 return false;
             }
             ".default_input_arrival"
@@ -146,10 +149,11 @@ impl<'a> Parser<'a, '_> {
             _ => {
                 let span = self.span(first);
                 let message = format!(
-                    "`{}` is not supported by this reader: it reads one flat model",
+                    "`{}` is not supported: a circuit is one flat model of `.names` and `.latch`",
                     first.0.chars().take(30).collect::<String>()
                 );
-                self.draft.error(codes::UNSUPPORTED, span, message);
+                let help = "flatten the design first, in yosys: `synth -auto-top -flatten; opt_clean -purge; write_blif FILE.blif`";
+                self.draft.error_with(codes::UNSUPPORTED, span, message, help);
             }
         }
         true
@@ -160,10 +164,11 @@ impl<'a> Parser<'a, '_> {
         if let Some(first) = self.model {
             let finding = Diagnostic::error(
                 codes::UNSUPPORTED,
-                "a second model is not supported by this reader: it reads one flat model",
+                "a second model is not supported: a circuit is one flat model",
             )
             .at(span, "this one")
-            .at(first, "the first");
+            .at(first, "the first")
+            .help("write each model to its own file, or flatten the design first (in yosys: `flatten`)");
             self.draft.report(finding);
             return false;
         }
@@ -207,7 +212,11 @@ impl<'a> Parser<'a, '_> {
     /// `.latch input output [type control] [init]`.
     fn latch(&mut self, head: Word<'_>, words: &[Word<'a>]) {
         let (Some(&input), Some(&output)) = (words.first(), words.get(1)) else {
-            self.error(head, "`.latch` needs an input and an output");
+            self.error_with(
+                head,
+                "`.latch` needs an input and an output",
+                "write it as in `.latch NEXT q re clk 0`",
+            );
             return;
         };
         let mut rest = words.get(2..).unwrap_or_default();
@@ -218,17 +227,25 @@ impl<'a> Parser<'a, '_> {
                     "a latch of type `{}` is not supported: only rising-edge registers are",
                     kind.0
                 );
-                self.draft.error(codes::UNSUPPORTED, span, message);
+                let help = "write `re` if the rising edge serves as well, or convert the design to rising-edge registers";
+                self.draft.error_with(codes::UNSUPPORTED, span, message, help);
             } else if kind.0 != "re" {
-                self.error(*kind, format!("expected the type of the latch, found `{}`", kind.0));
+                let message = format!("expected the type of the latch, found `{}`", kind.0);
+                self.error_with(*kind, message, "write `re` before the clock, as in `re clk 0`");
             }
             if control.0 != "NIL" {
-                if self.clock.is_some_and(|known| known != control.0) {
-                    let span = self.span(*control);
-                    let message = "second clock: only circuits with one clock are supported";
-                    self.draft.error(codes::UNSUPPORTED, span, message);
+                if let Some(known) = self.clock.filter(|known| known.0 != control.0) {
+                    let message = format!(
+                        "second clock `{}`: only circuits with one clock are supported",
+                        control.0
+                    );
+                    let finding = Diagnostic::error(codes::UNSUPPORTED, message)
+                        .at(self.span(*control), "")
+                        .at(self.span(known), "the first clock")
+                        .help("write the registers of each clock to a file of their own");
+                    self.draft.report(finding);
                 }
-                self.clock = Some(control.0);
+                self.clock.get_or_insert(*control);
                 self.declare(*control, Role::Clock);
             }
             rest = after;
@@ -243,7 +260,8 @@ impl<'a> Parser<'a, '_> {
                 false
             }
             Some(word) => {
-                self.error(*word, format!("expected the initial value 0 to 3, found `{}`", word.0));
+                let message = format!("expected the initial value 0 to 3, found `{}`", word.0);
+                self.error_with(*word, message, "write 0 or 1, or 2 or 3 if it is not known");
                 false
             }
         };
@@ -266,7 +284,8 @@ impl<'a> Parser<'a, '_> {
 
     fn names(&mut self, head: Word<'a>, words: &[Word<'a>]) {
         let Some((output, inputs)) = words.split_last() else {
-            self.error(head, "`.names` needs an output");
+            let help = "write the inputs and then the output, as in `.names a b y`";
+            self.error_with(head, "`.names` needs an output", help);
             return;
         };
         let mut ids = Vec::with_capacity(inputs.len());
@@ -287,12 +306,13 @@ impl<'a> Parser<'a, '_> {
 
     fn row(&mut self, words: &[Word<'a>]) {
         let Some(mut table) = self.table.take() else {
-            self.error(
+            self.error_with(
                 words[0],
                 format!(
                     "expected a directive such as `.names`, found `{}`",
                     words[0].0.chars().take(30).collect::<String>()
                 ),
+                "write the `.names` of this row before it; a line that continues ends with `\\`",
             );
             return;
         };
@@ -300,7 +320,13 @@ impl<'a> Parser<'a, '_> {
             [value] if table.inputs.is_empty() => ("", *value),
             [plane, value] => (plane.0, *value),
             _ => {
-                self.error(words[0], "expected one row of a table: the inputs, then the output");
+                let help = match table.inputs.len() {
+                    0 => "a table without inputs has rows of one character, `1` or `0`".to_owned(),
+                    n if n <= 16 => format!("write it as in `{} 1`", "-".repeat(n)),
+                    n => format!("write {n} characters, a blank, and `1` or `0`"),
+                };
+                let message = "expected one row of a table: the inputs, then the output";
+                self.error_with(words[0], message, help);
                 self.table = Some(table);
                 return;
             }
@@ -309,28 +335,34 @@ impl<'a> Parser<'a, '_> {
             "1" => true,
             "0" => false,
             _ => {
-                self.error(
+                self.error_with(
                     value,
                     format!(
                         "expected 0 or 1, found `{}`",
                         value.0.chars().take(30).collect::<String>()
                     ),
+                    "write 1 in rows where the output is true, or 0 in rows where it is false",
                 );
                 self.table = Some(table);
                 return;
             }
         };
         if *table.gives.get_or_insert(gives) != gives {
-            self.error(value, "the rows of one table give either 1 or 0");
+            self.error_with(
+                value,
+                "the rows of one table give either 1 or 0",
+                "remove the rows with 0, which are the default of a table with rows of 1",
+            );
         }
         if plane.len() != table.inputs.len() {
-            self.error(
+            self.error_with(
                 words[0],
                 format!(
                     "the row has {} columns, but the table has {} inputs",
                     plane.len(),
                     table.inputs.len()
                 ),
+                "write one of 0, 1 and - for each name of `.names` but the last",
             );
         }
         let mut literals = Vec::new();
@@ -341,7 +373,11 @@ impl<'a> Parser<'a, '_> {
                     let read = self.draft.read(input);
                     literals.push(if sign == '1' { read } else { self.draft.not(read) });
                 }
-                _ => self.error(words[0], format!("expected 0, 1 or -, found `{sign}`")),
+                _ => self.error_with(
+                    words[0],
+                    format!("expected 0, 1 or -, found `{sign}`"),
+                    "write 0 or 1, or - for an input that does not matter",
+                ),
             }
         }
         let product = self.draft.list(&literals, true);

@@ -181,17 +181,19 @@ impl Parser<'_, '_> {
         self.lexer.advance();
         let (span, name) = (self.lexer.span(), self.lexer.token);
         if name.kind != Kind::Word {
-            self.draft.error(
+            self.draft.error_with(
                 codes::SYNTAX,
                 span,
                 format!("expected the field's name, found {}", name.shown()),
+                "write it as in `FIELD address = [A15..A12] ;`",
             );
             return None;
         }
         self.lexer.advance();
         if !self.lexer.eat("=") || !self.lexer.token.is("[") {
             let message = format!("expected `= [`, found {}", self.lexer.token.shown());
-            self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+            let help = format!("write it as in `FIELD {} = [A15..A12] ;`", name.text);
+            self.draft.error_with(codes::SYNTAX, self.lexer.span(), message, help);
             return None;
         }
         let signals = sets::list(&mut self.lexer, self.draft)?;
@@ -203,15 +205,18 @@ impl Parser<'_, '_> {
             Err(why) => {
                 let message =
                     format!("the bits of the field `{}` are not numbered: {why}", name.text);
-                self.draft.error(codes::UNSUPPORTED, whole, message);
+                let help =
+                    "use names with different indices from 0 to 31, or names without indices";
+                self.draft.error_with(codes::UNSUPPORTED, whole, message, help);
                 return Some(());
             }
         };
         if self.names.fields.insert(name.text.to_owned(), field).is_some() {
-            self.draft.error(
+            self.draft.error_with(
                 codes::DEFINED_TWICE,
                 span,
                 format!("the field `{}` is declared twice", name.text),
+                "remove one of the declarations, or use another name",
             );
         }
         Some(())
@@ -226,10 +231,11 @@ impl Parser<'_, '_> {
             self.lexer.advance();
             let (span, name) = (self.lexer.span(), self.lexer.token);
             if name.kind != Kind::Word || name.is_first {
-                self.draft.error(
+                self.draft.error_with(
                     codes::UNSUPPORTED,
                     span,
-                    "`$DEFINE` of an operator is not supported: write the operator itself",
+                    "`$DEFINE` of an operator is not supported",
+                    "remove this line, and write the operators of CUPL in the equations: `&`, `#`, `!` and `$`",
                 );
                 self.lexer.advance();
                 self.lexer.skip_line();
@@ -246,10 +252,11 @@ impl Parser<'_, '_> {
             let id = self.draft.declare(name.text, span, Role::Internal);
             let whole = self.lexer.span_from(start);
             if !self.lexer.token.is_first || value.len() != 1 {
-                self.draft.error(
+                self.draft.error_with(
                     codes::UNSUPPORTED,
                     whole,
                     "`$DEFINE` is supported only for one expression of one bit",
+                    "write the text where the name is used, or run CUPL's preprocessor first",
                 );
                 self.lexer.skip_line();
                 return Some(());
@@ -267,8 +274,9 @@ impl Parser<'_, '_> {
             self.names.defined.insert(id, weakest);
             return Some(());
         }
-        let message = format!("`${}` is not supported: run CUPL's preprocessor first", word.text);
-        self.draft.error(codes::UNSUPPORTED, span, message);
+        let message = format!("`${}` is not supported", word.text);
+        let help = "run CUPL's preprocessor first, or write what it stands for";
+        self.draft.error_with(codes::UNSUPPORTED, span, message, help);
         self.lexer.advance();
         if !self.lexer.token.is_first {
             self.lexer.skip_line();
@@ -282,11 +290,13 @@ impl Parser<'_, '_> {
         if !self.lexer.token.is_first {
             let message =
                 format!("`$DEFINE {name}` is supported only for one number or one expression");
-            self.draft.error(codes::UNSUPPORTED, whole, message);
+            let help = "write the text where the name is used, or run CUPL's preprocessor first";
+            self.draft.error_with(codes::UNSUPPORTED, whole, message, help);
             self.lexer.skip_line();
         } else if self.names.numbers.insert(name.to_owned(), number).is_some() {
             let message = format!("the number `{name}` is declared twice");
-            self.draft.error(codes::DEFINED_TWICE, whole, message);
+            let help = "remove one of the declarations, or use another name";
+            self.draft.error_with(codes::DEFINED_TWICE, whole, message, help);
         }
         Some(())
     }
@@ -330,11 +340,13 @@ impl Parser<'_, '_> {
     /// `PIN 2 = !name ;`, without a number if the pin is open, or with lists in brackets for both.
     fn pin(&mut self) -> Option<()> {
         let is_node = !self.lexer.token.is_word("pin");
+        let start = self.lexer.token.start;
         self.lexer.advance();
         let numbers = self.numbers()?;
         if !self.lexer.eat("=") {
             let message = format!("expected `=`, found {}", self.lexer.token.shown());
-            self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+            let help = "write it as in `PIN 2 = start ;`";
+            self.draft.error_with(codes::SYNTAX, self.lexer.span(), message, help);
             return None;
         }
         let is_all_inverted = self.lexer.eat("!");
@@ -352,10 +364,11 @@ impl Parser<'_, '_> {
             let is_inverted = self.lexer.eat("!") != is_all_inverted;
             let (span, token) = (self.lexer.span(), self.lexer.token);
             if token.kind != Kind::Word {
-                self.draft.error(
+                self.draft.error_with(
                     codes::SYNTAX,
                     span,
                     format!("expected a pin's name, found {}", token.shown()),
+                    "a name begins with a letter, as in `PIN 2 = start ;`",
                 );
                 return None;
             }
@@ -372,7 +385,8 @@ impl Parser<'_, '_> {
             {
                 let message =
                     format!("a {} has no pin {number}: it has {}", device.name, device.n_pins);
-                self.draft.error(codes::DEVICE_LIMIT, span, message);
+                let help = format!("write a number from 1 to {}", device.n_pins);
+                self.draft.error_with(codes::DEVICE_LIMIT, span, message, help);
             }
             let taken =
                 number.filter(|_| !is_node).and_then(|pin| Some((pin, self.draft.with_pin(pin)?)));
@@ -385,7 +399,8 @@ impl Parser<'_, '_> {
         }
         if !numbers.is_empty() && numbers.len() != count {
             let message = format!("{} pin numbers but {count} names", numbers.len());
-            self.draft.error(codes::SYNTAX, self.lexer.span_from(self.lexer.end), message);
+            let help = "write as many names as numbers, as in `PIN [2..4] = [a, b, c] ;`";
+            self.draft.error_with(codes::SYNTAX, self.lexer.span_from(start), message, help);
         }
         self.semicolon()
     }
@@ -399,7 +414,8 @@ impl Parser<'_, '_> {
             let (span, token) = (self.lexer.span(), self.lexer.token);
             if token.kind != Kind::Word {
                 let message = format!("expected a pin's name, found {}", token.shown());
-                self.draft.error(codes::SYNTAX, span, message);
+                let help = "a name begins with a letter, as in `PIN [2, 3] = [start, !stop] ;`";
+                self.draft.error_with(codes::SYNTAX, span, message, help);
                 return None;
             }
             self.lexer.advance();
@@ -409,7 +425,8 @@ impl Parser<'_, '_> {
             }
             if !self.lexer.eat(",") {
                 let message = format!("expected `,` or `]`, found {}", self.lexer.token.shown());
-                self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+                let help = "separate the entries by `,`, and close the list with `]`";
+                self.draft.error_with(codes::SYNTAX, self.lexer.span(), message, help);
                 return None;
             }
         }
@@ -427,10 +444,11 @@ impl Parser<'_, '_> {
             let Some(number) =
                 token.text.parse::<u32>().ok().filter(|_| token.kind == Kind::Number)
             else {
-                self.draft.error(
+                self.draft.error_with(
                     codes::SYNTAX,
                     span,
                     format!("expected a pin number, found {}", token.shown()),
+                    "write it as in `PIN 2 = start ;`, or `PIN = start ;` for an open pin",
                 );
                 return None;
             };
@@ -439,10 +457,11 @@ impl Parser<'_, '_> {
                 self.lexer.eat(".");
                 let last = self.lexer.advance().text.parse::<u32>().unwrap_or(0);
                 if last == 0 || last.abs_diff(number) > 1000 {
-                    self.draft.error(
+                    self.draft.error_with(
                         codes::SYNTAX,
                         span,
                         "expected a range of pin numbers such as `2..5`",
+                        "write both numbers, as in `PIN [2..5] = [a, b, c, d] ;`",
                     );
                     return None;
                 }
@@ -459,7 +478,8 @@ impl Parser<'_, '_> {
             }
             if !self.lexer.eat(",") {
                 let message = format!("expected `,` or `]`, found {}", self.lexer.token.shown());
-                self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+                let help = "separate the entries by `,`, and close the list with `]`";
+                self.draft.error_with(codes::SYNTAX, self.lexer.span(), message, help);
                 return None;
             }
         }
@@ -475,10 +495,11 @@ impl Parser<'_, '_> {
         if name.is("[") {
             targets = sets::list(&mut self.lexer, self.draft)?;
         } else if name.kind != Kind::Word {
-            self.draft.error(
+            self.draft.error_with(
                 codes::SYNTAX,
                 span,
                 format!("expected the name of an output, found {}", name.shown()),
+                "an equation is `NAME = .. ;`, or `NAME.D = .. ;` for a register; check the `;` before it",
             );
             return None;
         } else {
@@ -498,7 +519,8 @@ impl Parser<'_, '_> {
         };
         if !self.lexer.eat("=") {
             let message = format!("expected `=`, found {}", self.lexer.token.shown());
-            self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+            let help = "an equation is `NAME = .. ;`, or `NAME.D = .. ;` for a register; check the `;` before it";
+            self.draft.error_with(codes::SYNTAX, self.lexer.span(), message, help);
             return None;
         }
         let value = sets::expression(&mut self.lexer, self.draft, &self.names)?;
@@ -537,7 +559,9 @@ impl Parser<'_, '_> {
         let values = value.bits;
         if values.len() != 1 && values.len() != targets.len() {
             let message = format!("{} bits for {} signals", values.len(), targets.len());
-            self.draft.error(codes::SYNTAX, self.lexer.span_from(start), message);
+            let help =
+                "write lists of the same length on both sides, or one equation for each signal";
+            self.draft.error_with(codes::SYNTAX, self.lexer.span_from(start), message, help);
             return Some(());
         }
         for (at, (id, span)) in targets.into_iter().enumerate() {
@@ -612,7 +636,8 @@ impl Parser<'_, '_> {
                             );
                             let finding = Diagnostic::error(codes::DEFINED_TWICE, message)
                                 .at(definition.span, "here")
-                                .at(first.span, "the first one");
+                                .at(first.span, "the first one")
+                                .help("write the same left side in both, with `!` and `.d` in both or in neither");
                             self.draft.report(finding);
                             return;
                         }
@@ -644,11 +669,10 @@ impl Parser<'_, '_> {
                 self.draft.beyond.truncate(before);
             }
             Some(other) => {
-                let message = format!(
-                    "unsupported extension `.{other}`; supported are .d .t .ck .ar .sp .oe"
-                );
+                let message = format!("unsupported extension `.{other}`");
                 let at = extension.as_ref().map_or(span, |(span, _)| *span);
-                self.draft.error(codes::UNSUPPORTED, at, message);
+                let help = "write .d or .t (register), .ck (clock), .ar (reset), .sp (preset) or .oe (output enable)";
+                self.draft.error_with(codes::UNSUPPORTED, at, message, help);
             }
         }
     }
@@ -658,7 +682,8 @@ impl Parser<'_, '_> {
             return Some(());
         }
         let message = format!("expected `;`, found {}", self.lexer.token.shown());
-        self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+        let help = "write `;` after the statement, or an operator (`&`, `#` or `$`) before it";
+        self.draft.error_with(codes::SYNTAX, self.lexer.span(), message, help);
         None
     }
 }

@@ -103,7 +103,8 @@ impl Parser<'_, '_> {
                 let is_lone = self.terms == 1 && !sign(self.grammar.and) && !sign(self.grammar.or);
                 if is_negated || !is_lone {
                     let message = "`VCC` and `GND` must be the whole right side, without `/`";
-                    self.draft.error(codes::DEVICE_LIMIT, span, message);
+                    let help = "remove it: `VCC` in a product and `GND` in a sum change nothing; write `GND` for `/VCC`, and `VCC` for `/GND`";
+                    self.draft.error_with(codes::DEVICE_LIMIT, span, message, help);
                 }
             }
             self.draft.expr(super::ast::Expr::Const(value))
@@ -120,7 +121,8 @@ impl Parser<'_, '_> {
             self.depth -= 1;
             if !self.lexer.eat(")") {
                 let message = format!("expected `)`, found {}", self.lexer.token.shown());
-                self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+                let help = "write `)` here, or remove the `(` that is open";
+                self.draft.error_with(codes::SYNTAX, self.lexer.span(), message, help);
                 return None;
             }
             value
@@ -133,7 +135,8 @@ impl Parser<'_, '_> {
                     "`{}` has an extension, which is only allowed on the left side",
                     name.text
                 );
-                self.draft.error(codes::UNSUPPORTED, span, message);
+                let help = format!("write `{}` alone", name.text);
+                self.draft.error_with(codes::UNSUPPORTED, span, message, help);
                 self.lexer.advance();
                 self.lexer.advance();
             }
@@ -142,7 +145,25 @@ impl Parser<'_, '_> {
             self.draft.read(signal)
         } else {
             let message = format!("expected a signal, found {}", self.lexer.token.shown());
-            self.draft.error(codes::SYNTAX, span, message);
+            let signs = || self.grammar.and.iter().chain(self.grammar.or).chain(self.grammar.xor);
+            let is_operator = signs().any(|sign| self.lexer.token.is(sign));
+            let help = if is_operator {
+                format!(
+                    "write a signal before {}, or remove the operator before it",
+                    self.lexer.token.shown()
+                )
+            } else if self.lexer.token.is("(") && !self.grammar.parens {
+                "this language has no parentheses: multiply the expression out to a sum of products"
+                    .to_owned()
+            } else {
+                let known: Vec<String> = signs().map(|sign| format!("`{sign}`")).collect();
+                format!(
+                    "write a signal here, or remove the operator before it; operators are `{}`, {}",
+                    self.grammar.not,
+                    known.join(", ")
+                )
+            };
+            self.draft.error_with(codes::SYNTAX, span, message, help);
             return None;
         };
         Some(if is_negated { self.draft.not(value) } else { value })

@@ -1,5 +1,6 @@
 //! `GALasm` and galette: device, signature, two rows of pins, equations up to `DESCRIPTION`.
 
+use super::advice;
 use super::ast::{Definition, PldAst, Role, SignalId};
 use super::equation::{Grammar, sum, supply};
 use super::lexer::{Comments, Kind, Lexer};
@@ -132,16 +133,19 @@ impl<'a> Parser<'a, '_> {
             let is_inverted = self.lexer.eat("/");
             let (span, token) = (self.lexer.span(), self.lexer.token);
             if is_inverted && span.start != slash.end {
-                self.draft.error(
+                self.draft.error_with(
                     codes::SYNTAX,
                     slash,
                     "expected a pin's name after `/`, found a blank",
+                    "write `/` directly before the name, as in `/oe`",
                 );
                 continue;
             }
             if token.kind != Kind::Word {
                 let message = format!("expected a pin's name, found {}", token.shown());
-                self.draft.error(codes::SYNTAX, span, message);
+                let help =
+                    "a name begins with a letter; write `NC` for a pin that is not connected";
+                self.draft.error_with(codes::SYNTAX, span, message, help);
                 self.lexer.advance();
                 // Adjacent text without a blank belongs to the same invalid name.
                 while !self.lexer.token.is_first
@@ -167,7 +171,12 @@ impl<'a> Parser<'a, '_> {
             "the {row} row of pins has {found} names, but a {} has {count} pins on each side",
             self.device.name
         );
-        self.draft.error(codes::DEVICE_LIMIT, span, message);
+        let help = if found < count {
+            "write `NC` for each pin that is not connected".to_owned()
+        } else {
+            format!("write each side of the device on its own line, with {count} names each")
+        };
+        self.draft.error_with(codes::DEVICE_LIMIT, span, message, help);
         None
     }
 
@@ -183,13 +192,21 @@ impl<'a> Parser<'a, '_> {
         let is_supply = name == "GND" || name == "VCC";
         if needs.is_some() || is_supply {
             if needs != Some(name) || is_inverted {
-                let message = match needs {
-                    Some(supply) => {
-                        format!("pin {pin} of a {} is `{supply}`, not `{name}`", device.name)
+                let (message, help) = match needs {
+                    Some(supply) => (
+                        format!("pin {pin} of a {} is `{supply}`, not `{name}`", device.name),
+                        format!("write `{supply}` here; check the number of names before it"),
+                    ),
+                    None => {
+                        let pins = if name == "GND" { device.grounds } else { device.supplies };
+                        let own = advice::pin_list(pins.iter().copied());
+                        (
+                            format!("`{name}` is not on pin {pin} of a {}", device.name),
+                            format!("`{name}` is pin {own}; check the number of names before it"),
+                        )
                     }
-                    None => format!("`{name}` is not on pin {pin} of a {}", device.name),
                 };
-                self.draft.error(codes::DEVICE_LIMIT, span, message);
+                self.draft.error_with(codes::DEVICE_LIMIT, span, message, help);
             }
             return;
         }
@@ -202,7 +219,8 @@ impl<'a> Parser<'a, '_> {
                 if name == "AR" { "reset" } else { "preset" },
                 device.name
             );
-            self.draft.error(codes::DEVICE_LIMIT, span, message);
+            let help = "give the pin another name";
+            self.draft.error_with(codes::DEVICE_LIMIT, span, message, help);
             return;
         }
         let id = self.draft.declare(name, span, Role::Pin);
@@ -233,10 +251,11 @@ impl<'a> Parser<'a, '_> {
         let is_complemented = self.lexer.eat("/");
         let (span, name) = (self.lexer.span(), self.lexer.token);
         if name.kind != Kind::Word {
-            self.draft.error(
+            self.draft.error_with(
                 codes::SYNTAX,
                 span,
                 format!("expected the name of an output, found {}", name.shown()),
+                "an equation is `NAME = ..`, or `NAME.R = ..` for a register; write `DESCRIPTION` before a text",
             );
             return None;
         }
@@ -264,7 +283,8 @@ impl<'a> Parser<'a, '_> {
             } else {
                 let found = self.lexer.token.shown();
                 let message = format!("expected `=` after `{}`, found {found}", name.text);
-                self.draft.error(codes::SYNTAX, sign, message);
+                let help = "an equation is `NAME = ..`, or `NAME.R = ..` for a register; write `DESCRIPTION` before a text";
+                self.draft.error_with(codes::SYNTAX, sign, message, help);
             }
             return None;
         }
@@ -274,7 +294,8 @@ impl<'a> Parser<'a, '_> {
                 "expected an operator or the end of the line, found {}",
                 self.lexer.token.shown()
             );
-            self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+            let help = "write `*` (and) or `+` (or) before it; `/` is not";
+            self.draft.error_with(codes::SYNTAX, self.lexer.span(), message, help);
             return None;
         }
         let whole = self.lexer.span_from(start);
@@ -291,10 +312,11 @@ impl<'a> Parser<'a, '_> {
         let control = match extension {
             _ if is_global => {
                 if let Some((span, extension)) = extension {
-                    self.draft.error(
+                    self.draft.error_with(
                         codes::SYNTAX,
                         span,
                         format!("extension `.{extension}` is not allowed on `{}`", name.text),
+                        format!("write `{} = ..`", name.text),
                     );
                 }
                 None
@@ -325,10 +347,11 @@ impl<'a> Parser<'a, '_> {
             return Some(());
         }
         if ["NC", "VCC", "GND"].contains(&name.text) {
-            self.draft.error(
+            self.draft.error_with(
                 codes::DEVICE_LIMIT,
                 span,
                 format!("`{}` cannot be assigned", name.text),
+                "assign an output by the name in the list of pins",
             );
             return Some(());
         }
@@ -339,7 +362,9 @@ impl<'a> Parser<'a, '_> {
                 "`{}` is on pin {pin} of a {}, which is not an output",
                 name.text, self.device.name
             );
-            self.draft.error(codes::DEVICE_LIMIT, span, message);
+            let help =
+                format!("assign it to an output, one of the pins {}", advice::outputs(self.device));
+            self.draft.error_with(codes::DEVICE_LIMIT, span, message, help);
         }
         if let Some(control) = control {
             if let Some((_, _, first)) =
@@ -348,7 +373,8 @@ impl<'a> Parser<'a, '_> {
                 let message = format!("`{}` has this control twice", name.text);
                 let finding = Diagnostic::error(codes::DEFINED_TWICE, message)
                     .at(whole, "here")
-                    .at(first.span, "and here");
+                    .at(first.span, "and here")
+                    .help("remove one of them, or write one equation with one product for both");
                 self.draft.report(finding);
             } else {
                 self.controls.push((id, control, definition));
@@ -382,7 +408,11 @@ impl<'a> Parser<'a, '_> {
                 // Reported once, here.
                 signal.role = Role::Input;
                 let message = format!("`{name}` {what} and cannot be read");
-                self.draft.error(codes::UNKNOWN_NAME, span, message);
+                let help = match name {
+                    "NC" => "replace `NC` in the list of pins by a name, and read that name",
+                    _ => "read the signals of its equation instead",
+                };
+                self.draft.error_with(codes::UNKNOWN_NAME, span, message, help);
             }
         }
     }
@@ -394,16 +424,18 @@ impl<'a> Parser<'a, '_> {
             _ => format!("this control of `{name}`"),
         };
         if is_complemented {
-            self.draft.error(
+            self.draft.error_with(
                 codes::DEVICE_LIMIT,
                 definition.span,
                 format!("{what} cannot be complemented"),
+                "remove the `/` on the left, and write the complement on the right",
             );
         }
         if definition.terms > 1 {
             let message =
                 format!("{what} has {} product terms; the device supports one", definition.terms);
-            self.draft.error(codes::DEVICE_LIMIT, definition.span, message);
+            let help = "write one product; for a sum, assign it to another output and read that output here";
+            self.draft.error_with(codes::DEVICE_LIMIT, definition.span, message, help);
         }
     }
 
@@ -416,36 +448,60 @@ impl<'a> Parser<'a, '_> {
             let has_clocks = device.clock == Clock::Term;
             let wrong = match (control, signal.definition) {
                 (Control::Clock | Control::Reset | Control::Preset, _) if !has_clocks => {
-                    Some(format!(
-                        "a {} has no clock, reset or preset for a single register",
-                        device.name
+                    let all = if device.has_global_reset {
+                        "; `AR` resets all registers, and `SP` presets them"
+                    } else {
+                        ""
+                    };
+                    Some((
+                        format!(
+                            "a {} has no clock, reset or preset for a single register",
+                            device.name
+                        ),
+                        format!("remove this equation{all}"),
                     ))
                 }
-                (_, None) => Some(format!("`{name}` has a control but no equation")),
+                (_, None) => Some((
+                    format!("`{name}` has a control but no equation"),
+                    format!("write its equation, `{name} = ..`, or remove the control"),
+                )),
                 (Control::Clock | Control::Reset | Control::Preset, Some(function))
                     if !function.is_registered =>
                 {
-                    Some(format!("`{name}` is not registered, so this control has no effect"))
+                    Some((
+                        format!("`{name}` is not registered, so this control has no effect"),
+                        format!("write its equation as `{name}.R = ..`, or remove the control"),
+                    ))
                 }
                 (Control::Enable, Some(function))
                     if function.is_registered && device.power_up == PowerUp::PinsHigh =>
                 {
-                    Some(format!(
-                        "all registered pins of a {} are enabled by one pin, not by a product term",
-                        device.name
+                    let pins = advice::pin_list(device.control_pins.iter().copied());
+                    Some((
+                        format!(
+                            "all registered pins of a {} are enabled by one pin, not by a product term",
+                            device.name
+                        ),
+                        format!("remove this equation; pin {pins} enables them while it is low"),
                     ))
                 }
                 (Control::Enable, Some(function))
                     if !function.is_registered && !self.draft.tristate.contains(&id) =>
                 {
-                    Some(format!("`{name}` has an output enable: write its equation as `{name}.T`"))
+                    let message = format!("`{name}` has an output enable, but is not tri-state");
+                    let finding = Diagnostic::error(codes::DEVICE_LIMIT, message)
+                        .at(function.span, "")
+                        .at(definition.span, "its output enable")
+                        .help(format!("write its equation as `{name}.T = ..`"));
+                    self.draft.report(finding);
+                    continue;
                 }
                 (Control::Enable | Control::Clock | Control::Reset | Control::Preset, Some(_)) => {
                     None
                 }
             };
-            if let Some(message) = wrong {
-                self.draft.error(codes::DEVICE_LIMIT, definition.span, message);
+            if let Some((message, help)) = wrong {
+                self.draft.error_with(codes::DEVICE_LIMIT, definition.span, message, help);
                 continue;
             }
             match control {
@@ -472,8 +528,17 @@ impl<'a> Parser<'a, '_> {
     /// Checks the restrictions of the device's structure.
     fn check_mode(&mut self) {
         let device = self.device;
-        let mut found: Vec<(Span, String)> = Vec::new();
+        let mut found: Vec<(Span, String, String)> = Vec::new();
         let signals = &self.draft.signals;
+        let is_free = |pin: &u32| signals.iter().all(|signal| signal.pin != Some(*pin));
+        let move_it = |name: &str| {
+            let free = advice::pin_list(device.inputs.iter().copied().filter(is_free));
+            if free.is_empty() {
+                format!("move `{name}` to another pin")
+            } else {
+                format!("move `{name}` to another pin; free inputs: {free}")
+            }
+        };
         let registered = |signal: &&super::ast::Signal| {
             signal.definition.is_some_and(|definition| definition.is_registered)
         };
@@ -488,15 +553,15 @@ impl<'a> Parser<'a, '_> {
             {
                 let name = &signal.name;
                 let message = format!(
-                    "`{name}` is registered but has no clock: on a {}, write `{name}.CLK`",
+                    "`{name}` is registered but has no clock: the registers of a {} have no common one",
                     device.name
                 );
-                found.push((function.span, message));
+                found.push((function.span, message, format!("add `{name}.CLK = ..`")));
             }
             let is_control = device.control_pins.contains(&pin);
             let is_clock_pin = device.clock == Clock::Pin(pin);
             if signal.n_reads > 0 && is_v8 && has_registers && (is_control || is_clock_pin) {
-                found.push((signal.read_at.unwrap_or(signal.span), format!("pin {pin} of a {} with registers is the clock or enable, not an input: `{}`", device.name, signal.name)));
+                found.push((signal.read_at.unwrap_or(signal.span), format!("pin {pin} of a {} with registers is the clock or enable, not an input: `{}`", device.name, signal.name), move_it(&signal.name)));
             } else if signal.n_reads > 0 && is_control && !device.free_when_combinational {
                 found.push((
                     signal.read_at.unwrap_or(signal.span),
@@ -504,6 +569,7 @@ impl<'a> Parser<'a, '_> {
                         "pin {pin} of a {} controls all outputs and is not an input: `{}`",
                         device.name, signal.name
                     ),
+                    move_it(&signal.name),
                 ));
             }
         }
@@ -529,6 +595,11 @@ impl<'a> Parser<'a, '_> {
                         "pin {pin} of a {} cannot be read back when another pin is: `{}`",
                         device.name, signal.name
                     ),
+                    format!(
+                        "move `{}` to another pin, not {}",
+                        signal.name,
+                        advice::pin_list(device.deaf_pins.iter().copied())
+                    ),
                 ));
             }
             if let (Some(function), Some(cell)) = (signal.definition, device.macrocell(pin)) {
@@ -545,12 +616,32 @@ impl<'a> Parser<'a, '_> {
                             "`{}` has {} product terms, but the macrocell of pin {pin} has {limit}",
                             signal.name, function.terms
                         ),
+                        more_terms(
+                            device,
+                            &signal.name,
+                            function.terms,
+                            function.is_registered || is_simple,
+                        ),
                     ));
                 }
             }
         }
-        for (span, message) in found {
-            self.draft.error(codes::DEVICE_LIMIT, span, message);
+        for (span, message, help) in found {
+            self.draft.error_with(codes::DEVICE_LIMIT, span, message, help);
         }
+    }
+}
+
+/// What to do with a function that has more product terms than its macrocell.
+fn more_terms(device: &Device, name: &str, terms: u32, is_registered: bool) -> String {
+    let large = device.macrocells.iter().filter(|cell| {
+        let limit = if is_registered { cell.registered_terms } else { cell.combinational_terms };
+        limit >= terms
+    });
+    let pins = advice::pin_list(large.map(|cell| cell.pin));
+    if pins.is_empty() {
+        "minimise the equation, or assign some of its terms to another output and read that output here".to_owned()
+    } else {
+        format!("move `{name}` to a larger macrocell; {terms} terms fit pins {pins}")
     }
 }

@@ -63,7 +63,8 @@ pub(crate) fn base(lexer: &mut Lexer<'_>, draft: &mut PldAst) -> Option<Option<u
         "'h'" => 16,
         other => {
             let message = format!("expected a base such as 'b' or 'h', found `{other}`");
-            draft.error(codes::SYNTAX, span, message);
+            let help = "write 'b' (2), 'o' (8), 'd' (10) or 'h' (16) before the digits";
+            draft.error_with(codes::SYNTAX, span, message, help);
             return None;
         }
     };
@@ -92,7 +93,16 @@ pub(crate) fn digits(
     let Some(number) = number else {
         let base = base.unwrap_or(DEFAULT_BASE);
         let message = format!("expected a number of base {base}, found {}", token.shown());
-        draft.error(codes::SYNTAX, span, message);
+        let help = match base {
+            16 => {
+                "numbers without a base are hexadecimal; write 'd' before decimal digits, 'b' before binary ones"
+            }
+            2 => "write digits 0, 1 or X, or another base: 'o' (8), 'd' (10) or 'h' (16)",
+            _ => {
+                "write digits of this base, or another base: 'b' (2), 'o' (8), 'd' (10) or 'h' (16)"
+            }
+        };
+        draft.error_with(codes::SYNTAX, span, message, help);
         return None;
     };
     lexer.advance();

@@ -136,7 +136,11 @@ pub(crate) fn find_device(draft: &mut PldAst, name: &str, span: Span) -> Option<
     if device.is_none() {
         let message =
             format!("unknown device `{name}`: its registers are assumed to power up at 0");
-        draft.report(Diagnostic::warning(codes::UNKNOWN_DEVICE, message).at(span, "this device"));
+        draft.report(
+            Diagnostic::warning(codes::UNKNOWN_DEVICE, message)
+                .at(span, "this device")
+                .help("write the name of a known device (`grafsynth build --device list`), or check the power-up values yourself"),
+        );
     }
     device
 }
@@ -200,12 +204,15 @@ impl<'a> Parser<'a, '_> {
                         "the {} section is not supported: write its functions as equations",
                         token.text
                     );
-                    self.draft.error(codes::UNSUPPORTED, span, message);
+                    let help =
+                        "write the next state of each bit of the state as an equation: `q0 := ..`";
+                    self.draft.error_with(codes::UNSUPPORTED, span, message, help);
                     self.skip_section();
                 }
                 _ => {
                     let message = format!("expected a declaration, found {}", token.shown());
-                    self.draft.error(codes::SYNTAX, span, message);
+                    let help = "before the line `EQUATIONS` there are `CHIP NAME DEVICE`, `PIN NUMBER NAME`, `NODE` and `STRING`; a remark begins with `;`";
+                    self.draft.error_with(codes::SYNTAX, span, message, help);
                     self.lexer.advance();
                     self.lexer.skip_line();
                 }
@@ -246,7 +253,8 @@ impl<'a> Parser<'a, '_> {
         {
             let message =
                 format!("{pin} pins are named, but a {} has {}", device.name, device.n_pins);
-            self.draft.error(codes::DEVICE_LIMIT, self.lexer.span(), message);
+            let help = "name each pin in order, with `NC` for a pin that is not connected";
+            self.draft.error_with(codes::DEVICE_LIMIT, self.lexer.span(), message, help);
         }
         self.equations();
     }
@@ -279,10 +287,11 @@ impl<'a> Parser<'a, '_> {
             self.lexer.advance();
         }
         if self.lexer.token.is_first {
-            self.draft.error(
+            self.draft.error_with(
                 codes::SYNTAX,
                 self.lexer.span_from(self.lexer.end),
                 "expected the device after the chip's name",
+                "write both on one line, as in `CHIP lamp PALCE22V10`",
             );
             return;
         }
@@ -314,7 +323,8 @@ impl<'a> Parser<'a, '_> {
         {
             let message =
                 format!("{pin} pins are named, but a {} has {}", device.name, device.n_pins);
-            self.draft.error(codes::DEVICE_LIMIT, self.draft.name.span, message);
+            let help = "name each pin in order, with `NC` for a pin that is not connected, or write `PIN NUMBER NAME` lines";
+            self.draft.error_with(codes::DEVICE_LIMIT, self.draft.name.span, message, help);
         }
     }
 
@@ -335,10 +345,11 @@ impl<'a> Parser<'a, '_> {
             Kind::Word | Kind::Sign | Kind::Quoted | Kind::End => None,
         };
         if pin.is_none() && !number.is("?") {
-            self.draft.error(
+            self.draft.error_with(
                 codes::SYNTAX,
                 number_span,
                 format!("expected a pin number or `?`, found {}", number.shown()),
+                "write the number before the name, as in `PIN 2 start`; `?` leaves it open",
             );
             self.lexer.skip_line();
             return;
@@ -347,7 +358,8 @@ impl<'a> Parser<'a, '_> {
         let is_inverted = self.lexer.eat("/");
         if self.lexer.token.kind != Kind::Word || self.lexer.token.is_first {
             let message = format!("expected the pin's name, found {}", self.lexer.token.shown());
-            self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+            let help = "write the name after the number, as in `PIN 2 start`";
+            self.draft.error_with(codes::SYNTAX, self.lexer.span(), message, help);
             self.lexer.skip_line();
             return;
         }
@@ -358,7 +370,8 @@ impl<'a> Parser<'a, '_> {
             {
                 let message =
                     format!("a {} has no pin {pin}: it has {}", device.name, device.n_pins);
-                self.draft.error(codes::DEVICE_LIMIT, number_span, message);
+                let help = format!("write a number from 1 to {}, or `?`", device.n_pins);
+                self.draft.error_with(codes::DEVICE_LIMIT, number_span, message, help);
             }
             if let Some(pin) = pin
                 && let Some(other) = self.draft.with_pin(pin)
@@ -380,7 +393,9 @@ impl<'a> Parser<'a, '_> {
             if !known.iter().any(|word| token.is_word(word)) {
                 let message =
                     format!("expected `REGISTERED` or `COMBINATORIAL`, found {}", token.shown());
-                self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+                let help =
+                    "write one of them, or nothing: the equations decide; a remark begins with `;`";
+                self.draft.error_with(codes::SYNTAX, self.lexer.span(), message, help);
                 self.lexer.skip_line();
                 return;
             }
@@ -405,10 +420,11 @@ impl<'a> Parser<'a, '_> {
         let span = self.lexer.span();
         let text = self.lexer.token;
         if name.kind != Kind::Word || text.kind != Kind::Quoted {
-            self.draft.error(
+            self.draft.error_with(
                 codes::SYNTAX,
                 span,
                 "expected a name and a text in quotes after `STRING`",
+                "write it as in `STRING both 'a * b'`",
             );
             self.lexer.skip_line();
             return;
@@ -426,13 +442,17 @@ impl<'a> Parser<'a, '_> {
         if let Some(read) = sum(&mut lexer, self.draft, &GRAMMAR) {
             if lexer.token.kind != Kind::End {
                 let message = format!("expected an operator, found {}", lexer.token.shown());
-                self.draft.error(codes::SYNTAX, lexer.span(), message);
+                let help = "write `*` (and), `+` (or) or `:+:` (exclusive or) before it";
+                self.draft.error_with(codes::SYNTAX, lexer.span(), message, help);
             }
             if read.terms > 1 {
                 let message =
                     format!("the string `{}` is a sum; it is read as if in parentheses", name.text);
-                self.draft
-                    .report(Diagnostic::warning(codes::TAKEN_AS, message).at(span, "this text"));
+                self.draft.report(
+                    Diagnostic::warning(codes::TAKEN_AS, message)
+                        .at(span, "this text")
+                        .help("put the text in parentheses: PALASM inserts it without them"),
+                );
             }
             self.define(id, read, false, false, span);
         }
@@ -493,18 +513,20 @@ impl<'a> Parser<'a, '_> {
         let is_complemented = self.lexer.eat("/");
         let (span, name) = (self.lexer.span(), self.lexer.token);
         if name.kind != Kind::Word {
-            self.draft.error(
+            self.draft.error_with(
                 codes::SYNTAX,
                 span,
                 format!("expected the name of an output, found {}", name.shown()),
+                "an equation is `NAME = ..`, or `NAME := ..` for a register",
             );
             return None;
         }
         if name.is_word("if") || name.is_word("case") {
-            self.draft.error(
+            self.draft.error_with(
                 codes::UNSUPPORTED,
                 span,
-                "`IF` and `CASE` of PALASM 4 are not supported: write sums of products",
+                "`IF` and `CASE` of PALASM 4 are not supported",
+                "write a sum of products: `q := c * a + /c * b` for `a` if `c` is true, else `b`",
             );
             return None;
         }
@@ -521,14 +543,16 @@ impl<'a> Parser<'a, '_> {
                     "latch `{}` is not supported: the circuit must be synchronous",
                     name.text
                 );
-                self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
+                let help = format!("write `{} :=` for a register", name.text);
+                self.draft.error_with(codes::UNSUPPORTED, self.lexer.span(), message, help);
                 return None;
             }
             _ => {
-                self.draft.error(
+                self.draft.error_with(
                     codes::SYNTAX,
                     self.lexer.span(),
                     format!("expected `:=` or `=`, found {}", sign.shown()),
+                    "an equation is `NAME = ..`, or `NAME := ..` for a register",
                 );
                 return None;
             }
@@ -556,13 +580,15 @@ impl<'a> Parser<'a, '_> {
         self.lexer.advance();
         if !self.lexer.eat("(") {
             let message = format!("expected `(` after `IF`, found {}", self.lexer.token.shown());
-            self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+            let help = "write the condition in parentheses, as in `IF (CS) IO = A * B`";
+            self.draft.error_with(codes::SYNTAX, self.lexer.span(), message, help);
             return None;
         }
         let read = sum(&mut self.lexer, self.draft, &GRAMMAR)?;
         if !self.lexer.eat(")") {
             let message = format!("expected `)`, found {}", self.lexer.token.shown());
-            self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+            let help = "write the condition in parentheses, as in `IF (CS) IO = A * B`";
+            self.draft.error_with(codes::SYNTAX, self.lexer.span(), message, help);
             return None;
         }
         Some(Some(Definition {
@@ -584,7 +610,8 @@ impl<'a> Parser<'a, '_> {
             "expected an operator or the next equation, found {}",
             self.lexer.token.shown()
         );
-        self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+        let help = "write `*` (and), `+` (or) or `:+:` (exclusive or) before it; an equation begins a new line";
+        self.draft.error_with(codes::SYNTAX, self.lexer.span(), message, help);
         None
     }
 
@@ -592,10 +619,11 @@ impl<'a> Parser<'a, '_> {
     fn control(&mut self, name: &str, span: Span, start: usize) -> Option<()> {
         let (suffix_span, suffix) = (self.lexer.span(), self.lexer.advance());
         if !self.lexer.eat("=") {
-            self.draft.error(
+            self.draft.error_with(
                 codes::SYNTAX,
                 self.lexer.span(),
                 format!("expected `=`, found {}", self.lexer.token.shown()),
+                format!("write `{name}.{} = ..`", suffix.text),
             );
             return None;
         }
@@ -620,7 +648,8 @@ impl<'a> Parser<'a, '_> {
             ("cmbf", Some(_)) => {
                 let message =
                     "`.CMBF` is not supported: a pin is either registered or combinational";
-                self.draft.error(codes::UNSUPPORTED, suffix_span, message);
+                let help = "remove the equation, and write `:=` for a register or `=` for none";
+                self.draft.error_with(codes::UNSUPPORTED, suffix_span, message, help);
             }
             ("trst", Some(id)) => enable(self.draft, id, definition),
             ("clkf", of) => {
@@ -635,11 +664,10 @@ impl<'a> Parser<'a, '_> {
             ("setf", of) => preset(self.draft, of, true, definition),
             ("rstf", of) => preset(self.draft, of, false, definition),
             _ => {
-                let message = format!(
-                    "unsupported extension `.{}`; supported are .TRST .CLKF .SETF .RSTF",
-                    suffix.text
-                );
-                self.draft.error(codes::UNSUPPORTED, suffix_span, message);
+                let message = format!("unsupported extension `.{}`", suffix.text);
+                let help =
+                    "write .TRST (output enable), .CLKF (clock), .SETF (set) or .RSTF (reset)";
+                self.draft.error_with(codes::UNSUPPORTED, suffix_span, message, help);
             }
         }
         Some(())
@@ -652,7 +680,8 @@ pub(crate) fn enable(draft: &mut PldAst, id: SignalId, definition: Definition) {
         let message = format!("`{}` has two enables", draft.signals[id as usize].name);
         let finding = Diagnostic::error(codes::DEFINED_TWICE, message)
             .at(definition.span, "here")
-            .at(first.span, "and here");
+            .at(first.span, "and here")
+            .help("remove one of them, or write one equation with one product for both");
         draft.report(finding);
     }
     if !matches!(draft.kind(definition.value), super::ast::Expr::Const(true)) {
@@ -660,7 +689,9 @@ pub(crate) fn enable(draft: &mut PldAst, id: SignalId, definition: Definition) {
         let message =
             format!("the output enable of `{name}` is ignored: the pin is read as always driven");
         draft.report_beyond(
-            Diagnostic::warning(codes::TAKEN_AS, message).at(definition.span, "this enable"),
+            Diagnostic::warning(codes::TAKEN_AS, message).at(definition.span, "this enable").help(
+                "a fuse map made from this text keeps the enable; to simulate it, assign its expression to an output of its own",
+            ),
         );
     }
 }
@@ -718,14 +749,21 @@ pub(crate) fn preset(draft: &mut PldAst, of: Option<SignalId>, to: bool, definit
     // The preset of a 22V10 is synchronous; all others are asynchronous.
     if !(to && of.is_none()) {
         let message = format!("this asynchronous {what} is read as a synchronous one");
-        draft.report_beyond(Diagnostic::warning(codes::TAKEN_AS, message).at(definition.span, ""));
+        draft.report_beyond(
+            Diagnostic::warning(codes::TAKEN_AS, message)
+                .at(definition.span, format!("in the device, this {what} acts at once"))
+                .help(format!(
+                    "keep it if the {what} lasts for at least one clock; a fuse map made from this text keeps it asynchronous"
+                )),
+        );
     }
     if let Some(first) = draft.controls.insert((of, to), definition) {
         let message = format!("two conditions for one {what}");
         draft.report(
             Diagnostic::error(codes::DEFINED_TWICE, message)
                 .at(definition.span, "here")
-                .at(first.span, "and here"),
+                .at(first.span, "and here")
+                .help("remove one of them, or write one equation with one product for both"),
         );
     }
 }

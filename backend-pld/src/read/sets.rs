@@ -230,6 +230,16 @@ impl Parser<'_, '_> {
         None
     }
 
+    fn error_with<T>(
+        &mut self,
+        span: Span,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Option<T> {
+        self.draft.error_with(codes::SYNTAX, span, message, help);
+        None
+    }
+
     fn exclusive(&mut self) -> Option<Value> {
         let mut value = self.or()?;
         loop {
@@ -321,7 +331,12 @@ impl Parser<'_, '_> {
     ) -> Option<Value> {
         let width = all.iter().map(|value| value.bits.len()).max().unwrap_or(1);
         if all.iter().any(|value| value.bits.len() != width && value.bits.len() != 1) {
-            return self.error(span, "these lists have different numbers of bits");
+            let sizes: Vec<String> = all.iter().map(|value| value.bits.len().to_string()).collect();
+            return self.error_with(
+                span,
+                format!("lists of {} bits cannot be combined", sizes.join(" and ")),
+                "use lists of the same length, or a single signal for all bits",
+            );
         }
         let mut wide = all.iter().filter(|value| width > 1 && value.bits.len() == width);
         let (mut numbering, mut is_field) = (Numbering::Place, false);
@@ -369,7 +384,8 @@ impl Parser<'_, '_> {
             self.depth -= 1;
             if !self.lexer.eat(")") {
                 let message = format!("expected `)`, found {}", self.lexer.token.shown());
-                return self.error(self.lexer.span(), message);
+                let help = "write `)` here, or remove the `(` that is open";
+                return self.error_with(self.lexer.span(), message, help);
             }
             value
         } else if token.is("[") {
@@ -388,8 +404,9 @@ impl Parser<'_, '_> {
                 Value { bits, numbering: field.numbering.clone(), is_field: true }
             } else if let Some(digits) = self.names.numbers.get(token.text) {
                 let Some(number) = digits.number(None) else {
-                    return self
-                        .error(span, format!("`{}` is not a valid number here", token.text));
+                    let message = format!("`{}` is not a valid number here", token.text);
+                    let help = "a number alone in an equation is one bit: write 'b'0 or 'b'1";
+                    return self.error_with(span, message, help);
                 };
                 self.constant(number, span)?
             } else {
@@ -404,7 +421,14 @@ impl Parser<'_, '_> {
                 value
             }
         } else {
-            return self.error(span, format!("expected a signal, found {}", token.shown()));
+            let message = format!("expected a signal, found {}", token.shown());
+            let help = if self.is_operator() {
+                format!("write a signal before {}, or remove the operator before it", token.shown())
+            } else {
+                "write a signal here, or remove the operator before it; operators are `!`, `&`, `#` and `$`"
+                    .to_owned()
+            };
+            return self.error_with(span, message, help);
         };
         if self.is_operator() && self.lexer.eat(":") {
             value = Value::one(self.test(&value, span)?);
@@ -418,7 +442,11 @@ impl Parser<'_, '_> {
     /// A number alone is one bit.
     fn constant(&mut self, number: Number, span: Span) -> Option<Value> {
         if number.mask & 1 == 0 || number.value > 1 {
-            return self.error(span, "a constant in an equation is 'b'0 or 'b'1");
+            return self.error_with(
+                span,
+                "a constant in an equation is one bit",
+                "write 'b'0 or 'b'1; to compare a field with a number, write `FIELD:NUMBER`",
+            );
         }
         Some(Value::one(self.draft.expr(Expr::Const(number.value == 1))))
     }
@@ -440,10 +468,11 @@ impl Parser<'_, '_> {
             return Some(());
         }
         let message = format!(
-            "`.{}` on a right side is not supported by this reader: known are .io and .dfb",
+            "extension `.{}` is not supported on a right side",
             token.text.chars().take(20).collect::<String>()
         );
-        self.draft.error(codes::UNSUPPORTED, span, message);
+        let help = "write the name alone, or with .io (the pin) or .dfb (the register)";
+        self.draft.error_with(codes::UNSUPPORTED, span, message, help);
         None
     }
 
@@ -464,15 +493,21 @@ impl Parser<'_, '_> {
         let numbers = self.numbered(value, span)?;
         let base = number::base(self.lexer, self.draft)?;
         if !self.lexer.eat("[") {
+            let start = self.lexer.token.start;
             let number = number::digits(self.lexer, self.draft, self.names, base)?;
-            self.check_width(&numbers, number, 0, span)?;
+            self.check_width(&numbers, number, 0, self.lexer.span_from(start))?;
             return Some(self.equals(&numbers, number));
         }
         // `[lo..hi]` or a list of numbers.
         let mut terms = Vec::new();
         loop {
+            let start = self.lexer.token.start;
             if terms.len() >= MAX_NUMBERS {
-                return self.error(span, format!("a list has at most {MAX_NUMBERS} numbers"));
+                return self.error_with(
+                    span,
+                    format!("a list has at most {MAX_NUMBERS} numbers"),
+                    "write ranges, as in `[10..1F]`, or several comparisons joined by `#`",
+                );
             }
             let first = number::digits(self.lexer, self.draft, self.names, base)?;
             if self.lexer.eat(".") {
@@ -481,11 +516,12 @@ impl Parser<'_, '_> {
                 // Below its lowest bit, a field represents whole blocks of addresses.
                 let lowest = numbers.bits.keys().next().map_or(0, |at| (1_u64 << at) - 1);
                 let free = if numbers.is_open { lowest } else { 0 };
-                self.check_width(&numbers, first, free, span)?;
-                self.check_width(&numbers, last, free, span)?;
-                terms.push(self.range(&numbers, first, last, span)?);
+                let at = self.lexer.span_from(start);
+                self.check_width(&numbers, first, free, at)?;
+                self.check_width(&numbers, last, free, at)?;
+                terms.push(self.range(&numbers, first, last, at)?);
             } else {
-                self.check_width(&numbers, first, 0, span)?;
+                self.check_width(&numbers, first, 0, self.lexer.span_from(start))?;
                 terms.push(self.equals(&numbers, first));
             }
             if self.lexer.eat("]") {
@@ -493,7 +529,8 @@ impl Parser<'_, '_> {
             }
             if !self.lexer.eat(",") {
                 let message = format!("expected `,` or `]`, found {}", self.lexer.token.shown());
-                return self.error(self.lexer.span(), message);
+                let help = "separate the numbers by `,`, and close the list with `]`";
+                return self.error_with(self.lexer.span(), message, help);
             }
         }
         Some(self.draft.list(&terms, false))
@@ -522,7 +559,8 @@ impl Parser<'_, '_> {
             }
             Numbering::None(why) => {
                 let message = format!("this list cannot be compared with a number: {why}");
-                self.draft.error(codes::UNSUPPORTED, span, message);
+                let help = "write the comparison as a product of its signals, as in `A3 & !A2`";
+                self.draft.error_with(codes::UNSUPPORTED, span, message, help);
                 return None;
             }
         };
@@ -559,8 +597,10 @@ impl Parser<'_, '_> {
             );
             return Some(());
         }
-        let message = format!("{} does not fit {} bits", number.value, list.bits.len());
-        self.error(span, message)
+        let n_bits = list.bits.len();
+        let message = format!("{:X} (hexadecimal) does not fit {n_bits} bits", number.value);
+        let largest = if n_bits < 64 { (1_u64 << n_bits) - 1 } else { u64::MAX };
+        self.error_with(span, message, format!("write a number up to {largest:X} (hexadecimal)"))
     }
 
     fn equals(&mut self, list: &Numbered, number: Number) -> ExprId {
@@ -578,27 +618,37 @@ impl Parser<'_, '_> {
     }
 
     /// True if some number of the range has these bits.
-    fn range(
-        &mut self,
-        list: &Numbered,
-        first: Number,
-        last: Number,
-        span: Span,
-    ) -> Option<ExprId> {
+    fn range(&mut self, list: &Numbered, first: Number, last: Number, at: Span) -> Option<ExprId> {
         if first.mask != !0 || last.mask != !0 || first.value > last.value {
-            return self.error(span, "expected a range of numbers such as `[2..5]`");
+            return self.error_with(
+                at,
+                "expected a range of numbers such as `[2..5]`",
+                "write the smaller number first, without X digits",
+            );
         }
         let lowest = list.bits.keys().next().map_or(0, |at| (1_u64 << at) - 1);
         let is_whole = first.value & lowest == 0 && last.value & lowest == lowest;
         if list.is_open && !is_whole {
+            let (from, to) = (first.value & !lowest, last.value | lowest);
+            let n_below = lowest.count_ones();
             let message = format!(
-                "this range begins or ends between two values of the field, whose lowest bit is {}; such a value counts as inside",
-                lowest.count_ones()
+                "the field begins with bit {n_below}, so [{:X}..{:X}] is read as [{from:X}..{to:X}]",
+                first.value, last.value
             );
-            self.draft
-                .report(Diagnostic::warning(codes::TAKEN_AS, message).at(span, "this range").help(
-                "the bit number of a signal is the index in its name: numbers are whole addresses",
-            ));
+            let highest = list.bits.keys().next_back().copied().unwrap_or(0);
+            let shifted = |value: u64| value.checked_shl(n_below).filter(|it| it >> highest <= 1);
+            let help = match (shifted(first.value), shifted(last.value)) {
+                (Some(low), Some(high)) => {
+                    format!("write whole addresses, as in `[{low:X}..{:X}]`", high | lowest)
+                }
+                _ => format!("write `[{from:X}..{to:X}]`: numbers are whole addresses"),
+            };
+            let finding = Diagnostic::warning(codes::TAKEN_AS, message);
+            self.draft.report(
+                finding
+                    .at(at, format!("the lowest bit counts {:X} (hexadecimal)", lowest + 1))
+                    .help(help),
+            );
         }
         Some(within(self.draft, &list.bits, first.value, last.value))
     }
@@ -624,7 +674,9 @@ pub(crate) fn names(lexer: &mut Lexer<'_>, draft: &mut PldAst) -> Option<Vec<(St
     loop {
         let (span, token) = (lexer.span(), lexer.token);
         if token.kind != Kind::Word {
-            draft.error(codes::SYNTAX, span, format!("expected a name, found {}", token.shown()));
+            let message = format!("expected a name, found {}", token.shown());
+            let help = "write the names of signals, as in `[A2, A1, A0]` or `[A2..A0]`";
+            draft.error_with(codes::SYNTAX, span, message, help);
             return None;
         }
         lexer.advance();
@@ -642,10 +694,11 @@ pub(crate) fn names(lexer: &mut Lexer<'_>, draft: &mut PldAst) -> Option<Vec<(St
                 .filter(|((a, _), (b, _))| b.is_empty() || a.eq_ignore_ascii_case(b));
             let Some(((stem, from), (_, to))) = ends.filter(|((_, a), (_, b))| a.abs_diff(*b) < 64)
             else {
-                draft.error(
+                draft.error_with(
                     codes::SYNTAX,
                     end,
                     "expected a range of names such as `A7..A0` or `A7..0`",
+                    "write the same letters before both numbers, at most 63 apart, or list the names: `[A2, A1, A0]`",
                 );
                 return None;
             };
@@ -663,7 +716,8 @@ pub(crate) fn names(lexer: &mut Lexer<'_>, draft: &mut PldAst) -> Option<Vec<(St
             found.push((token.text.to_owned(), span));
         }
         if found.len() > MAX_BITS {
-            draft.error(codes::SYNTAX, span, format!("a list has at most {MAX_BITS} names"));
+            let message = format!("a list has at most {MAX_BITS} names");
+            draft.error_with(codes::SYNTAX, span, message, "write several lists");
             return None;
         }
         if lexer.eat("]") {
@@ -671,7 +725,8 @@ pub(crate) fn names(lexer: &mut Lexer<'_>, draft: &mut PldAst) -> Option<Vec<(St
         }
         if !lexer.eat(",") {
             let message = format!("expected `,` or `]`, found {}", lexer.token.shown());
-            draft.error(codes::SYNTAX, lexer.span(), message);
+            let help = "separate the names by `,`, and close the list with `]`";
+            draft.error_with(codes::SYNTAX, lexer.span(), message, help);
             return None;
         }
     }

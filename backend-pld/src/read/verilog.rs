@@ -31,11 +31,12 @@ pub(crate) fn parse(text: &str, draft: &mut PldAst) {
             Role::Input => signal.role = Role::Clock,
             Role::Clock | Role::Unknown => {}
             Role::Pin | Role::Output | Role::Internal => {
-                let message = format!("clock `{}` is not an input", signal.name);
+                let name = &signal.name;
+                let message = format!("clock `{name}` is not an input");
                 let error = Diagnostic::error(codes::UNSUPPORTED, message)
                     .at(span, "this clock")
                     .at(signal.span, "declared here")
-                    .help("declare the clock as an input: a synchronous circuit has one external clock");
+                    .help(format!("use an input as the clock, and `{name}` as a condition: `always @(posedge CLOCK) if ({name}) ..`"));
                 draft.report(error);
             }
         }
@@ -59,11 +60,15 @@ pub(crate) fn parse(text: &str, draft: &mut PldAst) {
             Some(_) | None => {
                 let message =
                     format!("`{}` has an initial value but is not a register", signal.name);
-                draft.error(codes::UNSUPPORTED, span, message);
+                let help = "remove the value, or assign the signal in a clocked block";
+                draft.error_with(codes::UNSUPPORTED, span, message, help);
             }
         }
     }
 }
+
+/// What to do with a design of several modules, with vectors or with other features of Verilog.
+const FLATTEN: &str = "flatten the design first, in yosys: `synth -auto-top -flatten; opt_clean -purge; write_blif FILE.blif`, and read that file";
 
 /// The assignments of a clocked block: the value and its location.
 type Assigned = BTreeMap<SignalId, (ExprId, Span)>;
@@ -112,14 +117,16 @@ impl<'a> Parser<'a, '_> {
         while self.lexer.token.kind != Kind::End && !self.draft.is_hopeless() {
             if self.lexer.eat_word("endmodule") {
                 if self.lexer.token.is_word("module") {
-                    let message = "a second module is not supported: write one flat module";
-                    self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
+                    let message = "a second module is not supported: a circuit is one flat module";
+                    let span = self.lexer.span();
+                    self.draft.error_with(codes::UNSUPPORTED, span, message, FLATTEN);
                 } else if self.lexer.token.kind != Kind::End {
                     let message = format!(
                         "expected the end of the text after `endmodule`, found {}",
                         self.lexer.token.shown()
                     );
-                    self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+                    let help = "remove it, or move `endmodule` after it";
+                    self.draft.error_with(codes::SYNTAX, self.lexer.span(), message, help);
                 }
                 return;
             }
@@ -150,7 +157,16 @@ impl<'a> Parser<'a, '_> {
 
     fn unexpected<T>(&mut self, wanted: &str) -> Option<T> {
         let message = format!("expected {wanted}, found {}", self.lexer.token.shown());
-        self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+        let help = match self.lexer.token.kind {
+            Kind::End => format!("the text ends too early: write {wanted}"),
+            Kind::Sign => {
+                format!("write {wanted} before it; this reader accepts `~ ! & | ^ && || ?:`")
+            }
+            Kind::Word | Kind::Number | Kind::Quoted => {
+                format!("write {wanted} before it, and check the end of the statement before it")
+            }
+        };
+        self.draft.error_with(codes::SYNTAX, self.lexer.span(), message, help);
         None
     }
 
@@ -168,10 +184,11 @@ impl<'a> Parser<'a, '_> {
 
     fn no_vector(&mut self) -> Option<()> {
         if self.lexer.token.is("[") {
-            self.draft.error(
+            self.draft.error_with(
                 codes::UNSUPPORTED,
                 self.lexer.span(),
-                "vectors are not supported: declare each bit as a signal",
+                "vectors are not supported",
+                format!("declare each bit, as in `input a1, input a0`, or {FLATTEN}"),
             );
             return None;
         }
@@ -248,7 +265,7 @@ impl<'a> Parser<'a, '_> {
             "{} is not supported: expected `wire`, `reg`, `assign`, `initial` or one clocked `always`",
             token.shown()
         );
-        self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
+        self.draft.error_with(codes::UNSUPPORTED, self.lexer.span(), message, FLATTEN);
         None
     }
 
@@ -313,17 +330,18 @@ impl<'a> Parser<'a, '_> {
 
     fn note_init(&mut self, id: SignalId, value: ExprId, span: Span) {
         let Expr::Const(init) = self.draft.kind(value) else {
-            self.draft.error(
+            self.draft.error_with(
                 codes::UNSUPPORTED,
                 span,
-                "invalid initial value; expected 1'b0 or 1'b1",
+                "the initial value of a register must be constant",
+                "write 1'b0 or 1'b1",
             );
             return;
         };
         if self.inits.insert(id, (init, span)).is_some() {
             let message =
                 format!("`{}` has two initial values", self.draft.signals[id as usize].name);
-            self.draft.error(codes::DEFINED_TWICE, span, message);
+            self.draft.error_with(codes::DEFINED_TWICE, span, message, "remove one of them");
         }
     }
 
@@ -364,17 +382,20 @@ impl<'a> Parser<'a, '_> {
                 "expected `posedge`, found {}: only blocks with one rising clock edge are supported",
                 self.lexer.token.shown()
             );
-            self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
+            let help = "write a register as `always @(posedge clk) q <= ..;`, and logic without one as `assign y = ..;`";
+            self.draft.error_with(codes::UNSUPPORTED, self.lexer.span(), message, help);
             return None;
         }
         let (name, span) = self.name()?;
         let clock = self.draft.signal(name, span);
-        if self.clock_at.is_some_and(|(known, _)| known != clock) {
-            self.draft.error(
-                codes::UNSUPPORTED,
-                span,
-                "second clock: only circuits with one clock are supported",
-            );
+        if let Some((_, first)) = self.clock_at.filter(|(known, _)| *known != clock) {
+            let message =
+                format!("second clock `{name}`: only circuits with one clock are supported");
+            let finding = Diagnostic::error(codes::UNSUPPORTED, message)
+                .at(span, "")
+                .at(first, "the first clock")
+                .help("write the registers of each clock to a module in a file of its own");
+            self.draft.report(finding);
         }
         self.clock_at.get_or_insert((clock, span));
         let signal = self.draft.at(clock);
@@ -391,7 +412,8 @@ impl<'a> Parser<'a, '_> {
             let name = &self.draft.at(reset).name;
             let message =
                 format!("the block is sensitive to `{name}` but does not begin with `if ({name})`");
-            self.draft.error(codes::UNSUPPORTED, span, message);
+            let help = format!("remove `{name}` here, or begin the block with `if ({name})`");
+            self.draft.error_with(codes::UNSUPPORTED, span, message, help);
         }
         for (id, (value, span)) in block.assigned {
             self.define(id, value, true, span);
@@ -406,12 +428,20 @@ impl<'a> Parser<'a, '_> {
                 "expected `posedge`, found {}: only active-high resets are supported",
                 self.lexer.token.shown()
             );
-            self.draft.error(codes::UNSUPPORTED, self.lexer.span(), message);
+            let help =
+                "remove the reset here, and test it in the block: the reset is then synchronous";
+            self.draft.error_with(codes::UNSUPPORTED, self.lexer.span(), message, help);
             return None;
         }
         let (name, span) = self.name()?;
         let message = format!("asynchronous reset `{name}` is read as a synchronous one");
-        self.draft.report(Diagnostic::warning(codes::TAKEN_AS, message).at(span, "here"));
+        self.draft.report(
+            Diagnostic::warning(codes::TAKEN_AS, message)
+                .at(span, "the Verilog acts at once, this circuit with the next clock")
+                .help(format!(
+                    "write `always @(posedge clk)` without `{name}` if the reset lasts for a clock"
+                )),
+        );
         self.awaited_reset = Some((self.draft.signal(name, span), span));
         Some(())
     }
@@ -485,7 +515,8 @@ impl<'a> Parser<'a, '_> {
     fn enter(&mut self) -> Option<()> {
         if self.depth >= MAX_NESTING {
             let message = format!("more than {MAX_NESTING} levels of nesting");
-            self.draft.error(codes::SYNTAX, self.lexer.span(), message);
+            let help = "give a part of the expression a `wire` of its own";
+            self.draft.error_with(codes::SYNTAX, self.lexer.span(), message, help);
             return None;
         }
         self.depth += 1;
@@ -607,11 +638,9 @@ impl<'a> Parser<'a, '_> {
         match value {
             Some(value) => Some(self.draft.expr(Expr::Const(value))),
             None => {
-                let finding = Diagnostic::error(
-                    codes::UNSUPPORTED,
-                    "invalid constant; expected 1'b0 or 1'b1",
-                )
-                .at(span, "");
+                let finding = Diagnostic::error(codes::UNSUPPORTED, "a constant must be one bit")
+                    .at(span, "")
+                    .help("write 1'b0 or 1'b1");
                 self.draft.report(finding);
                 None
             }

@@ -78,7 +78,7 @@ fn galasm_errors_name_what_the_device_lacks() {
     assert_eq!(v8("O0 = GND + I1"), [("G0726", 7)]);
     assert_eq!(v8("O0 = /VCC"), [("G0726", 7)]);
     assert_eq!(v8("O0.CLK = I0\nO0 = I1"), [("G0726", 7)]);
-    assert_eq!(v8("O0 = I0\nO0.E = I1"), [("G0726", 8)]);
+    assert_eq!(v8("O0 = I0\nO0.E = I1"), [("G0726", 7)]);
     assert_eq!(v8("O0.T = I0\n/O0.E = I1"), [("G0726", 8), ("G0725", 8)]);
     assert_eq!(v8("O0.UNK = I0"), [("G0720", 7)]);
     assert_eq!(v8("I0 = I1"), [("G0726", 7)]);

@@ -41,6 +41,7 @@ pub fn parse_within(
         outputs: None,
         wanted: Vec::new(),
         reset: None,
+        named: [Span::default(); 2],
     };
     reader.text(text);
     reader.finish();
@@ -71,6 +72,46 @@ struct Reader {
     /// The numbers of rows (`.p`) and states (`.s`) given in the header.
     wanted: Vec<(bool, usize, Span)>,
     reset: Option<(String, Span)>,
+    /// The lines of names, of inputs and of outputs.
+    named: [Span; 2],
+}
+
+/// How two contradictory rows are made to agree: the same next state or outputs, or inputs that differ.
+fn apart(machine: &Machine, row: &Row, other: &Row, is_next: bool) -> String {
+    let what = if is_next { "the same next state" } else { "the same outputs" };
+    let own = |row: &Row| {
+        let text: String = row
+            .inputs
+            .iter()
+            .map(|trit| match trit {
+                Trit::Low => '0',
+                Trit::High => '1',
+                Trit::Any => '-',
+            })
+            .collect();
+        (text.len() <= 32).then_some(text)
+    };
+    // A cell `-` of one row beside a 0 or 1 of the other can exclude it.
+    let example = [(row, other), (other, row)].into_iter().find_map(|(wide, narrow)| {
+        let pairs = || wide.inputs.iter().zip(&narrow.inputs);
+        let column = pairs().position(|(a, b)| *a == Trit::Any && *b != Trit::Any)?;
+        let opposite = match narrow.inputs[column] {
+            Trit::Low => '1',
+            Trit::High | Trit::Any => '0',
+        };
+        let before = own(wide)?;
+        let mut after = before.clone();
+        after.replace_range(column..=column, &opposite.to_string());
+        Some(format!("for instance `{after}` in place of `{before}`"))
+    });
+    match example {
+        Some(example) => format!("give both rows {what}, or make an input differ: {example}"),
+        None if row.inputs == other.inputs && !row.inputs.contains(&Trit::Any) => {
+            format!("give both rows {what}, or remove one of them")
+        }
+        None if machine.inputs.is_empty() => format!("give both rows {what}, or remove one"),
+        None => format!("give both rows {what}, or write 0 in one and 1 in the other for an input"),
+    }
 }
 
 /// Shortens a text to 30 characters for a message.
@@ -88,8 +129,8 @@ impl Reader {
         }
     }
 
-    fn error(&mut self, span: Span, message: impl Into<String>) {
-        self.report(Diagnostic::error(codes::KISS2_SYNTAX, message).at(span, ""));
+    fn error(&mut self, span: Span, message: impl Into<String>, help: impl Into<String>) {
+        self.report(Diagnostic::error(codes::KISS2_SYNTAX, message).at(span, "").help(help));
     }
 
     fn text(&mut self, text: &str) {
@@ -132,12 +173,14 @@ impl Reader {
                     _ => None,
                 };
                 let Some(number) = number else {
-                    self.error(head.span, format!("expected one number after `{}`", head.text));
+                    let message = format!("expected one number after `{}`", head.text);
+                    self.error(head.span, message, format!("write it as in `{} 2`", head.text));
                     return;
                 };
                 let is_width = head.text == ".i" || head.text == ".o";
                 if is_width && number > MAX_WIDTH {
-                    self.error(head.span, format!("{number} columns; the limit is {MAX_WIDTH}"));
+                    let message = format!("{number} columns; the limit is {MAX_WIDTH}");
+                    self.error(head.span, message, "split the table by outputs");
                     return;
                 }
                 let place = match head.text {
@@ -152,21 +195,29 @@ impl Reader {
                     self.error(
                         head.span,
                         format!("`{}` is given twice, with different numbers", head.text),
+                        "remove one of them",
                     );
                 } else if !self.machine.rows.is_empty() {
-                    self.error(head.span, format!("`{}` after the first row", head.text));
+                    let message = format!("`{}` after the first row", head.text);
+                    self.error(head.span, message, "move it before the rows");
                 }
             }
             ".r" | ".reset" => match words {
                 [word] => self.reset = Some((word.text.to_owned(), word.span)),
-                _ => self.error(head.span, "expected one state after `.r`"),
+                _ => {
+                    let help = "name the state in which the machine begins, as in `.r idle`";
+                    self.error(head.span, "expected one state after `.r`", help);
+                }
             },
             ".ilb" | ".ob" => {
                 let names = words.iter().map(|word| word.text.to_owned()).collect();
+                let span = words.last().map_or(head.span, |last| head.span.to(last.span));
                 if head.text == ".ilb" {
                     self.machine.inputs = names;
+                    self.named[0] = span;
                 } else {
                     self.machine.outputs = names;
+                    self.named[1] = span;
                 }
             }
             ".start_kiss" | ".end_kiss" | ".latch_order" | ".code" | ".type" => {}
@@ -177,9 +228,15 @@ impl Reader {
                     format!("unknown line `{}` in a KISS2 table", cut(other)),
                 )
                 .at(head.span, "");
-                if let Some(near) = nearest(other, known) {
-                    finding = finding.help(format!("did you mean `{near}`?")).fix(head.span, near);
-                }
+                finding = match nearest(other, known) {
+                    Some(near) => {
+                        finding.help(format!("did you mean `{near}`?")).fix(head.span, near)
+                    }
+                    None => finding.help(format!(
+                        "remove it; the lines of a table begin with {}",
+                        known.join(" ")
+                    )),
+                };
                 self.report(finding);
             }
         }
@@ -202,14 +259,26 @@ impl Reader {
                 other => {
                     let start = word.span.start as usize + at;
                     let span = Span::new(self.file, start, start + other.len_utf8());
-                    self.error(span, format!("expected 0, 1 or - for an {what}, found `{other}`"));
+                    let message = format!("expected 0, 1 or - for an {what}, found `{other}`");
+                    let help = match what {
+                        "input" => "write 0 or 1, or - for an input that does not matter",
+                        _ => "write 0 or 1, or - for an output that may be either",
+                    };
+                    self.error(span, message, help);
                     return None;
                 }
             });
         }
         if trits.len() != wanted {
-            let message = format!("{} {what}s, but the table has {wanted}", trits.len());
-            self.error(if trits.is_empty() { line } else { word.span }, message);
+            let n = trits.len();
+            let s = if n == 1 { "" } else { "s" };
+            let message = format!("{n} {what}{s}, but the table has {wanted}");
+            let letter = if what == "input" { "i" } else { "o" };
+            let s = if wanted == 1 { "" } else { "s" };
+            let help = format!(
+                "write {wanted} character{s} here, or declare `.{letter} {n}` if all rows have {n}"
+            );
+            self.error(if trits.is_empty() { line } else { word.span }, message, help);
             return None;
         }
         Some(trits)
@@ -232,6 +301,7 @@ impl Reader {
             self.error(
                 line,
                 "the numbers of inputs and outputs (`.i` and `.o`) must come before the first row",
+                "write both lines before the rows, as in `.i 2` and `.o 1`",
             );
             self.n_more += usize::from(self.inputs.is_none() && self.outputs.is_none());
             return;
@@ -242,7 +312,10 @@ impl Reader {
                 "a row has {wanted} words (inputs, present state, next state, outputs), but this one has {}",
                 words.len()
             );
-            self.error(line, message);
+            let cells = |n: usize| "-".repeat(n.min(8)) + if n > 8 { ".." } else { "" };
+            let example = format!("{} a b {}", cells(n_inputs), cells(n_outputs));
+            let help = format!("write all of them, as in `{}`", example.trim());
+            self.error(line, message, help);
             return;
         }
         let mut words = words.iter().copied();
@@ -261,17 +334,22 @@ impl Reader {
         let start = Span::new(self.file, 0, 0);
         let (n_inputs, n_outputs) = (self.inputs.unwrap_or(0), self.outputs.unwrap_or(0));
         if self.findings.is_empty() && self.machine.states.is_empty() {
-            self.error(start, "the table has no state");
+            let help =
+                "write its rows after `.i` and `.o`: inputs, present state, next state, outputs";
+            self.error(start, "the table has no state", help);
         }
-        for (names, n, what, letter) in [
-            (&mut self.machine.inputs, n_inputs, "input", "in"),
-            (&mut self.machine.outputs, n_outputs, "output", "out"),
+        for (names, n, what, letter, span) in [
+            (&mut self.machine.inputs, n_inputs, "input", "in", self.named[0]),
+            (&mut self.machine.outputs, n_outputs, "output", "out", self.named[1]),
         ] {
             if names.is_empty() {
                 *names = (0..n).map(|column| format!("{letter}{column}")).collect();
             } else if names.len() != n {
                 let message = format!("{} names of {what}s, but the table has {n}", names.len());
-                self.findings.push(Diagnostic::error(codes::KISS2_SYNTAX, message).at(start, ""));
+                let help =
+                    format!("write one name for each of the {n} {what}s, or remove the line");
+                let finding = Diagnostic::error(codes::KISS2_SYNTAX, message).at(span, "");
+                self.findings.push(finding.help(help));
             }
         }
         for (is_rows, wanted, span) in std::mem::take(&mut self.wanted) {
@@ -282,7 +360,10 @@ impl Reader {
             };
             if is != wanted && !any_error(&self.findings) {
                 let message = format!("the header gives {wanted} {what}, but the table has {is}");
-                self.report(Diagnostic::warning(codes::KISS2_COUNT, message).at(span, ""));
+                let line = if is_rows { ".p" } else { ".s" };
+                let help = format!("write `{line} {is}`, or remove the line");
+                let finding = Diagnostic::warning(codes::KISS2_COUNT, message).at(span, "");
+                self.report(finding.help(help));
             }
         }
         if let Some((name, span)) = self.reset.take() {
@@ -294,9 +375,18 @@ impl Reader {
                         format!("unknown state `{}`", cut(&name)),
                     )
                     .at(span, "");
-                    let known = self.machine.states.iter().map(|state| state.name.as_str());
-                    if let Some(near) = nearest(&name, known) {
+                    let known = || self.machine.states.iter().map(|state| state.name.as_str());
+                    if let Some(near) = nearest(&name, known()) {
                         finding = finding.help(format!("did you mean `{near}`?")).fix(span, near);
+                    } else if self.machine.states.is_empty() {
+                        finding = finding.help("write its rows, or remove the line");
+                    } else {
+                        let shown: Vec<String> =
+                            known().take(6).map(|name| format!("`{}`", cut(name))).collect();
+                        let more = if self.machine.states.len() > 6 { ", .." } else { "" };
+                        let shown = shown.join(", ");
+                        finding =
+                            finding.help(format!("the states of the table are {shown}{more}"));
                     }
                     self.report(finding);
                 }
@@ -314,7 +404,8 @@ impl Reader {
                 "too many rows: {n_general} rows for each of {} states",
                 machine.states.len()
             );
-            self.error(Span::new(self.file, 0, 0), message);
+            let help = "write the rows with `*` for fewer states, or split the table";
+            self.error(Span::new(self.file, 0, 0), message, help);
             self.machine = machine;
             return;
         }
@@ -328,7 +419,9 @@ impl Reader {
                         cut(&machine.states[state].name),
                         rows.len()
                     );
-                    self.error(row.span, message);
+                    let help =
+                        "combine rows that have the same next state and outputs, with - for inputs";
+                    self.error(row.span, message, help);
                     break 'states;
                 }
                 for other in &rows[..at] {
@@ -357,9 +450,7 @@ impl Reader {
                         Diagnostic::error(codes::KISS2_CONTRADICTION, message)
                             .at(row.span, "second row")
                             .at(other.span, "first row")
-                            .help(
-                                "make their inputs differ in one column, or one of the cells `-`",
-                            ),
+                            .help(apart(&machine, row, other, next)),
                     );
                     if self.n_more > 0 {
                         break 'states;

@@ -1,0 +1,97 @@
+//! Ways out of mistakes, in the words of the language in which they were made.
+
+use crate::Dialect;
+use crate::device::Device;
+
+/// The pins in ascending order, neighbours as ranges: `12 to 19`, `1, 3 and 5 to 8`.
+pub(crate) fn pin_list(pins: impl IntoIterator<Item = u32>) -> String {
+    let mut pins: Vec<u32> = pins.into_iter().collect();
+    pins.sort_unstable();
+    let mut ranges: Vec<(u32, u32)> = Vec::new();
+    for pin in pins {
+        match ranges.last_mut() {
+            Some((_, last)) if *last + 1 >= pin => *last = pin,
+            _ => ranges.push((pin, pin)),
+        }
+    }
+    let shown: Vec<String> = ranges
+        .into_iter()
+        .map(|(first, last)| match last - first {
+            0 => first.to_string(),
+            1 => format!("{first}, {last}"),
+            _ => format!("{first} to {last}"),
+        })
+        .collect();
+    match shown.split_last() {
+        Some((last, before)) if !before.is_empty() => format!("{} and {last}", before.join(", ")),
+        _ => shown.join(""),
+    }
+}
+
+/// The pins of a device that can be outputs.
+pub(crate) fn outputs(device: &Device) -> String {
+    pin_list(device.macrocells.iter().map(|cell| cell.pin))
+}
+
+impl Dialect {
+    /// How a name that is read without a declaration is declared.
+    pub(crate) fn declare(self, name: &str) -> String {
+        match self {
+            Dialect::Palasm | Dialect::Galasm => {
+                format!("add `{name}` to the pins, or use the name of a pin")
+            }
+            Dialect::Cupl => {
+                format!("declare it with `PIN = {name} ;`, or give it an equation: `{name} = .. ;`")
+            }
+            Dialect::Verilog => {
+                format!("declare it as an input, or write `wire {name} = ..;`")
+            }
+            Dialect::Blif => format!("add it to `.inputs`, or give it a table: `.names .. {name}`"),
+        }
+    }
+
+    /// How a declared signal gets a function.
+    pub(crate) fn define(self, name: &str) -> String {
+        match self {
+            Dialect::Palasm | Dialect::Galasm => format!("write its equation: `{name} = ..`"),
+            Dialect::Cupl => format!("write its equation: `{name} = .. ;`"),
+            Dialect::Verilog => {
+                format!("write `assign {name} = ..;`, or assign it in a clocked block")
+            }
+            Dialect::Blif => {
+                format!("give it a table, `.names .. {name}`, or a register, `.latch .. {name}`")
+            }
+        }
+    }
+
+    /// How two functions of one signal become one.
+    pub(crate) fn combine(self, name: &str) -> String {
+        match self {
+            Dialect::Palasm | Dialect::Galasm => {
+                format!(
+                    "write one equation with the terms of both, joined by `+`, or give one of them a name other than `{name}`"
+                )
+            }
+            Dialect::Cupl => {
+                format!(
+                    "write `APPEND {name} = ..` for the second, which joins both with `#`, or remove one of them"
+                )
+            }
+            Dialect::Verilog | Dialect::Blif => {
+                format!("remove one of them, or give it a name other than `{name}`")
+            }
+        }
+    }
+
+    /// How a register gets an initial value.
+    pub(crate) fn first_value(self, register: &str) -> String {
+        match self {
+            Dialect::Blif => {
+                "write the value, 0 or 1, at the end of the line of each `.latch`".to_owned()
+            }
+            Dialect::Palasm | Dialect::Cupl | Dialect::Galasm | Dialect::Verilog => {
+                format!("give each of them one, as in `initial {register} = 1'b0;`")
+            }
+        }
+    }
+}
