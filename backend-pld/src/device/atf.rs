@@ -54,11 +54,11 @@ pub(super) const ATF750C: Device = Device {
         },
         Figure {
             what: "product terms of a macrocell, both of its sums together; a clock term for each",
-            source: Source::Memory("Atmel data source ATF750C"),
+            source: Source::Memory("Atmel data sheet ATF750C"),
         },
         Figure {
             what: "flip-flops 0 after power-up, polarity gate after them",
-            source: Source::Memory("Atmel data source ATF750C, power-up reset"),
+            source: Source::Memory("Atmel data sheet ATF750C, power-up reset"),
         },
     ],
 };

@@ -33,7 +33,7 @@ const FIGURES: &[Figure] = &[
     },
     Figure {
         what: "a wide sum uses whole macrocells in addition to its own",
-        source: Source::Memory("Atmel data source ATF1504AS, cascade logic"),
+        source: Source::Memory("Atmel data sheet ATF1504AS, cascade logic"),
     },
     Figure {
         what: "the manufacturer's fitter inverts the functions that the text inverts, so that the power-up values match the text",

@@ -32,7 +32,7 @@ pub struct Layout {
 /// A configuration of the whole device.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Mode {
-    /// Its name in the data source; empty for a device with only one.
+    /// Its name in the data sheet; empty for a device with only one.
     pub name: &'static str,
     /// The fuses that select it: number and value.
     pub fuses: &'static [(u32, bool)],

@@ -31,7 +31,7 @@ const AS_GAL: &[Figure] = &[
     },
     Figure {
         what: "registered pins high after power-up",
-        source: Source::Memory("Lattice data source GAL16V8"),
+        source: Source::Memory("Lattice data sheet GAL16V8"),
     },
 ];
 

@@ -98,11 +98,11 @@ pub(super) const GAL20RA10: Device = Device {
         },
         Figure {
             what: "feedback from the pin, polarity gate after the flip-flop",
-            source: Source::Memory("Lattice data source GAL20RA10, macrocell diagram"),
+            source: Source::Memory("Lattice data sheet GAL20RA10, macrocell diagram"),
         },
         Figure {
             what: "flip-flops 0 after power-up",
-            source: Source::Memory("Lattice data source GAL20RA10, power-up reset"),
+            source: Source::Memory("Lattice data sheet GAL20RA10, power-up reset"),
         },
     ],
 };

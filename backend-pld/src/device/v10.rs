@@ -128,7 +128,7 @@ pub(super) const GAL22V10: Device = Device {
         },
         Figure {
             what: "flip-flops 0 after power-up",
-            source: Source::Memory("Lattice data source GAL22V10, power-up reset"),
+            source: Source::Memory("Lattice data sheet GAL22V10, power-up reset"),
         },
     ],
 };

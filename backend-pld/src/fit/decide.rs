@@ -423,7 +423,7 @@ fn head(
     let remembered: Vec<&str> = device.remembered().map(|figure| figure.what).collect();
     if options.device.is_some() && device.layout.is_none() && !remembered.is_empty() {
         head.push(format!(
-            "uses data-source values that were not verified: {}",
+            "uses data-sheet values that were not verified: {}",
             remembered.join("; ")
         ));
     }

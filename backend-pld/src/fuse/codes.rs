@@ -6,7 +6,7 @@ use grafsynth_ir::Code;
 pub const NO_FUSE_MAP: Code = Code { id: "G0780", title: "unknown fuse map" };
 /// The design needs something that the device does not have.
 pub const CANNOT_HOLD: Code = Code { id: "G0781", title: "equation without a suitable macrocell" };
-/// The fuses select a configuration that no data source describes.
+/// The fuses select a configuration that no data sheet describes.
 pub const UNDOCUMENTED: Code = Code { id: "G0782", title: "undocumented fuse setting" };
 /// The device is not a single synchronous circuit.
 pub const NOT_SYNCHRONOUS: Code =

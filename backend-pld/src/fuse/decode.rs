@@ -12,7 +12,7 @@ use grafsynth_ir::diag::Diagnostic;
 /// A term that is never true is written as a literal and its complement over the macrocell's own pin.
 ///
 /// # Errors
-/// Devices without a known fuse map, and settings that no data source describes.
+/// Devices without a known fuse map, and settings that no data sheet describes.
 pub fn decode(map: &FuseMap) -> Result<Placement, Vec<Diagnostic>> {
     let Some(layout) = map.device.layout else {
         return Err(vec![super::map::no_map(map.device)]);
@@ -108,7 +108,7 @@ impl Reader<'_> {
                 return Ok(None);
             }
             let message = format!(
-                "pin {} of a {} has a configuration that no data source describes",
+                "pin {} of a {} has a configuration that no data sheet describes",
                 fuses.pin, self.map.device.name
             );
             return Err(Box::new(Diagnostic::error(codes::UNDOCUMENTED, message)));

@@ -1,4 +1,4 @@
-//! Data-source behaviour, tested on single macrocells of the simulator.
+//! Data-sheet behaviour, tested on single macrocells of the simulator.
 
 use crate::device::Device;
 use crate::fuse::sim::Chip;
