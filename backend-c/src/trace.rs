@@ -56,7 +56,7 @@ pub(crate) fn refusal(net: &Net, options: &Options) -> Option<Diagnostic> {
         return Some(
             Diagnostic::error(codes::TRACE_REFUSED, message)
                 .at(net.name.span, "this chart")
-                .help("omit `--gate` or `--trace`"),
+                .help("omit `--gate` or `--trace-ring`"),
         );
     }
     if net.transitions.len() > usize::from(BEGINS) {
@@ -67,7 +67,7 @@ pub(crate) fn refusal(net: &Net, options: &Options) -> Option<Diagnostic> {
         return Some(
             Diagnostic::error(codes::TRACE_REFUSED, message)
                 .at(net.name.span, "this chart")
-                .help("omit `--trace`, or trace a part of the chart"),
+                .help("omit `--trace-ring`, or trace a part of the chart"),
         );
     }
     if places == 0 || places > MAX_PLACES {
@@ -75,7 +75,7 @@ pub(crate) fn refusal(net: &Net, options: &Options) -> Option<Diagnostic> {
         return Some(
             Diagnostic::error(codes::TRACE_REFUSED, message)
                 .at(net.name.span, "this chart")
-                .help("give another number to `--trace`"),
+                .help("give another number to `--trace-ring`"),
         );
     }
     None

@@ -25,7 +25,7 @@ pub const SATURATION: Code = Code { id: "G0810", title: "value outside the range
 /// Two forcing orders that contradict each other.
 pub const FORCING_RACE: Code = Code { id: "G0811", title: "forcing orders that can conflict" };
 /// A variable that others access while the tasks of a step are partly done.
-pub const SHARED: Code = Code { id: "G0812", title: "variable shared with a suspended step" };
+pub const SHARED: Code = Code { id: "G0812", title: "variable shared with a halted step" };
 /// Conflicts between transitions that the conflict policy resolves.
 pub const DECIDED_CONFLICT: Code = Code { id: "G0813", title: "conflict resolved by the policy" };
 

@@ -20,7 +20,7 @@ pub(crate) const TRUCK: &str = r#"chart truck {                              # t
     input  m "loading request", b "right limit", p "loaded", a "left limit"
     output R "move right", Z "load", L "move left"
     assume never (a and b)                 # the environment: used by the verifier and as don't-cares on the chip
-    assert never (R and L)                 # a property: checked by `verify`
+    assert never (R and L)                 # a property: proved or refuted by `check`
 
     initial step p1 "waiting"
     step p2 { R }
