@@ -177,8 +177,8 @@ pub(crate) struct Input {
 /// The designs of a verb.
 #[derive(Debug, Args)]
 pub(crate) struct Inputs {
-    /// Charts (.graf .rules .scxml .st .xml .c .kiss2 .net) or logic (.pds .pld .v .blif .pla .jed); `-` is standard input. For a folder, all charts in and
-    /// below it are used, except hidden folders and links to folders.
+    /// Charts (.graf .rules .scxml .st .xml .c .kiss2 .net) or logic (.pds .pld .v .blif .pla .jed); `-` is standard input. For a folder, all charts in it and in
+    /// its subfolders are used; hidden folders and links to folders are skipped.
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<String>,
     #[command(flatten)]
@@ -216,11 +216,11 @@ pub(crate) struct Reading {
     /// Read library files (`use "FILE"`) from below this folder instead of the chart's folder.
     #[arg(long, value_name = "DIR", help_heading = READING)]
     pub(crate) root: Option<PathBuf>,
-    /// Board file with device and pins; without this option, `NAME.board` beside the chart is used if it exists.
+    /// Board file with device and pins; without this option, `NAME.board` next to the chart is used if it exists.
     #[arg(long, value_name = "FILE", help_heading = READING)]
     pub(crate) board: Option<String>,
-    /// Target machine of the C: `avr`, `cortex-m3`, `8051` or `host`. Its cost model prices tasks without a declared cost, and `build` chooses the style
-    /// with the lowest worst case on it.
+    /// Target machine of the C: `avr`, `cortex-m3`, `8051` or `host`. Its cost model gives the cost of each task that declares none, and `build`
+    /// chooses the style with the lowest worst-case time on this machine.
     #[arg(long = "for", value_name = "MACHINE", value_parser = machine, help_heading = READING)]
     pub(crate) machine: Option<&'static Machine>,
     #[command(flatten)]
@@ -230,7 +230,7 @@ pub(crate) struct Reading {
 /// How a C source is translated into a chart.
 #[derive(Debug, Clone, Args, Default)]
 pub(crate) struct COptions {
-    /// Function that becomes the chart (default: `main`, or the last function that no other calls).
+    /// Function that becomes the chart (default: `main`, or the last function that no other function calls).
     #[arg(long, value_name = "FUNCTION", help_heading = C_SOURCES)]
     pub(crate) entry: Option<String>,
     /// Combine straight-line code into one step.
@@ -324,7 +324,7 @@ impl COptions {
 pub(crate) struct New {
     /// Name of the project and of its folder.
     pub(crate) name: String,
-    /// What the project is written in, or made for.
+    /// Language of the project, or the part that it is for.
     #[arg(long, value_enum, default_value = "grafcet")]
     pub(crate) kind: Kind,
 }
@@ -340,10 +340,10 @@ pub(crate) struct Check {
     /// standard output.
     #[arg(long, value_name = "OUTPUT")]
     pub(crate) certify: Option<PathBuf>,
-    /// Show notes on correct code: `conflicts` lists the conflicts that the policy decides, and who wins.
+    /// Show notes on correct code: `conflicts` lists the conflicts that the policy decides, and which transition wins.
     #[arg(long, value_name = "WHAT", value_parser = ["conflicts"], value_delimiter = ',')]
     pub(crate) notes: Vec<String>,
-    /// Write the trace of each counterexample to this file, as `.csv`, `.vcd` or `.jsonl`: further ones to FILE-2, FILE-3. `sim --stimulus FILE` runs a `.csv` again.
+    /// Write the trace of the first counterexample to this file, as `.csv`, `.vcd` or `.jsonl`, and those of the others to FILE-2, FILE-3. `sim --stimulus FILE` replays a `.csv`.
     #[arg(long, value_name = "FILE")]
     pub(crate) trace: Option<PathBuf>,
     #[command(flatten)]
@@ -388,7 +388,7 @@ pub(crate) struct Build {
     /// Also write FILE.map.json, which maps the lines of each output to the chart.
     #[arg(long, value_name = "WHAT", value_parser = ["map"])]
     pub(crate) emit: Option<String>,
-    /// Jinja template for `--target template`, rendered over the net's JSON; `my.py.j2` writes STEM.py; repeatable.
+    /// Jinja template for `--target template`, rendered with the JSON of the net; `my.py.j2` writes STEM.py; repeatable.
     #[arg(long, value_name = "FILE")]
     pub(crate) template: Vec<String>,
     /// Skip the proofs; outputs are still read back and tested.
@@ -441,7 +441,7 @@ pub(crate) struct Build {
     /// Do not use unreachable states as don't-cares.
     #[arg(long, help_heading = CIRCUITS)]
     pub(crate) no_dc: bool,
-    /// Return from every unreachable state to the initial one within one clock (proved over all codes).
+    /// Return from every illegal state to the initial one within one clock (proved for all codes).
     #[arg(long, help_heading = CIRCUITS)]
     pub(crate) safe: bool,
     /// Synchroniser flip-flops for each input not declared `synchronous`: 0, 1 or 2.
@@ -482,7 +482,7 @@ pub(crate) struct Sim {
     /// Write the trace to this file, as `.csv`, `.vcd` or `.jsonl` (default: CSV on standard output).
     #[arg(long, short, value_name = "FILE")]
     pub(crate) trace: Option<PathBuf>,
-    /// Start from a state written by `--save`; the names decide, so the chart may have changed.
+    /// Start from a state written by `--save`. Steps and variables are matched by name, so the chart may have changed since.
     #[arg(long, value_name = "FILE")]
     pub(crate) restore: Option<String>,
     /// Write the state after the last reaction.
@@ -494,7 +494,7 @@ pub(crate) struct Sim {
 pub(crate) struct Trace {
     /// Dump of the ring: the bytes of `NAME_trace_byte`, or hexadecimal text.
     pub(crate) dump: String,
-    /// Chart that the code was built from, with the same input options as in the build.
+    /// Chart from which the code was built; give the same input options as in the build.
     #[arg(long, value_name = "FILE")]
     pub(crate) chart: String,
     #[command(flatten)]
@@ -503,8 +503,8 @@ pub(crate) struct Trace {
 
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
-    /// One design: run it on all engines. Several designs: compare the first with each other one, by their common columns. Two folders: compare files of
-    /// equal name. `-` is standard input. `--board` and `--assert` apply to the first design, the other input options to each.
+    /// One design: run it on all engines. Several designs: compare the first with each of the others, in the columns that both have. Two folders: compare the
+    /// files with the same name. `-` is standard input. `--board` and `--assert` apply to the first design, the other input options to all designs.
     #[command(flatten)]
     pub(crate) inputs: Inputs,
     #[command(flatten)]
@@ -556,7 +556,7 @@ pub(crate) struct Minimise {
     /// Search for a proved minimum (default); report a bound if the budget runs out.
     #[arg(long, conflicts_with = "heuristic")]
     pub(crate) exact: bool,
-    /// Only search for a small result, without a proof.
+    /// Search for a small result only, without a proof that it is the minimum.
     #[arg(long)]
     pub(crate) heuristic: bool,
     /// Effort, 0 to 9; each step allows ten times the work. Counted in operations, so the result is the same on every machine.
@@ -583,7 +583,7 @@ pub(crate) struct Diff {
     pub(crate) old: String,
     /// New chart.
     pub(crate) new: String,
-    /// Machine whose cost model prices tasks without a declared cost.
+    /// Machine whose cost model gives the cost of each task that declares none.
     #[arg(long = "for", value_name = "MACHINE", value_parser = machine)]
     pub(crate) machine: Option<&'static Machine>,
     /// Number of random reactions to run if the charts are too large to enumerate.
@@ -636,7 +636,7 @@ const EXAMPLES: [(&str, &str); 12] = [
         "new",
         "  grafsynth new lamp                       # lamp/lamp.graf, .board, .csv and a Makefile
   grafsynth new blink --kind avr           # with a main program for an Arduino Uno
-  make -C lamp test                        # check it, and run it through every engine",
+  make -C lamp test                        # check it, and run it on every engine",
     ),
     (
         "check",
@@ -671,7 +671,7 @@ const EXAMPLES: [(&str, &str); 12] = [
     (
         "trace",
         "  grafsynth build lamp.graf --target c --trace-ring 64 -o out
-  grafsynth trace dump.hex --chart lamp.graf  # after reading the ring from the machine",
+  grafsynth trace dump.hex --chart lamp.graf  # after copying the ring from the machine",
     ),
     (
         "fmt",

@@ -3,8 +3,8 @@
  * tools, a washing station and a buffer for finished parts.
  *
  * The host sends telegrams of twelve bytes; each makes the cell run one cycle
- * with the sensor readings of that moment. What the cell remembers between
- * cycles (wear, buffer, counters) lies in the variables below.
+  * with the sensor readings of that moment. The variables below keep their
+ * values between cycles (wear, buffer, counters).
  *
  *   telegram   0xA5, opcode, eight bytes of data, sequence number, CRC-8
  *   result     0 done, below 0 refused, above 0 stopped on the way
@@ -106,7 +106,7 @@ _Bool store(int size)
     return 1;
 }
 
-/* Takes the smallest part out of the buffer that is not below `least`; 0 if there is none. */
+/* Removes the smallest part of size `least` or more from the buffer; 0 if there is none. */
 int fetch(int least)
 {
     int i, size = 0;

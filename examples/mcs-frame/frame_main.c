@@ -1,5 +1,5 @@
 /* The frame on an ATmega1284P: the timer posts `tis` and moves the axes, the emergency button on PD2 posts `eis`, and the loop runs the task that the
- * chart says. PB0: the drives are on. PB1: alarm. PB2 turns over with each round. PD3 low: something is wrong. PD4 low: the operator acknowledges.
+ * chart selects. PB0: the drives are on. PB1: alarm. PB2 toggles in each pass of the loop. PD3 low: something is wrong. PD4 low: the operator acknowledges.
  * PD5, PD6: the mode. */
 #include <avr/interrupt.h>
 #include <avr/io.h>
@@ -17,7 +17,7 @@ static volatile frame_in_t pins;
 static frame_t frame;
 static frame_out_t out;
 
-/* TIS: once a millisecond. The axes are moved here whatever the background does; the chart only counts the periods. */
+/* TIS: once per millisecond. The axes are moved here, independently of the background; the chart only counts the periods. */
 static volatile uint16_t axis;
 ISR(TIMER0_COMPA_vect)
 {
@@ -34,7 +34,7 @@ ISR(INT0_vect)
     (void)frame_post(&ring, FRAME_EVENT_eis);
 }
 
-/* The tasks of the background: each says whether it is done. What they do on a machine is no business of the frame. */
+/* The tasks of the background: each returns whether it is done. Their contents depend on the machine. */
 static bool initialise(void)
 {
     FRAME_ENTER_CRITICAL();
@@ -47,7 +47,7 @@ static bool initialise(void)
 static bool diagnose(void)
 {
     const uint8_t wires = PIND;
-    /* An event lost is as bad as a broken wire. */
+    /* A lost event is as serious as a broken wire. */
     pins.fault = (wires & _BV(PD3)) == 0U || ring.lost != 0U;
     return true;
 }
@@ -92,7 +92,7 @@ static bool run_task(void)
     if (out.run_ocs) {
         return refresh();
     }
-    return idle_task(); /* SSC, and the four modes: the machine's own */
+    return idle_task(); /* SSC and the four modes depend on the machine */
 }
 
 int main(void)
@@ -112,7 +112,7 @@ int main(void)
         frame_scan(&frame, &ring, &pins, &out);
         {
             FRAME_ENTER_CRITICAL();
-            /* Between the interrupt and the reaction on its event the chart does not know of it yet. */
+            /* Between the interrupt and the reaction to its event, the chart does not yet know that the event occurred. */
             if (frame_active_halted(&frame)) {
                 stopped = false;
             }

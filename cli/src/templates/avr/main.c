@@ -1,4 +1,4 @@
-/* The pins and the clock of NAME on an ATmega328P (Arduino Uno). Inputs close to ground: a closed contact reads as true. */
+/* The pins and the clock of NAME on an ATmega328P (Arduino Uno). Each input is a contact to ground, and a closed contact reads as true. */
 #include <avr/interrupt.h>
 #include <avr/io.h>
 #include <avr/sleep.h>
@@ -47,7 +47,7 @@ static void timer_init(void)
     TIMSK1 = 1 << OCIE1A;
 }
 
-/* A reaction every PERIOD_MS, so that no press of a button is missed; every TICK_MS a tick of the chart's time. */
+/* Runs a reaction every PERIOD_MS, so that no press of a button is missed. The time of the chart advances by one tick every TICK_MS. */
 ISR(TIMER1_COMPA_vect)
 {
     static uint8_t ms;
