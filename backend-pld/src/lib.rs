@@ -159,6 +159,8 @@ pub struct Emitted {
     pub names: Vec<Named>,
     /// Inputs and outputs whose pins are not in the order of declarations.
     pub moved: Vec<MovedPin>,
+    /// What the device lacks, if pins were left open for that reason.
+    pub lacks: Vec<String>,
     /// Where each line comes from.
     pub map: Vec<MapLine>,
 }
@@ -227,9 +229,15 @@ pub fn emit(
                 logic.name.text,
                 dialect.name()
             );
-            let diagnostic = Diagnostic::error(codes::NO_EQUATION, message)
-                .help("add an output to the design; Verilog and BLIF support a design without one");
-            Err(vec![diagnostic])
+            let finding = Diagnostic::error(codes::NO_EQUATION, message).help(
+                "add an output to the design, or convert it to `.v` or `.blif`, which need none",
+            );
+            let span = logic.name.span;
+            Err(vec![if span == Default::default() {
+                finding
+            } else {
+                finding.at(span, "no output")
+            }])
         }
         Dialect::Palasm | Dialect::Cupl | Dialect::Galasm => {
             let equations = Equations::new(logic, dialect, options)?;
@@ -241,8 +249,9 @@ pub fn emit(
                 }
             };
             let names = equations.named(logic);
-            let moved = equations.moved;
-            Ok(Emitted { dialect, text: source.text, bench: None, names, moved, map: source.map })
+            let (moved, lacks) = (equations.moved, equations.lacks);
+            let (text, map) = (source.text, source.map);
+            Ok(Emitted { dialect, text, bench: None, names, moved, lacks, map })
         }
         Dialect::Verilog | Dialect::Blif => {
             let netlist = netlist::Netlist::new(logic, dialect, options);
@@ -263,6 +272,7 @@ pub fn emit(
                 bench,
                 names: netlist.named(logic),
                 moved: Vec::new(),
+                lacks: Vec::new(),
                 map: source.map,
             })
         }

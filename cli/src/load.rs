@@ -304,6 +304,9 @@ impl Session {
                     Some((_, text)) => *text,
                     None => {
                         let Some(size) = files::size_within(Path::new(&file), root) else {
+                            if files::is_absent_within(Path::new(&file), root) {
+                                texts.absent.push((from, name));
+                            }
                             continue;
                         };
                         if size > left || known.len() > MOST_LIBRARIES {

@@ -71,7 +71,8 @@ pub fn certify(
                 let message =
                     format!("{} is not certified: the chart alone has errors", library.name);
                 let finding = Diagnostic::warning(codes::CERTIFICATE, message);
-                certified.found.push(finding.at(library.name.span, why));
+                let help = "`use` it in a chart of this file and run `check` to see them";
+                certified.found.push(finding.at(library.name.span, why).help(help));
                 continue;
             }
         };
@@ -147,7 +148,13 @@ fn verdicts(
         };
         if let Some(why) = why {
             let message = format!("{name} of {} is not certified: it is not proved", library.name);
-            found.push(Diagnostic::warning(codes::CERTIFICATE, message).at(span, why));
+            let help = match verdict.outcome {
+                Outcome::Proved { .. } | Outcome::Refuted { .. } => {
+                    "correct the chart or the property: `check` of a chart that uses it shows the rows"
+                }
+                Outcome::Open(_) => "raise --proof-limit, or make the property simpler",
+            };
+            found.push(Diagnostic::warning(codes::CERTIFICATE, message).at(span, why).help(help));
         }
         let name = Name::new(name.clone(), span);
         verdicts.push(Certifiable {

@@ -159,9 +159,18 @@ pub(crate) fn one_clock_all_the_same(
     if busy != BusyMode::Always || !is_stable || has_busy {
         return None;
     }
-    let why = why_one_clock(net);
-    let message = format!("no micro-step of `{}` can have its own clock: {why}", net.name);
+    let (message, help) = if net.emergency.is_some() {
+        (
+            "`--busy always` is ignored: with an emergency, the outputs must answer in one clock",
+            "leave out `--busy always`; without the emergency, each micro-step can take a clock",
+        )
+    } else {
+        (
+            "`--busy always` is ignored: nothing fires, or actions are called between micro-steps",
+            "leave out `--busy always`: a reaction takes one clock",
+        )
+    };
     let place = net.emergency.as_ref().map_or(net.name.span, |emergency| emergency.meta.span);
     let finding = Diagnostic::warning(codes::ONE_CLOCK, message).at(place, "");
-    Some(finding.help("a reaction takes one clock; omit `--busy always`"))
+    Some(finding.help(help))
 }

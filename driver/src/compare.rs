@@ -89,7 +89,9 @@ pub fn nets(
 #[must_use]
 pub fn incomparable(why: &Incomparable) -> Diagnostic {
     let help = match why {
-        Incomparable::NothingInCommon => "designs are compared by their common columns",
+        Incomparable::NothingInCommon => {
+            "give inputs and outputs the same names in both: `--rename FIRST=SECOND` matches two of them"
+        }
         Incomparable::Ticks { .. } => {
             "`dt` counts ticks, so a row has a different duration in each chart: give both charts the same `tick`"
         }

@@ -6,7 +6,7 @@ use crate::format::Format;
 use crate::pipeline;
 use crate::read::{Design, dialect};
 use grafsynth_ir::logic::Logic;
-use grafsynth_ir::{Diagnostic, FileId};
+use grafsynth_ir::{Diagnostic, FileId, Span};
 use grafsynth_logic::minimise::Budget;
 use grafsynth_verify::Limits;
 
@@ -100,7 +100,7 @@ fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
                 .help("use `build FILE --target c -o FOLDER`, which also compares the C code with the chart"),
         ]),
         (
-            Design::Logic(_),
+            Design::Logic(design),
             Format::Graf
             | Format::Rules
             | Format::Scxml
@@ -109,18 +109,20 @@ fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
             | Format::Kiss2
             | Format::Net,
         ) => Err(vec![
-            Diagnostic::error(
-                codes::NEEDS_CHART,
-                format!(
-                    "logic cannot be written as {}: its flip-flops are not steps of a known chart",
-                    to.name()
-                ),
-            )
-            .help(
-                "convert it to palasm, cupl, galasm, verilog, blif or pla; or compare it with a chart",
-            ),
+            logic_not_chart(&design.interface.name.span, to),
         ]),
     }
+}
+
+/// The finding about logic that would have to be written as a chart.
+fn logic_not_chart(place: &Span, to: Format) -> Diagnostic {
+    let message = format!(
+        "logic cannot be written as {}: its flip-flops are not steps of a known chart",
+        to.name()
+    );
+    let finding = Diagnostic::error(codes::NEEDS_CHART, message)
+        .help("give --to or -o one of palasm, cupl, galasm, verilog, blif and pla");
+    if *place == Span::default() { finding } else { finding.at(*place, "this circuit") }
 }
 
 /// The table of a circuit's functions.

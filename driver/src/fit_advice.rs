@@ -304,11 +304,28 @@ fn times(asked: &BuildContext<'_>) -> Option<String> {
     if longer.is_empty() {
         return None;
     }
-    Some(format!(
+    let said = format!(
         "the time of `{name}` takes {n} of {n_flops} registers, because it counts {ticks} ticks of {}; it would take {}",
         duration(tick),
         longer.join(", ")
-    ))
+    );
+    // The shortest tick with which the macrocells are enough.
+    let n_outputs = asked.logic.outputs.values().filter(|one| one.registered.is_none()).count();
+    let n_cells = asked.device()?.macrocells.len();
+    let left = |factor: u64| n_flops - n as usize + bits(ticks / factor) as usize;
+    let enough = LONGER
+        .into_iter()
+        .filter(|factor| ticks.is_multiple_of(*factor))
+        .find(|factor| left(*factor) + n_outputs <= n_cells);
+    Some(match enough {
+        Some(factor) => format!(
+            "{said}; with `tick {}` in a `.graf` (`convert` writes one), its {} registers and {n_outputs} output{} have enough macrocells",
+            duration(tick * factor),
+            left(factor),
+            if n_outputs == 1 { "" } else { "s" }
+        ),
+        None => said,
+    })
 }
 
 /// The largest constant that a time is compared with, and where; 0 if there is none.

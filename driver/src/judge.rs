@@ -102,7 +102,10 @@ fn bind(net: &Net, logic: &Logic, renames: &Renames) -> Result<Bound, Vec<Diagno
                         format!("the logic has an input `{}`, {why}", input.name),
                     )
                     .at(input.meta.span, "")
-                    .help("inputs are matched by name, ignoring letter case if that is unambiguous; use `--rename LOGIC=CHART` to match other names"),
+                    .help(format!(
+                        "write `--rename {}=NAME` with the chart's name of this input",
+                        input.name
+                    )),
                 );
             }
         }

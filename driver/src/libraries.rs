@@ -4,6 +4,7 @@
 //! [`Texts::libraries`](crate::read::Texts); `resolve` joins them.
 
 use crate::codes;
+use crate::read::Texts;
 use crate::source::Sources;
 use crate::task_costs;
 use grafsynth_backend_c::cost::Machine;
@@ -40,15 +41,15 @@ pub fn wanted(file: FileId, text: &str) -> Vec<String> {
 /// Adds the library charts of all files that a design uses, directly or indirectly, each file once, in the order in which they are first named.
 pub(crate) fn resolve(
     sources: &Sources,
-    libraries: &[LibraryText],
+    texts: &Texts,
     limits: &Limits,
-    main: FileId,
     design: &mut Design,
     found: &mut Vec<Diagnostic>,
 ) {
     let own = design.libraries.len();
+    let main = texts.main;
     let mut reading =
-        Reading { sources, libraries, limits, open: vec![main], done: Vec::new(), design, found };
+        Reading { sources, texts, limits, open: vec![main], done: Vec::new(), design, found };
     let imports = reading.design.imports.clone();
     reading.all(main, &imports);
     // Files are named at the top, before the charts of the text.
@@ -57,7 +58,7 @@ pub(crate) fn resolve(
 
 struct Reading<'a> {
     sources: &'a Sources,
-    libraries: &'a [LibraryText],
+    texts: &'a Texts,
     limits: &'a Limits,
     /// The chain of files that leads to the current one.
     open: Vec<FileId>,
@@ -70,19 +71,34 @@ impl Reading<'_> {
     fn all(&mut self, from: FileId, imports: &[Import]) {
         for import in imports {
             let known = self
+                .texts
                 .libraries
                 .iter()
                 .find(|library| library.from == from && library.name == import.file);
             match known {
                 Some(library) => self.one(library.text, import),
-                None => self.found.push(
-                    Diagnostic::error(
-                        codes::LIBRARY_FILE,
-                        format!("the library file `{}` cannot be read", import.file),
-                    )
-                    .at(import.span, "named here")
-                    .help("its path is relative to the file that names it, and it must be below the folder of the chart, or below --root DIR"),
-                ),
+                None => {
+                    let is_absent = self
+                        .texts
+                        .absent
+                        .iter()
+                        .any(|(of, name)| *of == from && *name == import.file);
+                    let (what, help) = if is_absent {
+                        let own = self.sources.get(from).map_or("", |source| source.path.as_str());
+                        let folder = own.rfind(['/', '\\']).map_or("", |at| &own[..=at]);
+                        let help = format!(
+                            "looked for `{folder}{}`: write the path relative to this file",
+                            import.file
+                        );
+                        ("does not exist", help)
+                    } else {
+                        let help = "it must be a text below the folder of the chart; --root DIR allows another folder";
+                        ("cannot be read", help.to_owned())
+                    };
+                    let message = format!("the library file `{}` {what}", import.file);
+                    let finding = Diagnostic::error(codes::LIBRARY_FILE, message);
+                    self.found.push(finding.at(import.span, "named here").help(help));
+                }
             }
         }
     }
@@ -207,7 +223,12 @@ pub fn certificates(
             } else {
                 Diagnostic::warning(codes::CERTIFICATE, message)
             };
-            found.push(finding.at(property.span, why));
+            let help = if is_wrong {
+                "correct the library chart, or remove the property from its certificate; `check LIBRARY --certify -` prints one that is right"
+            } else {
+                "remove the property from the certificate, or raise --proof-limit"
+            };
+            found.push(finding.at(property.span, why).help(help));
         }
     }
     found

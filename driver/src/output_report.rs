@@ -128,7 +128,7 @@ pub enum Note {
     Safe(String),
     /// It is not proved that illegal codes return, with the reason.
     NotSafe(String),
-    /// Pins are not assigned because the design does not fit, with advice.
+    /// Pins are not assigned because the design does not fit, with advice unless it is given elsewhere.
     PinsOpen(String),
     /// An input or output whose pin is not in the order of declarations, and why.
     PinMoved(MovedPin),
@@ -221,6 +221,9 @@ impl std::fmt::Display for Note {
             Note::Emergency(found) => write!(f, "{found}"),
             Note::PinMoved(moved) => write!(f, "{moved}"),
             Note::NotSafe(why) => write!(f, "not proved safe: {why}"),
+            Note::PinsOpen(advice) if advice.is_empty() => {
+                f.write_str("pins not assigned: the design does not fit")
+            }
             Note::PinsOpen(advice) => {
                 write!(f, "pins not assigned: the design does not fit; {advice}")
             }

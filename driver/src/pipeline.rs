@@ -27,6 +27,7 @@ use crate::output_report::{Note, Outcome, OutputFault, OutputProof, OutputReport
 use crate::report::chip::{Chip, Made};
 use crate::target::Target;
 use grafsynth_backend_c::File;
+use grafsynth_backend_pld::codes::DOES_NOT_FIT;
 use grafsynth_backend_pld::equations::Equations;
 use grafsynth_backend_pld::{Dialect, EmitOptions, Emitted, Object, synchronise};
 pub use grafsynth_backend_pld::{Reset, ResetStyle};
@@ -136,7 +137,30 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
             }
         }
     }
+    say_once(&mut built);
     built
+}
+
+/// Several targets give the same answers: a refusal, and the advice on what would fit, are said once.
+fn say_once(built: &mut Built) {
+    let mut once: Vec<Diagnostic> = Vec::new();
+    for one in std::mem::take(&mut built.found) {
+        let is_same = |other: &Diagnostic| {
+            (other.code, &other.message, &other.labels) == (one.code, &one.message, &one.labels)
+        };
+        if !once.iter().any(is_same) {
+            once.push(one);
+        }
+    }
+    built.found = once;
+    let mut is_advised = built.found.iter().any(|one| one.code == DOES_NOT_FIT);
+    for note in built.lines.iter_mut().flat_map(|line| &mut line.notes) {
+        if let Note::PinsOpen(advice) = note
+            && std::mem::replace(&mut is_advised, true)
+        {
+            advice.clear();
+        }
+    }
 }
 
 /// The pins of an iCE40, and the inputs of its tools.
@@ -251,7 +275,12 @@ fn equations(
     };
     if is_flat && options.device.is_some() && through.emitted.names.iter().any(has_open_pins) {
         let advice = fit_advice::advice_for(&asked);
-        line.notes.push(Note::PinsOpen(advice));
+        let lacks = through.emitted.lacks.join("; ");
+        line.notes.push(Note::PinsOpen(if lacks.is_empty() || advice.is_empty() {
+            format!("{lacks}{advice}")
+        } else {
+            format!("{lacks}; {advice}")
+        }));
     }
     line.notes.extend(through.emitted.moved.iter().cloned().map(Note::PinMoved));
     let outcome = line.outcome();

@@ -51,6 +51,8 @@ pub struct Texts {
     pub board: Option<FileId>,
     /// The texts of the files that the design and its libraries name.
     pub libraries: Vec<LibraryText>,
+    /// The files that these name but that do not exist: each with the text that names it.
+    pub absent: Vec<(FileId, String)>,
     /// Files with properties, and single properties from the command line.
     pub properties: Vec<FileId>,
     /// Options for reading a design in C.
@@ -95,7 +97,7 @@ pub fn read(
 ) -> (Option<Design>, Vec<Diagnostic>) {
     let Some(source) = sources.get(texts.main) else { return (None, Vec::new()) };
     let Some(format) = texts.format.or_else(|| Format::of(&source.path, &source.text)) else {
-        return (None, vec![unknown_format(texts.main, &source.path)]);
+        return (None, vec![unknown_format(&source.path)]);
     };
     let mut found = Vec::new();
     let design = match format {
@@ -286,17 +288,18 @@ pub(crate) fn dialect(format: Format) -> Dialect {
     }
 }
 
-fn unknown_format(file: FileId, path: &str) -> Diagnostic {
+fn unknown_format(path: &str) -> Diagnostic {
     let known: Vec<String> =
-        Format::ALL.iter().map(|(_, name, extension)| format!(".{extension} ({name})")).collect();
+        Format::ALL.iter().map(|(_, _, extension)| format!(".{extension}")).collect();
+    let mut known = known;
+    known.dedup();
     Diagnostic::error(
         codes::UNKNOWN_FORMAT,
         format!("cannot tell the format of {path} from its name"),
     )
-    .at(Span::new(file, 0, 0), "")
     .help(format!(
-        "give the format with --from, or use one of these extensions: {}",
-        known.join(", ")
+        "give it with --from, as in `--from graf`, or rename the file; endings: {}",
+        known.join(" ")
     ))
 }
 
@@ -342,7 +345,7 @@ fn chart_design(
 ) -> Option<Design> {
     let mut design = design?;
     let front = limits.front();
-    libraries::resolve(sources, &texts.libraries, &front, texts.main, &mut design, found);
+    libraries::resolve(sources, texts, &front, &mut design, found);
     let mut design = libraries::last_alone(design);
     if let Some(stem) = &texts.stem {
         for chart in design.charts.iter_mut().filter(|chart| chart.is_unnamed) {

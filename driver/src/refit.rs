@@ -9,7 +9,7 @@ use crate::built::OutputFile;
 use crate::jedec::{Written, written};
 use crate::judge::{Judged, judge};
 use crate::logic::LogicDesign;
-use crate::output_report::{OutputFault, OutputProof, OutputReport, OutputVerdict};
+use crate::output_report::{Note, OutputFault, OutputProof, OutputReport, OutputVerdict};
 use crate::report::chip::{Chip, Made as About};
 use crate::stem::FileStem;
 use grafsynth_backend_pld::equations::Equations;
@@ -73,7 +73,7 @@ pub fn make(
                 }
             };
             let fitted = fitted(design, dialect, device, limits)?;
-            let line = line(&name, fitted.judged);
+            let line = moved(line(&name, fitted.judged), &fitted.emitted);
             let circuit = design.circuit()?;
             let chip = report.then(|| {
                 let made = about(&name, &line, circuit);
@@ -91,7 +91,7 @@ pub fn make(
         Wanted::Refit => {
             let name = format!("{stem}.jed");
             let fitted = fitted(design, Dialect::Palasm, device, limits)?;
-            let line = line(&name, fitted.judged);
+            let line = moved(line(&name, fitted.judged), &fitted.emitted);
             burned(name, &fitted.placement?, line, report)
         }
     }
@@ -155,6 +155,12 @@ fn line(name: &str, judged: Judged) -> OutputReport {
             Judged::Open(open) => OutputVerdict::ReadBack(open),
         },
     )
+}
+
+/// A line that also reports the pins that are not in the order of declarations.
+fn moved(mut line: OutputReport, emitted: &Emitted) -> OutputReport {
+    line.notes.extend(emitted.moved.iter().cloned().map(Note::PinMoved));
+    line
 }
 
 /// A circuit that was fitted.

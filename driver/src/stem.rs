@@ -75,6 +75,20 @@ impl FileStem {
         &self.0
     }
 
+    /// The endings of stems in C: `STEM_port.h`, `STEM_user.c` and `STEM_tables.c` are further files of a design.
+    const OF_C: [&str; 3] = ["_port", "_user", "_tables"];
+
+    /// The design with the longer stem would write a file of C that the design with the shorter one also writes: `lamp_port.h` is the port of `lamp` and the
+    /// header of `lamp_port`.
+    #[must_use]
+    pub fn meets_in_c(&self, other: &FileStem) -> bool {
+        let (one, two) = (self.key(), other.key());
+        let is_further = |long: &str, short: &str| {
+            long.strip_prefix(short).is_some_and(|ending| Self::OF_C.contains(&ending))
+        };
+        is_further(&one, &two) || is_further(&two, &one)
+    }
+
     /// A chart's name: what a chart is called whose language has no names for charts.
     #[must_use]
     pub fn identifier(&self) -> String {

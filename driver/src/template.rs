@@ -9,7 +9,7 @@ use crate::target::Target;
 pub use grafsynth_backend_template::codes::TEMPLATE_ENDLESS as ENDLESS;
 use grafsynth_backend_template::{Template, json, render, text};
 use grafsynth_ir::net::Net;
-use grafsynth_ir::{Diagnostic, Span, Valid};
+use grafsynth_ir::{Diagnostic, Valid};
 
 /// The outputs of [`Target::Json`] and [`Target::Template`].
 pub(crate) fn build(net: &Valid<Net>, target: Target, options: &BuildOptions, built: &mut Built) {
@@ -24,15 +24,26 @@ pub(crate) fn build(net: &Valid<Net>, target: Target, options: &BuildOptions, bu
     if target != Target::Template {
         return;
     }
-    for template in &options.templates {
+    for (at, template) in options.templates.iter().enumerate() {
         let name = template.output(&stem);
-        let at = Span { file: template.file, ..Span::default() };
-        if built.files.iter().any(|file| file.name == name) {
-            let message = format!("two outputs are called {name}");
-            let found = Diagnostic::error(codes::SAME_OUTPUT, message)
-                .at(at, "the second")
-                .help("the template's name sets the extension of its output: `my.py.j2` makes `STEM.py`; build them into two folders, or give the template another extension");
-            built.found.push(found);
+        let before = &options.templates[..at];
+        let other = before.iter().find(|other| other.output(&stem) == name);
+        if other.is_some() || built.files.iter().any(|file| file.name == name) {
+            let (message, help) = match other {
+                Some(other) if other.path == template.path => (
+                    format!("`--template {}` is given twice", template.path),
+                    "remove one of the two".to_owned(),
+                ),
+                Some(other) => (
+                    format!("`{}` and `{}` would both be written to {name}", other.path, template.path),
+                    "rename one of them, as in `my.py.j2` for a file `STEM.py`, or build them into two folders".to_owned(),
+                ),
+                None => (
+                    format!("`{}` and another target would both be written to {name}", template.path),
+                    "rename the template, as in `my.py.j2` for a file `STEM.py`, or build them into two folders".to_owned(),
+                ),
+            };
+            built.found.push(Diagnostic::error(codes::SAME_OUTPUT, message).help(help));
             continue;
         }
         let source = Template { file: template.file, path: &template.path, text: &template.text };

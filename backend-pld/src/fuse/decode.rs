@@ -24,7 +24,7 @@ pub fn decode(map: &FuseMap) -> Result<Placement, Vec<Diagnostic>> {
             map.device.name,
             layout.modes.len()
         );
-        return Err(vec![Diagnostic::error(codes::UNDOCUMENTED, message)]);
+        return Err(vec![Diagnostic::error(codes::UNDOCUMENTED, message).help(OTHER_DEVICE)]);
     };
     let reader = Reader { map, layout, mode };
     let mut placement = Placement::new(map.device);
@@ -45,6 +45,10 @@ pub fn decode(map: &FuseMap) -> Result<Placement, Vec<Diagnostic>> {
     }
     if found.is_empty() { Ok(placement) } else { Err(found) }
 }
+
+/// What to do with fuses that make no sense for a device.
+const OTHER_DEVICE: &str =
+    "check that the file is for this device and was not changed: get it from its source again";
 
 struct Reader<'a> {
     map: &'a FuseMap,
@@ -111,7 +115,9 @@ impl Reader<'_> {
                 "pin {} of a {} has a configuration that no data sheet describes",
                 fuses.pin, self.map.device.name
             );
-            return Err(Box::new(Diagnostic::error(codes::UNDOCUMENTED, message)));
+            return Err(Box::new(
+                Diagnostic::error(codes::UNDOCUMENTED, message).help(OTHER_DEVICE),
+            ));
         };
         let never = || Product(vec![(fuses.pin, false), (fuses.pin, true)]);
         let sum: Vec<Product> = rows(shape.sum).collect();

@@ -22,7 +22,8 @@ pub fn place(
     }
     let Some(mut placement) = equations.placement() else {
         let message = format!("not every signal has a pin of the {}", equations.device.name);
-        return Err(vec![Diagnostic::error(codes::CANNOT_HOLD, message)]);
+        let help = "use a larger device, or build `palasm` or `cupl`, which leave pins open";
+        return Err(vec![Diagnostic::error(codes::CANNOT_HOLD, message).help(help)]);
     };
     placement.part = options.device.as_deref().and_then(|name| equations.device.part(name));
     let roles = equations.roles(logic);

@@ -133,7 +133,9 @@ impl Jedec {
                     codes::UNKNOWN_SIZE,
                     format!("the file has {n_fuses} fuses, and a {} has {has}", device.name),
                 );
-                return Err(Box::new(finding.at(self.span, "the number of fuses")));
+                let help =
+                    "leave out the device to use that of the file, or get a file for the device";
+                return Err(Box::new(finding.at(self.span, "the number of fuses").help(help)));
             }
             None => {
                 // A device that replaces another one has the fuses of that one.

@@ -70,7 +70,10 @@ type Sum = Vec<Vec<(u32, bool)>>;
 
 impl Placer<'_> {
     fn refuse(&mut self, message: String, span: Span) {
-        self.found.push(Diagnostic::error(codes::NOT_PLACED, message).at(span, ""));
+        let finding = Diagnostic::error(codes::NOT_PLACED, message).at(span, "");
+        self.found.push(finding.help(
+            "correct the text, or build with --refit, which assigns pins and macrocells anew",
+        ));
     }
 
     fn cell(

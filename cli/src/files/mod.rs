@@ -265,6 +265,14 @@ pub(crate) fn is_taken(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok()
 }
 
+/// True if nothing with that name exists in a folder below `root`. Its name comes from an untrusted text, which learns nothing about other folders.
+pub(crate) fn is_absent_within(path: &Path, root: &Path) -> bool {
+    let folder = path.parent().filter(|folder| *folder != Path::new(""));
+    let folder = fs::canonicalize(folder.unwrap_or(Path::new(".")));
+    let is_below = |folder: PathBuf| fs::canonicalize(root).is_ok_and(|it| folder.starts_with(it));
+    folder.is_ok_and(is_below) && !is_taken(path)
+}
+
 /// The size of a regular file below `root`, after following symbolic links; `None` otherwise. Its name comes from an untrusted text.
 pub(crate) fn size_within(path: &Path, root: &Path) -> Option<u64> {
     let path = fs::canonicalize(path).ok()?;

@@ -76,6 +76,10 @@ fn kind(one: &Diagnostic) -> Option<Kind<'_>> {
 pub(super) fn fold<'a>(sources: &Sources, sorted: Vec<&'a Diagnostic>) -> Vec<Folded<'a>> {
     let mut groups: Vec<(Option<Kind<'_>>, Vec<&Diagnostic>)> = Vec::new();
     for one in sorted {
+        let is_repeated = one.labels.is_empty() && groups.iter().any(|(_, all)| all.contains(&one));
+        if is_repeated {
+            continue;
+        }
         let kind = kind(one);
         let known = groups.iter_mut().find(|(other, _)| other.is_some() && *other == kind);
         match known {

@@ -63,7 +63,9 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
             Err(stop) => exit = exit.worse(session.stopped(stop)),
         }
     }
-    let mut named = super::clashes::Named::default();
+    let mut target_names = arguments.target.iter().flat_map(|names| names.split(','));
+    let is_c = target_names.any(|name| matches!(Target::named(name), Some(Target::C(_))));
+    let mut named = super::clashes::Named::new(is_c);
     for (_, read) in &all {
         named.add(&read.input.file, &read.stem(), read.net()).map_err(Stop::Usage)?;
     }

@@ -8,17 +8,31 @@ use std::collections::BTreeMap;
 /// What the designs so far are called, each with its input.
 #[derive(Debug, Default)]
 pub(super) struct Named {
-    stems: BTreeMap<String, String>,
+    stems: BTreeMap<String, (FileStem, String)>,
+    /// C is written.
+    is_c: bool,
     prefixes: BTreeMap<String, String>,
 }
 
 impl Named {
+    /// No design yet; `is_c`: a target is C, which has further files.
+    pub(super) fn new(is_c: bool) -> Self {
+        Named { is_c, ..Named::default() }
+    }
+
     /// Adds a design that was read from `input`.
     ///
     /// # Errors
     /// Another design has the same name of files, or the same identifier: says which.
     pub(super) fn add(&mut self, input: &str, stem: &FileStem, net: &Net) -> Result<(), String> {
-        if let Some(other) = self.stems.insert(stem.key(), input.to_owned()) {
+        let met = self.stems.values().find(|(other, _)| self.is_c && other.meets_in_c(stem));
+        if let Some((other, own)) = met {
+            let long = if other.as_str().len() > stem.as_str().len() { other } else { stem };
+            return Err(format!(
+                "{own} and {input} would both write a file {long}.*: rename one of them, or build them into two folders"
+            ));
+        }
+        if let Some((_, other)) = self.stems.insert(stem.key(), (stem.clone(), input.to_owned())) {
             return Err(format!(
                 "{other} and {input} would both be written to {stem}.*: rename one of them, or build them into two folders"
             ));

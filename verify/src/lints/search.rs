@@ -371,7 +371,8 @@ impl<'n> Shown<'n> {
                 .at(
                     loser.meta.span,
                     if is_mutual { "its competitor" } else { "does not fire then" },
-                ),
+                )
+                .help(decided_help(net, winner, loser, is_mutual)),
             );
         }
         out
@@ -752,5 +753,33 @@ fn shown(net: &Net, stimulus: &Stimulus) -> String {
         0 => " (after reset)".to_owned(),
         n if n <= ROWS => format!(" (after the rows {})", rows.join("; ")),
         n => format!(" (after {n} rows, beginning {})", rows.join("; ")),
+    }
+}
+
+/// What to change if the other transition should fire.
+fn decided_help(net: &Net, winner: &Transition, loser: &Transition, is_mutual: bool) -> String {
+    let in_one_state = winner.requires == loser.requires;
+    let (winner, loser) = (&winner.name, &loser.name);
+    if is_mutual {
+        return format!(
+            "if one of them must go first, write `conflict priority` and give it the smaller number, as in `priority 1`; to exclude both, add `not ..` to the receptivity of `{loser}`"
+        );
+    }
+    match net.settings.policy {
+        Policy::Priority => format!(
+            "if `{loser}` should fire, give it a smaller number than `{winner}`, as in `priority 1` beside `priority 2`"
+        ),
+        Policy::InnerFirst if !in_one_state => {
+            format!("if `{loser}` should fire, write `conflict outer-first`, or declare it first")
+        }
+        Policy::OuterFirst if !in_one_state => {
+            format!("if `{loser}` should fire, write `conflict inner-first`, or declare it first")
+        }
+        Policy::InnerFirst | Policy::OuterFirst | Policy::All => {
+            format!("if `{loser}` should fire, declare it before `{winner}`")
+        }
+        Policy::PriorityAge => format!(
+            "if `{loser}` should fire, add its negated condition to the receptivity of `{winner}`"
+        ),
     }
 }
