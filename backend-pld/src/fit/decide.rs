@@ -16,10 +16,16 @@ use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::logic::{Logic, NodeId, PinInputId, PinOutput};
 use grafsynth_ir::names::{CUPL, GALASM, Namer, PALASM, PALASM_CHIP};
 use grafsynth_ir::net::Meta;
-use grafsynth_logic::minimise::Budget;
+use grafsynth_logic::minimise::{Budget, Refused};
 use grafsynth_logic::node_bdds::Var;
 use grafsynth_logic::split::{Wide, split};
 use std::collections::BTreeMap;
+
+/// In a design that cannot fit, this many functions may use up the whole size of a decision diagram before they are cut. The later ones are cut sooner:
+/// a design with hundreds of them would otherwise take minutes for sums that no device holds.
+const MOST_REFUSED: usize = 4;
+/// The maximum number of nodes for the diagrams of those later functions.
+const NODES_IF_REFUSED: usize = 1 << 10;
 
 impl Equations {
     /// Makes all decisions.
@@ -62,8 +68,11 @@ impl Equations {
         let exclusive =
             (device.has_flip_flop(FlipFlop::T) || device.has_xor()).then(|| Exclusive::new(logic));
         let all = |forms: FormChoice<'_>, signals: &mut [Signal]| {
-            let form_of = |function: &Function<'_>| {
-                let forms = FormChoice { open: &function.open, ..forms };
+            let form_of = |function: &Function<'_>, is_short: bool| {
+                let mut forms = FormChoice { open: &function.open, ..forms };
+                if is_short {
+                    forms.budget.nodes = forms.budget.nodes.min(NODES_IF_REFUSED);
+                }
                 match (&exclusive, function.source) {
                     (Some(exclusive), Source::Flop(id)) => {
                         exclusive.best(&forms, function.node, function.init, Some(id))
@@ -75,10 +84,14 @@ impl Equations {
                 }
             };
             let (mut equations, mut wide) = (Vec::new(), Vec::new());
+            let mut n_refused = 0;
             for (at, function) in functions.iter().enumerate() {
-                match form_of(function) {
+                match form_of(function, lack.is_some() && n_refused >= MOST_REFUSED) {
                     Ok(form) => equations.push(first.equation(signals, function, form, logic)),
-                    Err(_) => wide.push(at),
+                    Err(refused) => {
+                        n_refused += usize::from(matches!(refused, Refused::Nodes(_)));
+                        wide.push(at);
+                    }
                 }
             }
             (equations, wide)
@@ -181,14 +194,16 @@ impl Equations {
             moved: Vec::new(),
         };
         result.share_pins(logic, options);
-        let mut misfit = result.assign_pins(logic, options, &mut findings);
+        // If the circuit lacks macrocells or pins without the parts of its functions, no place is searched for the parts.
+        let by_count = lack.as_ref().filter(|_| result.depth > 0);
+        let mut misfit = result.assign_pins(logic, options, by_count.is_none(), &mut findings);
         if !is_hopeless && misfit.as_ref().is_some_and(Misfit::is_about_width) {
             let n_before = result.signals.len();
             result.divide(logic, options, &mut |owner, count| {
                 namer.name_with_suffix(owner, &format!("_w{count}"))
             });
             if result.signals.len() > n_before {
-                misfit = result.assign_pins(logic, options, &mut findings);
+                misfit = result.assign_pins(logic, options, true, &mut findings);
             }
         }
         if let (Some(misfit), Dialect::Galasm) = (&misfit, dialect) {
@@ -199,7 +214,11 @@ impl Equations {
         if !findings.is_empty() {
             return Err(findings);
         }
-        result.lacks = misfit.map(|misfit| misfit.parts(device)).unwrap_or_default();
+        result.lacks = match (by_count, misfit) {
+            (Some(lack), _) => vec![lack.clone()],
+            (None, Some(misfit)) => misfit.parts(device),
+            (None, None) => Vec::new(),
+        };
         if is_hopeless {
             let quick = "its sums were minimised quickly, without a proof that they are minimum";
             result.lacks.push(quick.to_owned());

@@ -86,10 +86,15 @@ impl Equations {
         &mut self,
         logic: &Logic,
         options: &EmitOptions,
+        with_parts: bool,
         findings: &mut Vec<Diagnostic>,
     ) -> Option<Misfit> {
         let before = findings.len();
-        let order = self.order(logic, options, findings);
+        let mut order = self.order(logic, options, findings);
+        if !with_parts {
+            let is_part = |index: usize| matches!(self.signals[index].source, Source::Buried(_));
+            order.wishes.retain(|wish| !is_part(wish.index));
+        }
         if let Some(blocks) = self.device.blocks {
             return self.assign_to_blocks(blocks, &order, findings, before);
         }
