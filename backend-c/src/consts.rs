@@ -1,7 +1,6 @@
 //! Values that are known before the chart runs: the state and outputs after reset.
 
 use grafsynth_ir::net::{Block, Driver, Leaf, Net, OutputId, StepId, StmtKind, VarId, Verbatim};
-use grafsynth_ir::program_run::evaluate;
 use std::collections::BTreeSet;
 
 /// An effect of reset on the outside.
@@ -92,7 +91,7 @@ impl State<'_> {
     }
 
     fn eval(&self, expr: &grafsynth_ir::net::Expr) -> i64 {
-        evaluate(expr, &mut |leaf, index| match *leaf {
+        expr.eval(&mut |leaf, index| match *leaf {
             Leaf::Var(var) => self.var(var, index),
             Leaf::Active(step) | Leaf::TasksDone(step) => i64::from(self.active.contains(&step)),
             // Inputs are 0, or the permitted value that is nearest to 0.

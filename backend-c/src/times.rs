@@ -16,7 +16,7 @@ pub(crate) fn compared<L>(expr: &GenericExpr<L>, found: &mut impl FnMut(&L, i64)
             _ => {}
         }
     }
-    for operand in expr.operands() {
+    for operand in expr.children() {
         compared(operand, found);
     }
 }

@@ -521,7 +521,7 @@ impl Writing<'_> {
             // Sums that saturate on storing may exceed 64 bits; a template should then use exact integers.
             Err(_) => self.largest = u64::MAX,
         }
-        for operand in expr.operands() {
+        for operand in expr.children() {
             self.measure(operand);
         }
     }

@@ -356,7 +356,7 @@ fn leaves(expr: &PropertyExpr, all: &mut Vec<PropertyExpr>) {
         }
         return;
     }
-    expr.operands().for_each(|operand| leaves(operand, all));
+    expr.children().for_each(|operand| leaves(operand, all));
 }
 
 /// What of a condition that holds makes it hold: of a disjunction, the first operand that is true.

@@ -338,7 +338,7 @@ fn longest(expr: &Expr<Leaf>, time: Leaf) -> (u64, Span) {
     {
         here.0 = u64::try_from(*n).unwrap_or(0);
     }
-    let inner = expr.operands().map(|operand| longest(operand, time));
+    let inner = expr.children().map(|operand| longest(operand, time));
     inner.chain([here]).max_by_key(|(ticks, _)| *ticks).unwrap_or(here)
 }
 

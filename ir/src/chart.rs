@@ -584,6 +584,31 @@ pub struct Path {
     pub names: Vec<Name>,
 }
 
+impl Expr {
+    /// The same expression without source locations, those of names in its leaves included: two uses of the same condition become equal.
+    #[must_use]
+    pub fn unplaced(&self) -> Expr {
+        self.map_leaves(&Leaf::unplaced).without_spans()
+    }
+}
+
+impl Leaf {
+    fn unplaced(&self) -> Leaf {
+        match self {
+            Leaf::Name(path) => {
+                let names = path.names.iter();
+                let bare = names.map(|name| Name::new(name.text.clone(), Span::default()));
+                Leaf::Name(Path { names: bare.collect() })
+            }
+            Leaf::Rise(inner) => Leaf::Rise(Box::new(inner.unplaced())),
+            Leaf::Fall(inner) => Leaf::Fall(Box::new(inner.unplaced())),
+            Leaf::Otherwise => Leaf::Otherwise,
+            Leaf::Duration(ns) => Leaf::Duration(*ns),
+            Leaf::Delay(on, inner, off) => Leaf::Delay(*on, Box::new(inner.unplaced()), *off),
+        }
+    }
+}
+
 impl Path {
     /// The span from the first name to the last.
     #[must_use]

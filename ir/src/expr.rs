@@ -5,6 +5,7 @@
 //! and `mod` takes the sign of the dividend, as in C99.
 
 use crate::span::Span;
+use std::convert::Infallible;
 
 /// The type of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -306,7 +307,7 @@ impl<L> Expr<L> {
     }
 
     /// The direct operands, left to right (including the index of an element, but not its leaf).
-    pub fn operands(&self) -> impl Iterator<Item = &Expr<L>> {
+    pub fn children(&self) -> impl Iterator<Item = &Expr<L>> {
         let (few, many): ([Option<&Expr<L>>; 3], &[Expr<L>]) = match &self.kind {
             ExprKind::Bool(_) | ExprKind::Int(_) | ExprKind::Leaf(_) => ([None; 3], &[]),
             ExprKind::Element(_, a) | ExprKind::Not(a) | ExprKind::Neg(a) => {
@@ -319,6 +320,75 @@ impl<L> Expr<L> {
             ExprKind::Select(a, b, c) => ([Some(a), Some(b), Some(c)], &[]),
         };
         few.into_iter().flatten().chain(many)
+    }
+
+    /// Like [`Expr::children`], to change them.
+    pub fn children_mut(&mut self) -> impl Iterator<Item = &mut Expr<L>> {
+        let (few, many): ([Option<&mut Expr<L>>; 3], &mut [Expr<L>]) = match &mut self.kind {
+            ExprKind::Bool(_) | ExprKind::Int(_) | ExprKind::Leaf(_) => {
+                ([None, None, None], &mut [])
+            }
+            ExprKind::Element(_, a) | ExprKind::Not(a) | ExprKind::Neg(a) => {
+                ([Some(a), None, None], &mut [])
+            }
+            ExprKind::And(all) | ExprKind::Or(all) => ([None, None, None], all),
+            ExprKind::Compare(_, a, b) | ExprKind::Arith(_, a, b) => {
+                ([Some(a), Some(b), None], &mut [])
+            }
+            ExprKind::Select(a, b, c) => ([Some(a), Some(b), Some(c)], &mut []),
+        };
+        few.into_iter().flatten().chain(many)
+    }
+
+    /// The expression and all expressions inside it, each before its operands, left to right.
+    pub fn subexpressions(&self) -> impl Iterator<Item = &Expr<L>> {
+        let mut open = vec![self];
+        std::iter::from_fn(move || {
+            let next = open.pop()?;
+            let at = open.len();
+            open.extend(next.children());
+            open[at..].reverse();
+            Some(next)
+        })
+    }
+
+    /// The leaves, including the arrays of elements, left to right.
+    pub fn leaves(&self) -> impl Iterator<Item = &L> {
+        self.subexpressions().filter_map(|expr| match &expr.kind {
+            ExprKind::Leaf(leaf) | ExprKind::Element(leaf, _) => Some(leaf),
+            ExprKind::Bool(_)
+            | ExprKind::Int(_)
+            | ExprKind::Not(_)
+            | ExprKind::And(_)
+            | ExprKind::Or(_)
+            | ExprKind::Compare(..)
+            | ExprKind::Neg(_)
+            | ExprKind::Arith(..)
+            | ExprKind::Select(..) => None,
+        })
+    }
+
+    /// The height of the tree: 1 for a constant or leaf.
+    #[must_use]
+    pub fn height(&self) -> usize {
+        1 + self.children().map(Expr::height).max().unwrap_or(0)
+    }
+
+    /// The same expression without source locations: two expressions of the same shape become equal. Spans inside leaves are kept.
+    #[must_use]
+    pub fn without_spans(&self) -> Self
+    where
+        L: Clone,
+    {
+        let mut bare = self.clone();
+        bare.erase_spans();
+        bare
+    }
+
+    /// Removes the source locations; see [`Expr::without_spans`].
+    pub fn erase_spans(&mut self) {
+        self.span = Span::default();
+        self.children_mut().for_each(Expr::erase_spans);
     }
 
     /// Calls `visit` on every leaf, including arrays of elements, left to right. The recursion is as deep as the expression (at most 256 levels in
@@ -336,8 +406,8 @@ impl<L> Expr<L> {
             | ExprKind::Arith(..)
             | ExprKind::Select(..) => {}
         }
-        for operand in self.operands() {
-            operand.for_each_leaf(visit);
+        for child in self.children() {
+            child.for_each_leaf(visit);
         }
     }
 
@@ -384,5 +454,77 @@ impl<L> Expr<L> {
             ),
         };
         Ok(Expr::new(kind, span))
+    }
+
+    /// [`Expr::try_map`] without errors.
+    #[must_use]
+    pub fn map<M>(
+        &self,
+        leaf: &mut impl FnMut(&L, Span) -> Expr<M>,
+        array: &mut impl FnMut(&L, Span) -> M,
+    ) -> Expr<M> {
+        let mapped = self.try_map::<M, Infallible>(
+            &mut |inner, span| Ok(leaf(inner, span)),
+            &mut |inner, span| Ok(array(inner, span)),
+        );
+        match mapped {
+            Ok(mapped) => mapped,
+            Err(never) => match never {},
+        }
+    }
+
+    /// The same expression with each leaf, arrays of elements included, replaced by the result of `leaf`.
+    #[must_use]
+    pub fn map_leaves<M>(&self, leaf: &impl Fn(&L) -> M) -> Expr<M> {
+        self.map(&mut |inner, span| Expr::leaf(leaf(inner), span), &mut |inner, _| leaf(inner))
+    }
+
+    /// The value, with 0 and 1 for Booleans. `leaf` returns the value of a leaf (index 0) or of an array element.
+    ///
+    /// This evaluator is for everything that makes output. The simulator and the symbolic verifier have their own, so that a mistake here cannot be
+    /// proved correct. Cases that validation excludes (division by zero, more than 64 bits) give 0, so no expression can stop the program.
+    pub fn eval(&self, leaf: &mut impl FnMut(&L, i64) -> i64) -> i64 {
+        match &self.kind {
+            ExprKind::Bool(value) => i64::from(*value),
+            ExprKind::Int(value) => *value,
+            ExprKind::Leaf(inner) => leaf(inner, 0),
+            ExprKind::Element(array, index) => {
+                let index = index.eval(leaf);
+                leaf(array, index)
+            }
+            ExprKind::Not(a) => i64::from(a.eval(leaf) == 0),
+            ExprKind::And(all) => i64::from(all.iter().all(|a| a.eval(leaf) != 0)),
+            ExprKind::Or(all) => i64::from(all.iter().any(|a| a.eval(leaf) != 0)),
+            ExprKind::Compare(op, a, b) => {
+                let a = a.eval(leaf);
+                i64::from(op.apply(a, b.eval(leaf)))
+            }
+            ExprKind::Neg(a) => a.eval(leaf).checked_neg().unwrap_or(0),
+            ExprKind::Arith(op, a, b) => {
+                let a = a.eval(leaf);
+                op.apply(a, b.eval(leaf)).unwrap_or(0)
+            }
+            ExprKind::Select(c, a, b) => {
+                let chosen = if c.eval(leaf) != 0 { a } else { b };
+                chosen.eval(leaf)
+            }
+        }
+    }
+
+    /// The value of a constant, with 0 and 1 for Booleans; `None` if it depends on a leaf or does not exist (division by 0, more than 64 bits).
+    #[must_use]
+    pub fn as_constant(&self) -> Option<i64> {
+        Some(match &self.kind {
+            ExprKind::Bool(value) => i64::from(*value),
+            ExprKind::Int(value) => *value,
+            ExprKind::Leaf(_) | ExprKind::Element(..) => return None,
+            ExprKind::Not(a) => 1 - a.as_constant()?,
+            ExprKind::And(all) => all.iter().try_fold(1, |sum, a| Some(sum & a.as_constant()?))?,
+            ExprKind::Or(all) => all.iter().try_fold(0, |sum, a| Some(sum | a.as_constant()?))?,
+            ExprKind::Compare(op, a, b) => i64::from(op.apply(a.as_constant()?, b.as_constant()?)),
+            ExprKind::Neg(a) => a.as_constant()?.checked_neg()?,
+            ExprKind::Arith(op, a, b) => op.apply(a.as_constant()?, b.as_constant()?)?,
+            ExprKind::Select(c, a, b) => if c.as_constant()? != 0 { a } else { b }.as_constant()?,
+        })
     }
 }

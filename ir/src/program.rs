@@ -209,3 +209,57 @@ pub enum Stmt {
     /// Sets the fault flag of this reaction (stable evolution and queues only).
     Fault(Expr),
 }
+
+impl Stmt {
+    /// The expressions that the statement itself evaluates, in this order; those of its lists are not included.
+    pub fn exprs(&self) -> impl Iterator<Item = &Expr> {
+        let (few, many): ([Option<&Expr>; 2], &[Expr]) = match self {
+            Stmt::Set(_, value) | Stmt::Output(_, value) | Stmt::Fault(value) => {
+                ([Some(value), None], &[])
+            }
+            Stmt::Store(_, index, value) => ([index.as_ref(), Some(value)], &[]),
+            Stmt::If(condition, ..) | Stmt::Repeat { condition, .. } => {
+                ([Some(condition), None], &[])
+            }
+            Stmt::Call(_, arguments) => ([None; 2], arguments),
+            Stmt::Code(_) => ([None; 2], &[]),
+        };
+        few.into_iter().flatten().chain(many)
+    }
+
+    /// The statement lists inside: both branches of a choice, or the body of a loop.
+    #[must_use]
+    pub fn lists(&self) -> [&[Stmt]; 2] {
+        match self {
+            Stmt::If(_, then, otherwise) => [then, otherwise],
+            Stmt::Repeat { body, .. } => [body, &[]],
+            Stmt::Set(..)
+            | Stmt::Store(..)
+            | Stmt::Output(..)
+            | Stmt::Call(..)
+            | Stmt::Code(_)
+            | Stmt::Fault(_) => [&[]; 2],
+        }
+    }
+}
+
+/// All statements of a list in the order of the text, each before those inside it.
+pub fn statements(list: &[Stmt]) -> impl Iterator<Item = &Stmt> {
+    let mut open = vec![list.iter()];
+    std::iter::from_fn(move || {
+        while let Some(rest) = open.last_mut() {
+            if let Some(stmt) = rest.next() {
+                let [first, second] = stmt.lists();
+                open.extend([second.iter(), first.iter()]);
+                return Some(stmt);
+            }
+            open.pop();
+        }
+        None
+    })
+}
+
+/// All expressions of a list and of the lists inside, without their operands.
+pub fn expressions(list: &[Stmt]) -> impl Iterator<Item = &Expr> {
+    statements(list).flat_map(Stmt::exprs)
+}

@@ -11,7 +11,6 @@
 //! assert!(machine.react(&[], 1).outputs.is_empty());
 //! ```
 
-use crate::expr::{Expr as GenericExpr, ExprKind};
 use crate::program::{CellId, Expr, Leaf, Program, ResetEffect, Stmt};
 
 /// A program and its current state.
@@ -130,7 +129,7 @@ impl<'a> Machine<'a> {
     }
 
     fn value(&self, expr: &Expr, latched: &Latched<'_>) -> i64 {
-        evaluate(expr, &mut |leaf, index| match leaf {
+        expr.eval(&mut |leaf, index| match leaf {
             Leaf::Cell(cell) => {
                 let index = usize::try_from(index).ok();
                 index.and_then(|index| self.cell(*cell).get(index)).copied().unwrap_or(0)
@@ -145,34 +144,4 @@ impl<'a> Machine<'a> {
 struct Latched<'a> {
     inputs: &'a [i64],
     dt: u32,
-}
-
-/// The value of an expression, with 0 and 1 for Booleans. `leaf` returns the value of a leaf (index 0) or of an array element. Cases that validation
-/// excludes (division by zero, more than 64 bits) give 0, so no program can stop the interpreter.
-pub fn evaluate<L>(expr: &GenericExpr<L>, leaf: &mut impl FnMut(&L, i64) -> i64) -> i64 {
-    match &expr.kind {
-        ExprKind::Bool(value) => i64::from(*value),
-        ExprKind::Int(value) => *value,
-        ExprKind::Leaf(inner) => leaf(inner, 0),
-        ExprKind::Element(array, index) => {
-            let index = evaluate(index, leaf);
-            leaf(array, index)
-        }
-        ExprKind::Not(a) => i64::from(evaluate(a, leaf) == 0),
-        ExprKind::And(all) => i64::from(all.iter().all(|a| evaluate(a, leaf) != 0)),
-        ExprKind::Or(all) => i64::from(all.iter().any(|a| evaluate(a, leaf) != 0)),
-        ExprKind::Compare(op, a, b) => {
-            let a = evaluate(a, leaf);
-            i64::from(op.apply(a, evaluate(b, leaf)))
-        }
-        ExprKind::Neg(a) => evaluate(a, leaf).checked_neg().unwrap_or(0),
-        ExprKind::Arith(op, a, b) => {
-            let a = evaluate(a, leaf);
-            op.apply(a, evaluate(b, leaf)).unwrap_or(0)
-        }
-        ExprKind::Select(c, a, b) => {
-            let chosen = if evaluate(c, leaf) != 0 { a } else { b };
-            evaluate(chosen, leaf)
-        }
-    }
 }

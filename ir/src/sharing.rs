@@ -20,7 +20,6 @@ use crate::net::{
 };
 use crate::span::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
-use std::convert::Infallible;
 
 /// The variables that an object reads and writes.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -260,16 +259,7 @@ fn on_copies(list: &Block, copies: &BTreeMap<VarId, VarId>) -> Block {
         | Leaf::Fireable(_)
         | Leaf::Controlled(_)) => other,
     };
-    let map = |expr: &Expr| {
-        let mapped: Result<Expr, Infallible> = expr.try_map(
-            &mut |leaf, span| Ok(GenericExpr::leaf(map_leaf(leaf), span)),
-            &mut |leaf, _| Ok(map_leaf(leaf)),
-        );
-        match mapped {
-            Ok(expr) => expr,
-            Err(never) => match never {},
-        }
-    };
+    let map = |expr: &Expr| expr.map_leaves(&map_leaf);
     list.iter()
         .map(|stmt| Stmt {
             span: stmt.span,

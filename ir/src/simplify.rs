@@ -33,13 +33,13 @@ pub fn simplify<L: Clone + Ord>(expr: &Expr<L>) -> Expr<L> {
             if let ExprKind::Neg(inner) = a.kind {
                 inner.kind
             } else {
-                let value = constant(&a).and_then(i64::checked_neg);
+                let value = a.as_constant().and_then(i64::checked_neg);
                 value.map_or_else(|| ExprKind::Neg(Box::new(a)), ExprKind::Int)
             }
         }
         ExprKind::Arith(op, a, b) => {
             let (a, b) = pair(a, b);
-            match (constant(&a), constant(&b)) {
+            match (a.as_constant(), b.as_constant()) {
                 (Some(x), Some(y)) => match op.apply(x, y) {
                     Some(value) => ExprKind::Int(value),
                     None => ExprKind::Arith(*op, a, b),
@@ -61,23 +61,6 @@ pub fn simplify<L: Clone + Ord>(expr: &Expr<L>) -> Expr<L> {
         }
     };
     Expr::new(kind, span)
-}
-
-/// The value of a constant, with 0 and 1 for Booleans; `None` if it depends on a leaf or does not exist (division by 0, more than 64 bits).
-#[must_use]
-pub fn constant<L>(expr: &Expr<L>) -> Option<i64> {
-    Some(match &expr.kind {
-        ExprKind::Bool(value) => i64::from(*value),
-        ExprKind::Int(value) => *value,
-        ExprKind::Leaf(_) | ExprKind::Element(..) => return None,
-        ExprKind::Not(a) => 1 - constant(a)?,
-        ExprKind::And(all) => all.iter().try_fold(1, |sum, a| Some(sum & constant(a)?))?,
-        ExprKind::Or(all) => all.iter().try_fold(0, |sum, a| Some(sum | constant(a)?))?,
-        ExprKind::Compare(op, a, b) => i64::from(op.apply(constant(a)?, constant(b)?)),
-        ExprKind::Neg(a) => constant(a)?.checked_neg()?,
-        ExprKind::Arith(op, a, b) => op.apply(constant(a)?, constant(b)?)?,
-        ExprKind::Select(c, a, b) => constant(if constant(c)? != 0 { a } else { b })?,
-    })
 }
 
 /// A total order of expressions that ignores source locations: equal exactly if the expressions are identical.
@@ -107,7 +90,7 @@ pub fn compare_shapes<L: Ord>(a: &Expr<L>, b: &Expr<L>) -> Ordering {
         (x, y) => rank(x).cmp(&rank(y)),
     };
     head.then_with(|| {
-        let (mut left, mut right) = (a.operands(), b.operands());
+        let (mut left, mut right) = (a.children(), b.children());
         loop {
             match (left.next(), right.next()) {
                 (None, None) => return Ordering::Equal,
@@ -137,7 +120,7 @@ fn compared<L: Clone + Ord>(
     b: Box<Expr<L>>,
     span: crate::span::Span,
 ) -> Expr<L> {
-    if let (Some(x), Some(y)) = (constant(&a), constant(&b)) {
+    if let (Some(x), Some(y)) = (a.as_constant(), b.as_constant()) {
         return Expr::new(ExprKind::Bool(op.apply(x, y)), span);
     }
     // For Booleans: `x = true` is x, `x = false` is not x.
@@ -235,7 +218,7 @@ mod tests {
         assert!(simplify(&node(ExprKind::And(vec![leaf(0), leaf(1), leaf(0).not()]))).is_false());
         assert!(simplify(&node(ExprKind::Or(vec![leaf(0).not(), leaf(1), leaf(0)]))).is_true());
         let half = ExprKind::Arith(ArithOp::Div, Box::new(Expr::int(1)), Box::new(Expr::int(0)));
-        assert_eq!(constant(&node(half)), None, "no value, no panic");
+        assert_eq!(node(half).as_constant(), None, "no value, no panic");
     }
 
     fn condition() -> impl Strategy<Value = E> {
@@ -275,7 +258,7 @@ mod tests {
             &mut |leaf, _| Ok(Expr::bool(bits >> leaf & 1 == 1)),
             &mut |array, _| Ok(*array),
         );
-        constant(&fixed.unwrap()).unwrap()
+        fixed.unwrap().as_constant().unwrap()
     }
 
     proptest! {

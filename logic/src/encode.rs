@@ -33,7 +33,9 @@ use grafsynth_ir::logic::{
 use grafsynth_ir::net::{
     self, Driver, Evolution, InputKind, Meta, Net, OpenCell, PropertyLeaf, PropertyRole,
 };
-use grafsynth_ir::program::{CellId, Leaf, Origin, Program, ResetEffect, Stmt};
+use grafsynth_ir::program::{
+    CellId, Leaf, Origin, Program, ResetEffect, Stmt, expressions, statements,
+};
 use multicycle::{Registers, Stepwise};
 use regions::Regions;
 pub use regions::kept_apart;
@@ -718,34 +720,14 @@ fn over_inputs(expr: &net::PropertyExpr) -> Option<Expr<Leaf>> {
 
 /// True when some expression reads `dt`.
 fn uses_time(block: &[Stmt]) -> bool {
-    let reads = |expr: &Expr<Leaf>| {
-        let mut found = false;
-        expr.for_each_leaf(&mut |leaf| found |= *leaf == Leaf::Dt);
-        found
-    };
-    block.iter().any(|stmt| match stmt {
-        Stmt::Set(_, expr) | Stmt::Output(_, expr) | Stmt::Fault(expr) => reads(expr),
-        Stmt::Store(_, index, expr) => index.as_ref().is_some_and(reads) || reads(expr),
-        Stmt::If(condition, then, otherwise) => {
-            reads(condition) || uses_time(then) || uses_time(otherwise)
-        }
-        Stmt::Repeat { condition, body, .. } => reads(condition) || uses_time(body),
-        Stmt::Call(_, arguments) => arguments.iter().any(reads),
-        Stmt::Code(_) => false,
-    })
+    expressions(block).any(|expr| expr.leaves().any(|leaf| *leaf == Leaf::Dt))
 }
 
 /// Marks the cells that `block` stores.
 fn note_stores(block: &[Stmt], at: usize, last: &mut IdMap<grafsynth_ir::program::Cell, usize>) {
-    for stmt in block {
-        match stmt {
-            Stmt::Store(cell, _, _) => last[*cell] = at,
-            Stmt::If(_, then, otherwise) => {
-                note_stores(then, at, last);
-                note_stores(otherwise, at, last);
-            }
-            Stmt::Repeat { body, .. } => note_stores(body, at, last),
-            Stmt::Set(..) | Stmt::Output(..) | Stmt::Call(..) | Stmt::Code(_) | Stmt::Fault(_) => {}
+    for stmt in statements(block) {
+        if let Stmt::Store(cell, ..) = stmt {
+            last[*cell] = at;
         }
     }
 }

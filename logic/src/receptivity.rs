@@ -153,8 +153,8 @@ fn alike<L: PartialEq>(a: &Expr<L>, b: &Expr<L>) -> bool {
         (a, b) => std::mem::discriminant(a) == std::mem::discriminant(b),
     };
     heads
-        && a.operands().count() == b.operands().count()
-        && a.operands().zip(b.operands()).all(|(a, b)| alike(a, b))
+        && a.children().count() == b.children().count()
+        && a.children().zip(b.children()).all(|(a, b)| alike(a, b))
 }
 
 fn literals(formula: &algebra::Expr<usize>) -> usize {

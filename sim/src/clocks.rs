@@ -193,7 +193,7 @@ fn collect<L>(
             }
         }
     }
-    for operand in expr.operands() {
+    for operand in expr.children() {
         collect(operand, cuts, net_leaf);
     }
 }

@@ -35,7 +35,7 @@ fn collect<L>(
             }
         }
     }
-    for operand in expr.operands() {
+    for operand in expr.children() {
         collect(operand, caps, net_leaf);
     }
 }

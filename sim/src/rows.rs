@@ -149,5 +149,5 @@ fn collect(expr: &Expr<Leaf>, interesting: &mut [BTreeSet<i64>]) {
             }
         }
     }
-    expr.operands().for_each(|operand| collect(operand, interesting));
+    expr.children().for_each(|operand| collect(operand, interesting));
 }

@@ -265,7 +265,7 @@ fn key(net: &Net, cell: Cell) -> Option<String> {
 
 /// An edge operand has no name; its text in prefix form, with names, is its key.
 fn expr_key(net: &Net, expr: &Expr) -> String {
-    let operands: Vec<String> = expr.operands().map(|operand| expr_key(net, operand)).collect();
+    let operands: Vec<String> = expr.children().map(|operand| expr_key(net, operand)).collect();
     let head = match &expr.kind {
         ExprKind::Bool(value) => return value.to_string(),
         ExprKind::Int(value) => return value.to_string(),

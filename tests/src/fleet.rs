@@ -473,7 +473,7 @@ fn for_each_part(net: &Net, visit: &mut impl FnMut(&Expr)) {
         let mut todo = vec![expr];
         while let Some(part) = todo.pop() {
             visit(part);
-            todo.extend(part.operands());
+            todo.extend(part.children());
         }
     });
 }

@@ -67,7 +67,7 @@ fn observed(net: &Valid<Net>, transition: TransitionId, stimulus: &Stimulus) -> 
     let (mut turns, mut held, mut most) = (0, 0, (0, 0));
     for row in stimulus.rows() {
         let enabled = data.requires.iter().all(|step| simulator.is_active(*step));
-        let holds = grafsynth_ir::program_run::evaluate(&data.guard, &mut |leaf: &Leaf, _: i64| {
+        let holds = data.guard.eval(&mut |leaf: &Leaf, _: i64| {
             let Leaf::Input(input) = leaf else { panic!("{leaf:?} in a request") };
             row.value(*input)
         }) != 0;

@@ -103,7 +103,7 @@ fn values(nets: [&Net; 2], ty: Type) -> Vec<i64> {
                 if let ExprKind::Int(value) = expr.kind {
                     values.extend([value - 1, value, value + 1]);
                 }
-                todo.extend(expr.operands());
+                todo.extend(expr.children());
             }
         });
     }
@@ -127,7 +127,7 @@ fn ticks(nets: [&Net; 2]) -> Vec<u32> {
                         }
                     }
                 }
-                todo.extend(expr.operands());
+                todo.extend(expr.children());
             }
         });
         constants.extend(net.actions.values().map(|action| i64::from(action.duration)));

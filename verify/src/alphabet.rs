@@ -192,5 +192,5 @@ fn collect(expr: &Expr<Leaf>, input: InputId, cuts: &mut Vec<i64>, only_compared
     if matches!(expr.kind, ExprKind::Leaf(Leaf::Input(own)) if own == input) {
         *only_compared = false;
     }
-    expr.operands().for_each(|operand| collect(operand, input, cuts, only_compared));
+    expr.children().for_each(|operand| collect(operand, input, cuts, only_compared));
 }

@@ -7,13 +7,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::arena::IdMap;
-use grafsynth_ir::expr::{CompareOp, Expr as GenericExpr, ExprKind, Type};
+use grafsynth_ir::expr::{CompareOp, ExprKind, Type};
 use grafsynth_ir::interval::{TICKS, net_type};
 use grafsynth_ir::net::{
     Enter, Expr, Leaf, Net, Policy, PropertyLeaf, PropertyRole, Step, StepId, Transition,
     TransitionId, TransitionKind,
 };
-use grafsynth_ir::span::Span;
 use grafsynth_logic::bdd::{Bdd, Full, Ref};
 
 /// The maximum size of the diagram for the transitions of one step; beyond it they count as not exclusive.
@@ -379,7 +378,7 @@ impl<'a> Guards<'a> {
             ExprKind::Compare(op, a, b) => self.compare(*op, a, b),
             // Elements of Boolean arrays; the others are numbers, which occur only below a comparison.
             ExprKind::Element(..) | ExprKind::Int(_) | ExprKind::Neg(_) | ExprKind::Arith(..) => {
-                self.atom(Atom::Opaque(bare(expr)))
+                self.atom(Atom::Opaque(expr.without_spans()))
             }
         }
     }
@@ -417,7 +416,7 @@ impl<'a> Guards<'a> {
             ((lo, hi), _) if lo == hi => (b, lo, op.mirrored()),
             _ => {
                 // Two numbers that vary: one atom for `<` and one for `>`; `=` is the remaining case.
-                let (a, b) = (bare(a), bare(b));
+                let (a, b) = (a.without_spans(), b.without_spans());
                 let less =
                     self.atom(Atom::Opaque(Expr::compare(CompareOp::Lt, a.clone(), b.clone())))?;
                 let more = self.atom(Atom::Opaque(Expr::compare(CompareOp::Lt, b, a)))?;
@@ -435,7 +434,7 @@ impl<'a> Guards<'a> {
             }
         };
         let bounds = if std::ptr::eq(value, a) { type_a.bounds() } else { type_b.bounds() };
-        let value = bare(value);
+        let value = value.without_spans();
         let at_least = |this: &mut Self, limit: Option<i64>| match limit {
             None => Ok(Ref::FALSE),
             Some(limit) if limit <= bounds.0 => Ok(Ref::TRUE),
@@ -454,31 +453,6 @@ impl<'a> Guards<'a> {
                 let equal = self.bdd.and_not(reached, passed)?;
                 self.bdd.not(equal)
             }
-        }
-    }
-}
-
-/// The expression without source locations, so that equal expressions compare equal.
-pub(crate) fn bare(expr: &Expr) -> Expr {
-    let mut out: Expr = expr.clone();
-    erase(&mut out);
-    out
-}
-
-fn erase<L>(expr: &mut GenericExpr<L>) {
-    expr.span = Span::default();
-    match &mut expr.kind {
-        ExprKind::Bool(_) | ExprKind::Int(_) | ExprKind::Leaf(_) => {}
-        ExprKind::Element(_, a) | ExprKind::Not(a) | ExprKind::Neg(a) => erase(a),
-        ExprKind::And(all) | ExprKind::Or(all) => all.iter_mut().for_each(erase),
-        ExprKind::Compare(_, a, b) | ExprKind::Arith(_, a, b) => {
-            erase(a);
-            erase(b);
-        }
-        ExprKind::Select(a, b, c) => {
-            erase(a);
-            erase(b);
-            erase(c);
         }
     }
 }

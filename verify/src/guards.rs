@@ -1,7 +1,6 @@
 //! Receptivities whose value depends only on a row of inputs and a situation: they read no variable, time or edge.
 
 use grafsynth_ir::net::{Leaf, Net, Transition};
-use grafsynth_ir::program_run::evaluate;
 use grafsynth_sim::{InputRow, Situation};
 
 /// True if the receptivity reads no event and only input levels and step activity.
@@ -32,7 +31,7 @@ pub(crate) fn holds(transition: &Transition, situation: &Situation, row: &InputR
         | Leaf::Fireable(_)
         | Leaf::Controlled(_) => 0,
     };
-    evaluate(&transition.guard, value) != 0
+    transition.guard.eval(value) != 0
 }
 
 /// True if all preceding steps of the transition are active.

@@ -1,7 +1,5 @@
 //! Decides the assertions of a chart, and whether its assumptions can be satisfied.
 
-use std::convert::Infallible;
-
 use grafsynth_ir::expr::{CompareOp, Type};
 use grafsynth_ir::facts::Proof;
 use grafsynth_ir::net::{Driver, Leaf, Net, Property, PropertyExpr, PropertyLeaf, PropertyRole};
@@ -86,10 +84,7 @@ pub fn with_emergency(net: &Valid<Net>) -> Result<Valid<Net>, Vec<Diagnostic>> {
         return Ok(net.clone());
     }
     let leaf = |leaf: &Leaf| PropertyLeaf::Net(*leaf);
-    let Ok(holds) = emergency.condition.try_map::<PropertyLeaf, Infallible>(
-        &mut |one, span| Ok(PropertyExpr::leaf(leaf(one), span)),
-        &mut |one, _| Ok(leaf(one)),
-    );
+    let holds = emergency.condition.map_leaves(&leaf);
     let mut more = Net::clone(net);
     more.properties.push(Property {
         name: "emergency".to_owned(),

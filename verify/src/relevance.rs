@@ -224,7 +224,7 @@ impl<'n> Relevance<'n> {
                 }
             }
         }
-        expr.operands().for_each(|operand| self.time(operand, net_leaf));
+        expr.children().for_each(|operand| self.time(operand, net_leaf));
     }
 
     fn block(&mut self, block: &Block, set: &mut Inputs) {

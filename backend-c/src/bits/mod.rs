@@ -26,9 +26,10 @@ use grafsynth_ir::net::{
 };
 use grafsynth_ir::program::{
     Cell, CellId, Expr, Leaf, Origin, Program, ResetEffect, Stmt, Temp, TempId, TempRole,
+    expressions,
 };
 use grafsynth_ir::{IdMap, Valid};
-use outline::{Home, Piece, cut, each_expr, homes};
+use outline::{Home, Piece, cut, homes};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The number of expression nodes that count as one transition when functions are filled.
@@ -154,16 +155,14 @@ impl<'a> Emit<'a> {
         let net = self.net;
         let mut used = BTreeSet::new();
         let mut timed = false;
-        for stmt in &self.program.body {
-            each_expr(stmt, &mut |expr| {
-                expr.for_each_leaf(&mut |leaf| match *leaf {
-                    Leaf::Input(input) => {
-                        used.insert(input);
-                    }
-                    Leaf::Dt => timed = true,
-                    Leaf::Cell(_) | Leaf::Temp(_) => {}
-                });
-            });
+        for leaf in expressions(&self.program.body).flat_map(Expr::leaves) {
+            match *leaf {
+                Leaf::Input(input) => {
+                    used.insert(input);
+                }
+                Leaf::Dt => timed = true,
+                Leaf::Cell(_) | Leaf::Temp(_) => {}
+            }
         }
         let mut in_edges = BTreeSet::new();
         for edge in net.edges.values() {
@@ -575,12 +574,7 @@ fn farthest(program: &Program) -> i64 {
 
 /// How a program receives time; `None` if it does not read time.
 pub(crate) fn ticks(program: &Program) -> Option<Ticks> {
-    let mut timed = false;
-    for stmt in &program.body {
-        each_expr(stmt, &mut |expr| {
-            expr.for_each_leaf(&mut |leaf| timed |= matches!(leaf, Leaf::Dt));
-        });
-    }
+    let timed = expressions(&program.body).flat_map(Expr::leaves).any(|leaf| *leaf == Leaf::Dt);
     timed.then(|| Ticks::for_cap(farthest(program)))
 }
 

@@ -1,7 +1,7 @@
 //! Splits a program into functions and decides where each temp is stored.
 
 use grafsynth_ir::IdMap;
-use grafsynth_ir::program::{Expr, Leaf, Program, Stmt, Temp, TempId};
+use grafsynth_ir::program::{Expr, Leaf, Program, Stmt, Temp, TempId, expressions};
 use std::collections::BTreeSet;
 
 /// One piece of a function.
@@ -91,38 +91,11 @@ fn close<'p>(
 
 /// The number of nodes of a statement, at least 1.
 fn weight(statement: &Stmt) -> usize {
-    let mut nodes = 1;
-    each_expr(statement, &mut |expr| nodes += size(expr));
-    nodes
+    1 + expressions(std::slice::from_ref(statement)).map(size).sum::<usize>()
 }
 
 fn size(expr: &Expr) -> usize {
-    1 + expr.operands().map(size).sum::<usize>()
-}
-
-/// Calls `visit` with every expression of a statement, including those of nested lists.
-pub(crate) fn each_expr<'p>(statement: &'p Stmt, visit: &mut impl FnMut(&'p Expr)) {
-    match statement {
-        Stmt::Set(_, value) | Stmt::Output(_, value) | Stmt::Fault(value) => visit(value),
-        Stmt::Store(_, index, value) => {
-            index.iter().for_each(&mut *visit);
-            visit(value);
-        }
-        Stmt::If(condition, then, otherwise) => {
-            visit(condition);
-            for inner in then.iter().chain(otherwise) {
-                each_expr(inner, visit);
-            }
-        }
-        Stmt::Repeat { condition, body, .. } => {
-            visit(condition);
-            for inner in body {
-                each_expr(inner, visit);
-            }
-        }
-        Stmt::Call(_, arguments) => arguments.iter().for_each(visit),
-        Stmt::Code(_) => {}
-    }
+    1 + expr.children().map(size).sum::<usize>()
 }
 
 /// Decides where each temp is stored.

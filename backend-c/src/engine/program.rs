@@ -25,7 +25,7 @@ use grafsynth_ir::lower::program::{
 use grafsynth_ir::net::{
     Driver, Evolution as Mode, InputId, InputKind, Leaf as NetLeaf, Net, Verbatim,
 };
-use grafsynth_ir::program::{Leaf, Origin, Program};
+use grafsynth_ir::program::{Expr, Leaf, Origin, Program, expressions};
 use grafsynth_ir::{IdMap, Valid};
 use std::collections::BTreeSet;
 
@@ -125,14 +125,10 @@ fn marks(net: &Net) -> Marks {
 /// Extern conditions that the program mentions: those that are called before each reaction, and those that are called when first needed.
 fn conditions(net: &Net, program: &Program) -> (BTreeSet<InputId>, BTreeSet<InputId>) {
     let mut used = BTreeSet::new();
-    for stmt in &program.body {
-        bits::outline::each_expr(stmt, &mut |expr| {
-            expr.for_each_leaf(&mut |leaf| {
-                if let Leaf::Input(input) = leaf {
-                    used.insert(*input);
-                }
-            });
-        });
+    for leaf in expressions(&program.body).flat_map(Expr::leaves) {
+        if let Leaf::Input(input) = leaf {
+            used.insert(*input);
+        }
     }
     let mut in_edges = BTreeSet::new();
     for edge in net.edges.values() {

@@ -2,10 +2,10 @@
 
 use super::types::Scalar;
 use grafsynth_ir::Span;
-use grafsynth_ir::chart::{Expr, Leaf, Path};
+use grafsynth_ir::chart::Expr;
+use grafsynth_ir::expr;
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type as NetType};
 use grafsynth_ir::interval::type_of;
-use grafsynth_ir::{Name, expr};
 
 /// A number of the net with the interval that the net infers for it.
 #[derive(Debug, Clone)]
@@ -123,47 +123,6 @@ impl Num {
     pub(super) fn compare_with(&self, op: CompareOp, constant: i64) -> Expr {
         self.compare(op, &Num::constant(constant, self.expr.span))
     }
-}
-
-/// The expression without spans, for comparisons.
-pub(super) fn unplaced(expr: &Expr) -> Expr {
-    let none = Span::default();
-    let plain = |leaf: &Leaf| {
-        let Leaf::Name(path) = leaf else { return leaf.clone() };
-        let names = path.names.iter().map(|name| Name::new(name.text.clone(), none));
-        Leaf::Name(Path { names: names.collect() })
-    };
-    let mapped: Result<Expr, std::convert::Infallible> = expr
-        .try_map(&mut |leaf, _| Ok(Expr::leaf(plain(leaf), none)), &mut |leaf, _| Ok(plain(leaf)));
-    let mut mapped = match mapped {
-        Ok(mapped) => mapped,
-        Err(never) => match never {},
-    };
-    clear(&mut mapped);
-    mapped
-}
-
-fn clear(expr: &mut Expr) {
-    expr.span = Span::default();
-    match &mut expr.kind {
-        ExprKind::Bool(_) | ExprKind::Int(_) | ExprKind::Leaf(_) => {}
-        ExprKind::Element(_, a) | ExprKind::Not(a) | ExprKind::Neg(a) => clear(a),
-        ExprKind::And(all) | ExprKind::Or(all) => all.iter_mut().for_each(clear),
-        ExprKind::Compare(_, a, b) | ExprKind::Arith(_, a, b) => {
-            clear(a);
-            clear(b);
-        }
-        ExprKind::Select(a, b, c) => {
-            clear(a);
-            clear(b);
-            clear(c);
-        }
-    }
-}
-
-/// Depth of an expression tree.
-pub(super) fn depth(expr: &Expr) -> usize {
-    1 + expr.operands().map(depth).max().unwrap_or(0)
 }
 
 impl Value {

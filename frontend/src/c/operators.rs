@@ -5,7 +5,7 @@
 
 use super::ast::{BinaryOp, UnaryOp};
 use super::flow::Flow;
-use super::number::{Num, Repr, Value, depth, unplaced};
+use super::number::{Num, Repr, Value};
 use super::types::Scalar;
 use grafsynth_ir::Name;
 use grafsynth_ir::Span;
@@ -52,7 +52,7 @@ impl Flow<'_, '_> {
 
     /// Like [`Flow::through`], but reuses the variable for the same number until a side effect or the end of the full expression.
     pub(super) fn clamp(&mut self, what: &str, num: &Num, lo: i64, hi: i64) -> Num {
-        let key = unplaced(&num.expr);
+        let key = num.expr.unplaced();
         let known = self.clamped.iter().find(|(expr, range, _)| *range == (lo, hi) && *expr == key);
         if let Some((_, _, known)) = known {
             return known.clone();
@@ -156,7 +156,7 @@ impl Flow<'_, '_> {
     /// Limits the depth of an expression to what every reader accepts.
     pub(super) fn shallow(&mut self, value: Value) -> Value {
         let levels = match &value.repr {
-            Repr::Bool(expr) | Repr::Num(Num { expr, .. }) => depth(expr),
+            Repr::Bool(expr) | Repr::Num(Num { expr, .. }) => expr.height(),
         };
         if levels > DEEPEST { self.held(&value, "value") } else { value }
     }

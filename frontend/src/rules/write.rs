@@ -410,7 +410,7 @@ impl Writer {
             if let Some((first, others)) = transition.sources.split_first() {
                 let mut factors: Vec<Expr> = others.iter().map(active).collect();
                 factors.extend(transition.guard.iter().flat_map(Expr::factors).cloned());
-                let factors = factors.iter().map(without_places).collect();
+                let factors = factors.iter().map(Expr::unplaced).collect();
                 left_sides.entry(first.to_string()).or_default().push((index, factors));
             }
         }
@@ -461,7 +461,7 @@ fn share(item: &StepItem, name: &str) -> Option<Option<Vec<Expr>>> {
             if target.text == name =>
         {
             let factors = condition.iter().flat_map(Expr::factors);
-            Some(Some(factors.map(without_places).collect()))
+            Some(Some(factors.map(Expr::unplaced).collect()))
         }
         StepItemKind::Action { target, .. } if target.text == name => None,
         StepItemKind::Action { .. }
@@ -480,40 +480,6 @@ fn active(path: &Path) -> Expr {
     let mut names = path.names.clone();
     names.push(grafsynth_ir::Name::new("active", Span::default()));
     Expr::leaf(Leaf::Name(Path { names }), Span::default())
-}
-
-/// The expression without spans, for comparisons.
-fn without_places(expr: &Expr) -> Expr {
-    let bare = |leaf: &Leaf| match leaf {
-        Leaf::Name(path) => {
-            let names = path
-                .names
-                .iter()
-                .map(|name| grafsynth_ir::Name::new(name.text.clone(), Span::default()))
-                .collect();
-            Leaf::Name(Path { names })
-        }
-        Leaf::Rise(inner) => Leaf::Rise(Box::new(without_places(inner))),
-        Leaf::Fall(inner) => Leaf::Fall(Box::new(without_places(inner))),
-        Leaf::Otherwise => Leaf::Otherwise,
-        Leaf::Duration(ns) => Leaf::Duration(*ns),
-        Leaf::Delay(on, inner, off) => Leaf::Delay(*on, Box::new(without_places(inner)), *off),
-    };
-    let inner = |one: &Expr| Box::new(without_places(one));
-    let kind = match &expr.kind {
-        ExprKind::Bool(value) => ExprKind::Bool(*value),
-        ExprKind::Int(value) => ExprKind::Int(*value),
-        ExprKind::Leaf(leaf) => ExprKind::Leaf(bare(leaf)),
-        ExprKind::Element(leaf, index) => ExprKind::Element(bare(leaf), inner(index)),
-        ExprKind::Not(a) => ExprKind::Not(inner(a)),
-        ExprKind::And(all) => ExprKind::And(all.iter().map(without_places).collect()),
-        ExprKind::Or(all) => ExprKind::Or(all.iter().map(without_places).collect()),
-        ExprKind::Compare(op, a, b) => ExprKind::Compare(*op, inner(a), inner(b)),
-        ExprKind::Neg(a) => ExprKind::Neg(inner(a)),
-        ExprKind::Arith(op, a, b) => ExprKind::Arith(*op, inner(a), inner(b)),
-        ExprKind::Select(a, b, c) => ExprKind::Select(inner(a), inner(b), inner(c)),
-    };
-    Expr::new(kind, Span::default())
 }
 
 /// Whether the lists alone declare it.

@@ -693,7 +693,7 @@ fn note_arrays(expr: &Expr, out: &mut BTreeSet<String>) {
     {
         out.insert(name.text.clone());
     }
-    for operand in expr.operands() {
+    for operand in expr.children() {
         note_arrays(operand, out);
     }
 }

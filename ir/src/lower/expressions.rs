@@ -566,7 +566,7 @@ impl Lowering<'_> {
         }
         let inner = Place::level(place.scope, "an edge");
         let expr = self.condition::<Leaf>(operand, &inner)?;
-        let shape = without_spans(&expr);
+        let shape = expr.without_spans();
         let id = match self.edges.get(&shape) {
             Some(id) => *id,
             None => {
@@ -630,24 +630,4 @@ impl Lowering<'_> {
         let fireable = above.into_iter().map(|id| Expr::leaf(L::of_net(Leaf::Fireable(id)), span));
         Ok(Expr { span, ..Expr::or(fireable).not() })
     }
-}
-
-/// The same expression without source locations, to compare structure.
-pub(super) fn without_spans<L: Clone>(expr: &Expr<L>) -> Expr<L> {
-    let boxed = |a: &Expr<L>| Box::new(without_spans(a));
-    let all = |all: &[Expr<L>]| all.iter().map(without_spans).collect();
-    let kind = match &expr.kind {
-        ExprKind::Bool(value) => ExprKind::Bool(*value),
-        ExprKind::Int(value) => ExprKind::Int(*value),
-        ExprKind::Leaf(leaf) => ExprKind::Leaf(leaf.clone()),
-        ExprKind::Element(array, index) => ExprKind::Element(array.clone(), boxed(index)),
-        ExprKind::Not(a) => ExprKind::Not(boxed(a)),
-        ExprKind::And(operands) => ExprKind::And(all(operands)),
-        ExprKind::Or(operands) => ExprKind::Or(all(operands)),
-        ExprKind::Compare(op, a, b) => ExprKind::Compare(*op, boxed(a), boxed(b)),
-        ExprKind::Neg(a) => ExprKind::Neg(boxed(a)),
-        ExprKind::Arith(op, a, b) => ExprKind::Arith(*op, boxed(a), boxed(b)),
-        ExprKind::Select(c, a, b) => ExprKind::Select(boxed(c), boxed(a), boxed(b)),
-    };
-    Expr::new(kind, Span::default())
 }

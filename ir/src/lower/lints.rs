@@ -4,7 +4,6 @@
 mod tokens;
 
 use super::codes;
-use super::expressions::without_spans;
 use crate::arena::IdMap;
 use crate::diag::{Diagnostic, Notation};
 use crate::expr::{CompareOp, Expr, ExprKind, Type};
@@ -337,7 +336,7 @@ fn duplicates(net: &Net, out: &mut Vec<Diagnostic>) {
     for group in groups.values().filter(|group| group.len() > 1) {
         let mut first: BTreeMap<Expr<Leaf>, TransitionId> = BTreeMap::new();
         for id in group {
-            let earlier = *first.entry(without_spans(&net.transitions[*id].guard)).or_insert(*id);
+            let earlier = *first.entry(net.transitions[*id].guard.without_spans()).or_insert(*id);
             if earlier != *id {
                 found.push((*id, earlier));
             }
@@ -576,7 +575,7 @@ fn junction(net: &Net, all: &[Expr<Leaf>], is_and: bool) -> Option<bool> {
     let mut negated: Vec<Expr<Leaf>> = Vec::new();
     for one in all {
         match &one.kind {
-            ExprKind::Not(inner) => negated.push(without_spans(inner)),
+            ExprKind::Not(inner) => negated.push(inner.without_spans()),
             ExprKind::Bool(_)
             | ExprKind::Int(_)
             | ExprKind::Leaf(_)
@@ -586,7 +585,7 @@ fn junction(net: &Net, all: &[Expr<Leaf>], is_and: bool) -> Option<bool> {
             | ExprKind::Compare(..)
             | ExprKind::Neg(_)
             | ExprKind::Arith(..)
-            | ExprKind::Select(..) => plain.push(without_spans(one)),
+            | ExprKind::Select(..) => plain.push(one.without_spans()),
         }
     }
     plain.sort_unstable();

@@ -3,7 +3,7 @@
 use super::codes;
 use super::context::{Lowering, Outcome, Symbol};
 use super::expand::Work;
-use super::expressions::{Place, without_spans};
+use super::expressions::Place;
 use super::roles::{Role, Use, empty_driver, is_controlling, main_duration, more_timers};
 use super::times::duration;
 use crate::chart::ActionHow;
@@ -170,7 +170,7 @@ fn controlled_extern(lowering: &mut Lowering<'_>, id: OutputId, uses: &[Use<'_>]
     let mut groups: Vec<(Vec<Expr<Leaf>>, Vec<Use<'_>>)> = Vec::new();
     for one in uses {
         let Ok(arguments) = arguments(lowering, id, one) else { continue };
-        let shape = arguments.iter().map(without_spans).collect();
+        let shape = arguments.iter().map(Expr::without_spans).collect();
         let group = *by_arguments.entry(shape).or_insert(groups.len());
         if group == groups.len() {
             groups.push((arguments, Vec::new()));

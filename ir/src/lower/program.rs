@@ -57,7 +57,7 @@ use crate::net::{
     StepId, Timer, Transition, Var, Verbatim,
 };
 use crate::program::{
-    ActionPart, Cell, CellId, Expr, Leaf, Origin, Program, Stmt, Temp, TempId, TempRole,
+    ActionPart, Cell, CellId, Expr, Leaf, Origin, Program, Stmt, Temp, TempId, TempRole, statements,
 };
 use crate::program_run::Machine;
 use crate::span::Span;
@@ -435,20 +435,15 @@ fn when(condition: Expr, then: Vec<Stmt>, out: &mut Vec<Stmt>) {
 
 /// True if the list may change the value of the condition.
 fn stores_any_leaf_of(list: &[Stmt], condition: &Expr) -> bool {
-    let mut leaves = BTreeSet::new();
-    condition.for_each_leaf(&mut |leaf| {
-        leaves.insert(*leaf);
-    });
-    // Temporaries in conditions are set outside of the guarded statements, so only cells matter.
-    writes(list, &mut |leaf| leaves.contains(&leaf))
-}
-
-fn writes(list: &[Stmt], meets: &mut impl FnMut(Leaf) -> bool) -> bool {
-    list.iter().any(|statement| match statement {
-        Stmt::Set(temp, _) => meets(Leaf::Temp(*temp)),
-        Stmt::Store(cell, _, _) => meets(Leaf::Cell(*cell)),
-        Stmt::If(_, then, otherwise) => writes(then, meets) || writes(otherwise, meets),
-        Stmt::Repeat { body, .. } => writes(body, meets),
-        Stmt::Output(..) | Stmt::Call(..) | Stmt::Code(_) | Stmt::Fault(_) => false,
+    let leaves: BTreeSet<&Leaf> = condition.leaves().collect();
+    statements(list).any(|stmt| match stmt {
+        Stmt::Set(temp, _) => leaves.contains(&Leaf::Temp(*temp)),
+        Stmt::Store(cell, ..) => leaves.contains(&Leaf::Cell(*cell)),
+        Stmt::If(..)
+        | Stmt::Repeat { .. }
+        | Stmt::Output(..)
+        | Stmt::Call(..)
+        | Stmt::Code(_)
+        | Stmt::Fault(_) => false,
     })
 }

@@ -2,7 +2,7 @@
 
 use super::codes;
 use super::context::{Lowering, Outcome, ScopeId, Symbol, Value};
-use super::expressions::{Place, Target, without_spans};
+use super::expressions::{Place, Target};
 use super::names::{Attribute, Resolved, StepLike};
 use crate::chart::{Expr as Syntax, Leaf as SyntaxLeaf, Length};
 use crate::diag::Diagnostic;
@@ -284,7 +284,7 @@ impl Lowering<'_> {
         let operand_expr = self.condition::<Leaf>(operand, &inner);
         let (on, off) = (self.ticks(on, span), self.ticks(off, span));
         let (expr, on, off) = (operand_expr?, on?, off?);
-        let key = (on, without_spans(&expr), off);
+        let key = (on, expr.without_spans(), off);
         let delayed = match self.delays.get(&key) {
             Some(delayed) => delayed.clone(),
             None => {
@@ -293,14 +293,7 @@ impl Lowering<'_> {
                 delayed
             }
         };
-        let lifted: Result<Expr<L>, std::convert::Infallible> = delayed
-            .try_map(&mut |leaf, span| Ok(Expr::leaf(L::of_net(*leaf), span)), &mut |leaf, _| {
-                Ok(L::of_net(*leaf))
-            });
-        match lifted {
-            Ok(lifted) => Ok(Expr { span, ..lifted }),
-            Err(never) => match never {},
-        }
+        Ok(Expr { span, ..delayed.map_leaves(&|leaf| L::of_net(*leaf)) })
     }
 
     fn delayed(&mut self, expr: Expr<Leaf>, on: u32, off: u32, span: Span) -> Expr<Leaf> {

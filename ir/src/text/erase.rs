@@ -1,6 +1,6 @@
 //! A net without source locations, to compare nets that come from different sources.
 
-use crate::expr::{Expr, ExprKind};
+use crate::expr::Expr;
 use crate::net::*;
 use crate::span::{Name, Span};
 
@@ -25,10 +25,10 @@ impl Net {
         }
         for (_, item) in net.timers.iter_mut() {
             named(&mut item.name, &mut item.meta);
-            expr(&mut item.condition);
+            item.condition.erase_spans();
         }
         for (_, item) in net.edges.iter_mut() {
-            expr(&mut item.expr);
+            item.expr.erase_spans();
         }
         for (_, item) in net.steps.iter_mut() {
             named(&mut item.name, &mut item.meta);
@@ -42,7 +42,7 @@ impl Net {
         }
         for (_, item) in net.transitions.iter_mut() {
             named(&mut item.name, &mut item.meta);
-            expr(&mut item.guard);
+            item.guard.erase_spans();
             block(&mut item.actions);
         }
         for (_, item) in net.actions.iter_mut() {
@@ -50,7 +50,7 @@ impl Net {
             block(&mut item.body);
             for of in &mut item.uses {
                 of.span = Span::default();
-                of.condition.iter_mut().for_each(expr);
+                of.condition.iter_mut().for_each(Expr::erase_spans);
             }
         }
         for (_, item) in net.sends.iter_mut() {
@@ -65,14 +65,14 @@ impl Net {
         }
         if let Some(item) = &mut net.emergency {
             item.meta.span = Span::default();
-            expr(&mut item.condition);
+            item.condition.erase_spans();
         }
         for item in &mut net.properties {
             item.meta.span = Span::default();
-            expr(&mut item.never);
+            item.never.erase_spans();
         }
         for item in &mut net.unspecified {
-            expr(&mut item.when);
+            item.when.erase_spans();
         }
         for item in &mut net.macros {
             named(&mut item.name, &mut item.meta);
@@ -100,14 +100,14 @@ fn driver(driver: &mut Driver) {
         Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
             for emission in emissions {
                 emission.span = Span::default();
-                emission.condition.iter_mut().for_each(expr);
+                emission.condition.iter_mut().for_each(Expr::erase_spans);
             }
         }
         Driver::Extern { calls, .. } => {
             for call in calls {
                 call.span = Span::default();
-                call.condition.iter_mut().for_each(expr);
-                call.arguments.iter_mut().for_each(expr);
+                call.condition.iter_mut().for_each(Expr::erase_spans);
+                call.arguments.iter_mut().for_each(Expr::erase_spans);
             }
         }
         Driver::Stored(_) | Driver::Controlled(_) => {}
@@ -119,34 +119,16 @@ fn block(list: &mut Block) {
         stmt.span = Span::default();
         match &mut stmt.kind {
             StmtKind::Assign { index, value, .. } => {
-                index.iter_mut().for_each(expr);
-                expr(value);
+                index.iter_mut().for_each(Expr::erase_spans);
+                value.erase_spans();
             }
-            StmtKind::Call { arguments, .. } => arguments.iter_mut().for_each(expr),
+            StmtKind::Call { arguments, .. } => arguments.iter_mut().for_each(Expr::erase_spans),
             StmtKind::If { condition, then, otherwise } => {
-                expr(condition);
+                condition.erase_spans();
                 block(then);
                 block(otherwise);
             }
             StmtKind::Raise(_) | StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::Code(_) => {}
-        }
-    }
-}
-
-fn expr<L>(of: &mut Expr<L>) {
-    of.span = Span::default();
-    match &mut of.kind {
-        ExprKind::Bool(_) | ExprKind::Int(_) | ExprKind::Leaf(_) => {}
-        ExprKind::Element(_, a) | ExprKind::Not(a) | ExprKind::Neg(a) => expr(a),
-        ExprKind::And(all) | ExprKind::Or(all) => all.iter_mut().for_each(expr),
-        ExprKind::Compare(_, a, b) | ExprKind::Arith(_, a, b) => {
-            expr(a);
-            expr(b);
-        }
-        ExprKind::Select(a, b, c) => {
-            expr(a);
-            expr(b);
-            expr(c);
         }
     }
 }

@@ -22,6 +22,7 @@ use grafsynth_ir::expr::{CompareOp, ExprKind, Type};
 use grafsynth_ir::net::{Driver, InputId, Net, OutputId};
 use grafsynth_ir::program::{
     Cell, CellId, Expr, Leaf, Origin, Program, ResetEffect, Stmt, Temp, TempId, TempRole,
+    expressions, statements,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -106,13 +107,16 @@ fn is_evolution(program: &Program, stmt: &Stmt) -> bool {
 
 /// True if some step may be stored.
 pub(super) fn moves(program: &Program, block: &[Stmt]) -> bool {
-    block.iter().any(|stmt| match stmt {
+    statements(block).any(|stmt| match stmt {
         Stmt::Store(cell, ..) => matches!(program.cells[*cell].origin, Origin::Step(_)),
-        Stmt::If(_, then, otherwise) => moves(program, then) || moves(program, otherwise),
-        Stmt::Repeat { body, .. } => moves(program, body),
         // A state that is coded by its region changes as a temporary.
         Stmt::Set(temp, _) => matches!(program.temps[*temp].role, TempRole::NextActive(_)),
-        Stmt::Output(..) | Stmt::Call(..) | Stmt::Code(_) | Stmt::Fault(_) => false,
+        Stmt::If(..)
+        | Stmt::Repeat { .. }
+        | Stmt::Output(..)
+        | Stmt::Call(..)
+        | Stmt::Code(_)
+        | Stmt::Fault(_) => false,
     })
 }
 
@@ -124,7 +128,11 @@ fn split_pure<'a>(
     wanted: &BTreeSet<TempId>,
 ) -> (Vec<(TempId, &'a Expr)>, Vec<Stmt>) {
     let mut n_sets: BTreeMap<TempId, usize> = BTreeMap::new();
-    count_sets(&program.body, &mut n_sets);
+    for stmt in statements(&program.body) {
+        if let Stmt::Set(temp, _) = stmt {
+            *n_sets.entry(*temp).or_default() += 1;
+        }
+    }
     let mut pure: BTreeSet<TempId> = BTreeSet::new();
     for stmt in before {
         if let Stmt::Set(temp, value) = stmt
@@ -173,49 +181,26 @@ fn split_pure<'a>(
     (sets, rest)
 }
 
-fn count_sets(block: &[Stmt], counts: &mut BTreeMap<TempId, usize>) {
-    for stmt in block {
-        match stmt {
-            Stmt::Set(temp, _) => *counts.entry(*temp).or_default() += 1,
-            Stmt::If(_, then, otherwise) => {
-                count_sets(then, counts);
-                count_sets(otherwise, counts);
-            }
-            Stmt::Repeat { body, .. } => count_sets(body, counts),
-            Stmt::Store(..)
-            | Stmt::Output(..)
-            | Stmt::Call(..)
-            | Stmt::Code(_)
-            | Stmt::Fault(_) => {}
-        }
-    }
-}
-
 /// True if the block has no effect outside the reaction.
 fn only_stores(block: &[Stmt]) -> bool {
-    block.iter().all(|stmt| match stmt {
-        Stmt::Set(..) | Stmt::Store(..) => true,
-        Stmt::If(_, then, otherwise) => only_stores(then) && only_stores(otherwise),
-        Stmt::Repeat { body, .. } => only_stores(body),
+    statements(block).all(|stmt| match stmt {
+        Stmt::Set(..) | Stmt::Store(..) | Stmt::If(..) | Stmt::Repeat { .. } => true,
         Stmt::Output(..) | Stmt::Call(..) | Stmt::Code(_) | Stmt::Fault(_) => false,
     })
 }
 
-fn calls(block: &[Stmt], called: &mut BTreeSet<OutputId>) {
-    for stmt in block {
-        match stmt {
-            Stmt::Call(output, _) => {
-                called.insert(*output);
-            }
-            Stmt::If(_, then, otherwise) => {
-                calls(then, called);
-                calls(otherwise, called);
-            }
-            Stmt::Repeat { body, .. } => calls(body, called),
-            Stmt::Set(..) | Stmt::Store(..) | Stmt::Output(..) | Stmt::Code(_) | Stmt::Fault(_) => {
-            }
-        }
-    }
+fn calls(block: &[Stmt]) -> BTreeSet<OutputId> {
+    let called = statements(block).filter_map(|stmt| match stmt {
+        Stmt::Call(output, _) => Some(*output),
+        Stmt::Set(..)
+        | Stmt::Store(..)
+        | Stmt::If(..)
+        | Stmt::Repeat { .. }
+        | Stmt::Output(..)
+        | Stmt::Code(_)
+        | Stmt::Fault(_) => None,
+    });
+    called.collect()
 }
 
 fn of_cell(cell: CellId) -> Expr {
@@ -252,30 +237,7 @@ impl Used {
     }
 
     fn block(&mut self, block: &[Stmt]) {
-        for_each_expr(block, &mut |expr| self.expr(expr));
-    }
-}
-
-fn for_each_expr(block: &[Stmt], visit: &mut impl FnMut(&Expr)) {
-    for stmt in block {
-        match stmt {
-            Stmt::Set(_, expr) | Stmt::Output(_, expr) | Stmt::Fault(expr) => visit(expr),
-            Stmt::Store(_, index, expr) => {
-                index.iter().for_each(&mut *visit);
-                visit(expr);
-            }
-            Stmt::If(condition, then, otherwise) => {
-                visit(condition);
-                for_each_expr(then, visit);
-                for_each_expr(otherwise, visit);
-            }
-            Stmt::Repeat { condition, body, .. } => {
-                visit(condition);
-                for_each_expr(body, visit);
-            }
-            Stmt::Call(_, arguments) => arguments.iter().for_each(&mut *visit),
-            Stmt::Code(_) => {}
-        }
+        expressions(block).for_each(|expr| self.expr(expr));
     }
 }
 
@@ -324,7 +286,7 @@ impl Exposed {
                 | Stmt::Call(..)
                 | Stmt::Fault(_)
                 | Stmt::Code(_) => {
-                    for_each_expr(std::slice::from_ref(stmt), &mut |expr| self.expr(expr));
+                    stmt.exprs().for_each(|expr| self.expr(expr));
                 }
             }
         }
@@ -423,8 +385,8 @@ impl<'a> Maker<'a> {
                 ResetEffect::Code(_) => {}
             }
         }
-        let mut called = at_reset.clone();
-        calls(after, &mut called);
+        let mut called = calls(after);
+        called.extend(&at_reset);
         for id in called {
             let name = net.outputs[id].name.text.clone();
             let here = self.temp(&format!("{name}.called"), Type::Bool);

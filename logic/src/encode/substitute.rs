@@ -1,18 +1,10 @@
 //! Replaces leaves in a piece of a program: values are read from and stored in another place.
 
 use grafsynth_ir::program::{Expr, Leaf, Stmt};
-use std::convert::Infallible;
 
 /// The expression with each leaf replaced by the result of `other`.
 pub(super) fn expr(expr: &Expr, other: &impl Fn(Leaf) -> Leaf) -> Expr {
-    let mapped = expr.try_map(
-        &mut |leaf, span| Ok::<_, Infallible>(Expr::leaf(other(*leaf), span)),
-        &mut |leaf, _| Ok(other(*leaf)),
-    );
-    match mapped {
-        Ok(expr) => expr,
-        Err(never) => match never {},
-    }
+    expr.map_leaves(&|leaf| other(*leaf))
 }
 
 /// The statements with each leaf replaced where it is read or stored. Elements of arrays stay in cells.

@@ -32,7 +32,7 @@ impl Thresholds {
                 }
             }
         }
-        expr.operands().for_each(|operand| self.collect(operand));
+        expr.children().for_each(|operand| self.collect(operand));
     }
 
     /// The remaining ticks to each threshold that is still ahead, and one less and one more; at most `max_dt`, in ascending order.

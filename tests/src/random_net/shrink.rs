@@ -656,7 +656,7 @@ fn simpler(expr: &Expr) -> Vec<Expr> {
         | ExprKind::Arith(..)
         | ExprKind::Select(..) => {
             let mut ways = constants();
-            ways.extend(expr.operands().cloned());
+            ways.extend(expr.children().cloned());
             ways
         }
     }

@@ -1,14 +1,12 @@
 //! Transitions that never fire because a variable in their receptivity is never assigned.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::convert::Infallible;
-
 use grafsynth_ir::Diagnostic;
 use grafsynth_ir::diag::Notation;
 use grafsynth_ir::expr::{Expr, ExprKind, Type};
 use grafsynth_ir::net::{Leaf, Net, StmtKind, TransitionId, VarId, VarOrigin};
 use grafsynth_ir::simplify::simplify;
 use grafsynth_ir::walk::for_each_stmt;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::codes;
 
@@ -52,7 +50,7 @@ pub(super) fn causes(net: &Net) -> BTreeMap<TransitionId, Vec<VarId>> {
 fn with_first_values(net: &Net, guard: &Expr<Leaf>, vars: &[VarId]) -> Expr<Leaf> {
     let mut value_of = |leaf: &Leaf, span| {
         let fixed = vars.iter().find(|var| matches!(leaf, Leaf::Var(own) if own == *var));
-        Ok::<_, Infallible>(match fixed {
+        match fixed {
             Some(var) => {
                 let value = net.vars[*var].init.first().copied().unwrap_or(0);
                 let kind = match net.vars[*var].ty {
@@ -62,12 +60,9 @@ fn with_first_values(net: &Net, guard: &Expr<Leaf>, vars: &[VarId]) -> Expr<Leaf
                 Expr::new(kind, span)
             }
             None => Expr::leaf(*leaf, span),
-        })
+        }
     };
-    match guard.try_map(&mut value_of, &mut |leaf, _| Ok(*leaf)) {
-        Ok(expr) => expr,
-        Err(never) => match never {},
-    }
+    guard.map(&mut value_of, &mut |leaf, _| *leaf)
 }
 
 /// The finding about such a transition.

@@ -13,7 +13,7 @@ use grafsynth_sim::{InputRow, Noticed, Simulator, Situation, State, Stimulus, Wr
 use super::livelock::livelock;
 use super::{Check, Checked, Conflict, Decided, Findings, step_names};
 use crate::codes;
-use crate::exclusive::{all_compatible_pairs, bare, compatible_pairs, entered};
+use crate::exclusive::{all_compatible_pairs, compatible_pairs, entered};
 use crate::explore::{Ended, Searched, Seen, States, Ticks, Times, explore};
 use crate::explored::Explored;
 use crate::guards::{holds, is_enabled, reads_inputs_only};
@@ -328,7 +328,7 @@ impl<'n> Shown<'n> {
             .at(second.meta.span, targets(second))
             .at(first.meta.span, format!("{} in the same micro-step", targets(first)));
             let is_same_receptivity = first.events == second.events
-                && bare(&first.guard) == bare(&second.guard)
+                && first.guard.without_spans() == second.guard.without_spans()
                 && first.requires == second.requires;
             out.push(note.help(if is_same_receptivity {
                 "their receptivities are equal, so both always fire: write one transition that activates the steps of both (`s -> x & y when a`)"

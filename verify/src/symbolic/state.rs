@@ -120,7 +120,7 @@ impl Shape {
                 }
             }
         }
-        expr.operands().for_each(|operand| self.caps(operand));
+        expr.children().for_each(|operand| self.caps(operand));
     }
 
     fn action(&mut self, id: ActionId, action: &ControlledAction) {

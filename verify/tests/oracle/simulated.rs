@@ -36,7 +36,7 @@ fn longest(net: &Net) -> i64 {
                 }
             }
         }
-        expr.operands().for_each(|operand| walk(operand, longest));
+        expr.children().for_each(|operand| walk(operand, longest));
     }
     let mut longest = 0;
     grafsynth_ir::walk::for_each_expr(net, &mut |expr| walk(expr, &mut longest));

@@ -114,7 +114,7 @@ impl Rules<'_> {
             | ExprKind::Compare(..)
             | ExprKind::Select(..) => {}
         }
-        expr.operands().try_for_each(|operand| self.fits(operand))
+        expr.children().try_for_each(|operand| self.fits(operand))
     }
 
     fn block(&self, block: &Block) -> Tabled<Vec<Node>> {

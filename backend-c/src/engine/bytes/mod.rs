@@ -310,7 +310,7 @@ impl<'a> Assembler<'a> {
 
     /// Puts the value of an expression on the stack, which must be empty except for `below` values. The caller releases temps that hold operands.
     fn value(&mut self, expr: &Expr, kept: &mut Vec<usize>) {
-        if height(expr) > HEIGHT {
+        if expr.height() > HEIGHT {
             let lower = self.lowered(expr.clone(), kept);
             self.push(&lower);
         } else {
@@ -319,41 +319,22 @@ impl<'a> Assembler<'a> {
     }
 
     /// Moves operands that are too deep into temps.
-    fn lowered(&mut self, expr: Expr, kept: &mut Vec<usize>) -> Expr {
+    fn lowered(&mut self, mut expr: Expr, kept: &mut Vec<usize>) -> Expr {
         let span = expr.span;
-        let mut one = |this: &mut Self, operand: Expr| {
-            let operand = this.lowered(operand, kept);
-            if height(&operand) < HEIGHT {
-                return operand;
-            }
-            let temp = this.borrow(this.is_bool(&operand));
-            this.push(&operand);
-            this.set_temp(temp);
-            kept.push(temp);
-            Expr::leaf(Leaf::Temp(temp_id(temp)), span)
-        };
-        let kind = match expr.kind {
-            kind @ (ExprKind::Bool(_) | ExprKind::Int(_) | ExprKind::Leaf(_)) => kind,
-            ExprKind::Element(array, a) => ExprKind::Element(array, Box::new(one(self, *a))),
-            ExprKind::Not(a) => ExprKind::Not(Box::new(one(self, *a))),
-            ExprKind::Neg(a) => ExprKind::Neg(Box::new(one(self, *a))),
-            ExprKind::And(all) => ExprKind::And(all.into_iter().map(|a| one(self, a)).collect()),
-            ExprKind::Or(all) => ExprKind::Or(all.into_iter().map(|a| one(self, a)).collect()),
-            ExprKind::Compare(op, a, b) => {
-                let a = one(self, *a);
-                ExprKind::Compare(op, Box::new(a), Box::new(one(self, *b)))
-            }
-            ExprKind::Arith(op, a, b) => {
-                let a = one(self, *a);
-                ExprKind::Arith(op, Box::new(a), Box::new(one(self, *b)))
-            }
-            ExprKind::Select(c, a, b) => {
-                let c = one(self, *c);
-                let a = one(self, *a);
-                ExprKind::Select(Box::new(c), Box::new(a), Box::new(one(self, *b)))
-            }
-        };
-        Expr { kind, span }
+        for child in expr.children_mut() {
+            let operand = std::mem::replace(child, Expr::bool(false));
+            let operand = self.lowered(operand, kept);
+            *child = if operand.height() < HEIGHT {
+                operand
+            } else {
+                let temp = self.borrow(self.is_bool(&operand));
+                self.push(&operand);
+                self.set_temp(temp);
+                kept.push(temp);
+                Expr::leaf(Leaf::Temp(temp_id(temp)), span)
+            };
+        }
+        expr
     }
 
     fn is_bool(&self, expr: &Expr) -> bool {
@@ -445,7 +426,7 @@ impl<'a> Assembler<'a> {
         let Some((first, rest)) = all.split_first() else { return self.constant(none) };
         self.push(first);
         for operand in rest {
-            if operand.operands().next().is_none() {
+            if operand.children().next().is_none() {
                 self.push(operand);
                 self.op(both);
             } else {
@@ -541,7 +522,7 @@ impl<'a> Assembler<'a> {
                 let mut lower = Vec::new();
                 for argument in arguments {
                     let value = self.low(argument, &mut kept);
-                    lower.push(if value.operands().next().is_some() {
+                    lower.push(if value.children().next().is_some() {
                         self.keep(&value, &mut kept)
                     } else {
                         value
@@ -649,7 +630,7 @@ impl<'a> Assembler<'a> {
 
     /// An expression that is not too deep.
     fn low(&mut self, expr: &Expr, kept: &mut Vec<usize>) -> Expr {
-        if height(expr) > HEIGHT { self.lowered(expr.clone(), kept) } else { expr.clone() }
+        if expr.height() > HEIGHT { self.lowered(expr.clone(), kept) } else { expr.clone() }
     }
 
     fn keep(&mut self, expr: &Expr, kept: &mut Vec<usize>) -> Expr {
@@ -738,8 +719,4 @@ struct Context {
 /// The id of a temp that may not belong to the program.
 fn temp_id(at: usize) -> grafsynth_ir::Id<Temp> {
     grafsynth_ir::Id::from_index(at)
-}
-
-fn height(expr: &Expr) -> usize {
-    expr.operands().map(height).max().map_or(1, |below| below + 1)
 }

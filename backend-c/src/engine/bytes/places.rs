@@ -4,7 +4,7 @@ use crate::engine::image::narrow;
 use crate::queries::is_c;
 use grafsynth_ir::IdMap;
 use grafsynth_ir::net::{InputId, InputKind, Net, OutputId};
-use grafsynth_ir::program::{Cell, CellId, Program, ResetEffect, Stmt};
+use grafsynth_ir::program::{Cell, CellId, Program, ResetEffect, Stmt, statements};
 use std::collections::BTreeMap;
 
 /// The location of a cell in an instance, or of a temp in a reaction.
@@ -71,31 +71,11 @@ impl Places {
                 note(&text.language, &text.text);
             }
         }
-        each_statement(&program.body, &mut |stmt| {
+        for stmt in statements(&program.body) {
             if let Stmt::Code(text) = stmt {
                 note(&text.language, &text.text);
             }
-        });
-        Places { cells, rows, inputs, actions, outputs, texts, n_bits, n_values }
-    }
-}
-
-/// Calls `visit` with every statement, including nested ones.
-fn each_statement(list: &[Stmt], visit: &mut impl FnMut(&Stmt)) {
-    for stmt in list {
-        visit(stmt);
-        match stmt {
-            Stmt::If(_, then, otherwise) => {
-                each_statement(then, visit);
-                each_statement(otherwise, visit);
-            }
-            Stmt::Repeat { body, .. } => each_statement(body, visit),
-            Stmt::Set(..)
-            | Stmt::Store(..)
-            | Stmt::Output(..)
-            | Stmt::Call(..)
-            | Stmt::Code(_)
-            | Stmt::Fault(_) => {}
         }
+        Places { cells, rows, inputs, actions, outputs, texts, n_bits, n_values }
     }
 }

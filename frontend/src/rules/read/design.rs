@@ -697,7 +697,7 @@ fn bare_names(expr: &Expr, visit: &mut dyn FnMut(&Name)) {
             Leaf::Otherwise | Leaf::Duration(_) => {}
         }
     }
-    for operand in expr.operands() {
+    for operand in expr.children() {
         bare_names(operand, visit);
     }
 }

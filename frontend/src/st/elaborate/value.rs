@@ -113,7 +113,7 @@ impl Value {
 /// The number of nodes of an expression, counted up to `most`.
 pub(super) fn nodes(expr: &Expr, most: usize) -> usize {
     let mut count = 1;
-    for operand in expr.operands() {
+    for operand in expr.children() {
         if count >= most {
             return count;
         }

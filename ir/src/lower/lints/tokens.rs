@@ -4,7 +4,6 @@
 use std::collections::BTreeSet;
 
 use super::super::codes;
-use super::super::expressions::without_spans;
 use super::place;
 use crate::arena::IdMap;
 use crate::diag::{Diagnostic, Notation};
@@ -235,7 +234,7 @@ fn report(
     };
     let when = |id: TransitionId| -> (Expr<Leaf>, _) {
         let one = &net.transitions[id];
-        (without_spans(&one.guard), &one.events)
+        (one.guard.without_spans(), &one.events)
     };
     for (at, one) in branches.iter().enumerate() {
         let Some((first, from, to)) = back(one) else { continue };

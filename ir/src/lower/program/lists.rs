@@ -4,10 +4,9 @@
 //! that an earlier statement may have stored is read from a copy, and an expression over a stored array is evaluated in advance.
 
 use std::collections::BTreeSet;
-use std::convert::Infallible;
 
 use super::{Builder, cell, temp};
-use crate::expr::{CompareOp, Expr as GenericExpr, ExprKind, Type};
+use crate::expr::{CompareOp, ExprKind, Type};
 use crate::interval::{TICKS, type_of};
 use crate::net::{self, Block, Driver, OutputId, StmtKind};
 use crate::program::{CellId, Expr, Leaf, Origin, Stmt, TempRole};
@@ -140,18 +139,16 @@ impl Builder<'_> {
             }
         }
         let before = &self.before;
-        let mapped = now.try_map::<Leaf, Infallible>(
+        now.map(
             &mut |leaf, span| {
                 let leaf = match leaf {
                     Leaf::Cell(id) => before.get(id).map_or(*leaf, |copy| Leaf::Temp(*copy)),
                     Leaf::Temp(_) | Leaf::Input(_) | Leaf::Dt => *leaf,
                 };
-                Ok(GenericExpr::leaf(leaf, span))
+                Expr::leaf(leaf, span)
             },
-            &mut |array, _| Ok(*array),
-        );
-        let Ok(mapped) = mapped;
-        mapped
+            &mut |array, _| *array,
+        )
     }
 
     /// Starts the sequence of a micro-step: nothing is stored yet.

@@ -116,7 +116,7 @@ impl Needs {
                 Leaf::Input(_) | Leaf::Var(_) | Leaf::Active(_) | Leaf::TasksDone(_) => {}
             }
         }
-        for operand in expr.operands() {
+        for operand in expr.children() {
             self.read(operand);
         }
     }

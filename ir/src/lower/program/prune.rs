@@ -7,18 +7,15 @@
 //! Steps and variables are always kept, because a trace shows them.
 
 use std::collections::BTreeSet;
-use std::convert::Infallible;
 
 use crate::arena::{Arena, IdMap};
-use crate::expr::Expr as GenericExpr;
-use crate::program::{Cell, CellId, Expr, Leaf, Origin, Program, Stmt, Temp, TempId};
+use crate::program::{Cell, CellId, Expr, Leaf, Origin, Program, Stmt, Temp, TempId, statements};
 
 /// The program without values that are never read.
 pub(super) fn prune(program: Program) -> Program {
     let mut program = program;
     loop {
-        let mut read = BTreeSet::new();
-        reads(&program.body, &mut read);
+        let read = reads(&program.body);
         let keep_cell = keep_cells(&program, &read);
         let keep_temp = IdMap::build(&program.temps, |id, _| read.contains(&Leaf::Temp(id)));
         let done = keep_cell.values().all(|keep| *keep) && keep_temp.values().all(|keep| *keep);
@@ -42,9 +39,8 @@ pub(super) fn prune_pieces(
         temps: IdMap::build(&program.temps, |id, _| Some(id)),
     };
     loop {
-        let mut read = BTreeSet::new();
-        lists.iter().for_each(|list| reads(list, &mut read));
-        exprs.iter().for_each(|expr| note(&mut read, expr, None));
+        let mut read: BTreeSet<Leaf> = lists.iter().flat_map(|list| reads(list)).collect();
+        read.extend(exprs.iter().flat_map(|expr| expr.leaves()));
         read.extend(kept_cells.iter().filter_map(|id| all.cells[*id]).map(Leaf::Cell));
         read.extend(kept_temp.and_then(|id| all.temps[id]).map(Leaf::Temp));
         let keep_cell = keep_cells(program, &read);
@@ -80,40 +76,24 @@ fn keep_cells(program: &Program, read: &BTreeSet<Leaf>) -> IdMap<Cell, bool> {
     })
 }
 
-fn note(read: &mut BTreeSet<Leaf>, expr: &Expr, but: Option<Leaf>) {
-    expr.for_each_leaf(&mut |leaf| {
-        if Some(*leaf) != but {
-            read.insert(*leaf);
-        }
-    });
-}
-
 /// All values that are read, except by a counter that only updates itself.
-fn reads(body: &[Stmt], read: &mut BTreeSet<Leaf>) {
-    for statement in body {
-        match statement {
-            Stmt::Set(temp, value) => note(read, value, Some(Leaf::Temp(*temp))),
-            Stmt::Store(cell, index, value) => {
-                for expr in index.iter().chain([value]) {
-                    note(read, expr, Some(Leaf::Cell(*cell)));
-                }
-            }
-            Stmt::If(condition, then, otherwise) => {
-                note(read, condition, None);
-                reads(then, read);
-                reads(otherwise, read);
-            }
-            Stmt::Repeat { condition, body, .. } => {
-                note(read, condition, None);
-                reads(body, read);
-            }
-            Stmt::Output(_, value) | Stmt::Fault(value) => note(read, value, None),
-            Stmt::Call(_, arguments) => {
-                arguments.iter().for_each(|argument| note(read, argument, None))
-            }
-            Stmt::Code(_) => {}
-        }
+fn reads(body: &[Stmt]) -> BTreeSet<Leaf> {
+    let mut read = BTreeSet::new();
+    for stmt in statements(body) {
+        let own = match stmt {
+            Stmt::Set(temp, _) => Some(Leaf::Temp(*temp)),
+            Stmt::Store(cell, ..) => Some(Leaf::Cell(*cell)),
+            Stmt::If(..)
+            | Stmt::Repeat { .. }
+            | Stmt::Output(..)
+            | Stmt::Call(..)
+            | Stmt::Code(_)
+            | Stmt::Fault(_) => None,
+        };
+        let leaves = stmt.exprs().flat_map(Expr::leaves);
+        read.extend(leaves.filter(|leaf| Some(**leaf) != own).copied());
     }
+    read
 }
 
 /// The new ids of everything that is kept.
@@ -209,14 +189,11 @@ impl Renamed {
             Leaf::Temp(id) => self.temps[*id].map(Leaf::Temp),
             Leaf::Input(_) | Leaf::Dt => Some(*leaf),
         };
-        let mapped = expr.try_map::<Leaf, Infallible>(
+        expr.map(
             &mut |inner, span| {
-                Ok(leaf(inner)
-                    .map_or_else(|| GenericExpr::int(0), |inner| GenericExpr::leaf(inner, span)))
+                leaf(inner).map_or_else(|| Expr::int(0), |inner| Expr::leaf(inner, span))
             },
-            &mut |array, _| Ok(leaf(array).unwrap_or(Leaf::Dt)),
-        );
-        let Ok(mapped) = mapped;
-        mapped
+            &mut |array, _| leaf(array).unwrap_or(Leaf::Dt),
+        )
     }
 }

@@ -1,7 +1,5 @@
 //! Expressions of the net over the cells and temps of the program.
 
-use std::convert::Infallible;
-
 use super::{Builder, cell};
 use crate::expr::{CompareOp, ExprKind};
 use crate::net::{self, EdgeOperand, Net, StepId};
@@ -11,11 +9,10 @@ use crate::span::Span;
 impl Builder<'_> {
     /// The expression with every value read at this point of the program. Edges and events have their values from the check.
     pub(super) fn read(&self, expr: &net::Expr) -> Expr {
-        let read = expr.try_map::<Leaf, Infallible>(
-            &mut |leaf, span| Ok(Expr { span, ..self.read_leaf(*leaf) }),
-            &mut |leaf, _| Ok(self.read_array(*leaf)),
-        );
-        let Ok(read) = read;
+        let read = expr
+            .map(&mut |leaf, span| Expr { span, ..self.read_leaf(*leaf) }, &mut |leaf, _| {
+                self.read_array(*leaf)
+            });
         crate::simplify::simplify(&read)
     }
 
