@@ -1,7 +1,7 @@
-//! Runs that show something, as text for people and as files.
+//! Shows the runs that demonstrate a result, as text for people and as trace files.
 //!
-//! People see what matters of a run ([`Evidence`]), in at most [`MOST_ROWS`] lines. `--trace FILE` writes every column of every row, and `sim --stimulus FILE`
-//! runs that file again.
+//! People see only the relevant part of a run ([`Evidence`]), in at most [`MOST_ROWS`] lines. `--trace FILE` writes every column of every row, and `sim
+//! --stimulus FILE` runs that file again.
 
 use crate::load::{Session, Stop};
 use grafsynth_driver::evidence::{Broken, Evidence, MOST_ROWS, Piece};
@@ -10,7 +10,7 @@ use grafsynth_sim::Trace;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// What `--trace FILE` writes.
+/// The formats that `--trace FILE` can write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Form {
     Csv,
@@ -18,7 +18,7 @@ enum Form {
     Vcd,
 }
 
-/// The form that the name of a trace file asks for.
+/// The format of a trace file, by the extension of its name.
 fn form(path: &Path) -> Result<Form, Stop> {
     match path.extension().and_then(|extension| extension.to_str()) {
         Some("csv") => Ok(Form::Csv),
@@ -30,7 +30,7 @@ fn form(path: &Path) -> Result<Form, Stop> {
     }
 }
 
-/// A trace in the form that the name of its file asks for.
+/// The text of a trace, in the format given by the extension of the file name.
 pub(crate) fn trace_text(path: &Path, trace: &Trace) -> Result<String, Stop> {
     Ok(match form(path)? {
         Form::Csv => trace.to_csv(),
@@ -39,7 +39,7 @@ pub(crate) fn trace_text(path: &Path, trace: &Trace) -> Result<String, Stop> {
     })
 }
 
-/// Refuses a name that is no name of a trace file, before anything is done.
+/// Rejects a file name without the extension of a trace format, before any other work.
 pub(crate) fn check_name(path: Option<&Path>) -> Result<(), Stop> {
     path.map_or(Ok(()), |path| form(path).map(|_| ()))
 }
@@ -55,7 +55,7 @@ fn numbered(path: &Path, n: usize) -> PathBuf {
 }
 
 impl Session {
-    /// Writes traces to the file of `--trace`, if it was given: the first to that name, further ones to numbered names. Says which.
+    /// Writes traces to the file of `--trace`, if it was given: the first to that name, further ones to numbered names. Reports the names.
     pub(crate) fn keep_traces(
         &self,
         path: Option<&Path>,
@@ -72,7 +72,7 @@ impl Session {
         Ok(written)
     }
 
-    /// Says that `--trace` wrote nothing, if that is so: an older file of that name is not what this run found.
+    /// Reports that `--trace` wrote nothing, if so: an existing file of that name is then from an earlier run.
     pub(crate) fn no_trace(&self, path: Option<&Path>) {
         if let Some(path) = path.filter(|_| self.traces.get() == 0) {
             let path = path.display();
@@ -80,7 +80,7 @@ impl Session {
         }
     }
 
-    /// What matters of a run, for people; `written` are the files that hold all of it.
+    /// The relevant part of a run as text for people; `written` are the files that contain the whole run.
     pub(crate) fn evidence(&self, evidence: &Evidence, written: &[PathBuf]) -> String {
         let (mut text, left_out) = table(evidence);
         if let Some(broken) = &evidence.broken {
@@ -127,7 +127,7 @@ fn broken_text(sources: &Sources, broken: &Broken) -> String {
     }
 }
 
-/// The text of a broken term, on one line; none if nobody wrote it.
+/// The text of a broken term, on one line; `None` if it is not in a source text.
 fn term(sources: &Sources, broken: &Broken) -> Option<String> {
     let text = sources.get(broken.span.file)?.text.get(broken.span.range())?;
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -150,11 +150,11 @@ pub(crate) fn broken_json(sources: &Sources, broken: &Broken) -> Value {
     }
 }
 
-/// The rows as an aligned table, and how many are left out.
+/// The rows as an aligned table, and the number of rows left out.
 fn table(evidence: &Evidence) -> (String, usize) {
     let pieces = evidence.excerpt(MOST_ROWS);
     let mut left_out = 0;
-    // One line of cells for each piece; a gap has none.
+    // One line of cells for each piece; `None` for a gap.
     let lines: Vec<Option<Vec<String>>> = pieces
         .iter()
         .map(|piece| match piece {

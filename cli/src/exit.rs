@@ -22,7 +22,7 @@ pub(crate) enum Exit {
 }
 
 impl Exit {
-    /// From the weakest to the strongest.
+    /// The exit codes in the order of their strength, the weakest first.
     const STRENGTH: [Exit; 6] =
         [Exit::Done, Exit::Open, Exit::Refuted, Exit::Errors, Exit::Usage, Exit::Interrupted];
 

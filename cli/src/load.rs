@@ -63,7 +63,7 @@ impl Session {
         Session {
             sources: Sources::default(),
             style,
-            // Messages besides the report would be read as part of it.
+            // Other messages would be read as part of the report.
             quiet: global.quiet || report.is_for_machines(),
             demands: global.demands(),
             report,
@@ -126,12 +126,12 @@ impl Session {
         Ok(exit)
     }
 
-    /// Says why a verb could not go on.
+    /// Reports why a verb could not continue.
     pub(crate) fn stopped(&self, stop: Stop) -> Exit {
         crate::stopped(&self.report, stop)
     }
 
-    /// The name of what the following lines are about, where there are several.
+    /// Prints the name of the design that the following lines are about, if there are several designs.
     pub(crate) fn headline(&self, name: &str) {
         if !self.quiet {
             crate::print(&format!("{name}:\n"));
@@ -259,7 +259,7 @@ impl Session {
         }
     }
 
-    /// Reads the file `NAME.extension` beside `path` if it exists, and reports that: answers may depend on its assumptions.
+    /// Reads the file `NAME.extension` in the folder of `path` if it exists, and reports that: answers may depend on its assumptions.
     fn companion(
         &mut self,
         path: &str,

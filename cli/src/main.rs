@@ -25,12 +25,12 @@ use std::process::ExitCode;
 use std::sync::OnceLock;
 use terminal_size::terminal_size_of;
 
-/// The width of a terminal that does not say it, and of a file, in columns.
+/// The width in columns that is assumed for files, and for terminals that do not report their width.
 const WIDTH: usize = 140;
-/// The height of a terminal that does not say it, in lines.
+/// The height in lines that is assumed for terminals that do not report their height.
 const HEIGHT: usize = 40;
 
-/// The error that lost a part of the standard output.
+/// The error that occurred when standard output could not be written completely.
 static LOST: OnceLock<String> = OnceLock::new();
 
 fn main() -> ExitCode {

@@ -1,4 +1,4 @@
-//! How findings are shown to people: with their source lines, or one line each. What machines read is in [`crate::report`].
+//! How findings are shown to people: with their source lines, or one line each. Reports for machines are in [`crate::report`].
 
 mod fold;
 
@@ -17,13 +17,13 @@ pub(crate) enum MessageFormat {
     Human,
     /// `path:line:column: error[G0101]: message`, one line each.
     Short,
-    /// One JSON object a line (docs/report-json.md): findings in the shape of an LSP diagnostic, and every answer.
+    /// One JSON object per line (docs/report-json.md): findings in the shape of an LSP diagnostic, and every answer.
     Json,
     /// One SARIF 2.1.0 document, with every answer.
     Sarif,
 }
 
-/// What decides how findings look.
+/// Settings for how findings are shown.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Style {
     /// The format.
@@ -34,7 +34,7 @@ pub(crate) struct Style {
     pub(crate) max_diagnostics: usize,
     /// Width of the terminal in columns.
     pub(crate) width: usize,
-    /// Lines of the terminal; none if a file or a pipe takes what is shown.
+    /// Height of the terminal in lines; `None` if the output goes to a file or a pipe.
     pub(crate) height: Option<usize>,
 }
 
@@ -42,11 +42,12 @@ pub(crate) struct Style {
 pub(crate) struct Rendered {
     /// The text, with an empty line at its end in the format for people.
     pub(crate) text: String,
-    /// How bad it is.
+    /// The severity.
     pub(crate) severity: Severity,
 }
 
-/// All findings as texts for people, errors first, those of one severity in order of place; and how many of each file were left out.
+/// All findings as texts for people, errors first, those of one severity in the order of their locations; and the number left out for each
+/// file.
 pub(crate) fn render(
     sources: &Sources,
     diagnostics: &[Diagnostic],
@@ -74,7 +75,7 @@ pub(crate) fn render(
     (shown.iter().map(rendered).collect(), hidden_text(sources, &hidden))
 }
 
-/// The findings with their help in the words of the language that each file is written in.
+/// The findings, with help texts in the notation of the language of each file.
 pub(crate) fn spoken(sources: &Sources, diagnostics: &[Diagnostic]) -> Vec<Diagnostic> {
     diagnostics
         .iter()
@@ -82,7 +83,7 @@ pub(crate) fn spoken(sources: &Sources, diagnostics: &[Diagnostic]) -> Vec<Diagn
         .collect()
 }
 
-/// The words in which the file of a finding is written.
+/// The notation of the file of a finding.
 fn notation(sources: &Sources, diagnostic: &Diagnostic) -> Notation {
     let first = diagnostic.labels.first().and_then(|label| sources.get(label.span.file));
     let path = first.map_or("", |source| source.path.as_str());
@@ -98,7 +99,7 @@ fn notation(sources: &Sources, diagnostic: &Diagnostic) -> Notation {
 /// Findings that were left out: of which file, and how many.
 pub(crate) type Hidden = Vec<(Option<FileId>, usize)>;
 
-/// The findings in order of place, at most `max` of a file, and how many were left out.
+/// The findings in the order of their locations, at most `max` per file, and how many were left out.
 pub(crate) fn sorted_and_limited(
     diagnostics: &[Diagnostic],
     max: usize,
@@ -106,7 +107,7 @@ pub(crate) fn sorted_and_limited(
     limit(sorted(diagnostics), |one| one, max)
 }
 
-/// The findings in order of place; those without one are last.
+/// The findings in the order of their locations; those without a location are last.
 fn sorted(diagnostics: &[Diagnostic]) -> Vec<&Diagnostic> {
     let mut sorted: Vec<&Diagnostic> = diagnostics.iter().collect();
     sorted.sort_by_key(|diagnostic| {
@@ -115,7 +116,7 @@ fn sorted(diagnostics: &[Diagnostic]) -> Vec<&Diagnostic> {
     sorted
 }
 
-/// Keeps `max` findings a file, errors before warnings before notes; says for each file how many were left out.
+/// Keeps at most `max` findings per file, errors before warnings before notes; returns for each file how many were left out.
 fn limit<'a, T>(
     sorted: Vec<T>,
     finding: impl Fn(&T) -> &'a Diagnostic,
@@ -243,7 +244,7 @@ struct Window<'a> {
     annotations: Vec<(std::ops::Range<usize>, String, bool)>,
 }
 
-/// Groups the labels, the first `n_main` of which are the main ones, by file and nearness, and cuts the lines they need out of the source.
+/// Groups the labels by file and nearness, and extracts their source lines. The first `n_main` labels are the main ones.
 fn windows<'a>(sources: &'a Sources, labels: &[Label], n_main: usize) -> Vec<Window<'a>> {
     let mut rest: Vec<(usize, &Label)> = labels.iter().enumerate().collect();
     let mut windows = Vec::new();
@@ -266,7 +267,7 @@ fn windows<'a>(sources: &'a Sources, labels: &[Label], n_main: usize) -> Vec<Win
 fn window<'a>(source: &'a Source, labels: &[(usize, &Label)], n_main: usize) -> Window<'a> {
     let lines = || labels.iter().map(|(_, label)| source.line_of(label.span.start as usize));
     let (first_line, last_line) = (lines().min().unwrap_or(0), lines().max().unwrap_or(0));
-    // Of a span over many lines only the first is shown.
+    // Only the first line of a span over several lines is shown.
     let mut text = String::new();
     let mut annotations = Vec::new();
     for line in first_line..=last_line {

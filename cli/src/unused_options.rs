@@ -8,7 +8,7 @@ use clap::parser::ValueSource;
 use grafsynth_driver::format::Format;
 use grafsynth_driver::target::Target;
 
-/// An option, what uses it, and whether the command does.
+/// An option, what uses it, and whether the command uses it.
 struct Rule {
     /// Its name in [`crate::args`].
     option: &'static str,
@@ -87,7 +87,7 @@ impl Files {
     fn of<'f>(files: impl IntoIterator<Item = &'f String>, reading: &Reading) -> Files {
         let said = reading.from.as_deref().and_then(Format::named);
         let format = |file: &String| {
-            // In a folder, charts except C files are used.
+            // For a folder, all charts except C files are used.
             if files::is_folder(file) { Some(Format::Graf) } else { Format::of(file, "") }
         };
         Files(files.into_iter().map(|file| said.or_else(|| format(file))).collect())

@@ -1,9 +1,9 @@
 //! Golden cases: the first line of each file under `tests/cases` is the command to run; the file beside it has the expected output, files and exit code.
 //!
-//! The first line is a comment with `run:` and the arguments of grafsynth. `{}` is replaced by the file itself (appended if it is missing), `{out}` by an
-//! empty folder, or by a copy of `FILE.in` beside the case; its contents afterwards belong to the accepted output, except the list of
-//! outputs, whose hashes are compared with the files instead. `GRAFSYNTH_BLESS=1` writes the accepted output of cases without one
-//! and replaces outputs that differ: read the difference before committing it.
+//! The first line is a comment with `run:` and the arguments of grafsynth. `{}` is replaced by the file itself; without `{}`, the file is appended.
+//! `{out}` is replaced by an empty folder, or by a copy of the folder `FILE.in` next to the case. The contents of `{out}` after the run belong to the
+//! accepted output, except the list of outputs: its hashes are compared with the files instead. `GRAFSYNTH_BLESS=1` writes the accepted output of cases
+//! without one and replaces outputs that differ: read the difference before committing it.
 
 #![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]
 
@@ -62,7 +62,7 @@ pub(crate) fn collect(folder: &Path, cases: &mut Vec<PathBuf>) {
     }
 }
 
-/// What the first line says to run, if it says so. Files without it belong to another case.
+/// The command in the first line, if there is one. Files without one belong to another case.
 pub(crate) fn command(case: &Path) -> Option<String> {
     let text = fs::read(case).ok()?;
     let first = text.split(|byte| *byte == b'\n').next()?;

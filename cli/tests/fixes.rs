@@ -1,4 +1,4 @@
-//! Each edit that a finding proposes mends it: applied to the text, the finding is gone.
+//! Each edit that a finding proposes fixes it: after the edit, the finding is gone.
 //!
 //! The texts are the golden cases and the examples of the pages of codes.
 
@@ -20,7 +20,7 @@ fn each_proposed_edit_mends_its_finding() {
     cases::collect(&root.canonicalize().expect("tests/cases is there"), &mut all);
     all.sort();
     for case in all {
-        // An edit is shown as a part of its own; a case without one need not be run.
+        // The accepted output shows an edit as a separate part; a case without one need not be run.
         let accepted = fs::read_to_string(format!("{}.out", case.display())).unwrap_or_default();
         if !accepted.contains("\nhelp: ") {
             continue;
@@ -77,7 +77,7 @@ fn mend(
     }
 }
 
-/// What a run finds, as data.
+/// The findings of a run, as data.
 fn findings(folder: &Path, arguments: &[String]) -> Vec<Value> {
     let output = Command::new(env!("CARGO_BIN_EXE_grafsynth"))
         .args(arguments)

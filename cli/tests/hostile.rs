@@ -1,4 +1,5 @@
-//! Damaged files of every kind with every verb that reads them: an answer within 10 s of CPU time and 2 GB, never a panic or an abort.
+//! Runs every verb on damaged files of every kind that it reads. Each run must answer within 10 s of CPU time and 2 GB, without a
+//! panic or an abort.
 //!
 //! Seeds are the cases and examples of this project and, if `GRAFSYNTH_CORPUS` names a folder with files by others, those too.
 
@@ -111,7 +112,7 @@ impl Random {
     }
 }
 
-/// One to four edits: bits, cuts, repetitions, pieces of other files, brackets, huge and odd numbers, words swapped.
+/// A seed with one to four edits: bits, cuts, repetitions, pieces of other files, brackets, huge and odd numbers, words swapped.
 fn damaged(seeds: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
     let mut bytes = seeds[random.below(seeds.len())].clone();
     // Most files stay similar to valid ones, so that they get past their reader.

@@ -1,4 +1,4 @@
-//! What files are called that are made of standard input.
+//! Tests the names of files that are made from standard input.
 
 #![allow(clippy::disallowed_methods, reason = "tests write files and start the program")]
 

@@ -8,7 +8,7 @@ use std::process::{Command, Output};
 
 const TOOL: &str = env!("CARGO_BIN_EXE_grafsynth");
 
-/// Each kind, what its folder contains after `make`, and the tools that `make` needs.
+/// Each kind, the contents of its folder after `make`, and the tools that `make` needs.
 const KINDS: [(&str, &[&str], &[&str]); 6] = [
     ("grafcet", &["build/lamp.c", "build/lamp.jed", "build/lamp.report.md"], &["make", "cc"]),
     ("statechart", &["build/lamp.c", "build/lamp.v"], &["make", "cc"]),

@@ -16,9 +16,9 @@ use grafsynth_verify::Limits;
 /// The options of a build.
 #[derive(Debug, Clone, Default)]
 pub struct BuildOptions {
-    /// What the names of the files begin with; none: the chart's name.
+    /// The beginning of the names of the files; by default the chart's name.
     pub stem: Option<FileStem>,
-    /// The device family of equations; none takes the default.
+    /// The device family of equations; `None` selects the default.
     pub device: Option<String>,
     /// C: style, callbacks and more.
     pub c: grafsynth_backend_c::Options,
@@ -83,7 +83,7 @@ pub struct MapEntry {
 pub struct Built {
     /// The files, in the order of the targets.
     pub files: Vec<OutputFile>,
-    /// What was proved and how, one line for each output.
+    /// The result for each output: what was proved, and how.
     pub lines: Vec<OutputReport>,
     /// Findings of the back ends.
     pub found: Vec<Diagnostic>,
@@ -98,13 +98,13 @@ pub struct Built {
 }
 
 impl BuildOptions {
-    /// What the names of the files of a net begin with.
+    /// The beginning of the names of the files of a net.
     #[must_use]
     pub fn stem_for(&self, net: &Net) -> FileStem {
         self.stem.clone().unwrap_or_else(|| FileStem::of_name(&net.name.text))
     }
 
-    /// How C is emitted: in a style of its own, or in that of the options.
+    /// The options for C output, with this style if one is given.
     #[must_use]
     pub fn c_for(&self, net: &Net, style: Option<Style>) -> grafsynth_backend_c::Options {
         grafsynth_backend_c::Options {
@@ -154,7 +154,7 @@ pub struct Measured {
     pub machine: &'static str,
     /// The number of measured reactions.
     pub reactions: u64,
-    /// The most expensive of them, in the unit of the machine.
+    /// The cost of the most expensive reaction, in the unit of the machine.
     pub step: u64,
     /// The cost of `NAME_init`.
     pub init: u64,

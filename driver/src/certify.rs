@@ -1,4 +1,5 @@
-//! Certificates for the library charts of a file: the proved properties of each, the version that proved them, and the text (seed 004, IV.C).
+//! Certificates for the library charts of a file: the proved properties of each, the version that proved them, and the text (section IV.C of the paper on
+//! Grafcet, C and PALASM).
 //!
 //! [`certificates`](crate::libraries::certificates) checks those that a file has; [`certify`] writes them.
 

@@ -1,4 +1,4 @@
-//! From a net to its circuit and through a text: the common part of equations, netlists and fuse maps.
+//! From a net to its circuit, and from the circuit to a text and back: the common part of equations, netlists and fuse maps.
 
 use crate::codes;
 use grafsynth_backend_pld::vectors::TraceRow;
@@ -27,7 +27,7 @@ pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
             let size = (net.steps.len() + net.transitions.len()).max(1) as u64;
             let limits = Limits {
                 pairs: limits.pairs.min((ENUMERATION_WORK / size).clamp(1_000, 100_000)),
-                // A diagram that unrolls micro-steps is either small or hopeless, and a build must not wait for it.
+                // A diagram that unrolls micro-steps is either small or far too large, and a build must not wait for it.
                 image_bits: limits.image_bits.min(512),
                 image_work: limits.image_work.min(1_000_000),
                 ..limits.clone()
@@ -60,7 +60,7 @@ pub fn logic_as(net: &Valid<Net>, facts: &Facts, busy: BusyMode) -> Result<Logic
     )
 }
 
-/// A text, and the circuit that an independent reader finds in it.
+/// A text, and the circuit that an independent reader reads from it.
 #[derive(Debug, Clone)]
 pub struct Through {
     /// The text with its names.
@@ -182,7 +182,7 @@ pub(crate) fn unconditional(net: &Valid<Net>, limits: &Limits) -> Option<Facts> 
 /// The reference trace of a stimulus as bits of the circuit's pins, one vector for each clock.
 ///
 /// # Errors
-/// A stimulus that takes more clocks than a chip gets.
+/// The stimulus takes more clocks than the limit for a chip.
 pub fn vectors(
     net: &Valid<Net>,
     logic: &Logic,

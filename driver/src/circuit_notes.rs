@@ -1,4 +1,5 @@
-//! Notes on a circuit besides its proof: its encoding and don't-cares, its form, whether it is safe and whether the emergency dominates.
+//! Notes on a circuit, in addition to its proof: its encoding and don't-cares, its form, whether it is safe and whether the emergency
+//! dominates.
 
 use crate::built::BuildOptions;
 use crate::codes;

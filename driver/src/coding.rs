@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 /// The requested encoding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum EncodingChoice {
-    /// One-hot if that fits the device, else zero-hot, else compact, whichever fits first.
+    /// The first of one-hot, zero-hot and compact that fits the device.
     #[default]
     Auto,
     /// This encoding.
@@ -41,7 +41,7 @@ pub struct EncodedLogic {
     pub n_coded: usize,
     /// The number of unread inputs without a pin, because the device has too few pins.
     pub n_unread: usize,
-    /// Why this is not an earlier encoding in the order of [`EncodingChoice::Auto`]: what that one lacks on the device.
+    /// Why an earlier encoding in the order of [`EncodingChoice::Auto`] was not used: what the device lacks for it.
     pub why: Option<String>,
 }
 
@@ -175,9 +175,9 @@ fn is_active(set: &[u64], step: StepId) -> bool {
 /// one net with its facts and its circuit.
 #[derive(Debug, Clone, Default)]
 pub struct EncodingCache {
-    /// By encoding, number of tried assignments, safety, and number of omitted inputs.
+    /// The encoded circuits, by encoding, number of tried assignments, safety, and number of omitted inputs.
     made: BTreeMap<(Encoding, usize, bool, usize), EncodedLogic>,
-    /// By the product terms of the macrocells, polarity, and number of omitted inputs.
+    /// The results of searches for given devices, by the product terms of the macrocells, polarity, and number of omitted inputs.
     within: BTreeMap<(Vec<usize>, bool, usize), Option<Logic>>,
     /// The work of the searches for given devices so far.
     work: usize,
@@ -209,8 +209,8 @@ pub fn code(
     code_knowing(known, net, facts, logic, asked, dialect, options)
 }
 
-/// Like [`code`], for one of several devices: results for another device are reused. `asked` is the choice, and whether every illegal
-/// situation must return.
+/// Like [`code`], for one of several devices: results for another device are reused. `asked` is the requested encoding, and whether every illegal
+/// situation must return to the initial one.
 #[must_use]
 pub fn code_knowing(
     found: &mut EncodingCache,
@@ -340,7 +340,7 @@ fn device_of(options: &EmitOptions) -> Option<&'static Device> {
     options.device.as_deref().map_or(Some(Device::default_device()), Device::find)
 }
 
-/// What a device has for the sums of a circuit: the macrocells whose pins no input needs; inputs take the narrowest ones.
+/// The macrocells that a device has for the sums of a circuit: those whose pins no input needs. Inputs use the narrowest macrocells.
 fn room(device: &Device, logic: &Logic) -> Room {
     let mut terms: Vec<usize> = (device.macrocells.iter())
         .map(|cell| cell.registered_terms.max(cell.combinational_terms) as usize)
@@ -353,7 +353,7 @@ fn room(device: &Device, logic: &Logic) -> Room {
     Room { terms, is_by_power_up: device.power_up == PowerUp::ByPolarity }
 }
 
-/// Why this circuit does not have a flip-flop for each step, or has one although that does not fit: what the device lacks. `None` if it fits, if
+/// Why this circuit does not have a flip-flop for each step, or why it does although it does not fit: names what the device lacks. `None` if it fits, if
 /// the user chose the encoding, and for a language without pins.
 #[must_use]
 pub fn why_not_one_hot(
@@ -398,7 +398,7 @@ pub fn emitted(coded: &EncodedLogic, safe: bool) -> Logic {
     logic
 }
 
-/// Whether it fits; if not, what the device lacks.
+/// Whether the circuit fits the device; if not, what the device lacks.
 fn fits(coded: &EncodedLogic, options: &EmitOptions) -> Result<(), String> {
     let code = match coded.encoding {
         Encoding::OneHot => "one-hot",
@@ -451,7 +451,7 @@ impl Situations {
         let sets = sets(facts, SITUATIONS)?;
         let plain = flops_of_steps(logic);
         let gated = flops_of(logic, region);
-        // Each with the state that must be active for its value to matter.
+        // Each flip-flop, with the state that must be active for its value to matter.
         let mut flops: Vec<(FlopId, StepId, Option<StepId>)> = Vec::new();
         for (step, data) in net.steps.iter() {
             match (plain.get(&step), gated.get(&step)) {

@@ -23,9 +23,9 @@ pub struct Outcome {
 /// Outputs that only one of two designs has.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Apart {
-    /// Those of the first.
+    /// Outputs that only the first design has.
     pub first: Vec<String>,
-    /// Those of the second.
+    /// Outputs that only the second design has.
     pub second: Vec<String>,
 }
 

@@ -66,7 +66,7 @@ fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
             let options = pipeline::emit_options(net, None, None);
             Ok(pipeline::through(&logic, dialect(to), &options)?.emitted.text)
         }
-        // A design read from fuses is written product by product, whatever its clocks.
+        // A design read from fuses is written product by product, regardless of its clocks.
         (Design::Logic(logic), Format::Palasm) if logic.fuses.is_some() => {
             let placement = logic.placement.as_ref().map_err(Clone::clone)?;
             Ok(grafsynth_backend_pld::fuse::palasm(placement))

@@ -1,7 +1,7 @@
-//! What a run shows, reduced to what matters: the inputs that change or are read, the situation, what fired, and the values that the question is about.
+//! The relevant part of a run: the inputs that change or are read, the situation, the fired transitions, and the values that the question is about.
 //!
-//! It is data: [`Evidence`] is a table of cells, [`Evidence::excerpt`] folds equal rows and cuts what is too long for a person. Only the command line makes
-//! text of it. Whoever wants every column of every row takes the trace of the stimulus instead.
+//! This is data: [`Evidence`] is a table of cells, and [`Evidence::excerpt`] combines equal rows and shortens a table that is too long for people. Only the
+//! command line converts it to text. The trace of the stimulus has every column of every row.
 
 use crate::judge::CircuitsApart;
 use grafsynth_ir::Span;
@@ -11,9 +11,9 @@ use grafsynth_ir::net::{InputId, InputKind, Leaf, Net, Property, PropertyExpr, P
 use grafsynth_sim::{ColumnKind, InputRow, Simulator, Stimulus, Trace, TraceLayout};
 use std::collections::BTreeSet;
 
-/// The most rows that an excerpt shows to people.
+/// The maximum number of rows that an excerpt shows to people.
 pub const MOST_ROWS: usize = 20;
-/// How many of them are the first ones; the others are the last, which show what happens.
+/// How many of them are taken from the beginning; the others are the last rows, which show what goes wrong.
 const FIRST_ROWS: usize = 4;
 
 /// A run as a table.
@@ -23,14 +23,14 @@ pub struct Evidence {
     pub columns: Vec<String>,
     /// One list of cells for each row of the trace; the first is the row's number.
     pub rows: Vec<Vec<String>>,
-    /// What does not hold in the last row.
+    /// The term of the property that is violated in the last row.
     pub broken: Option<Broken>,
 }
 
-/// The term of a property that is broken, with its parts.
+/// The violated term of a property, with its parts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Broken {
-    /// Where it is written; of a disjunction, the first operand that is true.
+    /// The location of the term; for a disjunction, that of the first operand that is true.
     pub span: Span,
     /// Each part with its value in the last row, in the order of the text.
     pub parts: Vec<Part>,
@@ -47,17 +47,17 @@ pub struct Part {
     pub is_time: bool,
 }
 
-/// Some rows that are equal but for their numbers, or a gap.
+/// Rows that are equal except for their numbers, or a gap.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Piece {
-    /// Equal rows: the place of the first in [`Evidence::rows`], and how many there are.
+    /// Equal rows: the index of the first in [`Evidence::rows`], and their number.
     Rows(usize, usize),
-    /// So many rows are left out.
+    /// This number of rows is left out.
     Gap(usize),
 }
 
 impl Evidence {
-    /// How a property is broken in the last row of a stimulus.
+    /// The evidence that the last row of a stimulus violates a property.
     #[must_use]
     pub fn of_assert(net: &Valid<Net>, property: &Property, stimulus: &Stimulus) -> Self {
         let mut terms: Vec<PropertyExpr> = Vec::new();
@@ -84,7 +84,7 @@ impl Evidence {
         Evidence { broken: Some(broken(&run.simulator, net, &property.never)), ..table(all) }
     }
 
-    /// A run of a net, with the column of its trace that it is shown for, if there is one.
+    /// The evidence of a run of a net, with the column of its trace that the run is about, if there is one.
     #[must_use]
     pub fn of_run(net: &Valid<Net>, stimulus: &Stimulus, column: Option<&str>) -> Self {
         let mut run = Run::of(net, stimulus, &[]);
@@ -96,7 +96,8 @@ impl Evidence {
         table(all)
     }
 
-    /// Two runs of one net up to a row: the column is what differs, and `left` and `right` say whose cells are whose. The runs may come from other engines.
+    /// Two runs of one net up to a row: the column contains the difference, and `left` and `right` name the two runs in the headers. The runs may come from
+    /// other engines.
     #[must_use]
     pub fn of_traces(
         net: &Valid<Net>,
@@ -126,7 +127,7 @@ impl Evidence {
         b.keep_inputs(right, &BTreeSet::new());
         b.inputs.retain(|(name, _)| !a.inputs.iter().any(|(other, _)| other == name));
         a.inputs.append(&mut b.inputs);
-        // What both do alike is said once.
+        // A column that is equal in both is shown once.
         let mut all = if a.active == b.active && a.fired == b.fired {
             a.columns("active", "fired")
         } else {
@@ -144,7 +145,7 @@ impl Evidence {
         table(all)
     }
 
-    /// The clocks after which two circuits differ.
+    /// The evidence that two circuits differ: the inputs at each clock up to the difference.
     #[must_use]
     pub fn of_circuits(apart: &CircuitsApart) -> Self {
         let numbers = (0..apart.rows.len()).map(|at| (at + 1).to_string()).collect();
@@ -156,7 +157,7 @@ impl Evidence {
         table(all)
     }
 
-    /// Runs of equal rows as one, and at most `most` lines: the first and the last, with a gap between.
+    /// Combines consecutive equal rows, and keeps at most `most` lines: the first and the last, with a gap between them.
     #[must_use]
     pub fn excerpt(&self, most: usize) -> Vec<Piece> {
         let mut folded: Vec<(usize, usize)> = Vec::new();
@@ -205,12 +206,12 @@ fn table(mut all: Vec<Cells>) -> Evidence {
 struct Run<'n> {
     simulator: Simulator<'n>,
     dts: Vec<String>,
-    /// In the order of declaration.
+    /// The inputs, in the order of declaration.
     inputs: Vec<Cells>,
     ids: Vec<InputId>,
     active: Vec<String>,
     fired: Vec<String>,
-    /// One list for each term.
+    /// The fired transitions: one list for each term.
     terms: Vec<Vec<String>>,
     trace: Trace,
     /// Inputs that a fired transition reads.
@@ -241,7 +242,7 @@ impl<'n> Run<'n> {
         run
     }
 
-    /// Keeps what the last reaction shows.
+    /// Records the last reaction.
     fn note(&mut self, net: &Net, input: &InputRow, terms: &[PropertyExpr]) {
         self.dts.push(input.dt.to_string());
         for (id, (_, cells)) in self.ids.iter().zip(&mut self.inputs) {
@@ -252,7 +253,7 @@ impl<'n> Run<'n> {
         let steps = layout.columns.iter().position(|column| column.kind == ColumnKind::Steps);
         self.active.push(steps.map_or_else(String::new, |at| layout.text(&row.values[at])));
         let fired: Vec<&str> = match self.dts.len() {
-            // The reset fires nothing.
+            // The reset row has no fired transitions.
             1 => Vec::new(),
             _ => self.simulator.fired().iter().map(|id| &*net.transitions[*id].name.text).collect(),
         };
@@ -270,7 +271,7 @@ impl<'n> Run<'n> {
         self.trace.push(row);
     }
 
-    /// Leaves out inputs that neither change nor are read, by what fired or by the question.
+    /// Leaves out inputs that neither change nor are read by a fired transition or by the question.
     fn keep_inputs(&mut self, net: &Net, also: &BTreeSet<InputId>) {
         let zero = InputRow::zero(net);
         let mut ids = self.ids.iter();
@@ -283,7 +284,7 @@ impl<'n> Run<'n> {
         self.ids.clear();
     }
 
-    /// Number, `dt` if some row has another than 1, inputs, situation and firings.
+    /// The columns of a run: row number, `dt` if it is not 1 in every row, inputs, situation and fired transitions.
     fn columns(&self, active: &str, fired: &str) -> Vec<Cells> {
         let numbers = (0..self.dts.len()).map(|row| row.to_string()).collect();
         let mut all = vec![("row".to_owned(), numbers)];
@@ -296,7 +297,7 @@ impl<'n> Run<'n> {
         all
     }
 
-    /// A column of the trace, unless it is shown anyway.
+    /// A column of the trace, unless another column already shows it.
     fn column(&self, name: &str) -> Option<Cells> {
         let is_there = self.trace.layout.columns.iter().any(|column| {
             column.name == name
@@ -316,7 +317,7 @@ impl<'n> Run<'n> {
     }
 }
 
-/// The cells of a column of a trace; none if there is no such column.
+/// The cells of a column of a trace; empty if there is no such column.
 fn cells(trace: &Trace, name: &str) -> Vec<String> {
     let place = trace.layout.columns.iter().position(|column| column.name == name);
     let cell = |at: usize| trace.rows.iter().map(move |row| trace.layout.text(&row.values[at]));
@@ -359,7 +360,7 @@ fn leaves(expr: &PropertyExpr, all: &mut Vec<PropertyExpr>) {
     expr.children().for_each(|operand| leaves(operand, all));
 }
 
-/// What of a condition that holds makes it hold: of a disjunction, the first operand that is true.
+/// The part of a true condition that makes it true: in a disjunction, the first operand that is true.
 fn reason<'e>(simulator: &Simulator<'_>, expr: &'e PropertyExpr) -> &'e PropertyExpr {
     match &expr.kind {
         ExprKind::Or(all) => all

@@ -1,4 +1,4 @@
-//! What would make a design fit: other encodings, other settings, other devices, each of them tried.
+//! Finds changes that would make a design fit: other encodings, other settings or other devices. Each of them is tried.
 //!
 //! Only designs that were fitted are suggested: with their own encodings, sums, divisors and pins, and for a fuse map down to the fuses. [`MOST_FITS`]
 //! bounds the search; devices that are too small in any case are skipped.
@@ -31,7 +31,7 @@ const MOST_NAMED: usize = 3;
 pub(crate) struct BuildContext<'a> {
     pub(crate) net: &'a Net,
     pub(crate) facts: &'a Facts,
-    /// With one flip-flop for each step.
+    /// The circuit with one flip-flop for each step.
     pub(crate) logic: &'a Logic,
     pub(crate) options: &'a BuildOptions,
     /// The requested language.
@@ -49,7 +49,7 @@ struct Trial {
     safe: bool,
 }
 
-/// Adds what would fit instead to the findings of a fit.
+/// Adds suggestions that would fit to the findings of a failed fit.
 pub(crate) fn advise(asked: &BuildContext<'_>, found: &mut [Diagnostic]) {
     let is_misfit =
         |finding: &Diagnostic| [DOES_NOT_FIT, fuse::codes::CANNOT_HOLD].contains(&finding.code);
@@ -58,7 +58,7 @@ pub(crate) fn advise(asked: &BuildContext<'_>, found: &mut [Diagnostic]) {
     }
     if let Some(first) = found.first_mut() {
         first.help = Some(advice_for(asked));
-        // Where a time takes most of the device, that is the place to change.
+        // If a time uses most of the device, it is what the user should change.
         if let Some(time) = long_time(asked).filter(|time| time.span != Span::default()) {
             let text = format!("counts {} ticks, in {} registers", time.ticks, time.n);
             first.labels.insert(0, Label { span: time.span, text });
@@ -66,7 +66,7 @@ pub(crate) fn advise(asked: &BuildContext<'_>, found: &mut [Diagnostic]) {
     }
 }
 
-/// What would fit, in words.
+/// The suggestions that would fit, as a sentence.
 pub(crate) fn advice_for(asked: &BuildContext<'_>) -> String {
     asked.device().map_or_else(String::new, |device| advice(asked, device))
 }
@@ -142,7 +142,7 @@ fn name(encoding: Encoding) -> &'static str {
     }
 }
 
-/// What to try, the smallest change first: encodings and settings on the same device, then devices, the smallest first, then both.
+/// The trials, the smallest change first: encodings and settings on the same device, then devices, the smallest first, then both.
 fn trials(asked: &BuildContext<'_>, device: &'static Device) -> Vec<Trial> {
     let options = asked.options;
     let same = Trial {
@@ -172,7 +172,7 @@ fn trials(asked: &BuildContext<'_>, device: &'static Device) -> Vec<Trial> {
     let mut others: Vec<&'static Device> = DEVICES
         .iter()
         .filter(|other| {
-            // What a GAL can do in place of a PAL, it can also do directly.
+            // A GAL in place of a PAL is not suggested, because the GAL itself can implement the same designs.
             **other != *device && !other.name.contains("-as-") && asked.may_hold(other)
         })
         .collect();
@@ -197,7 +197,7 @@ impl BuildContext<'_> {
         }
     }
 
-    /// The device has pins for the inputs and macrocells for the outputs, if everything else fits.
+    /// True if the device has pins for the inputs and macrocells for the outputs; whether everything else fits is not checked.
     fn may_hold(&self, device: &Device) -> bool {
         let (n_inputs, n_outputs) = (self.logic.inputs.len(), self.logic.outputs.len());
         let has_flops = !self.logic.flops.is_empty();
@@ -208,7 +208,7 @@ impl BuildContext<'_> {
             && (device.layout.is_some() || !self.is_burned && self.dialect != Dialect::Galasm)
     }
 
-    /// Fits it: returns the encoding, macrocells and product terms.
+    /// Fits the design with the settings of a trial; returns the encoding, macrocells and product terms.
     fn fit(&self, trial: &Trial, known: &mut EncodingCache) -> Option<(Encoding, usize, usize)> {
         let own = self.device()?;
         let mut wishes = EmitOptions {
@@ -245,18 +245,18 @@ impl BuildContext<'_> {
     }
 }
 
-/// A time that takes at least half of the registers.
+/// A time that uses at least half of the registers.
 struct LongTime<'a> {
     name: &'a Name,
-    /// Its registers.
+    /// The number of its registers.
     n: u32,
     /// The largest number of ticks that it is compared with.
     ticks: u64,
-    /// Where that is.
+    /// The location of that comparison.
     span: Span,
 }
 
-/// The time that takes most registers, if these are at least half of all.
+/// The time that uses the most registers, if these are at least half of all.
 fn long_time<'a>(asked: &BuildContext<'a>) -> Option<LongTime<'a>> {
     const WORTH_A_WORD: u32 = 5;
     let net = asked.net;
@@ -278,18 +278,18 @@ fn long_time<'a>(asked: &BuildContext<'a>) -> Option<LongTime<'a>> {
     if n < WORTH_A_WORD || (n as usize) * 2 < n_flops {
         return None;
     }
-    // A time stops one above the largest number of ticks that it is compared with.
+    // A time stops counting one above the largest number of ticks that it is compared with.
     let guards = net.transitions.values().map(|one| longest(&one.guard, time));
     let (ticks, span) = guards.max_by_key(|(ticks, _)| *ticks)?;
     (bits(ticks) == n).then_some(LongTime { name, n, ticks, span })
 }
 
-/// The registers of a time that is compared with so many ticks.
+/// The number of registers of a time that is compared with this number of ticks.
 fn bits(ticks: u64) -> u32 {
     u64::BITS - (ticks + 1).leading_zeros()
 }
 
-/// How many registers a time that takes most of them takes with a longer tick.
+/// For a time that uses most of the registers, how many it would use with a longer tick.
 fn times(asked: &BuildContext<'_>) -> Option<String> {
     const LONGER: [u64; 3] = [10, 100, 1000];
     let LongTime { name, n, ticks, .. } = long_time(asked)?;
@@ -356,7 +356,7 @@ fn duration(ns: u64) -> String {
     format!("{} {name}", ns / unit)
 }
 
-/// Events that never come together need a number and a strobe, not a pin each.
+/// Suggests an encoder for events that never occur together: they need a number and a strobe, not a pin each.
 fn encoder(net: &Net) -> Option<String> {
     let n = net.inputs.values().filter(|input| input.kind == InputKind::Event).count();
     let n_bits = usize::BITS - n.saturating_sub(1).leading_zeros();
@@ -368,7 +368,7 @@ fn encoder(net: &Net) -> Option<String> {
     })
 }
 
-/// Two chips: what a second chip for the outputs would contain.
+/// Suggests two chips: describes what a second chip for the outputs would contain.
 fn by_hand(logic: &Logic) -> Option<String> {
     let moved: Vec<_> = (logic.outputs.values())
         .filter(|output| output.registered.is_none() && output.role != PinRole::Busy)

@@ -26,7 +26,7 @@ pub enum Form {
 impl Form {
     /// All forms.
     pub const ALL: [Form; 4] = [Form::D, Form::InvertedD, Form::T, Form::InvertedT];
-    /// Those of a D flip-flop.
+    /// The forms of a D flip-flop.
     pub const OF_D: [Form; 2] = [Form::D, Form::InvertedD];
 }
 

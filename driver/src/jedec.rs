@@ -6,9 +6,9 @@
 //! map         backend_pld::fuse::map       fuses
 //! vectors     backend_pld::fuse::vectors   what the programmer tests, by the simulator of the fuses
 //! write       backend_pld::jedec::write    the file
-//! read        backend_pld::jedec::read     the file as a stranger sees it; both checksums
+//! read        backend_pld::jedec::read     the file without knowledge of its origin; both checksums
 //! decode      backend_pld::fuse::decode    every product of every macrocell as it was meant
-//! run         backend_pld::fuse::run       the simulator of the fuses beside the decoded circuit
+//! run         backend_pld::fuse::run       the simulator of the fuses, compared with the decoded circuit
 //! prove       verify::equiv                the decoded circuit equal to the net, from power-up
 //! ```
 
@@ -200,7 +200,7 @@ pub(crate) fn command_for(
     Some(format!("minipro -p {name} -w {file}"))
 }
 
-/// The other parts that the same file burns, where the user did not name the exact one.
+/// The other parts that the same file can program, if the user did not name the exact part.
 pub(crate) fn other_parts(device: &Device, part: Option<&'static str>) -> &'static [&'static str] {
     match (part, device.programmers) {
         (None, [_, others @ ..]) => others,
@@ -309,7 +309,7 @@ fn times(n: usize) -> String {
     }
 }
 
-/// The notes on a fuse map besides its proof.
+/// The notes on a fuse map, in addition to its proof.
 fn said(burned: &Burned, file: &str) -> Vec<Note> {
     let device = burned.placement.device;
     let terms: usize = burned.placement.cells.iter().map(|cell| cell.sum.len()).sum();

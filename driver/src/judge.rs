@@ -1,4 +1,4 @@
-//! Compares logic by others with a chart or with other logic: pins are matched by name, then both are run with a stimulus, or compared by a proof.
+//! Compares imported logic with a chart or with other logic: pins are matched by name, then both are run with a stimulus, or compared by a proof.
 
 use crate::circuit;
 use crate::codes;
@@ -43,7 +43,7 @@ impl Renames {
     }
 }
 
-/// The names are equal except for letter case.
+/// True if the names are equal except for letter case.
 fn is_alike(a: &str, b: &str) -> bool {
     a.to_lowercase() == b.to_lowercase()
 }
@@ -152,10 +152,11 @@ fn bind(net: &Net, logic: &Logic, renames: &Renames) -> Result<Bound, Vec<Diagno
     Ok(bound)
 }
 
-/// A net and logic by others on one stimulus, clock by clock (rows of the difference count clocks): pins are found by name, and every Boolean output that both have is compared.
+/// A net and imported logic on one stimulus, clock by clock (rows of the difference count clocks): pins are found by name, and every Boolean output that both
+/// have is compared.
 ///
 /// # Errors
-/// When an input of the logic is not in the net, or no output is common, or the stimulus takes more clocks than a chip gets.
+/// An input of the logic is not in the net, the two have no common output, or the stimulus takes more clocks than the limit for a chip.
 pub fn with_net(
     net: &Valid<Net>,
     logic: &Logic,
@@ -221,7 +222,7 @@ fn first_difference(ours: &Trace, theirs: &Trace, outputs: &[OutputId]) -> Optio
     None
 }
 
-/// Proves that logic by others is equivalent to a net, or finds a stimulus that distinguishes them.
+/// Proves that imported logic is equivalent to a net, or finds a stimulus that distinguishes them.
 ///
 /// # Errors
 /// Like [`with_net`].
@@ -261,9 +262,9 @@ pub fn with_logic(
 /// The result of a proof about two circuits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Judged {
-    /// They are equal, and how that was proved.
+    /// They are equal; contains how this was proved.
     Equal(EqualBy),
-    /// They differ, and where.
+    /// They differ; contains the location of the difference.
     Different(CircuitsApart),
     /// The result is unknown, with the reason.
     Open(Open),

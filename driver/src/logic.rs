@@ -1,4 +1,4 @@
-//! Logic by others as a design, and the names of its columns; [`crate::judge`] compares it with a chart or with other logic.
+//! Imported logic as a design, and the names of its columns; [`crate::judge`] compares it with a chart or with other logic.
 //!
 //! A circuit has no steps and no declared variables, so it gets an [`interface`]: a net with its inputs and outputs only, which is used to read stimuli
 //! and to write traces. The interface has no behaviour; the circuit has.
@@ -31,7 +31,7 @@ pub struct LogicDesign {
     pub fuses: Option<Fuses>,
 }
 
-/// A fuse map by others.
+/// An imported fuse map.
 #[derive(Debug, Clone)]
 pub struct Fuses {
     /// The fuse map.
@@ -72,7 +72,7 @@ impl LogicDesign {
     /// The circuit.
     ///
     /// # Errors
-    /// Why there is none.
+    /// The reasons why there is no circuit.
     pub fn circuit(&self) -> Result<&Logic, Vec<Diagnostic>> {
         self.logic.as_ref().ok_or_else(|| {
             if self.beyond.is_empty() {

@@ -185,7 +185,7 @@ fn counted(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
-/// What is proved about a number of products; about literals nothing is proved.
+/// Describes what is proved about a number of products. Nothing is proved about literals.
 fn proof(minimum: Minimum) -> String {
     match minimum {
         Minimum::Exact => "proved minimum".to_owned(),

@@ -46,9 +46,9 @@ pub struct OutputReport {
 /// Whether an output equals the net.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum OutputVerdict {
-    /// It does, by this proof.
+    /// The output equals the net, by this proof.
     Proved(OutputProof),
-    /// It does not.
+    /// The output differs from the net.
     Refuted(OutputFault),
     /// It was read back, and its equality is open.
     ReadBack(Open),
@@ -132,7 +132,7 @@ pub enum Note {
     PinsOpen(String),
     /// An input or output whose pin is not in the order of declarations, and why.
     PinMoved(MovedPin),
-    /// How micro-steps become clocks.
+    /// How the micro-steps of the chart become clocks of the circuit.
     Form(String),
     /// A history that has its own flip-flops, with the reason.
     History {
@@ -158,7 +158,7 @@ pub enum Note {
     OtherStyle {
         /// Its name.
         style: &'static str,
-        /// How certain that is.
+        /// How certain it is that the other style is right.
         outcome: Outcome,
     },
     /// A style of C is wrong because of a bug in grafsynth, and no other style is right.

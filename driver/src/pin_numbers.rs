@@ -1,4 +1,4 @@
-//! Compares logic by others by pin number: a fuse map rarely contains the names of its pins.
+//! Compares imported logic by pin number: a fuse map rarely contains the names of its pins.
 
 use crate::logic::LogicDesign;
 use grafsynth_backend_pld::Object;

@@ -1,13 +1,13 @@
-//! From a net to its outputs: the back half of the pipeline, as one explicit list.
+//! From a net to its outputs: the second half of the pipeline, as one explicit list.
 //!
 //! ```text
-//! facts      verify::facts                what is proved of the net
+//! facts      verify::facts                what is proved about the net
 //! program    ir::lower::program           one reaction as a bounded program
 //! logic      logic::encode                one flip-flop per step
 //! synchronise  backend_pld::synchronise   flip-flops in front of inputs, if asked for
 //! emit       backend_pld::emit            names, products, pins, then text; for a fuse map see crate::jedec
-//! read       backend_pld::read, rebind    the text as a stranger sees it
-//! strip      reset, synchronise           what the chart does not know, seen to do nothing else
+//! read       backend_pld::read, rebind    the text without knowledge of its origin
+//! strip      reset, synchronise           removes parts that the chart does not have, after a check that they have no other effect
 //! prove      verify::equiv                equal to the net, for every reachable state
 //! ```
 //! C is generated from the net and its facts; to compare it needs a compiler, so that is left to the caller ([`Built::packages`]).
@@ -59,14 +59,14 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
     if !built.found.is_empty() {
         return built;
     }
-    // Here, so that no later step, in particular advice on what would fit, uses what this design may not have.
+    // This is decided here, so that no later step uses don't-cares that this design may not have; in particular the advice on what would fit.
     let without = (options.dont_cares && !may_be_free(net))
         .then(|| BuildOptions { dont_cares: false, ..options.clone() });
     let options = without.as_ref().unwrap_or(options);
     let needs_logic =
         targets.iter().any(|target| target.dialect().is_some() || *target == Target::Jedec);
     let free = if needs_logic { unconditional(net, &options.limits) } else { None };
-    // C may use the facts that depend on assumptions, because it keeps all steps apart.
+    // C may use the facts that depend on assumptions, because every step has its own representation in C.
     let conditional = facts;
     let facts = free.as_ref().unwrap_or(facts);
     let logic = needs_logic.then(|| logic_as(net, facts, options.busy));

@@ -1,4 +1,4 @@
-//! Sources to a design: the front half of every pipeline.
+//! Sources to a design: the first half of every pipeline.
 
 use crate::codes;
 use crate::format::Format;
@@ -45,7 +45,7 @@ pub struct Texts {
     pub main: FileId,
     /// Its format.
     pub format: Option<Format>,
-    /// The stem of its file: what a chart is called that the text gives no name. None for standard input.
+    /// The stem of its file: the name of a chart whose text does not name it. `None` for standard input.
     pub stem: Option<FileStem>,
     /// A board file.
     pub board: Option<FileId>,
@@ -215,8 +215,8 @@ pub fn read(
     (design, found)
 }
 
-/// True for a transition that never fires for a reason that the reader of the text reported at the same place, and for a step that is never active because,
-/// as was reported, no transition leads to it.
+/// True if a finding only repeats an earlier one: a transition never fires for a reason that the reader reported at the same location, or a step is never
+/// active because no transition leads to it, which was reported.
 #[must_use]
 pub fn is_consequence(finding: &Diagnostic, read: &[Diagnostic]) -> bool {
     use grafsynth_frontend::codes::{C_CONDITION_ASSIGNS, ST_NOT_CALLED};

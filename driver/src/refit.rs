@@ -1,4 +1,4 @@
-//! Writes logic by others to files: programmed as written, or minimised and moved to another device or language.
+//! Writes imported logic to files: programmed as written, or minimised and moved to another device or language.
 //!
 //! ```text
 //! as written   Placement ── map ──► fuses ── write ──► .jed ── read, decode ──► the same products in the same macrocells
@@ -128,7 +128,7 @@ fn chip(name: &str, placement: &Placement, line: &OutputReport, written: &Writte
     Chip::burned(made, &written.map, placement, &roles, written.n_vectors)
 }
 
-/// The report data about logic by others.
+/// The report data about imported logic.
 fn about<'a>(name: &'a str, line: &OutputReport, circuit: &'a Logic) -> About<'a> {
     About {
         file: name,

@@ -1,10 +1,10 @@
 //! Reads the trace ring of an emitted chart (`build --target c --trace-ring N`, bytes as in [`grafsynth_backend_c::trace`]) and reports what the chart did.
 //!
 //! The ring contains the transitions that fired in each reaction, but not the inputs, so it is replayed without receptivities: each micro-step must be
-//! one that the situation enables and the conflict policy allows ([`Simulator::replay`]). A ring that never wrapped is replayed from reset. In one
-//! that did, the first micro-step may be incomplete and the situation before it is lost; from the second on, each transition shows that its preceding steps
-//! were active, and a proved sequential component with an active step has no other. Steps whose state is not known yet are shown as `?`. Charts with
-//! enclosing steps, forcing or states are not reconstructed like this: their transitions are listed.
+//! one that the situation enables and the conflict policy allows ([`Simulator::replay`]). A ring that never wrapped is replayed from reset. In a ring that
+//! wrapped, the first micro-step may be incomplete, and the situation before it is lost. From the second micro-step on, each transition shows that its
+//! preceding steps were active, and a proved sequential component with an active step has no other active step. Steps whose state is not known yet are
+//! shown as `?`. Charts with enclosing steps, forcing or states are not reconstructed like this: their transitions are listed.
 
 use grafsynth_backend_c::trace::{BEGINS, ENTRY_BYTES, HEADER_BYTES, MAGIC, hash};
 use grafsynth_ir::facts::Facts;
@@ -60,7 +60,7 @@ pub struct Reaction {
 /// The behaviour of the chart.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Replay {
-    /// Row by row, row 0 first if nothing was overwritten.
+    /// The reactions in order; row 0 is the first if nothing was overwritten.
     pub reactions: Vec<Reaction>,
     /// Why the remaining entries are not a behaviour of the chart.
     pub broken: Option<String>,
@@ -197,7 +197,7 @@ fn from_reset(net: &Valid<Net>, reactions: Vec<Reaction>) -> Replay {
     Replay { reactions: done, broken: None }
 }
 
-/// The situation depends only on preceding and following steps.
+/// True if the situation depends only on the preceding and following steps of transitions.
 fn is_plain(net: &Net) -> bool {
     let is_leaf = |kind| matches!(kind, StepKind::Leaf);
     !net.settings.policy.is_statechart()
@@ -268,7 +268,8 @@ fn micro_step(
     settle(facts, known)
 }
 
-/// Applies components: besides an active step no other is active, and one must be active if all others are not. False if two are active.
+/// Applies the sequential components: if one step of a component is active, the others are not; if all others are inactive, the last one must be active.
+/// False if two are active.
 fn settle(facts: &Facts, known: &mut IdMap<grafsynth_ir::net::Step, Option<bool>>) -> bool {
     for component in &facts.components {
         let n_active = component.steps.iter().filter(|it| known[**it] == Some(true)).count();

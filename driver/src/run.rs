@@ -1,4 +1,4 @@
-//! Runs designs in this process: the reference simulator, and circuits as the net they were made from.
+//! Runs designs in this process: the reference simulator, and circuits with the columns of the net they were made from.
 
 use crate::logic::LogicDesign;
 use grafsynth_backend_pld::fuse::run::Burned;
@@ -15,12 +15,12 @@ pub fn net_trace(net: &Valid<Net>, stimulus: &Stimulus) -> Trace {
     grafsynth_sim::run(net, stimulus)
 }
 
-/// The trace of a circuit whose pins and flip-flops know their roles. A circuit with a `busy` pin is clocked until it is 0, once for each row; where
-/// that does not end the trace does, so it lacks the rows from there on, and a comparison finds that. A row with several ticks is as many clocks, each
-/// with a row of the trace ([`Clocked`]).
+/// The trace of a circuit whose pins and flip-flops have roles. A circuit with a `busy` pin is clocked in each row until `busy` is 0. If it never is,
+/// the trace ends there; a comparison then finds the missing rows. A row with several ticks becomes that many clocks, each with its own row of the
+/// trace ([`Clocked`]).
 ///
 /// # Errors
-/// A stimulus that takes more clocks than a chip gets.
+/// The stimulus takes more clocks than the limit for a chip.
 pub fn logic_trace(
     net: &Net,
     logic: &Logic,
@@ -31,10 +31,10 @@ pub fn logic_trace(
     Ok(chip_trace(net, &mut chip, &clocked.stimulus))
 }
 
-/// The trace of a burned device that stands for a circuit, run fuse by fuse, with a row for each clock.
+/// The trace of a programmed device that implements a circuit, simulated fuse by fuse, with a row for each clock.
 ///
 /// # Errors
-/// A stimulus that takes more clocks than a chip gets, and a device that the simulator cannot.
+/// The stimulus takes more clocks than the limit for a chip, or the simulator does not support the device.
 pub fn device_trace(
     net: &Net,
     map: &FuseMap,
@@ -52,10 +52,10 @@ pub fn device_trace(
     }
 }
 
-/// The trace of logic by others, with a row for each clock: fuse by fuse where it was read from fuses, else as a circuit.
+/// The trace of imported logic, with a row for each clock: simulated fuse by fuse if it was read from fuses, otherwise as a circuit.
 ///
 /// # Errors
-/// A stimulus that takes more clocks than a chip gets; a text that no circuit with one clock is.
+/// The stimulus takes more clocks than the limit for a chip, or the text is not a circuit with one clock.
 pub fn design_trace(design: &LogicDesign, stimulus: &Stimulus) -> Result<Trace, Vec<Diagnostic>> {
     match &design.fuses {
         Some(fuses) => {
@@ -100,7 +100,7 @@ fn chip_row<S: Parts>(net: &Net, chip: &mut ChipSim<'_, S>, input: InputRow) -> 
         let value = chip.output(id).or_else(memory).unwrap_or(0);
         row.outputs[id.index()] = match &output.driver {
             Driver::Extern { .. } => {
-                // A strobe: the column counts it, and the row lists it.
+                // A strobe of an extern action: the column counts its calls, and the row lists them.
                 row.effects.extend((0..value).map(|_| Effect::Call(id, Vec::new())));
                 value
             }

@@ -179,7 +179,7 @@ pub struct Search {
 }
 
 /// Codes with the minimum number of bits whose shared sum of products is small: starting with the binary codes, two states exchange their codes, or one
-/// takes a free one, as long as that needs no more products. Returns the codes and their sum.
+/// state gets a free code, as long as this needs no more products. Returns the codes and their sum.
 ///
 /// # Errors
 /// The diagrams of the initial codes are too large.
@@ -230,7 +230,8 @@ pub fn few_products(
     Ok((coding, outcome))
 }
 
-/// Initial codes: by number, by a walk in which a state's code is close to those of its predecessors, and with code 0 for the state that most rows lead to.
+/// Initial codes: by number, by a traversal that gives each state a code close to those of its predecessors, and with code 0 for the state that most rows
+/// lead to.
 fn starts(machine: &Machine, n_bits: usize) -> Vec<Vec<u32>> {
     let n_states = machine.states.len();
     let binary: Vec<u32> = (0..).take(n_states).collect();
@@ -297,7 +298,7 @@ fn starts(machine: &Machine, n_bits: usize) -> Vec<Vec<u32>> {
     let most =
         (0..n_states).max_by_key(|state| (entries(*state), std::cmp::Reverse(*state))).unwrap_or(0);
     let mut zero = near.clone();
-    // All codes may be inverted alike; a state with code 0 needs no products for its bits.
+    // The same bits may be inverted in all codes; a state with code 0 needs no products for its bits.
     let mask = near.get(most).copied().unwrap_or(0);
     zero.iter_mut().for_each(|code| *code ^= mask);
     vec![binary, near, zero]

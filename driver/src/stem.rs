@@ -1,11 +1,12 @@
-//! What the names of output files begin with: the name of the input file, without its folder and its ending.
+//! The beginning of the names of output files: the name of the input file, without folder and extension.
 
 use grafsynth_ir::names::{GRAF, Namer};
 
 /// The beginning of the names of all files that are made of one design.
 ///
-/// Letters and digits of every script stay, and `_ - . +`. Blanks, control characters and the signs that a shell, make or a file system reads as its own
-/// become `_`. The name is never hidden (`.x`), never looks like an option (`-x`), is no device of Windows (`con`), and leaves room for every ending.
+/// Letters and digits of every script stay, and `_ - . +`. Blanks, control characters and the characters with a special meaning for a shell, make or a
+/// file system become `_`. The name is never hidden (`.x`), never looks like an option (`-x`), is not a device name of Windows (`con`), and is short
+/// enough for every extension.
 ///
 /// ```
 /// use grafsynth_driver::stem::FileStem;
@@ -17,14 +18,14 @@ use grafsynth_ir::names::{GRAF, Namer};
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FileStem(String);
 
-/// The most bytes of a stem. File systems take 255 for a name, and our longest ending has fewer than 50.
+/// The maximum length of a stem in bytes. File systems allow 255 for a name, and our longest extension has fewer than 50.
 const MOST_BYTES: usize = 200;
 
-/// Names of devices in every folder of Windows, whatever the ending.
+/// Names that Windows reserves for devices in every folder, with any extension.
 const DEVICES: [&str; 4] = ["aux", "con", "nul", "prn"];
 
 impl FileStem {
-    /// The stem of a path; none for standard input (`-`).
+    /// The stem of a path; `None` for standard input (`-`).
     #[must_use]
     pub fn of_path(path: &str) -> Option<Self> {
         if path == "-" {
@@ -57,7 +58,7 @@ impl FileStem {
         if stem.starts_with(['-', '.']) {
             stem.replace_range(..1, "_");
         }
-        // The device is what stands before the first dot.
+        // The part before the first dot decides whether it is a device name.
         let device = stem.split('.').next().unwrap_or_default().to_ascii_lowercase();
         let numbered = device.strip_prefix("com").or_else(|| device.strip_prefix("lpt"));
         let is_numbered = numbered.is_some_and(|rest| {
@@ -89,13 +90,13 @@ impl FileStem {
         is_further(&one, &two) || is_further(&two, &one)
     }
 
-    /// A chart's name: what a chart is called whose language has no names for charts.
+    /// The stem as an identifier: the name of a chart whose language has no names for charts.
     #[must_use]
     pub fn identifier(&self) -> String {
         Namer::new(&GRAF).name(&self.0.replace(['.', '-', '+'], "_"))
     }
 
-    /// What two stems must differ in: folders of Windows and macOS do not tell capitals from small letters.
+    /// The key by which two stems must differ: folders of Windows and macOS do not distinguish capital and small letters.
     #[must_use]
     pub fn key(&self) -> String {
         self.0.to_lowercase()

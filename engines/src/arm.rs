@@ -125,7 +125,7 @@ __attribute__((section(".vectors"), used)) static const void *const vectors[] = 
 };
 "#;
 
-/// qemu loads both memories, so initialised data is already in place.
+/// The linker script. qemu loads both memories, so initialised data is already in place.
 pub(crate) const LINK: &str = "MEMORY
 {
     code (rx) : ORIGIN = 0x00000000, LENGTH = 4M

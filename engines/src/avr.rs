@@ -1,7 +1,7 @@
 //! Runs the emitted C on an AVR, whose `int` has 16 bits: avr-gcc, and simavr as a library.
 //!
-//! The program `simavr` shows a firmware's output as a coloured log and has no input, so a small host of our own is compiled against libsimavr: a read of
-//! GPIOR1 returns the next byte of the stimulus, a write to GPIOR0 adds one byte to the answer. Both are ordinary registers of the machine, so the
+//! The program `simavr` shows a firmware's output as a coloured log and has no input, so a small host of our own is compiled against libsimavr. A read of
+//! GPIOR1 returns the next byte of the stimulus; a write to GPIOR0 adds one byte to the answer. Both are ordinary registers of the machine, so the
 //! firmware needs no library and loses no cycles. It ends by sleeping with interrupts off, from which an AVR does not wake up.
 
 use crate::firmware::{ANSWER, BENCH, Bench, Machine, Piece, STIMULUS, too_large_for, traces};

@@ -19,10 +19,11 @@ pub struct CEngine {
     pub options: Options,
 }
 
-/// Longer than a compiler needs for any chart of the tests.
+/// The time limit of a compiler: longer than it needs for any chart of the tests.
 pub(crate) const LIMIT: Duration = Duration::from_secs(300);
 
-/// The tests check that our text compiles without warnings. Here the user's compiler may have its own flags and warnings.
+/// The flags of the compiler. No warnings are requested: the tests check that our text compiles without any, and the
+/// user's compiler may have others.
 const FLAGS: [&str; 2] = ["-std=c99", "-O1"];
 
 impl Engine for CEngine {

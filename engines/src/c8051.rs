@@ -185,7 +185,7 @@ impl Bench {
 /// The console input. Before `main` the pointer is not set yet. (`-G` would start the machine too, but then the end of the console's input stops it
 /// wherever it is.)
 ///
-/// A pointer that overflows by less than `stack` is below `stack`; it cannot overflow by more if no function takes more at once
+/// A pointer that overflows by less than `stack` is below `stack`; it cannot overflow by more if no function uses more at once
 /// ([`Bench::largest_frame`]).
 fn commands(main: u32, stack: u32) -> String {
     // The pointer is at the last used byte, so in `main` it is one below the first byte of the stack.

@@ -97,7 +97,7 @@ fn refuted(net: &Net, Difference { path, cell }: Difference) -> OutputVerdict {
 
 /// The result of a proof attempt.
 enum Proof {
-    /// It decides the question.
+    /// The proof attempt gives a verdict.
     Verdict(OutputVerdict),
     /// There is no proof, with the reason.
     None(OpenReason),
@@ -160,11 +160,11 @@ fn proof(
 /// The ticks to try in a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Ticks {
-    /// At and around thresholds, and the values that counters would lose.
+    /// The ticks at and around thresholds, and the values that counters would lose.
     Around,
-    /// All others up to the horizon.
+    /// All other ticks up to the horizon.
     Others,
-    /// Both.
+    /// All ticks of both kinds.
     All,
 }
 

@@ -177,7 +177,7 @@ impl Explorer {
         }
     }
 
-    /// The program ended before it gave all answers.
+    /// Why the program ended before it gave all answers.
     fn why_ended(&mut self) -> Trouble {
         let status = self.child.lock().ok().and_then(|mut child| child.wait().ok());
         match status {
@@ -226,7 +226,7 @@ fn number(text: &str) -> Result<Instance, Lost> {
     text.parse().map_err(|_| Lost::Nonsense(text.to_owned()))
 }
 
-/// The text is compared as it is written.
+/// The flags of the compiler: without optimisation, so that the text is tested as written.
 const FLAGS: [&str; 2] = ["-std=c99", "-O0"];
 
 /// A batch of answers takes some milliseconds.

@@ -26,11 +26,12 @@ pub(crate) struct Bench {
     folder: Scratch,
     /// The chart's sources, without a folder: one file, and with an engine also its tables and the engine.
     pub(crate) sources: Vec<String>,
-    /// What the global names of each chart begin with.
+    /// The prefix of the global names of each chart.
     pub(crate) prefixes: Vec<String>,
 }
 
-/// The stem of the files of a bench's chart: the user's could be that of a file of the bench, or have letters that a tool for a microcontroller refuses.
+/// The stem of the files of a bench's chart: the user's stem could equal that of a file of the bench, or contain letters that a tool for a
+/// microcontroller rejects.
 pub(crate) fn stem(at: usize) -> String {
     format!("n{at}")
 }

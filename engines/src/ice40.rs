@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
-/// Longer than the tools need for a design that fits.
+/// The time limit of the tools: longer than they need for a design that fits.
 const LIMIT: Duration = Duration::from_secs(300);
 
 /// The results of the tools.

@@ -89,7 +89,8 @@ pub trait Engine: Sync {
         true
     }
 
-    /// True if it runs one reaction a clock: a row with several ticks is as many clocks, each with a row of the trace ([`Clocked`](grafsynth_sim::Clocked)).
+    /// True if it runs one reaction per clock: a row with several ticks becomes that many clocks, each with its own row of the trace
+    /// ([`Clocked`](grafsynth_sim::Clocked)).
     fn is_chip(&self) -> bool {
         false
     }

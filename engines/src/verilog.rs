@@ -21,7 +21,7 @@ use std::time::Duration;
 #[derive(Debug, Clone, Copy)]
 pub struct VerilogEngine;
 
-/// Longer than any of our benches takes; a simulator that hangs is stopped.
+/// The time limit of the simulator: longer than any of our benches takes.
 const LIMIT: Duration = Duration::from_secs(300);
 
 impl Engine for VerilogEngine {
@@ -115,7 +115,7 @@ fn stimulus_bits(net: &Net, names: &[Named], rows: &[InputRow]) -> String {
 struct Wait {
     /// The index of the `busy` pin among the printed signals.
     busy: usize,
-    /// For each input pin: it is high only in the first clock.
+    /// A mask with one bit for each input pin: whether the pin is high only in the first clock of a reaction.
     pulses: String,
     /// The maximum number of clocks of a reaction.
     most_clocks: u64,

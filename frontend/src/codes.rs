@@ -71,7 +71,7 @@ pub const SCXML_TARGET: Code = Code { id: "G0426", title: "unknown state" };
 pub const SCXML_TWICE: Code = Code { id: "G0427", title: "duplicate identifier" };
 /// A text that is not a valid expression.
 pub const SCXML_EXPRESSION: Code = Code { id: "G0428", title: "invalid SCXML expression" };
-/// A number where a Boolean is needed, a Boolean where a number is needed, or no value.
+/// A number where a Boolean is needed, a Boolean where a number is needed, or an expression without a value.
 pub const SCXML_KIND: Code = Code { id: "G0429", title: "type error in SCXML" };
 /// An assignment target that cannot be assigned: an input, a system variable, or something that is not a data element.
 pub const SCXML_LOCATION: Code = Code { id: "G0430", title: "invalid SCXML location" };
@@ -147,10 +147,10 @@ pub const ST_UNKNOWN_NAME: Code = Code { id: "G0444", title: "unknown name in st
 pub const ST_TYPE: Code = Code { id: "G0445", title: "type error in structured text" };
 /// A constant that is missing or invalid.
 pub const ST_CONSTANT: Code = Code { id: "G0446", title: "constant expected in structured text" };
-/// A name declared twice, letter case aside, or a value that two labels of a CASE contain.
+/// A name that is declared twice, regardless of letter case, or a value that two labels of a CASE contain.
 pub const ST_DUPLICATE: Code =
     Code { id: "G0447", title: "name or CASE label given twice in structured text" };
-/// A call that does not fit what is called.
+/// A call that does not match the declaration of the called object.
 pub const ST_CALL: Code = Code { id: "G0448", title: "invalid call in structured text" };
 /// A loop whose number of iterations has no constant bound.
 pub const ST_LOOP: Code = Code { id: "G0449", title: "loop without a constant bound" };

@@ -20,7 +20,7 @@ pub struct Design {
     pub imports: Vec<Import>,
     /// Library charts. They do not run themselves; only the instances that `use` creates do.
     pub libraries: Vec<Library>,
-    /// Charts in order; names carry the chart's name only if there are several charts.
+    /// Charts in order; names include the chart's name only if there are several charts.
     pub charts: Vec<Chart>,
 }
 
@@ -29,7 +29,7 @@ pub struct Design {
 pub struct Chart {
     /// Its name.
     pub name: Name,
-    /// The text gives it no name: `name` is the reader's, and whoever knows the file may put the file's in its place.
+    /// The text does not name the chart: `name` is a default of the reader, and the caller may replace it by the name of the file.
     pub is_unnamed: bool,
     /// The whole chart, for findings about it.
     pub span: Span,
@@ -76,7 +76,7 @@ pub struct Parameter {
     pub default: Option<Expr>,
 }
 
-/// The properties that were proved of a library chart. `check` can prove them again instead of trusting the certificate.
+/// The properties that were proved for a library chart. `check` can prove them again instead of trusting the certificate.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Certificate {
     /// The library chart that it certifies.
@@ -91,7 +91,7 @@ pub struct Certificate {
     pub span: Span,
 }
 
-/// `use conveyor as c1(start = m, done -> x)`.
+/// An instance of a library chart: `use conveyor as c1(start = m, done -> x)`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Use {
     /// The library chart.
@@ -299,7 +299,7 @@ pub struct Step {
     pub meta: Meta,
 }
 
-/// The activation counter of a step (seed 000).
+/// The activation counter of a step, as in the paper on the Graphical FSM Editor (GFE).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StepCount {
     /// The largest number; at least 1.
@@ -322,7 +322,7 @@ pub struct Action {
     pub meta: Meta,
 }
 
-/// The part a step plays in its body.
+/// The role of a step in its body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum StepRole {
     /// A plain step.
@@ -409,7 +409,7 @@ pub enum ActionHow {
     After(u64),
     /// `for d` (continuous with `s.t < d`, or L), in nanoseconds.
     For(u64),
-    /// An explicit qualifier: `set` is S, `reset` is R, `pulse` is P; the timed ones carry nanoseconds.
+    /// An explicit qualifier: `set` is S, `reset` is R, `pulse` is P; the timed ones have a duration in nanoseconds.
     Qualified(Qualifier, Option<u64>),
 }
 
@@ -549,13 +549,13 @@ pub struct Property {
 /// `emergency stop or not guard`: while the condition is true, all outputs have their safe values (semantics §3.8).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Emergency {
-    /// Over inputs, steps, variables and times.
+    /// The condition, over inputs, steps, variables and times.
     pub condition: Expr,
     /// Source location, comment and tags.
     pub meta: Meta,
 }
 
-/// `place p2, p3 on chip`.
+/// A placement request: `place p2, p3 on chip`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
     /// The items to place.
@@ -566,7 +566,7 @@ pub struct Place {
     pub span: Span,
 }
 
-/// `device gal22v10 { clock 1  m 2 }`.
+/// The pins of a device: `device gal22v10 { clock 1  m 2 }`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Board {
     /// The device's name.

@@ -20,7 +20,7 @@ codes! {
     NET_NUMBER = "G0303", "number out of range in a net";
     /// Parentheses or blocks are nested too deeply, or the text is too long.
     NET_LIMIT = "G0304", "net too deep or too large";
-    /// An id refers to no object.
+    /// An id refers to an object that does not exist.
     DANGLING = "G0310", "dangling reference";
     /// A name is empty, reserved by the trace, or contains a character that a trace cannot show.
     BAD_NAME = "G0311", "name that a trace cannot show";

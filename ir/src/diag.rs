@@ -26,7 +26,7 @@ pub enum Severity {
     Error,
     /// The design is accepted, but probably not as intended.
     Warning,
-    /// Worth knowing.
+    /// Additional information.
     Note,
 }
 
@@ -61,14 +61,14 @@ pub struct Fix {
     pub replacement: String,
 }
 
-/// How several findings of one kind, which differ only in what they name, are one finding for people: `inputs i4, i5 and i6 are never used`.
+/// The wording that combines several findings of one kind, which differ only in the object that they name: `inputs i4, i5 and i6 are never used`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Plural {
-    /// What this finding names, as its message has it: `i4`.
+    /// The object that this finding names, as written in its message: `i4`.
     pub item: String,
-    /// The words before the list of what they name: `inputs`.
+    /// The words before the list of objects: `inputs`.
     pub before: String,
-    /// The words after it: `are never used`.
+    /// The words after the list: `are never used`.
     pub after: String,
 }
 
@@ -79,7 +79,7 @@ pub struct Diagnostic {
     pub code: Code,
     /// Its severity.
     pub severity: Severity,
-    /// Small letter, no full stop, with the numbers.
+    /// What is wrong, with names and numbers; begins with a small letter and has no full stop.
     pub message: String,
     /// The first one is the primary location. Empty only if there is no source.
     pub labels: Vec<Label>,
@@ -89,7 +89,7 @@ pub struct Diagnostic {
     pub help_in: Vec<(Notation, String)>,
     /// An edit that carries out the help.
     pub fix: Option<Fix>,
-    /// How findings with the same words and the same help are said as one. Findings with the same message are one without it.
+    /// How this finding is combined with others that have the same wording and help. Findings with the same message are combined even without it.
     pub plural: Option<Plural>,
 }
 
@@ -161,7 +161,7 @@ impl Diagnostic {
         self
     }
 
-    /// The same with the words for several of its kind: `before` and `after` are what stands around the list of what they name, `item` what this one
+    /// Sets the wording for several findings of this kind: `before` and `after` surround the list of objects, and `item` is the object that this finding
     /// names.
     #[must_use]
     pub fn plural(

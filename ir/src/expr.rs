@@ -2,7 +2,7 @@
 //!
 //! A value is a Boolean or an exact integer. There is no short-circuit evaluation and no overflow: every expression has a static interval
 //! ([`crate::interval`]), and an expression whose interval exceeds 64 bits is rejected before anything is built from it. Division truncates toward zero
-//! and `mod` takes the sign of the dividend, as in C99.
+//! and `mod` has the sign of the dividend, as in C99.
 
 use crate::span::Span;
 use std::convert::Infallible;
@@ -37,7 +37,7 @@ impl Type {
         }
     }
 
-    /// `value` clamped to the bounds: what an assignment stores.
+    /// `value` clamped to the bounds, as an assignment stores it.
     #[must_use]
     pub fn saturate(self, value: i64) -> i64 {
         let (lo, hi) = self.bounds();
@@ -91,9 +91,9 @@ pub enum ExprKind<L> {
     Bool(bool),
     /// An integer constant.
     Int(i64),
-    /// A leaf with a value of its own.
+    /// A leaf: a value that is read.
     Leaf(L),
-    /// One element of an array; the index counts from 0 and its interval lies within the array.
+    /// One element of an array; the index counts from 0, and its interval is within the array.
     Element(L, Box<Expr<L>>),
     /// Negation of a Boolean.
     Not(Box<Expr<L>>),

@@ -125,7 +125,7 @@ pub struct Flop {
     pub meta: Meta,
 }
 
-/// The bit of state that a [`Flop`] holds.
+/// The bit of state that a [`Flop`] stores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FlopBit {
     /// The object of the net.
@@ -134,7 +134,7 @@ pub struct FlopBit {
     pub element: u32,
     /// The bit of the offset binary code, 0 the least significant.
     pub bit: u32,
-    /// The flip-flop holds the complement.
+    /// The flip-flop stores the complement.
     pub inverted: bool,
 }
 

@@ -3,7 +3,7 @@
 //! A [`Target`] describes the identifiers of a language; a [`Namer`] assigns identifiers in one scope of one target. An identifier depends only on the
 //! name in the source, never on an index:
 //!
-//! 1. A name that the target accepts is unchanged, whatever other names there are (if the names are known together: [`Namer::assign`]).
+//! 1. A name that the target accepts is unchanged, regardless of other names (if all names are known together: [`Namer::assign`]).
 //! 2. Otherwise Latin letters lose their marks (`é` → `e`, `ß` → `ss`), a dot, blank or sign becomes `_`, any other letter becomes its code (`Ω` →
 //!    `u3a9`), and a name with an invalid first character gets the prefix `x`. If the target does not allow `_`, it is omitted.
 //! 3. A name that is too long keeps its beginning and gets three characters computed from the whole name, so that long names with the same beginning are
@@ -66,9 +66,9 @@ const PLAIN: Target = Target {
     reserved: &[],
 };
 
-/// C99 that C++ compilers also accept. Reserved are the words of both languages, the macros of the standard headers and of common microcontroller headers,
-/// and functions that every program has. A leading `_` and `__` belong to the compiler. C99 5.2.4.1 guarantees 63 significant characters within a file and
-/// 31 between files; we use 31.
+/// C99 that C++ compilers also accept. The words of both languages, the macros of the standard headers and of common microcontroller headers, and
+/// functions that every program has are reserved. A leading `_` and `__` are reserved for the compiler. C99 5.2.4.1 guarantees 63 significant characters
+/// within a file and 31 between files; we use 31.
 pub const C: Target = Target {
     name: "C",
     max_length: 31,
@@ -111,7 +111,7 @@ pub const CUPL: Target = Target {
     ..PLAIN
 };
 
-/// GALasm: `[A-Za-z][A-Za-z0-9]*`, at most 8 characters; case-sensitive, but we make names that differ in more than case, for the reader's sake.
+/// GALasm: `[A-Za-z][A-Za-z0-9]*`, at most 8 characters. It is case-sensitive, but our names differ in more than case, so that people do not confuse them.
 pub const GALASM: Target = Target {
     name: "GALasm",
     max_length: 8,

@@ -57,7 +57,7 @@ pub type PartId = Id<Part>;
 /// An expression over the values of a net.
 pub type Expr = GenericExpr<Leaf>;
 
-/// Source location, comment and tags: every object carries them from the source into reports, C and equations.
+/// Source location, comment and tags: every object has them, so that reports, C and equations can show them.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Meta {
     /// Source location of the declaration.
@@ -166,7 +166,7 @@ pub struct Settings {
     pub assign_simultaneous: bool,
     /// Bodies of controlled actions run once more after Q becomes false (§3.5).
     pub final_scan: bool,
-    /// At most one event in a row of the stimulus (§5).
+    /// A row of the stimulus contains at most one event (§5).
     pub events_exclusive: bool,
     /// The bound of the internal queue of a statechart, and of the external one; `None` if no queue is needed.
     pub queue: Option<u32>,
@@ -197,7 +197,7 @@ pub enum Policy {
     All,
     /// Transitions that share a preceding step compete by declared priority, then by declaration order.
     Priority,
-    /// Like `Priority`, but by the priority of the following steps, then by their age (seed 004).
+    /// Like `Priority`, but by the priority of the following steps, then by their age (the paper on Grafcet, C and PALASM).
     PriorityAge,
     /// SCXML: the innermost source wins. The net is a statechart.
     InnerFirst,
@@ -219,9 +219,9 @@ pub const MAX_LIMIT: u32 = 1_000_000;
 /// The number of micro-steps in a reaction (§3.4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Evolution {
-    /// One.
+    /// One micro-step.
     Single,
-    /// Until nothing is fireable and no event is pending, at most `limit` (at least 1, at most [`MAX_LIMIT`]).
+    /// Micro-steps until nothing is fireable and no event is pending, at most `limit` (at least 1, at most [`MAX_LIMIT`]).
     Stable {
         /// The largest number of micro-steps; in statecharts, for each external event.
         limit: u32,
@@ -248,7 +248,7 @@ pub struct Part {
     pub level: u32,
     /// Declared priority, 1 is first; `None` is last.
     pub priority: Option<u32>,
-    /// For a statechart, what reset enters, in document order.
+    /// For a statechart, the entries of a reset, in document order.
     pub initial: Vec<Enter>,
     /// Source location, comment and tags.
     pub meta: Meta,
@@ -445,12 +445,12 @@ pub enum VarOrigin {
     Hidden,
 }
 
-/// How a variable is handled that the tasks of a halted step share with others (§6, [`crate::sharing`]).
+/// How to handle a variable that the tasks of a halted step share with others (§6, [`crate::sharing`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Sharing {
     /// Others may see intermediate values; no warning is given.
     Allow,
-    /// Sharing it is an error.
+    /// Sharing the variable is an error.
     Refuse,
     /// The tasks work on a copy: it is taken when the first task begins and written back when the last is done.
     Buffer,
@@ -486,7 +486,7 @@ pub struct Timer {
     pub name: Name,
     /// Contains no edge and no event.
     pub condition: Expr,
-    /// Before the first reaction it has its largest value instead of 0 (for the off-delay of `t1/E/t2`).
+    /// Before the first reaction the timer has its largest value instead of 0 (for the off-delay of `t1/E/t2`).
     pub starts_expired: bool,
     /// Source location, comment and tags.
     pub meta: Meta,
@@ -517,7 +517,7 @@ pub struct Step {
     pub activation_link: bool,
     /// Made by a lowering: neither in the trace nor counted in `limit`.
     pub hidden: bool,
-    /// P of seed 004: 1 is first, `None` is last.
+    /// The priority (P in the paper on Grafcet, C and PALASM): 1 is first, `None` is last.
     pub priority: Option<u32>,
     /// Runs when the step is activated.
     pub entry: Block,
@@ -606,7 +606,7 @@ pub enum StepKind {
     Final,
 }
 
-/// One element of what is entered, in document order.
+/// One entry in a list of entered states, which is in document order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Enter {
     /// Activate this step.
@@ -631,7 +631,7 @@ pub struct Transition {
     /// Steps that firing deactivates if they are active. Outside statecharts this equals `requires`; in a statechart it contains every proper descendant
     /// of the transition's domain, so the exit set is its active part.
     pub clears: Vec<StepId>,
-    /// What is activated when it fires, in declaration order; empty for a sink transition.
+    /// The entries when it fires, in declaration order; empty for a sink transition.
     pub enters: Vec<Enter>,
     /// Fires only in a micro-step in which one of these events is present; empty if it needs no event.
     pub events: Vec<InputId>,
@@ -665,9 +665,9 @@ pub struct History {
     pub name: Name,
     /// The state whose exit records it.
     pub owner: StepId,
-    /// For each step that may be recorded: what is then entered. Shallow: the owner's children. Deep: its atomic descendants.
+    /// One case for each step that may be recorded. A shallow history has a case for each child of the owner; a deep history for each atomic descendant.
     pub cases: Vec<HistoryCase>,
-    /// What is entered if nothing is recorded.
+    /// The entries if nothing is recorded.
     pub default: Vec<Enter>,
     /// Statements of the default transition; they run after the owner's entry list.
     pub default_content: Block,
@@ -675,12 +675,12 @@ pub struct History {
     pub meta: Meta,
 }
 
-/// One step that a [`History`] may record.
+/// One case of a [`History`]: a step that it may record.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct HistoryCase {
     /// Recorded if active when the owner is left.
     pub step: StepId,
-    /// What is entered if the step was recorded.
+    /// The entries if the step was recorded.
     pub enters: Vec<Enter>,
 }
 

@@ -1,8 +1,9 @@
 //! Variables that tasks share with others while their step is halted (semantics §6).
 //!
 //! A step whose tasks need more than its budget *halts*: it runs some of them, waits for the next reaction, and continues. Meanwhile others can see
-//! intermediate values of its tasks, and values that its tasks have read can change (seed 004, IV.B). [`Accesses`] lists what reads and writes which
-//! variables; [`separate`] rewrites the net so that the requested variables are separated, and no engine has to handle it:
+//! intermediate values of its tasks, and values that its tasks have read can change (section IV.B of the paper on Grafcet, C and PALASM).
+//! [`Accesses`] lists what reads and writes which variables; [`separate`] rewrites the net so that the requested variables are separated, and no
+//! engine has to handle it:
 //!
 //! ```text
 //! shared buffer x     step s { task a { x := x + 1 }  task b { y := x } }
@@ -31,7 +32,7 @@ pub struct Accesses {
 }
 
 impl Accesses {
-    /// Adds the accesses of an expression. `otherwise` reads what the earlier transitions read.
+    /// Adds the accesses of an expression. An `otherwise` reads what the earlier transitions read.
     pub fn expr(&mut self, net: &Net, expr: &Expr) {
         self.expr_at(net, expr, &mut BTreeSet::new());
     }
@@ -93,7 +94,7 @@ impl Accesses {
         self.writes.extend(&other.writes);
     }
 
-    /// Variables that both access and at least one of them writes, in declaration order.
+    /// Variables that both access and that at least one of them writes, in declaration order.
     pub fn clashes<'a>(&'a self, other: &'a Accesses) -> impl Iterator<Item = VarId> + 'a {
         let mine = self.reads.union(&self.writes).copied();
         mine.filter(|var| {
@@ -107,8 +108,8 @@ impl Accesses {
     }
 }
 
-/// What runs when a transition fires, apart from its own actions: the steps whose exit and entry lists run. The sets may be too large if forcing, history
-/// or `restart` decides what really changes.
+/// The steps whose exit and entry lists run when a transition fires. The sets may be too large if forcing, history or `restart` decides what really
+/// changes.
 #[must_use]
 pub fn changed_steps(net: &Net, transition: TransitionId) -> (Vec<StepId>, Vec<StepId>) {
     let transition = &net.transitions[transition];
@@ -155,7 +156,7 @@ pub fn separate(net: &mut Net) {
     }
 }
 
-/// Names that no signal uses.
+/// A generator of names that no signal uses.
 struct Fresh(BTreeSet<String>);
 
 impl Fresh {
@@ -186,7 +187,7 @@ impl Fresh {
     }
 }
 
-/// Tasks of halting steps work on copies.
+/// Carries out `shared buffer`: tasks of halting steps work on copies.
 fn buffer(net: &mut Net, names: &mut Fresh) {
     let halting: Vec<StepId> =
         net.steps.iter().filter(|(_, step)| step.halts()).map(|(id, _)| id).collect();
@@ -287,7 +288,7 @@ fn on_copies(list: &Block, copies: &BTreeMap<VarId, VarId>) -> Block {
         .collect()
 }
 
-/// Halting steps lock the variables that their tasks access; transitions and tasks of others wait.
+/// Carries out `shared protect`: halting steps lock the variables that their tasks access, and transitions and tasks of others wait.
 fn protect(net: &mut Net, names: &mut Fresh) {
     let sharing = net.sharing.clone();
     let tasks_of = |net: &Net, id: StepId| {
@@ -441,7 +442,7 @@ transition t3 in t s -> q when s.done
         assert!(text.contains("task c cost 2 { y := x; s.held := false }"), "{text}");
         assert!(text.contains("exit { s.held := false }"), "{text}");
         assert!(text.contains("step u in t initial budget 3 locks (s.held)"), "{text}");
-        // Because of what it runs on activation, not because of its receptivity; y is not shared.
+        // The transition waits because of the lists that run on activation, not because of its receptivity; y is not shared.
         assert!(text.contains("p -> q when not s.held and i"), "{text}");
         assert!(text.contains("q -> p when y > 3"), "{text}");
     }

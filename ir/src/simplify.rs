@@ -1,8 +1,8 @@
 //! Simplification that preserves the value: constants, double negation, flat conjunctions and disjunctions without duplicates.
 //!
 //! The result has the same value as the given expression for all values of its leaves, and its interval is within the interval of the given expression. It
-//! may contain fewer leaves, so don't use it where reading a leaf has an effect of its own (which extern conditions a guard calls is decided on the
-//! unsimplified guard). Operands keep their order; of duplicates the first is kept.
+//! may contain fewer leaves, so do not use it if reading a leaf has a side effect (which extern conditions a guard calls is decided on the unsimplified
+//! guard). Operands keep their order; of duplicates the first is kept.
 
 use crate::expr::{CompareOp, Expr, ExprKind};
 use std::cmp::Ordering;
@@ -123,7 +123,7 @@ fn compared<L: Clone + Ord>(
     if let (Some(x), Some(y)) = (a.as_constant(), b.as_constant()) {
         return Expr::new(ExprKind::Bool(op.apply(x, y)), span);
     }
-    // For Booleans: `x = true` is x, `x = false` is not x.
+    // For Booleans, `x = true` is `x`, and `x = false` is `not x`.
     let truth = |side: &Expr<L>| {
         if let ExprKind::Bool(value) = side.kind {
             Some(value == (op == CompareOp::Eq))

@@ -11,7 +11,7 @@ pub struct Span {
     pub file: FileId,
     /// First byte.
     pub start: u32,
-    /// One past the last byte; equal to `start` for a point between two bytes.
+    /// The position after the last byte; equal to `start` for a point between two bytes.
     pub end: u32,
 }
 

@@ -80,8 +80,8 @@ pub fn for_each_stmt<'a>(net: &'a Net, visit: &mut impl FnMut(&'a Stmt)) {
     }
 }
 
-/// The extern actions that statement lists, bodies and tasks call, each with the location of its first call. These calls happen at moments, so the action
-/// has no level like an output.
+/// The extern actions that statement lists, bodies and tasks call, each with the location of its first call. Such a call is instantaneous, so the action
+/// has no lasting value like an output.
 #[must_use]
 pub fn called_in_lists(net: &Net) -> BTreeMap<OutputId, Span> {
     let mut called: BTreeMap<OutputId, Span> = BTreeMap::new();

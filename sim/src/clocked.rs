@@ -8,16 +8,16 @@ use crate::row::InputRow;
 use crate::stimulus::Stimulus;
 use crate::trace::{ColumnKind, Trace, TraceRow, Value};
 
-/// The most clocks that the rows of a stimulus may take on a chip.
+/// The maximum number of clocks for the rows of a stimulus on a chip.
 pub const MAX_CLOCKS: usize = 1_000_000;
 
-/// A stimulus in which no row takes more than one tick, and the rows that it was made of. A row with `dt` k is k rows of one tick with the same inputs; its
-/// events occur in the first of them.
+/// A stimulus in which no row has more than one tick, and the rows that it was made from. A row with `dt` k becomes k rows of one tick with the same
+/// inputs; its events occur in the first of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Clocked {
     /// One row for each clock.
     pub stimulus: Stimulus,
-    /// For each row of the original, its `dt` and the place of its last clock, counted from 1 as in traces.
+    /// For each row of the original, its `dt` and the index of its last clock, counted from 1 as in traces.
     rows: Vec<(u32, usize)>,
 }
 
@@ -26,9 +26,9 @@ pub struct Clocked {
 pub struct ClockPlace {
     /// The row of the original trace; 0 is the reset.
     pub row: usize,
-    /// Which of the row's clocks, from 1.
+    /// The index of the clock within the row, from 1.
     pub clock: usize,
-    /// How many clocks the row has.
+    /// The number of clocks of the row.
     pub clocks: usize,
 }
 
@@ -56,7 +56,7 @@ impl Clocked {
         Ok(clocked)
     }
 
-    /// Where a row of the trace of [`Clocked::stimulus`] belongs.
+    /// The original row to which a row of the trace of [`Clocked::stimulus`] belongs.
     #[must_use]
     pub fn place(&self, clock: usize) -> ClockPlace {
         let row = self.rows.partition_point(|(_, end)| *end < clock);
@@ -69,8 +69,8 @@ impl Clocked {
         }
     }
 
-    /// The trace of [`Clocked::stimulus`] with one row for each row of the original: it shows what is there after the last clock, every call of all its
-    /// clocks, and a fault in any of them. Rows that the trace does not have to their end are missing.
+    /// The trace of [`Clocked::stimulus`] with one row for each row of the original: it shows the values after the last clock, the calls of all its clocks,
+    /// and a fault in any of them. A row is missing if the trace ends before its last clock.
     #[must_use]
     pub fn by_rows(&self, net: &Net, trace: &Trace) -> Trace {
         let mut all = Trace::new(trace.layout.clone());
@@ -112,7 +112,7 @@ impl Clocked {
     }
 }
 
-/// The cell of a row that tells of all its clocks: numbers are added, lists are joined. It is open if one of them is.
+/// Combines a cell over all clocks of a row: numbers are added, lists are joined. The cell is open if it is open in one of the clocks.
 fn gather(row: &mut TraceRow, clocks: &[TraceRow], at: usize) {
     let mut number = 0_i64;
     let mut calls = Vec::new();

@@ -24,7 +24,8 @@ pub struct Clock {
     cap: i64,
     /// The delay of a send slot, whose cell counts down.
     delay: Option<i64>,
-    /// Ascending, all above 0: two values on the same side of each cut are never distinguished. Empty for a counter whose value never matters.
+    /// The cuts, ascending and all above 0: two values on the same side of each cut are never distinguished. Empty for a counter whose value never
+    /// matters.
     pub cuts: Vec<i64>,
 }
 

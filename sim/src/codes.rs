@@ -21,7 +21,7 @@ pub const INTERNAL_EVENT: Code = Code { id: "G0508", title: "stimulus for an int
 /// A row that violates an assumption of the chart.
 pub const ASSUMPTION_BROKEN: Code =
     Code { id: "G0509", title: "stimulus that violates an assumption" };
-/// A stimulus with more ticks than a chip is clocked for.
+/// A stimulus with more ticks than the limit of clocks for a chip.
 pub const DT_ON_CHIP: Code = Code { id: "G0510", title: "stimulus too long for a chip" };
 /// A trace that is not one of this chart.
 pub const TRACE_HEADER: Code = Code { id: "G0511", title: "trace of another chart" };
@@ -33,7 +33,7 @@ pub const BAD_STATE: Code = Code { id: "G0513", title: "incompatible saved state
 pub const RESET_ROW: Code = Code { id: "G0514", title: "inputs in the reset row" };
 /// A short name of a column that could be one of several.
 pub const AMBIGUOUS_COLUMN: Code = Code { id: "G0515", title: "ambiguous column" };
-/// An assignment that did not fit and was brought to the nearest bound.
+/// An assignment whose value was out of range, so that the nearest bound was stored.
 pub const SATURATED: Code = Code { id: "G0520", title: "saturated assignment" };
 /// Two lists that wrote the same variable in one micro-step.
 pub const RACE: Code = Code { id: "G0521", title: "two writers in one micro-step" };

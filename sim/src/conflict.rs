@@ -60,7 +60,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// Sorts by rank, the policy's key, and declaration.
+    /// Sorts transitions by rank, then by the key of the policy, then by declaration.
     fn k4_order(&self, candidates: &mut [TransitionId]) {
         let static_place =
             |transition: &TransitionId| self.tables.ranks.transition_place[transition.index()];
@@ -80,13 +80,15 @@ impl Reaction<'_> {
         });
     }
 
-    /// The position of the oldest following step in the order of last activation: lower is older; last for a sink transition.
+    /// The position of the oldest following step in the order of last activation; a lower position is older. A sink
+    /// transition has the last position.
     fn age_place(&self, transition: TransitionId) -> usize {
         let enters = &self.net.transitions[transition].enters;
         if enters.is_empty() {
             return usize::MAX;
         }
-        // Without an order of its own, all competitors with its rank and P are followed by the same step.
+        // If the transition has no order of last activation, all competitors with its rank and P have the same following
+        // step.
         let Some(order) = self.tables.layout.age_of[transition.index()] else { return 0 };
         let order = &self.tables.layout.ages[order as usize];
         let follows = |step: StepId| {
@@ -98,7 +100,7 @@ impl Reaction<'_> {
         oldest_first.iter().position(is_following).unwrap_or(usize::MAX)
     }
 
-    /// [C16]: chooses each in turn unless an earlier one shares a preceding step with it.
+    /// Chooses each candidate in turn, unless one that was chosen earlier shares a preceding step with it [C16].
     fn k4_compete(&mut self, candidates: &mut Vec<TransitionId>) {
         let check = self.work.check;
         let net = self.net;

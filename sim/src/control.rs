@@ -29,7 +29,7 @@ struct Asked {
 }
 
 impl Reaction<'_> {
-    /// At Latch: a timer whose input was true at the end of the last reaction advances.
+    /// Advances, at Latch, each timer whose input was true at the end of the last reaction.
     pub(crate) fn advance_qualifier_timers(&mut self, dt: i64) {
         for (action, data) in self.net.actions.iter() {
             if self.action_has_ended(action) {
@@ -102,7 +102,7 @@ impl Reaction<'_> {
         asked
     }
 
-    /// The block itself, line by line as in semantics §3.5; returns Q.
+    /// Executes the block, line by line as in semantics §3.5; returns Q.
     fn step_action(&mut self, action: ActionId, asked: Asked) -> bool {
         let Asked { n, r, s, l, d, p, p0, p1, sd, ds, sl } = asked;
         let s_ff = self.latch(action, Qualifier::S, s, r);

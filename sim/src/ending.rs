@@ -7,7 +7,7 @@ use crate::reaction::Reaction;
 use crate::row::Effect;
 
 impl Reaction<'_> {
-    /// END: E1 to E6.
+    /// The end of a reaction: END of §3.9, E1 to E6.
     pub(crate) fn end(&mut self, is_reset: bool) {
         self.e1_controlled_actions();
         self.e2_tasks();
@@ -64,7 +64,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// L2 (at reset E4): mealy outputs, which are a function of the situation before the micro-step.
+    /// Evaluates mealy outputs at L2 (at reset, at E4); they are a function of the situation before the micro-step.
     pub(crate) fn evaluate_mealy_outputs(&mut self) {
         let net = self.net;
         for output in &self.tables.mealy {
@@ -90,7 +90,8 @@ impl Reaction<'_> {
         self.net.emergency.as_ref().is_some_and(|one| self.eval(&one.condition) != 0)
     }
 
-    /// Evaluates which cells of this reaction the chart leaves open, from the situation before it and its inputs (semantics §3.6).
+    /// Evaluates which cells of this reaction the chart leaves open, from the inputs and from the situation before the reaction
+    /// (semantics §3.6).
     pub(crate) fn evaluate_unspecified(&mut self) {
         for open in &self.net.unspecified {
             if self.eval(&open.when) != 0 {

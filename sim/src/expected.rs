@@ -1,11 +1,11 @@
-//! Expected values in a stimulus: columns of a trace beside the inputs (semantics §11). So a trace is also a stimulus, and replaying it shows where a
-//! changed chart behaves differently.
+//! Expected values in a stimulus: further columns of a trace, next to the inputs (semantics §11). A trace is therefore also a stimulus, and replaying
+//! it shows where a changed chart behaves differently.
 
 use grafsynth_ir::Span;
 
 use crate::trace::{ColumnKind, Difference, Trace, TraceRow};
 
-/// Cells that a trace should contain.
+/// The cells that a trace should contain.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Expected {
     /// The headers, and their source locations.

@@ -90,7 +90,7 @@ impl<'n> Generator<'n> {
         row
     }
 
-    /// Tries a few rows from the current state and takes the one that fires the transition that has fired least often.
+    /// Tries a few rows from the current state and selects the one that fires the transition that has fired least often.
     fn seek(&mut self) -> InputRow {
         let start = self.simulator.state().clone();
         let mut best: Option<(u32, InputRow)> = None;

@@ -7,7 +7,7 @@ use crate::reaction::Reaction;
 use crate::tables::{self, ForcedChart};
 
 impl Reaction<'_> {
-    /// R2: the initial steps, closed downwards, then forced; and the order of last activation.
+    /// R2: activates the initial steps, closed downwards, then applies forcing; also initialises the order of last activation.
     pub(crate) fn r2_initial_situation(&mut self) {
         let initial = self.net.steps.iter().filter(|(_, step)| step.is_initial).map(|(id, _)| id);
         let closed = tables::closure(self.net, &self.tables.children, initial);
@@ -27,7 +27,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// NEXT(X, F'): leaves Y in `next` and RS in `restarted`.
+    /// NEXT(X, F') of §3.9: computes Y in `next` and RS in `restarted`.
     pub(crate) fn next(&mut self) {
         self.n1_move();
         if !self.tables.enclosing.is_empty() {
@@ -56,7 +56,7 @@ impl Reaction<'_> {
         }
         for transition in moves().filter(|transition| transition.restart) {
             for step in steps_after(&transition.enters) {
-                // Removed now, and added below: RS := X ∩ pre(F') ∩ post(restart).
+                // Such a step is removed now and added again below: RS := X ∩ pre(F') ∩ post(restart).
                 if situation.contains(step) && !work.next.contains(step) {
                     work.restarted.insert(step);
                 }

@@ -55,7 +55,7 @@ pub(crate) enum Cell {
 /// decide are omitted, so that states that differ only in them are equal.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct AgeOrder {
-    /// In declaration order.
+    /// The steps, in declaration order.
     pub(crate) steps: Vec<StepId>,
     /// The first of its cells.
     pub(crate) base: usize,
@@ -303,7 +303,7 @@ impl Layout {
         self.first_edge + edge.index()
     }
 
-    /// The timer's cell; its held bit is in the next one.
+    /// The index of the timer's cell; its held bit is in the next cell.
     pub(crate) fn timer(&self, timer: TimerId) -> usize {
         self.first_timer + 2 * timer.index()
     }

@@ -13,7 +13,7 @@ use crate::row::Effect;
 use crate::tables::ancestors;
 
 impl Reaction<'_> {
-    /// FIRE(F'), F1 to F5, for Grafcet charts.
+    /// FIRE(F') of §3.9 for Grafcet charts: F1 to F5.
     pub(crate) fn fire(&mut self) {
         self.f1_next_situation();
         self.begin_lists();
@@ -54,12 +54,12 @@ impl Reaction<'_> {
         self.work.up = up;
     }
 
-    /// Rank, then declaration (semantics §3.3).
+    /// Sorts steps by rank, then by declaration (semantics §3.3).
     fn in_order(&self, steps: &mut [StepId]) {
         steps.sort_unstable_by_key(|step| self.tables.ranks.step_place[step.index()]);
     }
 
-    /// With simultaneous assignments all lists of the micro-step read the values from its start.
+    /// Prepares the lists of a micro-step: with simultaneous assignments, all of them read the values from its start.
     pub(crate) fn begin_lists(&mut self) {
         if self.net.settings.assign_simultaneous {
             self.work.before.clone_from(self.state);
@@ -126,7 +126,7 @@ impl Reaction<'_> {
         self.run_as(Writer::Entry(step), &net.steps[step].entry);
     }
 
-    /// F5: moves the activated steps to the young end, together, in declaration order.
+    /// F5: moves the activated steps together to the young end of the orders of last activation, in declaration order.
     fn f5_age(&mut self) {
         for order in &self.tables.layout.ages {
             let cells = &mut self.state.cells[order.base..order.base + order.steps.len()];
@@ -194,7 +194,8 @@ impl Reaction<'_> {
     }
 
     /// Two lists that write the same variable in one micro-step are a race (semantics §3.6), unless their order does not depend on the declaration order
-    /// (§3.3), or both only change the number of a counted step: then no value is lost (§8). A lowering orders its own double writes.
+    /// (§3.3), or both only change the number of a counted step: then no value is lost (§8). If a lowering writes a variable twice, it defines the order
+    /// of these writes itself.
     fn note_writer(&mut self, var: VarId, place: usize, is_count: bool) {
         let Some(writer) = self.work.writer else { return };
         let now = (self.work.check, Some(writer), is_count);
@@ -213,7 +214,7 @@ impl Reaction<'_> {
     /// Semantics §3.3: deactivation lists come before actions, and these before activation lists; in a statechart a state is left after its descendants
     /// and entered before them.
     fn is_order_fixed(&self, first: Writer, second: Writer) -> bool {
-        /// The phase of a list, and its step.
+        /// The phase in which a list runs, and its step.
         fn of(net: &Net, writer: Writer) -> (u8, Option<StepId>) {
             match writer {
                 Writer::Exit(step) => (0, Some(step)),
@@ -233,7 +234,7 @@ impl Reaction<'_> {
                 && a.zip(b).is_some_and(|(a, b)| is_nested(a, b))
     }
 
-    /// `raise e`: it joins `next`; in a statechart, the internal queue.
+    /// `raise e`: the event joins `next`; in a statechart, the internal queue.
     pub(crate) fn raise(&mut self, event: InputId) {
         match self.tables.layout.raised(event) {
             Some(place) => self.state.cells[place] = 1,
@@ -254,7 +255,7 @@ impl Reaction<'_> {
         self.state.cells[place] = i64::from(data.delay);
     }
 
-    /// Makes a call at once; an argument is an assignment to its parameter (semantics §6).
+    /// Makes a call at once; an argument is clamped like an assignment to its parameter (semantics §6).
     pub(crate) fn call(&mut self, output: OutputId, arguments: &[Expr]) {
         let Driver::Extern { params, .. } = &self.net.outputs[output].driver else { return };
         let mut values = Vec::with_capacity(arguments.len());

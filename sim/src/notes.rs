@@ -1,4 +1,4 @@
-//! Notes of a simulation besides the trace: saturated assignments, races, lost events.
+//! Notes of a simulation, in addition to the trace: saturated assignments, races, lost events.
 
 use std::collections::BTreeMap;
 

@@ -1,6 +1,6 @@
 //! A small generator of pseudo-random numbers: the same seed gives the same numbers on every machine and in every version.
 
-/// SplitMix64 (Steele, Lea, Flood 2014): 64 bits of state, passes BigCrush, and needs no warming up.
+/// SplitMix64 (Steele, Lea, Flood 2014): 64 bits of state, passes BigCrush, and needs no warm-up.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Random {
     state: u64,

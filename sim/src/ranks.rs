@@ -4,7 +4,7 @@ use grafsynth_ir::net::{
     Enter, Net, PartId, Policy, Schedule, StepId, TransitionId, TransitionKind,
 };
 
-/// Means "none", which comes last.
+/// The sort key of an object without a number; it comes last.
 const LAST: u64 = u64::MAX;
 
 /// Ranks of parts, and the order of actions that follows from them.
@@ -70,7 +70,7 @@ impl Ranks {
         }
     }
 
-    /// P(t) of seed 004: the most urgent priority among the steps that follow the transition.
+    /// P(t) of the paper on Grafcet, C and PALASM: the most urgent priority among the steps that follow the transition.
     #[expect(clippy::unused_self, reason = "it is one of the orders that this type represents")]
     pub(crate) fn following_priority(&self, net: &Net, transition: TransitionId) -> u64 {
         let following = net.transitions[transition].enters.iter().filter_map(|enter| match enter {
@@ -81,7 +81,7 @@ impl Ranks {
     }
 }
 
-/// For each index, its position when all are sorted by `key`, and those with equal keys by index.
+/// For each index, its position after sorting by `key`; equal keys are sorted by index.
 fn places<K: Ord>(n: usize, key: impl Fn(usize) -> K) -> Vec<u32> {
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by_key(|index| key(*index));

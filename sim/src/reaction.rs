@@ -43,15 +43,15 @@ pub(crate) struct Work {
     pub(crate) check: u64,
     pub(crate) fireable_at: Vec<u64>,
     pub(crate) enabled: Vec<TransitionId>,
-    /// F, and after selection F'.
+    /// The set F of fireable transitions; after the selection, the set F' of those that fire (§3.9).
     pub(crate) chosen: Vec<TransitionId>,
     /// Statecharts and `otherwise`: candidates while F' is being selected.
     pub(crate) candidates: Vec<TransitionId>,
     /// Marks steps consumed in the current selection, by check number.
     pub(crate) consumed_at: Vec<u64>,
-    /// Y of NEXT.
+    /// The set Y of NEXT (§3.9).
     pub(crate) next: Situation,
-    /// RS of NEXT.
+    /// The set RS of NEXT (§3.9).
     pub(crate) restarted: Situation,
     /// A temporary set of steps.
     pub(crate) some_steps: Situation,
@@ -83,7 +83,7 @@ pub(crate) struct Work {
     pub(crate) micro_steps: u32,
     /// The maximum number of events in the internal queue at once in this reaction.
     pub(crate) longest_internal: usize,
-    /// By index in [`Tables::may_end`]: the chart had ended before this reaction.
+    /// Whether a chart had ended before this reaction, by index in [`Tables::may_end`].
     pub(crate) had_ended: Vec<bool>,
 }
 
@@ -118,7 +118,7 @@ pub(crate) struct Reaction<'a> {
 }
 
 impl Reaction<'_> {
-    /// RESET: R1 to R5.
+    /// The reset: RESET of §3.9, R1 to R5.
     pub(crate) fn reset(&mut self) {
         self.r1_declared_values();
         if self.net.settings.policy.is_statechart() {
@@ -131,7 +131,7 @@ impl Reaction<'_> {
         self.end(true);
     }
 
-    /// REACTION: L1 to L5.
+    /// One reaction: REACTION of §3.9, L1 to L5.
     pub(crate) fn react(&mut self, dt: u32, inputs: &[i64]) {
         self.l1_latch(dt, inputs);
         self.l2_advance_timers(i64::from(dt));
@@ -147,7 +147,7 @@ impl Reaction<'_> {
         self.end(false);
     }
 
-    /// R1: everything as declared, nothing active, no event, edges read false.
+    /// R1: sets all values as declared; no step is active, no event is present, and edges read false.
     fn r1_declared_values(&mut self) {
         self.state.situation.clear();
         self.state.internal.clear();
@@ -394,7 +394,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// CHECK, K1 and K2: leaves F in `chosen`, in declaration order.
+    /// CHECK, K1 and K2: computes F in `chosen`, in declaration order.
     pub(crate) fn check(&mut self, trigger: Trigger) {
         self.work.check += 1;
         self.work.rounds += 1;
@@ -410,7 +410,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// K1 (semantics §3.7).
+    /// K1: computes which edges are present (semantics §3.7).
     fn k1_edges(&mut self) {
         for edge in self.net.edges.ids() {
             let now = self.work.now[edge.index()];
@@ -421,7 +421,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// E of semantics §3.2, in declaration order.
+    /// K2: the enabled transitions (E of semantics §3.2), in declaration order.
     fn k2_enabled(&mut self) {
         let is_active = |step: StepId| self.state.situation.contains(step);
         self.work.enabled.clear();

@@ -25,7 +25,7 @@ pub(crate) struct Rows<'n> {
     pub(crate) random: Random,
     /// Inputs and external events.
     pub(crate) given: Vec<InputId>,
-    /// By input: values around the constants in its comparisons.
+    /// For each input, values around the constants in its comparisons.
     pub(crate) interesting: Vec<Vec<i64>>,
     pub(crate) last: InputRow,
 }

@@ -90,7 +90,7 @@ pub(crate) fn save(net: &Net, tables: &Tables, state: &State, row: &Row) -> Stri
     serde_json::to_string_pretty(&saved).unwrap_or_default() + "\n"
 }
 
-/// `state` is the state after reset; parts that the text does not contain are unchanged.
+/// Restores a saved state into `state`, which must be the state after reset; parts that the text does not contain are unchanged.
 pub(crate) fn restore(
     net: &Net,
     tables: &Tables,

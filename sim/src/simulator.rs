@@ -33,7 +33,7 @@ impl<'n> Simulator<'n> {
         Self::of_net(net)
     }
 
-    /// For stimuli, which are made for a net that may be invalid.
+    /// A simulator for the generation of stimuli, which also accepts an invalid net.
     pub(crate) fn of_net(net: &'n Net) -> Self {
         let tables = Tables::of(net);
         let state = State {
@@ -78,7 +78,7 @@ impl<'n> Simulator<'n> {
         &self.row
     }
 
-    /// One micro-step in which exactly these transitions fire, whatever their receptivities are: for replaying known firings if the inputs are unknown.
+    /// One micro-step in which exactly these transitions fire, regardless of their receptivities: to replay known firings if the inputs are unknown.
     /// Returns false and changes nothing if the situation does not enable all of them, or if the policy would not let them fire together.
     ///
     /// Lists run, but with unknown inputs, so afterwards the situation (and the memory of histories) is correct, but variables and outputs are not. Only

@@ -18,12 +18,12 @@ struct EntrySet {
     states: Situation,
     /// Composite states entered by default: the content of their initial transition runs.
     by_default: Vec<StepId>,
-    /// Histories that had nothing recorded: the content of their default transition runs.
+    /// Histories that have recorded nothing: the content of their default transition runs.
     default_histories: Vec<HistoryId>,
 }
 
 impl Reaction<'_> {
-    /// R3 for statecharts.
+    /// R3 for statecharts: enters the initial states.
     pub(crate) fn r3_enter_initial_states(&mut self) {
         let net = self.net;
         self.work.check += 1;
@@ -74,7 +74,7 @@ impl Reaction<'_> {
         self.join(event, false);
     }
 
-    /// An event that no `on` refers to is not queued. If the queue is full, the newest event is dropped and the row reports a fault.
+    /// Adds an event to a queue, unless no `on` refers to it. If the queue is full, the newest event is dropped and the row reports a fault.
     fn join(&mut self, event: InputId, is_internal: bool) {
         if !self.tables.listened[event.index()] {
             return;

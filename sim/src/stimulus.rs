@@ -24,7 +24,7 @@ const MAX_ERRORS: usize = 100;
 /// A list of input rows. Only the given columns are stored; the others are 0.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Stimulus {
-    /// By input: the value if there is no column.
+    /// For each input, the value if there is no column.
     zero: Vec<i64>,
     /// The inputs that have a column, in the order of the columns.
     columns: Vec<InputId>,

@@ -29,19 +29,19 @@ pub(crate) struct ForcedChart {
 pub(crate) struct Tables {
     pub(crate) layout: Layout,
     pub(crate) ranks: Ranks,
-    /// By step: transitions and reactions whose first preceding step it is, in declaration order.
+    /// For each step, the transitions and reactions whose first preceding step it is, in declaration order.
     pub(crate) leaving: Vec<Vec<TransitionId>>,
     /// Transitions without preceding steps, each with its enclosing step.
     pub(crate) sources: Vec<(TransitionId, Option<StepId>)>,
-    /// By step: the continuous outputs that it drives, with the index of the emission.
+    /// For each step, the continuous outputs that it drives, with the index of the emission.
     pub(crate) emissions: Vec<Vec<(OutputId, u32)>>,
     /// Mealy outputs.
     pub(crate) mealy: Vec<OutputId>,
     /// Outputs that are copied from a variable or an action at the end of a reaction.
     pub(crate) copied: Vec<OutputId>,
-    /// By step: its continuous calls, with the index of the call.
+    /// For each step, its continuous calls, with the index of the call.
     pub(crate) calls: Vec<Vec<(OutputId, u32)>>,
-    /// By step: the steps directly inside it, in declaration order.
+    /// For each step, the steps directly inside it, in declaration order.
     pub(crate) children: Vec<Vec<StepId>>,
     /// Enclosing steps, outer before inner.
     pub(crate) enclosing: Vec<StepId>,
@@ -49,7 +49,7 @@ pub(crate) struct Tables {
     pub(crate) forced: Vec<ForcedChart>,
     /// Events.
     pub(crate) events: Vec<InputId>,
-    /// By edge operand: it reads only inputs and constants (semantics §3.7).
+    /// For each edge operand, whether it reads only inputs and constants (semantics §3.7).
     pub(crate) edge_over_inputs: Vec<bool>,
     /// There are extern conditions, so their calls must be tracked.
     pub(crate) has_extern_conditions: bool,
@@ -59,11 +59,11 @@ pub(crate) struct Tables {
     pub(crate) may_end: Vec<PartId>,
     /// Every chart can end.
     pub(crate) all_may_end: bool,
-    /// By input: some transition has `on` with this event.
+    /// For each input, whether some transition has `on` with this event.
     pub(crate) listened: Vec<bool>,
     /// Steps with target-language text.
     pub(crate) has_code: bool,
-    /// By variable: it is the number of a counted step, which has a hidden step of the same name (semantics §8).
+    /// For each variable, whether it is the number of a counted step, which has a hidden step of the same name (semantics §8).
     pub(crate) counts: Vec<bool>,
 }
 

@@ -68,11 +68,11 @@ pub struct TraceLayout {
     /// The module's name in VCD.
     pub(crate) name: String,
     entries: Vec<StepEntry>,
-    /// By step: the entry for this step alone.
+    /// For each step, the entry for this step alone.
     entry_of: Vec<Option<u32>>,
     /// Entries of macro-steps, which represent several steps.
     groups: Vec<u32>,
-    /// By variable: the index of its first value in [`Row::vars`].
+    /// For each variable, the index of its first value in [`Row::vars`].
     var_places: Vec<usize>,
 }
 
@@ -363,7 +363,7 @@ impl Trace {
     }
 }
 
-/// True for cells that the stimulus gives, which are never open.
+/// True for cells that the stimulus contains, which are never open.
 fn is_given(kind: ColumnKind) -> bool {
     match kind {
         ColumnKind::Scan | ColumnKind::Dt | ColumnKind::Input(_) => true,

@@ -1,4 +1,4 @@
-//! Reading and writing files. Everything that grafsynth writes goes through here: completely or not at all, and only where it was told to.
+//! Reading and writing files. This module writes all files of grafsynth: completely or not at all, and only to the requested places.
 //!
 //! A path that the user named is followed if it is a symbolic link. A name that grafsynth makes in a folder is never followed, because the link may come with
 //! a chart from somebody else.
@@ -49,7 +49,7 @@ pub(crate) fn is_folder(path: &str) -> bool {
     path != "-" && Path::new(path).is_dir()
 }
 
-/// The name of the file `NAME.extension` beside `path`, if it exists.
+/// The name of the file `NAME.extension` in the folder of `path`, if it exists.
 pub(crate) fn companion(path: &str, extension: &str) -> Option<String> {
     if path == "-" {
         return None;
@@ -131,18 +131,18 @@ pub(crate) fn read_bytes(path: &str, limit: u64) -> Result<Vec<u8>, String> {
 pub(crate) struct Plan<'a> {
     /// The output folder; a symbolic link is followed.
     pub(crate) folder: &'a Path,
-    /// What the name of the list of outputs begins with.
+    /// The beginning of the file name of the list of outputs.
     pub(crate) stem: &'a str,
-    /// The texts that decide what they are.
+    /// The texts that the outputs are made from.
     pub(crate) made_of: Vec<Hashed>,
     /// All files that were read, which must not be replaced.
     pub(crate) read: Vec<&'a str>,
-    /// Their names below the folder, and their contents.
+    /// The outputs, with names relative to the folder.
     pub(crate) outputs: Vec<Output>,
 }
 
 impl Plan<'_> {
-    /// The files of the same stem that stay in the folder and were made of other texts of the same names.
+    /// The files of the same stem that stay in the folder but were made from older versions of the texts.
     pub(crate) fn stale(&self) -> Vec<Stale> {
         let list = self.folder.join(outputs::name_of(self.stem));
         let Ok(text) = read_bytes(&list.to_string_lossy(), SOURCE_LIMIT) else { return Vec::new() };

@@ -5,10 +5,10 @@
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-/// The version of the form of this file.
+/// The version of the format of this file.
 const SCHEMA: u32 = 2;
 
-/// What the builds of a design have left in a folder.
+/// The files that the builds of a design have left in a folder.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Outputs {
     schema: u32,
@@ -65,7 +65,7 @@ impl Outputs {
         Outputs { schema: SCHEMA, stem: stem.to_owned(), builds: Vec::new() }
     }
 
-    /// The list of `stem` in a text; an empty one where that is something else, or of a version that is not known.
+    /// Parses the list of `stem`; returns an empty list if the text is something else or has an unknown version.
     pub(crate) fn parse(stem: &str, text: &[u8]) -> Self {
         serde_json::from_slice(text)
             .ok()

@@ -9,8 +9,8 @@
 //! ```
 //!
 //! A rename that the system refuses (a file of another user in `/tmp`, an immutable file) turns the journal into an undo list: the old files are restored.
-//! The journal is not trusted: its names are checked like those of a new write, and it is valid only in the same folder on disk in which it was
-//! begun ([`Place`]): a journal that came with somebody's files, in an archive or a copy, replaces nothing.
+//! The journal is not trusted. Its names are checked like those of a new write, and it is valid only in the folder on disk in which it was begun
+//! ([`Place`]). A journal that came with somebody's files, in an archive or a copy, replaces nothing.
 
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -25,7 +25,7 @@ const JOURNAL: &str = "journal";
 const UNDO: &str = "undo";
 /// The incomplete journal.
 const PART: &str = "journal.part";
-/// How long a write waits for another one in its folder. A write takes milliseconds: one that takes longer is stopped or hangs.
+/// How long a write waits for another one in its folder. A write takes milliseconds, so one that takes this long was suspended or hangs.
 const PATIENCE: Duration = Duration::from_secs(30);
 const GLANCE: Duration = Duration::from_millis(5);
 
@@ -40,7 +40,7 @@ pub(crate) struct Output {
     pub(crate) keep_existing: bool,
 }
 
-/// What to do after all new files are written, as stored on disk.
+/// The steps to do after all new files are written, as stored on disk.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct Journal {
     /// The location of the entry in which it was written.
@@ -153,7 +153,7 @@ impl Staging {
                 Ok(_) => {
                     return Err(io::Error::other(format!("{} is not a folder", entry.display())));
                 }
-                // It existed, and its creator has removed it.
+                // The folder existed, and its creator has removed it in the meantime.
                 Err(_) if error.kind() == io::ErrorKind::AlreadyExists => return Ok(None),
                 Err(_) => return Err(error),
             }
@@ -361,7 +361,7 @@ impl Staging {
     fn undo(&self, journal: &Journal) -> io::Result<()> {
         for (index, file) in journal.files.iter().enumerate() {
             if self.check(&file.name).is_err() {
-                // It could not be written, so it is unchanged.
+                // The file could not be written, so it is unchanged.
                 continue;
             }
             let target = self.folder.join(&file.name);
@@ -374,7 +374,7 @@ impl Staging {
             }
         }
         for folder in journal.folders.iter().rev() {
-            // Only if it is empty: somebody else may have added files.
+            // The folder is removed only if it is empty, because somebody else may have added files.
             let _ = fs::remove_dir(self.folder.join(folder));
         }
         Ok(())

@@ -1,39 +1,39 @@
-//! Findings of one kind as one finding for people: one message, all places.
+//! Combines findings of one kind into one finding for people: one message, all locations.
 //!
-//! Findings are of one kind if their codes, severities and files are the same and either their messages and helps are, or the words that their crate gave
-//! for several of them ([`Plural`]).
+//! Findings are of one kind if their codes, severities and files are the same, and if in addition either their messages and help texts or their wordings
+//! for several findings ([`Plural`]) are the same.
 
 use grafsynth_driver::source::Sources;
 use grafsynth_ir::diag::{Diagnostic, Label, Plural, Severity};
 use grafsynth_ir::{FileId, Span};
 use std::collections::BTreeSet;
 
-/// The lines of source that the places of one finding may take; further places are given as line numbers.
+/// The maximum number of source lines shown for one finding; further locations are given as line numbers.
 const MOST_LINES: usize = 6;
-/// Names that are all listed; of more, the first [`NAMES_OF_MANY`] are.
+/// The maximum number of names that are all listed; of a longer list, only the first [`NAMES_OF_MANY`] are shown.
 const MOST_NAMES: usize = 6;
-/// Names that are listed of many.
+/// The number of names shown of a longer list.
 const NAMES_OF_MANY: usize = 3;
-/// Line numbers, or ranges of them, that are listed.
+/// The maximum number of line numbers, or ranges of them, that are listed.
 const MOST_NUMBERS: usize = 12;
 
 /// A finding, or several of one kind.
 pub(super) struct Folded<'a> {
-    /// The first one: what all of them share.
+    /// The first finding, which has the common properties of all.
     pub(super) first: &'a Diagnostic,
     /// What is wrong.
     pub(super) message: String,
-    /// The places that are shown, the main ones first.
+    /// The locations that are shown, the main ones first.
     pub(super) labels: Vec<Label>,
-    /// How many of these are main ones.
+    /// How many of the labels are main ones.
     pub(super) n_main: usize,
-    /// The lines of the other places.
+    /// The line numbers of the other locations, as a sentence.
     pub(super) rest: Option<String>,
-    /// What to do next: for the first one, where it is not the same for all.
+    /// What to do next; if it differs between the findings, the help of the first one.
     pub(super) help: Option<String>,
 }
 
-/// Each finding by itself.
+/// Each finding separately, not combined with others.
 pub(super) fn apart(sorted: Vec<&Diagnostic>) -> Vec<Folded<'_>> {
     sorted.into_iter().map(alone).collect()
 }
@@ -43,7 +43,7 @@ fn alone(first: &Diagnostic) -> Folded<'_> {
     Folded { first, message, labels, n_main: 1, rest: None, help: first.help.clone() }
 }
 
-/// What findings of one kind share.
+/// The properties that findings of one kind have in common.
 #[derive(PartialEq)]
 struct Kind<'a> {
     code: &'static str,
@@ -58,7 +58,7 @@ enum Words<'a> {
     Plural { before: &'a str, after: &'a str },
 }
 
-/// The kind of a finding; none if it has no place, and so is one by itself.
+/// The kind of a finding; `None` if it has no location, so it cannot be combined with others.
 fn kind(one: &Diagnostic) -> Option<Kind<'_>> {
     let words = match &one.plural {
         Some(Plural { before, after, .. }) => Words::Plural { before, after },
@@ -72,7 +72,7 @@ fn kind(one: &Diagnostic) -> Option<Kind<'_>> {
     })
 }
 
-/// Folds findings of one kind; each is where the first of its kind is.
+/// Combines findings of one kind; the result has the position of the first of its kind.
 pub(super) fn fold<'a>(sources: &Sources, sorted: Vec<&'a Diagnostic>) -> Vec<Folded<'a>> {
     let mut groups: Vec<(Option<Kind<'_>>, Vec<&Diagnostic>)> = Vec::new();
     for one in sorted {
@@ -93,7 +93,7 @@ pub(super) fn fold<'a>(sources: &Sources, sorted: Vec<&'a Diagnostic>) -> Vec<Fo
 /// Findings of one kind as one.
 fn together<'a>(sources: &Sources, all: &[&'a Diagnostic]) -> Folded<'a> {
     let mut folded = alone(all[0]);
-    // The same at the same place is one finding.
+    // Equal findings at the same location count as one.
     let mut places: BTreeSet<Span> = BTreeSet::new();
     let all: Vec<&Diagnostic> = all
         .iter()
@@ -123,7 +123,7 @@ fn together<'a>(sources: &Sources, all: &[&'a Diagnostic]) -> Folded<'a> {
         lines.extend(own());
         let mut labels = one.labels.iter().cloned();
         if let Some(mut label) = labels.next() {
-            // What is seen at each of them is said at the first.
+            // A label text that all locations share is shown only at the first.
             if main.iter().any(|known| known.text == label.text) {
                 label.text.clear();
             }
@@ -140,7 +140,7 @@ fn together<'a>(sources: &Sources, all: &[&'a Diagnostic]) -> Folded<'a> {
     folded
 }
 
-/// What is wrong with several: what they name, listed, or how many places there are.
+/// The message for several findings: it lists what they name, or counts the locations.
 fn message(all: &[&Diagnostic]) -> String {
     let mut names: Vec<&str> = Vec::new();
     for plural in all.iter().filter_map(|one| one.plural.as_ref()) {
@@ -170,7 +170,7 @@ fn listed(names: &[&str]) -> String {
     }
 }
 
-/// Line numbers as a sentence; neighbours as a range.
+/// Line numbers as a sentence; consecutive numbers as a range.
 fn also_on(lines: &[usize]) -> String {
     let mut ranges: Vec<(usize, usize)> = Vec::new();
     for line in lines.iter().copied().collect::<BTreeSet<_>>() {

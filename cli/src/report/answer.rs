@@ -129,7 +129,7 @@ impl Answer {
         }
     }
 
-    /// With one more detail.
+    /// Adds one more detail.
     pub(crate) fn with(mut self, name: &str, value: impl Into<Value>) -> Self {
         self.details.insert(name.to_owned(), value.into());
         self

@@ -26,7 +26,7 @@ pub(crate) struct Report {
     sarif: Arc<Mutex<sarif::Log>>,
     /// Results that are known but not printed yet.
     known: Arc<Mutex<Known>>,
-    /// What people were told.
+    /// Counts of what was printed for people.
     tally: Arc<Mutex<Tally>>,
 }
 
@@ -70,7 +70,7 @@ impl Report {
         self.log(|log| log.design(file));
     }
 
-    /// Shows findings to people, as far as the terminal is high enough.
+    /// Shows findings to people, as many as fit on the terminal.
     pub(crate) fn show(&self, sources: &Sources, found: &[Diagnostic], style: Style) {
         let (rendered, hidden) = render(sources, found, style);
         let shown = self.tally().shown(rendered, style.height);
@@ -82,7 +82,7 @@ impl Report {
         self.tally().answered(answer);
     }
 
-    /// Says last what was left out, and counts what was found.
+    /// Prints the summary: how many findings were not shown, and what was found.
     pub(crate) fn sum_up(&self, style: Style, is_quiet: bool) {
         if style.format == MessageFormat::Human {
             let tally = self.tally();

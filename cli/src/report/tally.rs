@@ -1,31 +1,31 @@
-//! What people were told in a run: for the line at its end, and for as much as a terminal shows.
+//! Counts what was printed for people in a run: for the summary line, and to show only as much as fits on the terminal.
 
 use super::answer::{About, Answer, Status};
 use crate::render::Rendered;
 use grafsynth_ir::diag::Severity;
 use serde_json::Value;
 
-/// Lines of a terminal that are left to the line at the end, to what the verb says, and to the prompt.
+/// Lines of a terminal that are kept free for the summary line, the output of the verb, and the prompt.
 const KEPT_FREE: usize = 5;
 
 /// What was found so far.
 #[derive(Debug, Default)]
 pub(super) struct Tally {
-    /// Lines of findings that were shown.
+    /// The number of lines printed for findings.
     lines: usize,
-    /// Findings that were not.
+    /// The number of findings that were not shown.
     hidden: usize,
     errors: usize,
     warnings: usize,
     notes: usize,
     outputs: Vec<(String, Status)>,
-    /// Outputs that were not written, whatever is known of them.
+    /// The number of outputs that were not written, for any reason.
     unwritten: usize,
     asserts: Vec<Status>,
 }
 
 impl Tally {
-    /// The text of the findings that a terminal of this height has room for: all before the first that does not fit, and at least one in a run.
+    /// The text of the findings that fit on a terminal of this height: all before the first that does not fit, but at least one per run.
     pub(super) fn shown(&mut self, rendered: Vec<Rendered>, height: Option<usize>) -> String {
         let mut text = String::new();
         for one in rendered {
@@ -68,7 +68,7 @@ impl Tally {
         }
     }
 
-    /// The line that says how many findings were not shown.
+    /// The line that reports how many findings were not shown.
     pub(super) fn left_out(&self) -> String {
         match self.hidden {
             0 => String::new(),

@@ -52,7 +52,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
             inputs.len()
         )));
     }
-    // All are read before anything is written: whether two get in each other's way is known only then.
+    // All designs are read before anything is written, because conflicts between two of them are known only then.
     let mut exit = Exit::Done;
     let mut all: Vec<(Session, Read<'_>)> = Vec::new();
     for input in &inputs {
@@ -80,10 +80,10 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
 
 /// A design that is to be built.
 struct Read<'a> {
-    /// Where it was read.
+    /// The arguments that it was read with.
     input: &'a Input,
     design: Design,
-    /// What was found on the way.
+    /// The findings so far.
     found: Vec<Diagnostic>,
 }
 
@@ -96,7 +96,7 @@ impl Read<'_> {
         }
     }
 
-    /// What the names of its files begin with.
+    /// The beginning of the names of its files.
     fn stem(&self) -> FileStem {
         FileStem::of_path(&self.input.file)
             .unwrap_or_else(|| FileStem::of_name(&self.net().name.text))
@@ -569,7 +569,7 @@ fn outputs(
 
 /// The result of a build.
 pub(super) struct Made<'a> {
-    /// The name that the list of outputs has.
+    /// The beginning of the file name of the list of outputs.
     pub(super) stem: &'a FileStem,
     /// The chart, or the pins of logic.
     pub(super) net: &'a Valid<Net>,
@@ -609,7 +609,7 @@ fn stale(all: &[files::Stale]) -> Option<Diagnostic> {
     Some(Diagnostic::warning(codes::OLDER_SOURCE, message).help(help))
 }
 
-/// Reports the result for each output; first, if nothing was written, the reason.
+/// Reports the result for each output. If nothing was written, reports the reason first.
 pub(super) fn say(
     session: &Session,
     net: &Valid<Net>,

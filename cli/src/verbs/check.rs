@@ -139,7 +139,7 @@ fn counts(session: &Session, net: &Net, facts: &Facts) {
     session.answer(&answer, &text);
 }
 
-/// Reports what was checked, and what was not and why.
+/// Reports which checks were carried out, and which were not, with the reasons.
 fn looked_for(session: &Session, checked: &[Checked]) {
     for one in checked {
         let (status, message) = match &one.open {
@@ -157,7 +157,7 @@ fn looked_for(session: &Session, checked: &[Checked]) {
     }
 }
 
-/// The line that reports what was checked, and what was not and why.
+/// The text of [`looked_for`].
 fn looked_for_text(checked: &[Checked]) -> String {
     let names =
         |all: &[&Checked]| all.iter().map(|one| one.check.name()).collect::<Vec<_>>().join(", ");

@@ -1,11 +1,11 @@
-//! Designs of one build that would get in each other's way: files of one name, and identifiers that C and HDL could not tell apart.
+//! Detects designs of one build that conflict: files with the same name, or identifiers that C or HDL could not tell apart.
 
 use grafsynth_driver::stem::FileStem;
 use grafsynth_ir::names::{C, Namer};
 use grafsynth_ir::net::Net;
 use std::collections::BTreeMap;
 
-/// What the designs so far are called, each with its input.
+/// The names of the designs so far, each with its input.
 #[derive(Debug, Default)]
 pub(super) struct Named {
     stems: BTreeMap<String, (FileStem, String)>,
@@ -23,7 +23,7 @@ impl Named {
     /// Adds a design that was read from `input`.
     ///
     /// # Errors
-    /// Another design has the same name of files, or the same identifier: says which.
+    /// Another design has the same file names or the same identifier; the message names it.
     pub(super) fn add(&mut self, input: &str, stem: &FileStem, net: &Net) -> Result<(), String> {
         let met = self.stems.values().find(|(other, _)| self.is_c && other.meets_in_c(stem));
         if let Some((other, own)) = met {

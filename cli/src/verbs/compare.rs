@@ -139,7 +139,7 @@ fn engines(session: &mut Session, arguments: &Compare, input: &Input) -> Result<
         Ok(trace) => trace,
         Err(_) => unreachable!("the reference simulator runs every valid net"),
     };
-    // What takes one tick a clock is compared with a chart that does so too.
+    // An engine that runs one tick per clock is compared with a chart that is run in the same way.
     let clocked = if stimulus.long_rows() > 0 && engines.iter().any(|engine| engine.is_chip()) {
         let Some(clocked) = clocked(session, net, &stimulus) else { return Ok(Exit::Errors) };
         let trace = grafsynth_sim::run(&runnable, &clocked.stimulus);

@@ -162,7 +162,8 @@ pub(crate) fn different(
             text += &format!("    {line}\n");
         }
     };
-    // Both accept the same file if they have the same inputs, whatever the order of its columns.
+    // Both charts accept the same file if they have the same inputs, because the order of the
+    // columns does not matter.
     if common.inputs.iter().all(|input| input.left.is_some() && input.right.is_some()) {
         show(&format!("under the {shortest}stimulus"), &ours);
     } else {

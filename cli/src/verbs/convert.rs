@@ -47,7 +47,8 @@ pub(crate) fn run(session: &mut Session, arguments: &Convert) -> Result<Exit, St
             if let Design::Net(design) = &design
                 && let Some(library) = &design.library
             {
-                // The name that `build --target c` of the output gives the file of the user's functions, which it leaves alone where it exists.
+                // The name that `build --target c` of the output uses for the file of the user's functions. The build does not change that file
+                // if it exists.
                 let name = format!(
                     "{}_user.c",
                     FileStem::of_path(&output)

@@ -8,7 +8,7 @@ use std::path::Path;
 /// Files of a project. In names and texts, `NAME` is the name of the project and `UPPER` the same in capital letters.
 type Template = &'static [(&'static str, &'static str)];
 
-/// The files of each kind, the source first.
+/// The files of a project of this kind, the source first.
 fn template(kind: Kind) -> Template {
     match kind {
         Kind::Grafcet => &[

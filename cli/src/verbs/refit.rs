@@ -1,4 +1,4 @@
-//! `grafsynth build OLD --target T`: logic by others, programmed as written or fitted again.
+//! `grafsynth build OLD --target T`: imported logic, programmed as written or fitted again.
 
 use super::build::{Made, judged, say, write};
 use crate::args::{Build, Input};

@@ -134,7 +134,7 @@ fn as_expected(session: &Session, arguments: &Sim, expected: &Expected, trace: &
     Exit::Refuted
 }
 
-/// A circuit by others, one clock for each tick.
+/// Runs an imported circuit, one clock for each tick.
 fn logic(session: &mut Session, design: &LogicDesign, arguments: &Sim) -> Result<Exit, Stop> {
     if arguments.restore.is_some() || arguments.save.is_some() {
         return Err(Stop::Input(
@@ -239,7 +239,8 @@ fn with_expected(
     }
 }
 
-/// The stimulus as a chip is clocked for it; says so if some row takes several clocks. None if there are too many, which was shown.
+/// The stimulus with one row for each clock of a chip; reports it if a row takes several clocks. `None` if there are too many
+/// clocks; the error was then shown.
 pub(super) fn clocked(session: &Session, net: &Valid<Net>, stimulus: &Stimulus) -> Option<Clocked> {
     match Clocked::of(net, stimulus) {
         Ok(clocked) => {
@@ -260,7 +261,7 @@ pub(super) fn clocked(session: &Session, net: &Valid<Net>, stimulus: &Stimulus) 
     }
 }
 
-/// Sets of steps that hold one token and hold another number in a state that was restored.
+/// Reports sets of steps of which at most one can be active (or exactly one), if the restored state violates that.
 fn impossible(net: &Valid<Net>, simulator: &Simulator<'_>, file: FileId) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for component in grafsynth_verify::structural_facts(net).components {

@@ -6,7 +6,7 @@ use super::{Change, ChangeKind, Place};
 use grafsynth_ir::chart::Design;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What is different in the new design, in the order of the old one; what was added comes last.
+/// The changes in the new design, in the order of the old one; added parts come last.
 pub(super) fn changes(old: &Design, new: &Design) -> Vec<Change> {
     let (old, new) = (Parts::of(old), Parts::of(new));
     let (matching, renames) = matching(&old.list, &new.list);
@@ -21,7 +21,7 @@ struct Comparison<'d> {
     new: Parts<'d>,
     matching: Matching,
     renames: Renames,
-    /// By index of the old part: its old and new place.
+    /// The old and the new place of each moved part, by the index of the old part.
     moves: BTreeMap<usize, (Place, Place)>,
 }
 

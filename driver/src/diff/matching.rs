@@ -272,7 +272,8 @@ impl<'p, 'd> Matcher<'p, 'd> {
         self.pair(old, new, false, |at| our(at).map(ends), |at| their(at).map(ends));
         let from = |ends: &Ends| (ends.sources.clone(), ends.says.clone());
         self.pair(old, new, false, |at| our(at).map(from), |at| their(at).map(from));
-        // From another step, but only if both designs have both steps: otherwise the transition was added or removed with its step.
+        // A transition may also have moved from another step, but only if both designs have both steps: otherwise the transition was added
+        // or removed with its step.
         let to = |ends: &Ends, steps: &BTreeSet<String>| {
             are_in(&ends.sources, steps).then(|| (ends.targets.clone(), ends.says.clone()))
         };
@@ -283,7 +284,7 @@ impl<'p, 'd> Matcher<'p, 'd> {
             |at| our(at).and_then(|ends| to(ends, &new_steps)),
             |at| their(at).and_then(|ends| to(ends, &old_steps)),
         );
-        // Each is the only one left for its step.
+        // Each of the two is the only transition left for its step.
         self.pair(
             old,
             new,

@@ -96,7 +96,7 @@ pub(super) struct Ends {
     /// The names of each path.
     pub(super) sources: Vec<Vec<String>>,
     pub(super) targets: Vec<Vec<String>>,
-    /// The words of its clauses and actions.
+    /// The words of its conditions, clauses and actions.
     pub(super) says: Vec<Word>,
 }
 
@@ -323,7 +323,8 @@ fn heading(item: &Item, is_region: bool) -> (Kind, &'static str, Option<&str>) {
     }
 }
 
-/// Each setting is listed once and has its word as its name, except for `shared` of single variables.
+/// The word for a setting in messages, and its key. The key is the keyword, because each setting is allowed once; `shared` of
+/// single variables has no key.
 fn setting_heading(setting: &Setting) -> (&'static str, Option<&str>) {
     let word = match &setting.kind {
         SettingKind::Tick(_) => "tick",

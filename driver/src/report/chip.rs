@@ -31,15 +31,15 @@ pub struct Chip {
     pub circuit: Logic,
     /// Its synchronisers.
     pub chains: Vec<Chain>,
-    /// Its state encoding; `None` for logic by others, because the meaning of its registers is unknown.
+    /// Its state encoding; `None` for imported logic, because the meaning of its registers is unknown.
     pub code: Option<Code>,
-    /// How it evolves until it is stable, if the chart does.
+    /// How the circuit evolves until it is stable, if the chart has a stable evolution.
     pub evolution: Option<String>,
     /// The device; `None` for a netlist.
     pub device: Option<&'static Device>,
     /// The exact part, if the user named one.
     pub part: Option<&'static str>,
-    /// The package that its pins are of, for an FPGA.
+    /// The package to which its pins belong, for an FPGA.
     pub package: Option<&'static Package>,
     /// All named signals, in no particular order.
     pub signals: Vec<Signal>,
@@ -109,7 +109,7 @@ pub struct Signal {
     pub pin: Option<u32>,
     /// Its kind.
     pub kind: Kind,
-    /// The pin carries the complement.
+    /// The pin has the inverted value.
     pub is_inverted: bool,
     /// Label, tags and location.
     pub meta: Meta,
@@ -142,7 +142,7 @@ pub struct Cell {
     pub signals: Vec<usize>,
     /// Its pin.
     pub pin: Option<u32>,
-    /// How it uses its sum.
+    /// How the macrocell uses its sum.
     pub kind: CellKind,
     /// The sum gives the complement of the first signal.
     pub is_complemented: bool,
@@ -192,7 +192,7 @@ impl Cell {
     }
 }
 
-/// The data of a chip besides its text: the same for all kinds.
+/// The data that all kinds of chips have in addition to their texts.
 #[derive(Debug, Clone)]
 pub(crate) struct Made<'a> {
     pub(crate) file: &'a str,
@@ -720,7 +720,7 @@ fn available(device: &Device, pin: Option<u32>, kind: CellKind, n_terms: usize) 
     })
 }
 
-/// The control pins of a device that enable outputs: those that a shape of its fuse map names. The other control pins load its registers.
+/// The control pins of a device that enable outputs: those that a shape of its fuse map names. The other control pins load the registers of the device.
 fn enable_pins(device: &Device) -> Vec<u32> {
     use grafsynth_backend_pld::device::layout::Enable;
     let shapes = device.layout.iter().flat_map(|layout| layout.modes).flat_map(|mode| mode.shapes);

@@ -138,7 +138,7 @@ impl PinRole {
 pub struct Bar {
     /// Its pin.
     pub pin: Option<u32>,
-    /// Its signal; empty for a spare one.
+    /// The name of its signal; empty for a spare macrocell.
     pub name: String,
     /// Terms of its sum.
     pub used: u32,
@@ -265,7 +265,7 @@ impl Drawing {
         }
     }
 
-    /// One side after the other: rotated letters are hard to read.
+    /// Draws one side after the other, because rotated letters are hard to read.
     fn four_rows(&self) -> String {
         let n = self.pins.len();
         let side = n / 4;
@@ -327,7 +327,7 @@ impl Drawing {
         let top = MARGIN + 14;
         let height = n_rows * ROW + 12;
         let end = x + body;
-        // Bars are beside their pins if all of those are on the right.
+        // Bars are drawn next to their pins if all these pins are on the right.
         let place_of =
             |bar: &Bar| right.iter().position(|pin| pin.number.is_some() && pin.number == bar.pin);
         let is_beside = is_package && self.bars.iter().all(|bar| place_of(bar).is_some());
@@ -372,7 +372,7 @@ impl Drawing {
         svg.finish()
     }
 
-    /// The names of device and design, around a point.
+    /// Draws the names of device and design, centred at a point.
     fn titles(&self, svg: &mut Svg, (x, y): (u32, u32), room: u32) {
         let large = Pen { size: LARGE, colour: INK, is_bold: true };
         let small = Pen { size: SMALL, colour: INK, is_bold: false };
@@ -545,7 +545,7 @@ fn draw_pin(svg: &mut Svg, pin: &PinMark, (x, y): (u32, u32), side: Side, room: 
     }
 }
 
-/// The layout of bars: all have boxes of the same size.
+/// The layout of the bars, whose boxes all have the same size.
 struct Bars {
     /// The width of the box of one term.
     term: u32,

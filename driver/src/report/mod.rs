@@ -1,13 +1,13 @@
 //! Reports on the outputs of a build: a line for each ([`OutputReport`]), and with `build --report` a page with drawings ([`page()`]).
 //!
 //! ```text
-//! pipeline, jedec ──► Chip      what one output is made of, gathered while it is at hand
+//! pipeline, jedec ──► Chip      the data of one output, collected while it is built
 //! net, facts, lines, chips ──► Subject ──► sections, one file each ──► NAME.report.md
 //!                                   └────► Drawing ──► NAME.report.md (characters), FILE.svg
 //! ```
 //! A section is a function from a [`Subject`] (or one [`Chip`] of it) to text, or to nothing if there is nothing to report. The lists `BEFORE`, `CHIP` and
-//! `AFTER` are the whole page, in order: another kind of target gets its own list beside `CHIP`. The page is Markdown that is readable as plain
-//! text too; it contains no date, so the same chart gives the same bytes.
+//! `AFTER` are the whole page, in order: another kind of target would get its own list, like `CHIP`. The page is Markdown that is readable as plain text
+//! too; it contains no date, so the same chart gives the same bytes.
 
 pub mod chip;
 pub mod drawing;
@@ -84,7 +84,7 @@ pub struct Subject<'a> {
     pub reach: Option<Reach>,
     /// The results of its properties.
     pub properties: Vec<PropertyVerdict>,
-    /// It is logic by others: the net has its pins and no behaviour.
+    /// It is imported logic: the net has its pins and no behaviour.
     pub is_logic: bool,
 }
 
@@ -102,7 +102,8 @@ impl Subject<'_> {
     }
 }
 
-/// The page of a build, called `stem`, and the drawing of each chip. `facts` are those of the build; what they lack of situations is looked for here, within `limits`.
+/// The page of a build, called `stem`, and the drawing of each chip. `facts` are those of the build; if they do not contain the situations, these are
+/// enumerated here, within `limits`.
 #[must_use]
 pub fn page(
     net: &Valid<Net>,
@@ -124,7 +125,7 @@ pub fn page(
     write(&subject, stem)
 }
 
-/// The page of logic by others, named `stem`, and the drawing of each chip. `interface` has its columns ([`crate::logic::interface`]).
+/// The page of imported logic, named `stem`, and the drawing of each chip. `interface` has its columns ([`crate::logic::interface`]).
 #[must_use]
 pub fn page_of_logic(interface: &Valid<Net>, built: &Built, stem: &FileStem) -> Vec<OutputFile> {
     let sources = Sources::default();

@@ -1,4 +1,4 @@
-//! The values of registers after power-up, the source of this knowledge, and that they are the initial situation.
+//! The values of registers after power-up, the source of these data, and whether they are the initial situation.
 
 use super::chip::{Chip, Kind, Language};
 use super::{Outcome, Subject, counted, table::Table, table::inline};

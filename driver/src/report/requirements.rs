@@ -99,7 +99,7 @@ fn tags(subject: &Subject<'_>) -> BTreeMap<String, Tagged> {
         add(&emergency.meta, "", "emergency", &[], None);
     }
     for (at, property) in net.properties.iter().enumerate() {
-        // As it was written, without the tag, which is in the previous column.
+        // The property as it was written, without the tag, which is in the previous column.
         let name = super::proofs::property(subject, at);
         let name = name.split_once(" req ").map_or(name.as_str(), |(before, _)| before);
         add(&property.meta, "", name, &[], Some(at));
@@ -175,7 +175,7 @@ fn outputs(subject: &Subject<'_>, tag: &str, tagged: &Tagged) -> Vec<[String; 3]
 /// The registers and outputs of a chip that have a tag, or store a step with it.
 fn equations(net: &Net, chip: &Chip, tag: &str, tagged: &Tagged) -> Vec<String> {
     let circuit = &chip.circuit;
-    // Functions called by lists have no level, so they are not forced.
+    // Extern functions that are called in lists have no lasting value, so an emergency does not force them.
     let called = called_in_lists(net);
     let is_forced = |pin: PinOutputId| {
         let PinRole::Output(output, _) = circuit.outputs[pin].role else { return false };

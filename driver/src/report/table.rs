@@ -83,7 +83,8 @@ pub(super) fn inline(text: &str) -> String {
     out
 }
 
-/// The width of a text in columns of a monospaced font: ideographs and similar characters take two columns, combining marks none.
+/// The width of a text in columns of a monospaced font: ideographs and similar characters are two columns wide, combining marks have
+/// no width.
 pub(super) fn width(text: &str) -> usize {
     text.chars().map(char_width).sum()
 }

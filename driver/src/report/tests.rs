@@ -87,14 +87,15 @@ fn wide_letters_take_two_columns_in_tables() {
     assert!(text.contains("a\\|b"), "{text}");
 }
 
-/// Every device that holds the truck: the package has each pin once, every signal is drawn at its pin, and the picture is XML within its own frame.
+/// For every device that the truck chart fits: the package has each pin once, every signal is drawn at its pin, and the picture is XML that stays
+/// within its frame.
 #[test]
 fn every_device_has_its_drawing() {
     let mut n_drawn = 0;
     for device in DEVICES {
         let (built, pages) = built(TRUCK, &[Target::Logic(Dialect::Palasm)], &on(device.name));
         let Some(chip) = built.chips.first() else {
-            // No flip-flops, or fewer than the chart has steps: this is reported.
+            // The device has no flip-flops, or fewer than the chart has steps; this is reported.
             assert!(!built.found.is_empty(), "{}", device.name);
             continue;
         };
@@ -151,7 +152,7 @@ fn check_svg(text: &str) {
     }
 }
 
-/// Labels may be anything: none ends a block of the page, breaks a line of it, or makes the drawing invalid XML.
+/// Labels may contain any characters: no label ends a block of the page, breaks one of its lines, or makes the drawing invalid XML.
 #[test]
 fn odd_labels_stay_on_their_lines() {
     let (net, sources) = net(TRUCK);
@@ -233,7 +234,7 @@ fn requirements_are_traced_to_equations_and_proofs() {
     assert!(has("| | | truck.v | R; lines "), "{rows:#?}");
 }
 
-/// Registers start in the initial situation of the chart, and the page names the source of this knowledge.
+/// Registers start in the initial situation of the chart, and the page names the source of these data.
 #[test]
 fn power_up_and_clock_are_said() {
     for (device, note) in [("gal16v8", "from memory"), ("gal22v10", "from memory")] {

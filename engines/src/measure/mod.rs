@@ -212,17 +212,17 @@ impl Prepared for OnAvr {
     }
 }
 
-/// Measures a Cortex-M3, in instructions: each reaction is repeated many times from the same instance, and the timer of the processor, which under qemu's
-/// `-icount shift=0` counts one for 40 instructions, gives its length; an empty function with the same arguments is subtracted. For the stack, the memory
-/// below the stack pointer is filled with a pattern before one more call, and what has changed afterwards was used: a word that a function reserves but
-/// never writes is not detected. User functions count as empty.
+/// Measures a Cortex-M3, in instructions: each reaction is repeated many times from the same instance, and measured with the timer of the processor, which
+/// counts one for 40 instructions under qemu's `-icount shift=0`. The time of an empty function with the same arguments is subtracted. For the stack, the
+/// memory below the stack pointer is filled with a pattern before one more call, and what has changed afterwards was used: a word that a function reserves
+/// but never writes is not detected. User functions count as empty.
 #[derive(Debug, Default)]
 pub struct ArmMeter;
 
 /// Bytes below the stack pointer that are filled with a pattern on a Cortex-M3; use beyond them is not detected.
 const DEEP: u64 = 32_768;
 
-/// What counts the reactions: `NAME_step` becomes a macro in the bench. A macro is not expanded within itself.
+/// The code that counts the reactions: `NAME_step` becomes a macro in the bench. A macro is not expanded within itself.
 fn arm_port(package: &Package) -> String {
     let (stem, prefix) = (package.stem(), package.prefix());
     let (saved, save, restore) = if package.has_instance() {
@@ -274,7 +274,7 @@ static void bench_end(void)
 "#
     );
     let begin = "static void bench_begin(void)\n{\n    *(volatile uint32_t *)0xE000E014U = 0xFFFFFFU;\n    *(volatile uint32_t *)0xE000E010U = 5U;\n";
-    // The chart's header comes first, for its prototypes are no calls.
+    // The chart's header comes first, so that the macro does not change its prototypes.
     let header = format!("#include \"{stem}.h\"\n{saved}\n");
     arm::PORT
         .replace("static void bench_put(uint8_t", "static void bench_emit(uint8_t")
@@ -288,7 +288,7 @@ impl Meter for ArmMeter {
     }
 
     fn prepare(&self, job: &Job<'_>, options: &Options) -> Result<Box<dyn Prepared>, EngineError> {
-        // With the names of the bench.
+        // The emitted C uses the names of the bench.
         let options = &Options { stem: Some(stem(0)), ..options.clone() };
         let package =
             grafsynth_backend_c::emit(job.net, job.facts, options).map_err(EngineError::Refused)?;

@@ -1,4 +1,4 @@
-//! Searches the worst-case reaction: random and directed runs, then small changes of the rows that led to the worst ones.
+//! Searches for the worst-case reaction: random and directed runs, then small changes of the rows that led to the worst ones.
 
 use super::{Measured, Prepared};
 use crate::EngineError;
@@ -36,7 +36,8 @@ pub struct Dearest {
 /// The number of runs that are kept for changes.
 const CHANGED: usize = 4;
 
-/// Searches the worst reaction on a machine that can separate reactions; on another machine, the runs are measured but not changed.
+/// Searches for the worst reaction on a machine that can separate reactions; on another machine, the runs are measured but not
+/// changed.
 ///
 /// # Errors
 /// The output of the simulator.

@@ -1,4 +1,5 @@
-//! Relations between functions: which one the chart runs, that none is recursive, and what pointer parameters refer to.
+//! Relations between functions: finds the function that the chart runs, rejects recursion, and determines what pointer
+//! parameters refer to.
 
 use super::resolve::{FunctionId, Home, PointerUse, Reference, Resolver, VarId};
 use super::types::Type;

@@ -99,7 +99,7 @@ impl Parser<'_> {
                             .at(line.span, "")
                         });
                     }
-                    // Still counted, so that each `#endif` closes its own conditional.
+                    // A conditional in excluded text still counts, so that each `#endif` closes its own conditional.
                     let (is_outer_active, was_taken) = (false, true);
                     let (span, is_active, has_else) = (line.span, false, false);
                     open.push(Open { span, is_outer_active, is_active, was_taken, has_else });

@@ -34,9 +34,9 @@ pub(super) struct Node {
     pub(super) span: Span,
     pub(super) body: chart::Block,
     pub(super) next: Next,
-    /// Whether it must remain a separate step: an empty statement, the first step of a function, or a labelled step.
+    /// Whether the node must remain a separate step: an empty statement, the first step of a function, or a labelled step.
     pub(super) is_kept: bool,
-    /// Whether it only evaluates a condition and may be merged into the preceding step.
+    /// Whether the node only evaluates a condition and may be merged into the preceding step.
     pub(super) is_test: bool,
     /// The innermost group that contains it; 0 is the function.
     pub(super) group: usize,
@@ -45,7 +45,7 @@ pub(super) struct Node {
 /// The continuation after a node.
 #[derive(Debug, Clone)]
 pub(super) enum Next {
-    /// None yet, or none at all.
+    /// No continuation yet, or no continuation at all.
     None,
     Goto(NodeId),
     /// The first way whose condition is true, otherwise the last node.
@@ -139,7 +139,7 @@ impl Names {
     }
 }
 
-/// What the translation of one function needs to know about the others.
+/// Data about the other functions that the translation of one function needs.
 pub(super) struct Context<'p, 's> {
     pub(super) program: &'p Program<'s>,
     /// The name of every variable in the chart, without its macro-step.

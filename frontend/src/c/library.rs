@@ -1,4 +1,4 @@
-//! Code that the net cannot express: the extern functions of the chart, and the C text behind them.
+//! Code that the net cannot express: the extern functions of the chart, and the C text that defines them.
 //!
 //! An opaque statement becomes an extern action, an opaque condition an extern condition. The text is taken from the source. Local
 //! variables, parameters and results become variables of the library file; without recursion, one of each is enough.

@@ -69,10 +69,10 @@ pub enum Calls {
     Share,
 }
 
-/// What becomes a macro-step, besides functions.
+/// Which parts become macro-steps, in addition to functions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Group {
-    /// Nothing else.
+    /// No other parts.
     #[default]
     Nothing,
     /// The statements after a comment, up to the next comment of the same block, as in the appendix of NBS88.

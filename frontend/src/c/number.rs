@@ -15,7 +15,7 @@ pub(super) struct Num {
     pub(super) hi: i64,
 }
 
-/// How a value is represented in the net.
+/// The representation of a value in the net.
 #[derive(Debug, Clone)]
 pub(super) enum Repr {
     /// 0 or 1 as a Boolean.

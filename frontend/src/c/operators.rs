@@ -12,7 +12,8 @@ use grafsynth_ir::Span;
 use grafsynth_ir::chart::{Expr, Leaf, Path};
 use grafsynth_ir::expr::{ArithOp, CompareOp, Type as NetType};
 
-/// Deeper expressions are split by a variable: the chart language allows 256 levels, and lowering adds some.
+/// The maximum depth of an expression. Deeper ones are split by a variable: the chart language allows 256 levels, and lowering adds
+/// some.
 const DEEPEST: usize = 48;
 
 impl Flow<'_, '_> {
@@ -89,7 +90,7 @@ impl Flow<'_, '_> {
         held.num()
     }
 
-    /// The number that a variable of this type stores for this number.
+    /// The value that a variable of this type has after this number is stored in it.
     pub(super) fn stored(&mut self, num: &Num, ty: Scalar) -> Num {
         if !ty.is_folded() || num.within((0, i64::from(i32::MAX))) {
             return num.clone();
@@ -108,7 +109,7 @@ impl Flow<'_, '_> {
         folded.unwrap_or_else(|| num.clone())
     }
 
-    /// The low bits of a number as a value of the type (C99 6.3.1.3; for signed types as all known compilers do).
+    /// The low bits of a number as a value of the type (C99 6.3.1.3; for signed types, the behaviour of all known compilers).
     fn wrap(&mut self, num: &Num, ty: Scalar) -> Num {
         let Scalar::Int { bits, is_signed } = ty else { return num.clone() };
         if num.within(ty.range()) {
@@ -194,7 +195,7 @@ impl Flow<'_, '_> {
             return result;
         }
         let (lo, hi) = ty.range();
-        // Only signed operands can exceed their range; stored in it, 32 bits each, they fit.
+        // Only signed operands can exceed their range. After they are stored in variables of 32 bits, the result fits.
         let (a, b) = if ty.is_folded() {
             (a.clone(), b.clone())
         } else {

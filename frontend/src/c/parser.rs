@@ -68,7 +68,7 @@ pub(super) struct Parser<'t> {
     pub(super) reach: u32,
     pub(super) nesting: u32,
     pub(super) is_unsigned_char: bool,
-    /// The constants of `#define` and `enum`, which matter where an expression or a declaration begins.
+    /// The constants of `#define` and `enum`. The parser needs them to tell expressions from declarations.
     pub(super) constants: BTreeMap<String, i64>,
     /// Names that count as defined for `#ifdef`.
     pub(super) defined: BTreeSet<String>,
@@ -353,7 +353,7 @@ impl<'t> Parser<'t> {
         Ok(condition)
     }
 
-    /// Warns of `if (a = b)`.
+    /// Warns about `if (a = b)`.
     fn assigns(&mut self, whole: Span, target: Span, value: Span) {
         let (from, to) = (target.end as usize, value.start as usize);
         let sign = self.text.get(from..to).and_then(|between| between.find('='));
@@ -375,7 +375,7 @@ impl<'t> Parser<'t> {
         });
     }
 
-    /// Warns of a semicolon that is the whole body of a statement with this keyword.
+    /// Warns about a semicolon that is the whole body of a statement with this keyword.
     fn empty_body(&mut self, word: &str) {
         let semicolon = self.here().span;
         self.findings.report(|| {
@@ -557,7 +557,7 @@ impl<'t> Parser<'t> {
         Ok(kind)
     }
 
-    /// Parses a labelled statement. A label at the end of a block has none (C23 and most compilers allow it).
+    /// Parses a labelled statement. A label at the end of a block may have no statement (C23 and most compilers allow it).
     fn labelled(&mut self) -> Read<Stmt> {
         if self.is("}") {
             let at = self.here().span;

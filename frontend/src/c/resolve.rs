@@ -60,7 +60,7 @@ pub(super) struct Var<'s> {
     pub(super) is_volatile: bool,
     pub(super) is_extern: bool,
     pub(super) is_written: bool,
-    /// Whether it is in the library, not in the net.
+    /// Whether the variable is in the library, not in the net.
     pub(super) in_library: bool,
     /// Its declaration; `None` for the return value of a function.
     pub(super) declared: Option<(&'s Specifiers, &'s Declarator)>,
@@ -93,7 +93,7 @@ pub(super) struct FunctionInfo<'s> {
     pub(super) params: Vec<VarId>,
     /// `None` for a `void` function.
     pub(super) result: Option<VarId>,
-    /// Whether it is kept as C.
+    /// Whether the function is kept as C.
     pub(super) is_kept: bool,
     /// The functions of the source that it calls, with the span of each call.
     pub(super) calls: Vec<(FunctionId, Span)>,
@@ -226,7 +226,7 @@ pub(super) struct Resolver<'s, 'f> {
     pub(super) prototypes: BTreeSet<String>,
     /// Names that are already reported; each is reported once.
     undeclared: BTreeSet<String>,
-    /// Those of them in capitals, which are constants by convention, with their first uses.
+    /// The undeclared names in capitals, which are constants by convention, with their first uses.
     unknown_constants: Vec<(String, Span)>,
     /// How pointer parameters are used.
     pub(super) pointer_uses: BTreeMap<VarId, PointerUse>,
@@ -430,7 +430,7 @@ impl<'s> Resolver<'s, '_> {
         {
             let first = &mut self.program.vars[earlier];
             if file_level && (first.is_extern || specifiers.is_extern) {
-                // `extern int n;` and `int n;` are one variable: the definition counts.
+                // `extern int n;` and `int n;` are one variable; the definition is used.
                 let is_volatile = first.is_volatile || specifiers.is_volatile;
                 if specifiers.is_extern && first.init.is_some() | !first.is_extern {
                     scope.insert(name.text.clone(), earlier);
@@ -691,7 +691,7 @@ impl<'s> Resolver<'s, '_> {
             || self.program.by_name.contains_key(name)
             || self.prototypes.contains(name)
             || self.program.source.opaque_macros.iter().any(|known| known == name)
-            // A header that is not read may declare it.
+            // A header that is not read may declare the name.
             || self.program.source.lines.iter().any(|line| self.program.text_of(*line).contains("include"));
         if !is_known && self.undeclared.insert(name.to_owned()) {
             let names = self
@@ -762,11 +762,11 @@ impl<'s> Resolver<'s, '_> {
     }
 }
 
-/// The constants of Arduino.h, which the environment of Arduino includes unasked in every sketch.
+/// The constants of Arduino.h, which the Arduino environment includes in every sketch automatically.
 const ARDUINO: [(&str, u32); 5] =
     [("LOW", 0), ("HIGH", 1), ("INPUT", 0), ("OUTPUT", 1), ("INPUT_PULLUP", 2)];
 
-/// True if some `return` carries a value.
+/// True if some `return` has a value.
 fn returns_value(statement: &Stmt) -> bool {
     match &statement.kind {
         StmtKind::Return(value) => value.is_some(),

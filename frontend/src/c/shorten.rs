@@ -106,7 +106,7 @@ fn joins(graph: &mut Graph) {
             }
             at = to;
         }
-        // A cycle of joins only is an endless loop that does nothing; one join of it stays.
+        // A cycle that consists only of joins is an endless loop that does nothing; one of its joins stays.
         for passed in way {
             end_of[passed] = at;
             is_known[passed] = true;

@@ -135,7 +135,8 @@ impl Writer<'_> {
         for forcing in &net.forcings {
             self.forcing(forcing);
         }
-        // In a statechart they compete with the other transitions of their state, so they are written with them, in order.
+        // In a statechart, reactions compete with the other transitions of their state, so they are written together with these, in
+        // order.
         for (_, transition) in net.transitions.iter().filter(|(_, one)| {
             one.kind == TransitionKind::Reaction && !net.settings.policy.is_statechart()
         }) {
@@ -178,7 +179,7 @@ impl Writer<'_> {
         self.one_name(name, from)
     }
 
-    /// A name where the language allows no path: surrounding objects are visible, other charts are not.
+    /// The name of an object where the language allows no path: surrounding objects are visible, objects of other charts are not.
     pub(super) fn one_name(&mut self, full: &Name, from: BodyId) -> Name {
         let mut path = self.bodies.path(full, from);
         if path.names.len() != 1 {
@@ -316,7 +317,7 @@ impl Writer<'_> {
         let step = self.step(id, around);
         let part = &self.net.parts[self.bodies.part(inner)];
         let mut items = Vec::new();
-        // Without its own priority it has that of the surrounding chart.
+        // A part without its own priority has the priority of the surrounding chart.
         let outer = self.net.parts[self.bodies.part(around)].priority;
         if let Some(priority) = part.priority.filter(|own| Some(*own) != outer) {
             let kind = SettingKind::Priority(priority);

@@ -72,7 +72,7 @@ struct Writer<'a> {
     is_iec: bool,
     /// Controlled actions that are written as such.
     drawn: Vec<ActionId>,
-    /// Actions that are a further duration of another action, and that other action.
+    /// Maps each action that is a further duration of another action to that other action.
     timers: BTreeMap<ActionId, ActionId>,
     /// The states of a statechart.
     states: States,
@@ -127,7 +127,7 @@ fn refuse(net: &Net, findings: &mut Vec<Diagnostic>) {
     let written = written(net);
     for output in net.outputs.values() {
         let Driver::Stored(var) = output.driver else { continue };
-        // An output is stored because a list writes it; any other output has no memory that could be read or have an initial value.
+        // Only outputs that a list writes are stored. Any other output has no memory that could be read or have an initial value.
         if !written.contains(&var) {
             findings.push(cannot(
                 format!("the stored output {}, which is never assigned", output.name),

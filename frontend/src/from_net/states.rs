@@ -343,7 +343,7 @@ impl States {
         };
         let depends = matches!(*goals.as_slice(), [Goal::History(history)] if is_inner(history));
         if depends || self.domain(net, *from, &goals, is_internal) != domain {
-            // Naming the outermost entered state too prevents the transition from becoming internal to it.
+            // The outermost entered state is named too, so that the transition does not become internal to it.
             let Enter::Step(outermost) = *first else { return None };
             goals.insert(0, Goal::State(outermost));
         }

@@ -16,7 +16,7 @@ use grafsynth_ir::walk::for_each_expr;
 
 use super::items::is_timed;
 
-/// The action that this use refers to and nothing else.
+/// The action whose Q is the only condition of this use, if the use has that form.
 pub(super) fn asked(one: &ActionUse) -> Option<ActionId> {
     match (one.qualifier, one.condition.as_ref().map(|condition| &condition.kind)) {
         (Qualifier::N, Some(ExprKind::Leaf(Leaf::Controlled(action)))) => Some(*action),

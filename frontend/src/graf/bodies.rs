@@ -230,7 +230,7 @@ impl Parser<'_> {
             | "synchronous" | "assert" | "assume" | "action" | "place" | "device" | "use"
             | "in" | "conflict" | "evolution" | "schedule" | "fire" | "assign" | "actions"
             | "events" | "shared" => then_name,
-            // Not an item of a body either, but the message should not be about an action of that name.
+            // This is not an item of a body either, but otherwise the message would be about an action with that name.
             "emergency" => {
                 then_name
                     && !matches!(next, "for" | "after")

@@ -78,7 +78,8 @@ impl Parser<'_> {
         (has_chart || self.dry).then_some(design)
     }
 
-    /// Warns of transitions without targets outside of statecharts: they deactivate a step and activate none.
+    /// Warns about transitions without targets outside of statecharts: they deactivate a step and activate
+    /// none.
     fn forgotten_targets(&mut self, design: &Design) {
         let items = design.charts.iter().map(|chart| &chart.items);
         let mut items =

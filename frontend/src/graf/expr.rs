@@ -4,7 +4,7 @@
 //! the prefixes `/ ¬ - ↑ ↓`. The signs `+` and `*` join Booleans if no operand is a number (see [`super::numbers`]); their precedence is
 //! the same in both cases. If a mix of words and signs is ambiguous for a reader, the parser requires parentheses.
 //!
-//! A tree is never deeper than the nesting limit, so functions that walk it may recurse.
+//! A tree is never deeper than the nesting limit, so functions that visit it may recurse.
 #![expect(
     clippy::wildcard_enum_match_arm,
     reason = "a parser matches the tokens that it accepts; all others are one case"
@@ -366,7 +366,7 @@ impl<'a> Parser<'a> {
             Kind::Word => match self.word(0) {
                 "not" => {
                     self.advance();
-                    // After a tighter operator, `not` accepts only an operand that this operator would accept.
+                    // After an operator with a higher precedence, `not` accepts only an operand that this operator would accept.
                     let operand = self.operand_at(if min <= Level::Not {
                         Level::Not
                     } else {
@@ -603,8 +603,8 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Whether the line ended before its last operand, so that the first word of the next line would be taken for that operand. A word that
-    /// could continue as an expression with its clause (`step do {`) counts as an operand, so that valid text is accepted.
+    /// Whether an operand is missing at the end of the line, so that the first word of the next line would be used as that operand. A word
+    /// that could continue as an expression with its clause (`step do {`) counts as an operand, so that valid text is accepted.
     fn looks_like_next_item(&self) -> bool {
         let goes_on = matches!(self.word(1), "then" | "else") || CLAUSES.contains(&self.word(1));
         self.peek(0).new_line

@@ -665,7 +665,7 @@ struct DeclarationList<'k> {
 }
 
 impl DeclarationList<'_> {
-    /// The simplest declaration of this kind.
+    /// The simplest declaration of this kind: a replacement for one that cannot be parsed.
     fn stand_in(self, is_number: bool) -> DeclarationKind {
         let Modifiers { registered, mealy, synchronous, internal } = self.modifiers;
         let ty = if is_number { Type::Int { lo: 1, hi: 1 } } else { Type::Bool };

@@ -24,7 +24,7 @@ fn meaning(design: &Design) -> String {
         out.push_str("Span");
         rest = &rest[at + end + 1..];
     }
-    // The text and kind of an empty name stay, so only spans are removed.
+    // Only spans are removed; the text and kind of an empty name stay.
     out.push_str(rest);
     out
 }
@@ -82,7 +82,8 @@ fn with_comments(text: &str, r: &mut Random, percent: usize) -> String {
     loop {
         let token = lexer.next(&mut |_, _| {}, &mut |_| {});
         let (start, end) = (token.start as usize, token.end as usize);
-        // A new line may end an item, so it is only added where one is, or where nothing can end.
+        // A line break may end an item, so it is only added where there already is one, or where no item
+        // can end.
         let is_safe = token.new_line
             || matches!(
                 previous,

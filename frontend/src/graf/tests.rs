@@ -314,7 +314,7 @@ fn transitions_with_all_clauses() {
     let sink = transition("t: a -> sink");
     assert!(sink.targets.is_empty() && sink.guard.is_none());
     assert!(transition("a -> sink when x").targets.is_empty());
-    // If a step is named `sink`, the word is that name. In backquotes it always is.
+    // If a step is named `sink`, the word refers to that step. In backquotes, `sink` is always a name.
     assert_eq!(transition("step sink\na -> sink").targets.len(), 1);
     assert_eq!(transition("a -> `sink`").targets.len(), 1);
     assert_eq!(findings("a -> when x"), [("G0121".to_owned(), "->".to_owned())]);

@@ -106,7 +106,7 @@ impl Parser<'_> {
             "on" => self.is_name_beside(1) && !CLAUSES.contains(&self.word(1)),
             "after" if self.is_name_beside(1) => !CLAUSES.contains(&self.word(1)),
             "after" | "deadline" => matches!(next, Kind::Number | Kind::Fraction),
-            // On a line of its own it belongs to the chart.
+            // A `priority` on a line of its own belongs to the chart.
             "priority" => next == Kind::Number && !self.peek(0).new_line,
             "restart" => {
                 self.peek(1).new_line

@@ -373,7 +373,7 @@ impl Writer<'_> {
             declarations.iter().map(|declaration| self.text.declaration(declaration)).collect();
         let (start, end) = (first.meta.span.start, last.meta.span.end);
         if declarations.len() > 1 && self.has_comment(first.meta.span.end, end) {
-            // One per line, so that each comment stays beside its declaration.
+            // One per line, so that each comment stays next to its declaration.
             for (index, (declaration, piece)) in declarations.iter().zip(&pieces).enumerate() {
                 let comma = if index + 1 < pieces.len() { "," } else { "" };
                 let head = if index == 0 { format!("{keyword} ") } else { String::new() };
@@ -683,7 +683,7 @@ impl Writer<'_> {
     }
 }
 
-/// `WORDS NAME` of a step, with the parts before its body.
+/// The head of a step: `WORDS NAME`, and the other parts before its body.
 pub(super) fn step_head(words: &str, step: &Step) -> String {
     let mut head = format!("{words} {}", names::name(&step.name.text, Position::Step));
     if step.activation_link {

@@ -372,7 +372,7 @@ impl Text {
         format!("use {library} as {name}{arguments}{}", attributes(&one.meta))
     }
 
-    /// A list on one line, whatever it contains: `{ a := 1; if b { c := 2 } }`.
+    /// A list on one line, even if it contains other lists: `{ a := 1; if b { c := 2 } }`.
     pub(crate) fn one_line_list(&self, block: &Block) -> String {
         if block.is_empty() {
             return "{}".to_owned();
@@ -400,7 +400,7 @@ impl Text {
         }
     }
 
-    /// An item of the body of a step on one line, whatever it contains.
+    /// An item of the body of a step on one line, even if it contains a list.
     pub(crate) fn one_line_item(&self, item: &StepItem) -> String {
         let head = self.step_item_head(item);
         match &item.kind {

@@ -76,7 +76,8 @@ struct Reader {
     named: [Span; 2],
 }
 
-/// How two contradictory rows are made to agree: the same next state or outputs, or inputs that differ.
+/// Suggests how to make two contradictory rows agree: give them the same next state or outputs, or different
+/// inputs.
 fn apart(machine: &Machine, row: &Row, other: &Row, is_next: bool) -> String {
     let what = if is_next { "the same next state" } else { "the same outputs" };
     let own = |row: &Row| {
@@ -91,7 +92,7 @@ fn apart(machine: &Machine, row: &Row, other: &Row, is_next: bool) -> String {
             .collect();
         (text.len() <= 32).then_some(text)
     };
-    // A cell `-` of one row beside a 0 or 1 of the other can exclude it.
+    // If one row has `-` where the other has 0 or 1, the `-` can be replaced by the opposite value.
     let example = [(row, other), (other, row)].into_iter().find_map(|(wide, narrow)| {
         let pairs = || wide.inputs.iter().zip(&narrow.inputs);
         let column = pairs().position(|(a, b)| *a == Trit::Any && *b != Trit::Any)?;

@@ -1,7 +1,7 @@
 //! Translates ladders and function block diagrams to statements: the inputs of each coil, variable and block, in the order of execution.
 //!
-//! A block with an instance is called once per scan, before the elements that read it. A wire back to an earlier block carries the value of
-//! the previous scan, as in the editors of such diagrams.
+//! A block with an instance is called once per scan, before the elements that read it. A wire back to an earlier block has the value of the
+//! previous scan, as in the editors of such diagrams.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -25,9 +25,9 @@ pub(super) struct Network<'a, 'd> {
     budget: usize,
 }
 
-/// Nesting levels that one element in a chain takes: its stack frames are larger than those of an expression.
+/// The number of nesting levels that one element in a chain counts as: its stack frames are larger than those of an expression.
 const LEVELS: u32 = 3;
-/// The minimum budget, for small networks, in elements and pieces of 64 bytes.
+/// The budget of a small network. A larger text adds to it in proportion to its length.
 const LEAST_BUDGET: usize = 100_000;
 
 impl<'a, 'd: 'a> Network<'a, 'd> {
@@ -310,7 +310,7 @@ fn output(
             let value = negate(value, is_set(node, "negated"));
             match before? {
                 Expr { kind: ExprKind::Bool(true), .. } => Some(value),
-                // Contacts in series are one list.
+                // Contacts in series become one flat list of operands.
                 Expr { kind: ExprKind::And(mut all), .. } => {
                     all.push(value);
                     Some(Expr::new(ExprKind::And(all), span))
@@ -435,7 +435,7 @@ fn arguments(
             made.push(Arg { name, value, is_output: false, is_negated: false });
         }
     }
-    // Parameters of functions without names are positional.
+    // If the parameters of a function have no names, they are positional.
     if !named && made.iter().any(|one| one.name.is_none()) {
         made.iter_mut().for_each(|one| one.name = None);
     }

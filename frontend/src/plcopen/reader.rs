@@ -27,7 +27,7 @@ pub(super) struct Unit {
 
 impl Unit {
     pub(super) fn refuse(&mut self, what: impl Into<String>, span: Span, help: &str) {
-        // No more than are shown; later ones are usually consequences.
+        // Further findings would not be shown; they are usually consequences of earlier ones.
         if self.refused.len() < 10_000 {
             self.refused.push(Refusal { what: what.into(), span, help: help.to_owned() });
         }

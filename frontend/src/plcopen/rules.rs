@@ -9,7 +9,7 @@ pub(super) enum Value {
     Boolean,
     /// A Boolean of which only false is supported.
     False,
-    /// One of these words; the first is the default. Only the given number of words, from the first on, is supported.
+    /// One of these words; the first is the default. The number says how many of them are supported, counted from the first.
     Word(&'static [&'static str], usize),
 }
 
@@ -36,7 +36,7 @@ pub(super) struct Rule {
     pub(super) kind: &'static str,
     pub(super) attributes: &'static [&'static [Attribute]],
     pub(super) children: &'static [&'static [Child]],
-    /// Whether it may contain text.
+    /// Whether the element may contain text.
     pub(super) text: bool,
 }
 

@@ -285,7 +285,7 @@ fn sources(
             }
         }
     }
-    // In the order of the chart.
+    // Sorts the steps in the order of the chart.
     let place = |name: &Name| {
         drawing.order.iter().position(|node| node.attribute("name") == Some(&name.text))
     };

@@ -123,7 +123,7 @@ enum Section {
 }
 
 impl Rules {
-    /// Whether the text contains nothing.
+    /// Whether the text contains no list and no rule.
     fn is_empty(&self) -> bool {
         self.seen.is_empty() && self.transition_rules.is_empty() && self.step_rules.is_empty()
     }

@@ -61,7 +61,7 @@ struct Flat<'a> {
     declarations: Vec<&'a Declaration>,
     /// Names of outputs that are not extern actions.
     outputs: BTreeSet<&'a str>,
-    /// The actions directly before an output, by its name: actions run in order.
+    /// The actions directly before each output, by the name of the output. Their position matters, because actions run in order.
     behind_actions: BTreeMap<&'a str, Vec<String>>,
 }
 
@@ -404,7 +404,7 @@ impl Writer {
     /// and reading the rules must restore the order of the shares.
     fn sub_rules(&mut self, flat: &Flat<'_>) -> BTreeMap<String, bool> {
         let mut found = BTreeMap::new();
-        // Left sides by the step that carries the share.
+        // The left sides, by the step that has the share.
         let mut left_sides: BTreeMap<String, Vec<(usize, Vec<Expr>)>> = BTreeMap::new();
         for (index, transition) in flat.transitions.iter().enumerate() {
             if let Some((first, others)) = transition.sources.split_first() {
@@ -444,7 +444,7 @@ fn rules_of(
         for item in &step.body {
             let condition = share(item, name)?;
             let Some(condition) = condition else { continue };
-            // In the order of transitions, each rule once.
+            // The rules must be found in the order of transitions, each at most once.
             let at = candidates[next..].iter().position(|(_, factors)| *factors == condition)?;
             rules.push(candidates[next + at].0);
             next += at + 1;

@@ -183,7 +183,8 @@ impl<'m> Builder<'m, '_> {
         if let Some((bound, span)) = settings.queue {
             kinds.push((SettingKind::Queue(bound), span));
         } else if n_raised > 0 {
-            // The external queue must hold the events of one row and one of each send; the internal queue what a few steps raise.
+            // The external queue needs space for the events of one row and one event of each send; the internal queue for the
+            // events that a few steps raise.
             let outside = self.alphabet.events.iter().filter(|event| !event.is_internal).count();
             let outside = if settings.exclusive.is_some() { outside.min(1) } else { outside };
             let outside = u32::try_from(outside).unwrap_or(u32::MAX).saturating_add(self.n_sends);
@@ -313,7 +314,7 @@ impl<'m> Builder<'m, '_> {
         Item::State(chart::State { step, is_parallel, initial, histories, items })
     }
 
-    /// The path of a state to itself, as seen from its own body: its name, which nothing inside it has.
+    /// The path of a state, as seen from its own body: its name, which no object inside it has.
     fn own_path(&self, text: &str, state: &State) -> Path {
         Path::from(Name::new(text, state.span))
     }
@@ -441,7 +442,7 @@ impl<'m> Builder<'m, '_> {
                     lowered.push((self.condition(condition), self.block(acts)));
                     self.depth -= index + 1;
                 }
-                // From the last arm to the first: each arm becomes the `else` of the one before it.
+                // The arms are processed from the last to the first: each arm becomes the `else` of the one before it.
                 for (index, (condition, then)) in lowered.into_iter().enumerate().rev() {
                     let Some(condition) = condition else { continue };
                     let kind = StmtKind::If { condition, then, otherwise: rest };

@@ -107,7 +107,7 @@ impl Alphabet {
         }
         wanted.extend(raised.iter().map(|(name, span)| (name.as_str(), *span)));
         wanted.extend(machine.settings.inputs.iter().map(|name| (name.text.as_str(), name.span)));
-        // In source order of the first mention.
+        // The events are in the source order of their first mentions.
         wanted.sort_by_key(|(_, span)| span.start);
         for (text, span) in wanted {
             if alphabet.by_name.contains_key(text) {

@@ -1,7 +1,8 @@
 //! Expressions of SCXML over integers and Booleans: the common subset of ECMAScript and C89. Unsupported parts are reported with their
 //! location.
 //!
-//! Parsed here without types. [`super::values`] infers numbers and Booleans and turns the tree into chart expressions.
+//! The expressions are parsed here without types. [`super::values`] infers numbers and Booleans and turns the tree into chart
+//! expressions.
 
 use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
@@ -447,7 +448,7 @@ impl Parser<'_, '_> {
         let span = self.text.span(start..self.at);
         let hex = word.strip_prefix("0x").or(word.strip_prefix("0X"));
         let digits = match self.language {
-            // C suffixes give the width of a number; our numbers need none.
+            // The suffixes of C define the width of a number; our numbers need no width.
             Language::C89 => word.trim_end_matches(['u', 'U', 'l', 'L']),
             Language::Ecmascript | Language::Null => word.as_str(),
         };

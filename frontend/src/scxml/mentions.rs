@@ -7,7 +7,7 @@ use grafsynth_ir::chart::{
 };
 use grafsynth_ir::{Name, Span};
 
-/// A transition of a state: written beside the state, or as a reaction inside it.
+/// A transition of a state: written next to the state, or as a reaction inside it.
 pub(super) enum Leaving<'c> {
     Transition(&'c Transition),
     Reaction { events: &'c [Name], guard: Option<&'c Expr>, actions: &'c [Stmt], span: Span },

@@ -73,7 +73,7 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
         let start = finding.labels.first().map_or(0, |label| label.span.start);
         (finding.code == codes::MORE, start)
     });
-    // The mistakes of an unrolled loop are reported once per iteration.
+    // A mistake in an unrolled loop is found once per iteration, but reported only once.
     diagnostics.dedup();
     if any_error(&diagnostics) {
         // The remains of a rejected document would cause further errors.

@@ -15,7 +15,7 @@ use crate::graf::parser::Findings;
 pub(super) struct Known {
     /// Its name in the chart, where names of states need no path (semantics C25).
     pub(super) name: String,
-    /// Whether it is one of the outermost states.
+    /// Whether this is one of the outermost states.
     pub(super) is_outermost: bool,
     pub(super) span: Span,
     pub(super) is_history: bool,

@@ -478,7 +478,7 @@ impl<'t> Reader<'_, 't> {
         History { id, span: self.tag(node), is_deep, targets, content }
     }
 
-    /// Warns of an event descriptor with characters that are not allowed in event names (SCXML 1.0, §3.12.1 and the schema).
+    /// Warns about an event descriptor with characters that are not allowed in event names (SCXML 1.0, §3.12.1 and the schema).
     fn check_event(&mut self, event: &Name) {
         let text = event.text.as_str();
         let is_strange = |c: char| {

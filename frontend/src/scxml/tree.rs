@@ -42,7 +42,7 @@ pub(super) enum StateKind {
 #[derive(Debug)]
 pub(super) struct State {
     pub(super) kind: StateKind,
-    /// Its identifier; `None` if the document gives none.
+    /// Its identifier; `None` if the document does not define one.
     pub(super) id: Option<Name>,
     /// Span of its start tag.
     pub(super) span: Span,

@@ -249,7 +249,7 @@ impl Data {
         }
     }
 
-    /// The value of an expression that no data element changes.
+    /// The value of an expression that reads no data element.
     ///
     /// # Errors
     /// It reads a data element, or has no value.

@@ -144,7 +144,7 @@ pub(crate) struct Sfc {
     /// Steps and transitions in source order.
     pub(crate) elements: Vec<Element>,
     pub(crate) actions: Vec<Action>,
-    /// Statements that run in every scan, independent of the active steps (blocks wired beside the chart).
+    /// Statements that run in every scan, independent of the active steps (blocks that are wired outside the chart).
     pub(crate) always: Vec<Stmt>,
 }
 

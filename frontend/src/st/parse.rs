@@ -59,7 +59,7 @@ const OF_CHARTS: &[&str] = &[
     "TRANSITION",
 ];
 
-/// Words that begin a unit beside the programs.
+/// Words that begin a unit other than a program.
 const UNITS: &[&str] =
     &["PROGRAM", "FUNCTION", "FUNCTION_BLOCK", "CONFIGURATION", "TYPE", "VAR_GLOBAL", "INTERFACE"];
 
@@ -259,7 +259,7 @@ impl<'a> Parser<'a> {
 
     /// Records an unsupported feature.
     pub(crate) fn refuse(&mut self, what: impl Into<String>, span: Span, help: &str) {
-        // No more than are shown; later ones are usually consequences.
+        // Further findings would not be shown; they are usually consequences of earlier ones.
         if self.refused.len() < 10_000 {
             self.refused.push(Refusal { what: what.into(), span, help: help.to_owned() });
         }

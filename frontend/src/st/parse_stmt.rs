@@ -74,7 +74,7 @@ impl Parser<'_> {
             }
             _ => return self.simple(start),
         };
-        // Some controllers forgive a missing semicolon behind END_IF and its like, the standard does not.
+        // Some controllers accept a missing semicolon after END_IF and similar words; the standard does not.
         if !self.take(Kind::Semicolon) {
             self.missing_semicolon();
         }
@@ -126,7 +126,7 @@ impl Parser<'_> {
         Ok(Stmt { kind, span: self.span_from(start) })
     }
 
-    /// Warns that a statement, condition or action has no semicolon, and it is clear where it ends: most controllers refuse that.
+    /// Warns that a statement, condition or action has no semicolon although its end is clear: most controllers reject this.
     pub(super) fn missing_semicolon(&mut self) {
         let Some(last) = self.at.checked_sub(1).and_then(|at| self.list.tokens.get(at)).copied()
         else {
@@ -650,7 +650,7 @@ impl Parser<'_> {
         Ok(Expr::new(kind, self.span_from(start)))
     }
 
-    /// Reports a number that its type does not hold: `INT#70000`.
+    /// Reports a number outside the range of its type: `INT#70000`.
     fn within(&mut self, ty: &str, value: i64, start: usize) -> Parse<()> {
         let Some((lo, hi)) = range_of(ty).filter(|(lo, hi)| !(*lo..=*hi).contains(&value)) else {
             return Ok(());
@@ -734,10 +734,10 @@ pub(crate) fn number(text: &str) -> Option<i64> {
     }
 }
 
-/// Types that are proposed for a value that another type does not hold.
+/// Types that are suggested for a value outside the range of another type.
 const WIDER: [&str; 3] = ["INT", "DINT", "LINT"];
 
-/// The least and the greatest value of an elementary type.
+/// The smallest and the largest value of an elementary type.
 fn range_of(ty: &str) -> Option<(i64, i64)> {
     Some(match ty {
         "BOOL" => (0, 1),
@@ -753,7 +753,7 @@ fn range_of(ty: &str) -> Option<(i64, i64)> {
     })
 }
 
-/// Nanoseconds of `1h2m3.5s`: the units from the longest to the shortest, each at most once; a fraction may stand in the last one.
+/// Nanoseconds of `1h2m3.5s`: the units from the longest to the shortest, each at most once; only the last one may have a fraction.
 pub(crate) fn duration(text: &str) -> Option<i64> {
     const UNITS: [(&str, i128); 7] = [
         ("ms", 1_000_000),

@@ -127,7 +127,7 @@ fn nesting_is_bounded_for_every_sign() {
     ];
     for (before, open, inside, close, after) in bodies {
         for n in [30, 60, 120, 126, 250, 300, 5000] {
-            // With and without the closing parts.
+            // Each text is tested with and without its closing parts.
             for closes in [close.repeat(n), String::new()] {
                 let body = format!("{before}{}{inside}{closes}{after}", open.repeat(n));
                 is_read(&program(&body));
@@ -140,7 +140,7 @@ fn nesting_is_bounded_for_every_sign() {
 
 #[test]
 fn chains_in_parentheses_do_not_add_up_to_a_high_tree() {
-    // Each level may contain a chain, whose first operand is the inner chain.
+    // Each level may contain a chain whose first operand is the inner chain.
     for (open, link) in
         [("(", " + i) "), ("(", " + i + i - i) "), ("(", "= i) "), ("v[", "].x.y.z ")]
     {

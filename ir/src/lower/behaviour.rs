@@ -320,7 +320,7 @@ fn reaction_of_step<'a>(
     reaction.actions = actions;
 }
 
-/// The steps on one side of a transition, in declaration order. A macro-step stands for its exit step before the transition and its entry step after it.
+/// The steps on one side of a transition, in declaration order. A macro-step as a source means its exit step; as a target it means its entry step.
 fn steps(
     lowering: &mut Lowering<'_>,
     scope: ScopeId,

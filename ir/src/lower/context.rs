@@ -233,7 +233,7 @@ pub(super) struct Lowering<'a> {
     pub(super) next_suffix: BTreeMap<String, u32>,
     /// Per output: its uses in step bodies.
     pub(super) uses: Vec<Vec<Use<'a>>>,
-    /// Per output.
+    /// The role of each output.
     pub(super) roles: Vec<Role>,
     pub(super) drawn_actions: Vec<DrawnAction<'a>>,
     /// Operands of edges by shape.

@@ -198,7 +198,7 @@ impl<'a> Expansion<'_, 'a> {
         }
         let last_macro = self.lowering.macros.len();
         for item in items {
-            // After the object limit nothing more is expanded; otherwise macros of macros could take for ever.
+            // After the object limit nothing more is expanded; otherwise the expansion of nested macros could take for ever.
             if !self.is_full {
                 self.item(scope, item);
             }

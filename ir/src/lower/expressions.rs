@@ -25,7 +25,7 @@ const MAX_MENTIONS: usize = 300_000;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place<'p> {
     pub(super) scope: ScopeId,
-    /// The context in the user's words, with its article.
+    /// The context in the user's words, with an article.
     pub(super) what: &'static str,
     /// `rise` and `fall` are allowed.
     pub(super) edges: bool,
@@ -524,7 +524,7 @@ impl Lowering<'_> {
         self.tasked.contains(&step) || !self.net.steps[step].tasks.is_empty()
     }
 
-    /// XM: some step of the expansion is active.
+    /// The value of XM: true if some step of the expansion is active.
     pub(super) fn macro_active<L: Target>(&self, instance: usize, span: Span) -> Expr<L> {
         let steps = self.instances[instance].steps.clone().map(StepId::from_index);
         let mut leaves: Vec<Expr<L>> =

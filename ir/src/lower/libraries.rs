@@ -116,7 +116,7 @@ pub(super) fn unused(lowering: &mut Lowering<'_>) {
             continue;
         }
         let Some(alone) = alone(design, library) else { continue };
-        // Only this one is lowered here; the library charts that it uses are in the list themselves.
+        // Only this library chart is lowered here; the library charts that it uses are also in the list.
         let mut one = Lowering::new(&alone);
         one.costs = lowering.costs.clone();
         super::all_passes(&mut one);
@@ -301,7 +301,7 @@ impl<'a> Expansion<'_, 'a> {
     fn own(&mut self, body: ScopeId, declaration: &'a Declaration) {
         let first = self.lowering.net.inputs.len();
         self.declaration(body, declaration);
-        // Only the instance raises its own events.
+        // Only the instance itself raises its own events.
         let made = self.lowering.net.inputs.ids().nth(first);
         if let (DeclarationKind::Event { .. }, Some(made)) = (&declaration.kind, made) {
             self.lowering.net.inputs[made].kind = crate::net::InputKind::InternalEvent;

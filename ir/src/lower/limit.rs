@@ -10,7 +10,7 @@ use petgraph::algo::kosaraju_scc;
 use petgraph::graph::DiGraph;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The minimum if the transitions of a statechart form a cycle without events: loops over a counter are common in SCXML.
+/// The minimum limit if the transitions of a statechart form a cycle without events: loops over a counter are common in SCXML.
 const LOOPS: u32 = 1000;
 
 /// Runs last, when all steps and transitions exist: the limit is the number of leaf and enclosing steps plus transitions, without reactions. Without a
@@ -72,8 +72,8 @@ fn has_circle(net: &Net) -> bool {
         .any(|group| group.len() > 1 || group.iter().any(|node| graph.contains_edge(*node, *node)))
 }
 
-/// Everything that a transition may enter. The states that contain its source stay active and their transitions may fire next, but again only if something
-/// enters these states, so they are not followed.
+/// Everything that a transition may enter. The states that contain its source stay active; their transitions may fire next, but can repeat only if
+/// something enters these states again, so they are not followed.
 fn entered(net: &Net, transition: &Transition) -> BTreeSet<StepId> {
     let mut found = BTreeSet::new();
     let mut seen: BTreeSet<HistoryId> = BTreeSet::new();

@@ -136,7 +136,7 @@ fn one_pulse(net: &Net, out: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Warns about extern actions that lists call: such a call happens at a moment, so an emergency cannot force it.
+/// Warns about extern actions that lists call: such a call is instantaneous, so an emergency cannot force it.
 fn beyond_emergency(net: &Net, out: &mut Vec<Diagnostic>) {
     let Some(emergency) = &net.emergency else { return };
     for (output, at) in called_in_lists(net) {
@@ -443,7 +443,7 @@ impl Reach<'_> {
             match *enter {
                 Enter::Step(step) => self.step(step),
                 Enter::InitialContent(_) => {}
-                // Everything that a history records was entered in another way before; only its default adds something.
+                // A history can only record states that were entered in another way before, so only its default adds steps.
                 Enter::History(history) => {
                     for enter in &net.histories[history].default {
                         if let Enter::Step(step) = *enter {

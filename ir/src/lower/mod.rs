@@ -62,7 +62,7 @@ use std::collections::BTreeSet;
 /// A pass; it adds its part to the net.
 type Pass = fn(&mut Lowering<'_>);
 
-/// The passes with their stable names, in order. The documentation of each pass says which passes must run before it.
+/// The passes with their stable names, in order. The documentation of each pass names the passes that must run before it.
 const PIPELINE: &[(&str, Pass)] = &[
     ("settings", settings::settings),
     ("expand", expand::expand),
@@ -79,7 +79,7 @@ const PIPELINE: &[(&str, Pass)] = &[
     ("properties", properties::properties),
     ("placement", placement::placement),
     ("limit", limit::limit),
-    // It changes the ids of transitions, so everything that depends on the drawn transitions runs before it.
+    // This pass changes the ids of transitions, so all passes that depend on the transitions as drawn run before it.
     ("inner-histories", inner_history::inner_histories),
     // Last, because it reads all lists and receptivities.
     ("sharing", sharing::sharing),

@@ -85,7 +85,7 @@ impl<'a> Lowering<'a> {
         }
         let entry = Entry { symbol, span: name.span, body: scope };
         self.scopes[home].names.insert(&name.text, entry);
-        // Also in its own body, for `e.x`.
+        // The name is also declared in its own body, for paths such as `e.x`.
         self.scopes[scope].names.insert(&name.text, entry);
         true
     }
@@ -118,7 +118,7 @@ impl<'a> Lowering<'a> {
         Name::new(full, name.span)
     }
 
-    /// What a name refers to, seen from a body.
+    /// The object that a name refers to, as seen from a body.
     pub(super) fn find(&self, scope: ScopeId, text: &str) -> Option<Symbol> {
         if let Some(flat) = &self.flat {
             return flat.others.get(text).or_else(|| flat.steps.get(text)).copied();
@@ -143,7 +143,7 @@ impl<'a> Lowering<'a> {
         Some(symbol)
     }
 
-    /// What a parameter refers to, if its argument is a name; if the argument is an expression, the parameter itself.
+    /// The object that a parameter refers to, if its argument is a name; otherwise the parameter itself.
     fn follow(&self, symbol: Symbol) -> Symbol {
         let Symbol::Alias(alias) = symbol else { return symbol };
         let Alias { scope, value } = self.aliases[alias];
@@ -222,8 +222,8 @@ impl<'a> Lowering<'a> {
         if symbol == Symbol::Broken { Err(Unknown::Broken) } else { Ok(symbol) }
     }
 
-    /// In a finished net names contain dots; the name of a single chart may precede them. If a step and a signal have the same name, the step is used
-    /// where a step is needed.
+    /// Resolves a path in a finished net. Names there contain dots, and the name of a single chart may precede them. If a step and a signal have the
+    /// same name, the step is used where a step is needed.
     fn walk_flat(
         &self,
         flat: &FlatNames,
@@ -247,7 +247,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// What a path refers to; nothing is reported if it refers to nothing.
+    /// The object that a path refers to; nothing is reported if there is no such object.
     pub(super) fn peek(&self, scope: ScopeId, path: &Path) -> Option<Resolved> {
         self.attribute(scope, path)
             .map(|(like, attribute)| Resolved::Attribute(like, attribute))
@@ -300,7 +300,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// What a path outside expressions refers to; attributes are not allowed there.
+    /// The object that a path outside expressions refers to; attributes are not allowed there.
     pub(super) fn symbol(&mut self, scope: ScopeId, path: &Path) -> Outcome<Symbol> {
         self.walk(scope, &path.names)
             .map_err(|unknown| self.report_unknown(scope, &path.names, &unknown))

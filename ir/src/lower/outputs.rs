@@ -44,7 +44,7 @@ pub(super) fn outputs(lowering: &mut Lowering<'_>) {
         }
         lowering.drawn_actions[index].uses = uses;
     }
-    // In declaration order, so that the controlled actions of extern actions are in this order too.
+    // The outputs are processed in declaration order, so that the controlled actions of extern actions are in this order too.
     for index in 0..lowering.work.len() {
         let Work::Declaration { scope, symbol: Symbol::Output(id), .. } = lowering.work[index]
         else {

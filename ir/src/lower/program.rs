@@ -162,7 +162,7 @@ fn with_reset(mut builder: Builder<'_>, net: &Net, program: &mut Program) {
     program.reset_fault = shown.fault;
 }
 
-/// Reset reads all inputs as 0; an input whose range excludes 0, as the value nearest to it.
+/// The inputs that the reset reads: all are 0; if the range of an input excludes 0, the value nearest to 0.
 fn inputs_at_reset(net: &Net) -> Vec<i64> {
     net.inputs.values().map(|input| input.ty.saturate(0)).collect()
 }
@@ -176,7 +176,7 @@ struct Builder<'a> {
     findings: Vec<Diagnostic>,
     cells: Arena<Cell>,
     temps: Arena<Temp>,
-    /// The reset is being made: no edges, no events.
+    /// The program of the reset is being built: there are no edges and no events.
     reset: bool,
     marks: Option<&'a Marks>,
     /// The condition of the evolution loop.
@@ -206,7 +206,7 @@ struct Builder<'a> {
     edge_now: IdMap<EdgeOperand, Option<Expr>>,
     /// Whether the event is present in this check.
     holds: IdMap<Input, Option<Expr>>,
-    /// Fireable, for transitions for which it is read or that have passed the check.
+    /// Whether a transition is fireable; only for transitions for which this is read or that have passed the check.
     fireable: IdMap<Transition, Option<Expr>>,
     /// With simultaneous assignments: the cells stored so far in this micro-step, the temporaries that keep their old values, and the statements that set
     /// those.

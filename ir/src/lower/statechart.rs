@@ -43,7 +43,7 @@ pub(super) enum Goal {
     History(HistoryId),
 }
 
-/// Two goals that cannot both be active.
+/// Reports that two goals cannot both be active; contains the state where they conflict.
 struct Clash(StepId);
 
 /// Builds the forest; runs before any transition is lowered.
@@ -158,7 +158,7 @@ fn goals(lowering: &mut Lowering<'_>, scope: ScopeId, paths: &[Path]) -> Outcome
     failed.map_or(Ok(found), Err)
 }
 
-/// A list of entered things under construction.
+/// A list of entries under construction.
 struct Entering<'l, 'a> {
     lowering: &'l Lowering<'a>,
     part: PartId,
@@ -166,7 +166,7 @@ struct Entering<'l, 'a> {
 }
 
 impl Entering<'_, '_> {
-    /// Completes what is entered below `domain` (`None`: the chart) so that the goals are active.
+    /// Adds all entries below `domain` (`None`: the chart) that are needed for the goals to become active.
     fn below(&mut self, domain: Option<StepId>, goals: &[Goal]) -> Result<(), Clash> {
         let mut wanted: BTreeSet<StepId> = BTreeSet::new();
         let mut histories: BTreeMap<StepId, HistoryId> = BTreeMap::new();
@@ -257,7 +257,7 @@ impl Entering<'_, '_> {
     }
 }
 
-/// What is entered below `domain` to reach the goals.
+/// The entries below `domain` that are needed to reach the goals.
 pub(super) fn entered(
     lowering: &mut Lowering<'_>,
     part: PartId,
@@ -285,7 +285,7 @@ pub(super) fn entered(
     })
 }
 
-/// A transition of a statechart: its one source, what it leaves and what it enters.
+/// Lowers a transition of a statechart: its single source, the states that it leaves, and the entries.
 pub(super) fn transition<'a>(
     lowering: &mut Lowering<'a>,
     scope: ScopeId,
@@ -429,7 +429,7 @@ fn first_child(lowering: &Lowering<'_>, state: Option<StepId>, part: PartId) -> 
     marked.or(children.first()).copied()
 }
 
-/// The parts of a state beyond its step: the content of its initial transition, and its histories.
+/// Lowers the parts of a state other than its step: the content of its initial transition, and its histories.
 pub(super) fn state<'a>(
     lowering: &mut Lowering<'a>,
     scope: ScopeId,
@@ -468,7 +468,8 @@ pub(super) fn state<'a>(
     }
 }
 
-/// What a history records and enters again: shallow, the children of its state; deep, its atomic descendants with all states between.
+/// The cases of a history: the states that it records and enters again. A shallow history has the children of its state; a deep history has the atomic
+/// descendants with all states between.
 fn cases(
     lowering: &mut Lowering<'_>,
     owner: StepId,
@@ -557,7 +558,8 @@ pub(super) fn done_event(
     Some(Ok(event))
 }
 
-/// Pass `statecharts`: what reset enters, and a bound for the queues. Runs after `behaviour` and `outputs`, whose lists raise and send events.
+/// Pass `statecharts`: the states that reset enters, and a bound for the queues. Runs after `behaviour` and `outputs`, whose lists raise and send
+/// events.
 pub(super) fn statecharts(lowering: &mut Lowering<'_>) {
     if !lowering.is_statechart() {
         return;
@@ -613,8 +615,8 @@ fn step_priorities(lowering: &Lowering<'_>) -> Vec<(String, Span)> {
     steps.map(|step| (step.name.text.clone(), step.name.span)).collect()
 }
 
-/// Without raised events and undelayed sends the external queue contains at most the events of one row and every slot once; otherwise the designer must
-/// give a bound.
+/// Determines the bound of the queues if the designer gives none. Without raised events and undelayed sends, the external queue contains at most the
+/// events of one row and every slot once; otherwise a missing bound is an error.
 fn queues(lowering: &mut Lowering<'_>) {
     if lowering.net.settings.queue.is_some() {
         return;

@@ -20,7 +20,7 @@ pub(super) enum ListKind {
     Change,
     /// A list of a controlled action: all statements, but no edges and events in conditions (semantics §3.7).
     Body,
-    /// Of a task: assignments and calls.
+    /// A list of a task: only assignments and calls are allowed.
     Task,
 }
 
@@ -154,7 +154,7 @@ impl<'a> Lowering<'a> {
                     Symbol::Output(output),
                     "a variable or an output",
                 )),
-                // `roles` reported an output that is assigned and has another role.
+                // Pass `roles` has already reported an assigned output with another role.
                 Role::Continuous | Role::Mealy | Role::Controlled(_) | Role::Broken => {
                     Err(self.already_told())
                 }

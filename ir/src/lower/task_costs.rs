@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 /// Costs of tasks, in the unit of the budgets of the chart.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct TaskCosts {
-    /// By the source location of the task. A task in a macro or a library chart has one cost for all its expansions.
+    /// The known costs, by the source location of the task. A task in a macro or a library chart has one cost for all its
+    /// expansions.
     pub known: BTreeMap<Span, u32>,
     /// The cost of all other tasks. Without it, a task without a cost is an error if its step has a budget.
     pub otherwise: Option<u32>,

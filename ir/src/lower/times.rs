@@ -206,7 +206,7 @@ impl Lowering<'_> {
         let right = Expr::new(ExprKind::Int(i64::from(ticks)), constant_span);
         let compared = Expr::new(ExprKind::Compare(op, Box::new(left), Box::new(right)), span);
         let Time::MacroStep(instance, _) = time else { return compared };
-        // The free timer becomes 0 only at the end of the reaction. While the macro-step is inactive its time is 0, whatever the timer value is.
+        // The free timer becomes 0 only at the end of the reaction. While the macro-step is inactive its time is 0, regardless of the value of the timer.
         let active = self.macro_active::<L>(instance, time_span);
         if op.apply(0, i64::from(ticks)) {
             Expr::new(

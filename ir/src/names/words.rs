@@ -10,7 +10,7 @@ pub(super) const C: &[&str] = &[
     "typeof_unqual", "union", "unsigned", "void", "volatile", "while",
 ];
 
-/// C++ up to C++20, beyond C.
+/// The words of C++ up to C++20 that C does not have.
 #[rustfmt::skip]
 pub(super) const CPP: &[&str] = &[
     "and", "and_eq", "asm", "bitand", "bitor", "bool", "catch", "char16_t", "char32_t", "char8_t", "class", "co_await", "co_return",
@@ -100,7 +100,7 @@ pub(super) const VERILOG: &[&str] = &[
     "uwire", "vectored", "wait", "wand", "weak0", "weak1", "while", "wire", "wor", "xnor", "xor",
 ];
 
-/// IEEE 1800-2017, beyond Verilog.
+/// The words of IEEE 1800-2017 that Verilog does not have.
 #[rustfmt::skip]
 pub(super) const SYSTEM_VERILOG: &[&str] = &[
     "accept_on", "alias", "always_comb", "always_ff", "always_latch", "assert", "assume", "before", "bind", "bins", "binsof", "bit",
@@ -116,8 +116,8 @@ pub(super) const SYSTEM_VERILOG: &[&str] = &[
     "until_with", "untyped", "var", "virtual", "void", "wait_order", "weak", "wildcard", "with", "within",
 ];
 
-/// Words that tools reserve beyond both standards: words of Verilog-AMS and of earlier drafts that Icarus Verilog knows, and the classes of the package
-/// `std`, whose names Verilator reads as types.
+/// Words that tools reserve in addition to both standards: words of Verilog-AMS and of earlier drafts that Icarus Verilog knows, and the classes of the
+/// package `std`, whose names Verilator reads as types.
 #[rustfmt::skip]
 pub(super) const VERILOG_TOOLS: &[&str] = &[
     "bool", "mailbox", "process", "semaphore", "wone", "wreal",

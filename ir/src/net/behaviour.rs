@@ -67,7 +67,7 @@ pub struct Verbatim {
 pub struct Task {
     /// Its name.
     pub name: Name,
-    /// At most the step's budget.
+    /// The cost; at most the step's budget.
     pub cost: u32,
     /// Assignments and extern calls.
     pub body: Block,
@@ -140,14 +140,14 @@ impl Qualifier {
     }
 }
 
-/// A slot that holds one pending send of an event.
+/// A slot for one pending send of an event.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SendSlot {
     /// Its name.
     pub name: Name,
     /// The event that joins the external queue.
     pub event: InputId,
-    /// Ticks; with 0 the event joins the queue at once.
+    /// The delay in ticks; with 0 the event joins the queue at once.
     pub delay: u32,
     /// Source location, comment and tags.
     pub meta: Meta,

@@ -4,7 +4,8 @@ use super::{Expr, Leaf, Meta, OutputId, StepId, TransitionId, VarId};
 use crate::expr::Expr as GenericExpr;
 use crate::span::{Name, Span};
 
-/// A condition that is assumed or required to be never true of a row: inputs, situation, outputs and variables after a reaction.
+/// A condition that is assumed or required never to be true in any row. A row consists of inputs, situation, outputs and
+/// variables after a reaction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Property {
     /// Its name; may be empty.

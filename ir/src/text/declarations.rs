@@ -55,7 +55,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Skips to the next line that begins a declaration, so that one error is reported once.
+    /// Skips to the next line that begins a declaration, so that one error is reported only once.
     fn skip(&mut self) {
         while self.token().kind != Kind::End {
             if self.token().kind != Kind::Newline {
@@ -544,7 +544,8 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// Items separated by commas, possibly none: then `end`, a keyword or the end of the line follows immediately.
+    /// Parses items separated by commas. There may be no item; then `end`, a keyword or the end of the line
+    /// follows immediately.
     fn row<T>(
         &mut self,
         end: &str,

@@ -46,7 +46,7 @@ enum Infix {
 }
 
 impl Infix {
-    /// The same levels as in the printer.
+    /// The precedence level of the operator, as in the printer.
     fn level(self) -> u8 {
         match self {
             Infix::Or => 1,
@@ -167,7 +167,7 @@ impl Parser<'_> {
         Ok(tall(ExprKind::Not(inner), span, height))
     }
 
-    /// `and(..)`, for conjunctions of fewer than two.
+    /// Parses `and(..)`, the form of a conjunction of fewer than two operands.
     fn junction<L: ReadLeaf>(&mut self, depth: usize) -> Result<Tall<L>, Fail> {
         let start = self.here();
         let is_and = self.text() == "and";

@@ -420,12 +420,12 @@ impl<'a> Parser<'a> {
         &mut self.net
     }
 
-    /// True at a word that begins a declaration.
+    /// True if the next token is a word that begins a declaration.
     pub(super) fn at_head(&self) -> bool {
         self.token.kind == Kind::Word && HEADS.binary_search(&self.text()).is_ok()
     }
 
-    /// True at this word or symbol.
+    /// True if the next token is this word or symbol.
     pub(super) fn is(&self, text: &str) -> bool {
         matches!(self.token.kind, Kind::Word | Kind::Symbol) && self.text() == text
     }

@@ -456,7 +456,7 @@ impl Printer<'_> {
         self.list("do", &transition.actions);
     }
 
-    /// An empty line between kinds of declarations.
+    /// Writes an empty line between kinds of declarations.
     fn gap(&mut self) {
         if !self.out.ends_with("\n\n") {
             self.out.push('\n');
@@ -590,7 +590,8 @@ impl Printer<'_> {
         }
     }
 
-    /// In parentheses if it binds looser than `above`: or 1, and 2, not 3, comparison 4, sum 5, product 6.
+    /// Writes an expression, in parentheses if it binds looser than `above`: or 1, and 2, not 3, comparison 4, sum
+    /// 5, product 6.
     fn expr<L: WriteLeaf>(&mut self, expr: &GenericExpr<L>, above: u8) {
         let level = match &expr.kind {
             ExprKind::Or(all) if all.len() > 1 => 1,
@@ -713,7 +714,7 @@ impl WriteLeaf for PropertyLeaf {
     }
 }
 
-/// A position alone does not select a kind of signal.
+/// A reference to a signal; with its kind if the reference is a position, which alone does not identify the kind.
 fn signal(kind: &str, reference: String) -> String {
     if reference.starts_with('?') { format!("{kind} {reference}") } else { reference }
 }

@@ -154,7 +154,7 @@ impl Leaves<PropertyLeaf> for Scope<'_> {
 }
 
 impl<'a> Checker<'a> {
-    /// Expressions that belong to no step, transition, output or action.
+    /// Checks the expressions that do not belong to a step, transition, output or action.
     pub(super) fn expressions(&mut self) {
         let net = self.net;
         for timer in net.timers.values() {

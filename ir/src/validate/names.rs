@@ -37,7 +37,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// Inputs, outputs, variables and timers share one set of names.
+    /// Checks the names of inputs, outputs, variables and timers, which share one set of names.
     fn signals(&mut self, steps: &Taken<'a>) {
         let net = self.net;
         let mut taken = Taken::new();

@@ -13,7 +13,7 @@ use crate::net::{
 use crate::span::Span;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The domain of a list of entered things.
+/// The domain of a list of entries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Domain {
     /// A whole chart.
@@ -29,7 +29,7 @@ struct Forest {
     children: IdMap<Step, Vec<StepId>>,
     /// Number of proper descendants.
     below: IdMap<Step, usize>,
-    /// Position in a depth-first walk, to test for descendants.
+    /// Position in depth-first order, to test for descendants.
     entry: IdMap<Step, usize>,
 }
 
@@ -117,7 +117,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Kinds, parents and children of states.
+    /// Checks kinds, parents and children of states; returns the forest.
     fn states(&mut self) -> Forest {
         let net = self.net;
         let mut children: IdMap<Step, Vec<StepId>> = IdMap::filled(&net.steps, Vec::new());
@@ -179,7 +179,8 @@ impl Checker<'_> {
     }
 
     fn queue_bound(&mut self) {
-        /// Lists beyond the depth limit are reported by the check of lists.
+        /// True if the list raises or sends an event, down to this depth; lists beyond the depth limit
+        /// are reported elsewhere.
         fn raises_within(list: &[Stmt], depth: usize) -> bool {
             depth > 0
                 && list.iter().any(|stmt| match &stmt.kind {

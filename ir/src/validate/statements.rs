@@ -12,12 +12,12 @@ use crate::net::{
 };
 use crate::span::Span;
 
-/// The statements that a list may contain besides assignments, calls and `if`.
+/// The statements that a list may contain in addition to assignments, calls and `if`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ListKind {
     /// All statements.
     Free,
-    /// No others.
+    /// No other statements.
     Task,
 }
 
@@ -139,7 +139,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Lists and tasks of steps; the structure of steps is checked elsewhere.
+    /// Checks the lists and tasks of steps; the structure of steps is checked elsewhere.
     pub(super) fn steps(&mut self) {
         let net = self.net;
         for step in net.steps.values() {

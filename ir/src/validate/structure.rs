@@ -150,7 +150,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Ids of a list of entered things.
+    /// Checks the ids in a list of entries.
     pub(super) fn entered(&mut self, enters: &[Enter], span: Span) {
         for enter in enters {
             match *enter {
@@ -244,7 +244,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Parents, and the border of an enclosure.
+    /// Checks the parents of steps, and that no transition crosses the border of an enclosure.
     fn enclosures(&mut self) {
         let net = self.net;
         let mut parent_of: IdMap<Part, Option<Option<StepId>>> = IdMap::filled(&net.parts, None);
@@ -477,7 +477,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Open cells, macro-steps and placements.
+    /// Checks open cells, macro-steps and placements.
     pub(super) fn rest(&mut self) {
         let net = self.net;
         for open in &net.unspecified {
@@ -522,7 +522,7 @@ impl Checker<'_> {
     }
 }
 
-/// The steps among the entered things.
+/// The steps among the entries.
 pub(super) fn entered_steps(enters: &[Enter]) -> Vec<StepId> {
     enters
         .iter()

@@ -1,5 +1,5 @@
-//! Random nets in which every field of every type takes every form. They are deliberately invalid (ids dangle, names repeat, types do not fit), because
-//! the text form must represent broken nets too.
+//! Random nets in which every field of every type occurs in every form. They are deliberately invalid (ids dangle, names repeat, types do not fit),
+//! because the text form must represent broken nets too.
 
 use grafsynth_ir::Arena;
 use grafsynth_ir::arena::Id;

@@ -1,5 +1,5 @@
-//! Executes directed reactions before other outputs are compared with them. The choice of reactions depends only on the net, so a batch of them exists
-//! before the first answer is needed, and the answering side may combine reactions of different runs.
+//! Executes directed reactions before other outputs are compared with them. The choice of reactions depends only on the net, so a batch of them can be
+//! prepared before the first answer is needed, and the answering side may combine reactions of different runs.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use grafsynth_ir::net::Net;
 use super::{Coverage, Directed, Start};
 use crate::row::{InputRow, Row};
 
-/// The number of micro-steps after which no more reactions are run: a reaction may take as many as the chart's `limit` allows.
+/// The number of micro-steps after which no more reactions are run. One reaction may take as many micro-steps as the chart's `limit` allows.
 pub const MICRO_STEPS: u64 = 1_000_000;
 
 /// A reaction that the net has executed.
@@ -25,10 +25,10 @@ pub struct Made {
 pub struct Ahead<'n> {
     directed: Directed<'n>,
     made: Vec<Made>,
-    /// By number of a saved state: the answer after which it was saved.
+    /// For each saved state, the answer after which it was saved; the index is the number of the state.
     saved: Vec<usize>,
     reactions: usize,
-    /// If no inputs satisfy the chart's assumptions, a run ends; there may be no other inputs.
+    /// The remaining number of attempts. A run ends if no inputs satisfy the chart's assumptions, and there may be no other inputs.
     tries: usize,
     micro_steps: u64,
 }

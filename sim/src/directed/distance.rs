@@ -11,7 +11,7 @@ use crate::simulator::Simulator;
 use crate::state::State;
 use crate::tables::Tables;
 
-/// The distance of something that no input of this reaction can change.
+/// The distance of a value that no input of this reaction can change.
 const FAR: u64 = 1 << 20;
 
 /// The inputs for which a distance is computed.
@@ -107,7 +107,8 @@ impl<'s> Context<'s> {
         all.iter().fold(0, |sum, a| sum.saturating_add(self.to(a, wanted, deep)))
     }
 
-    /// An edge to `after` needs the other value before; if that is missing, the nearest row is one that produces it.
+    /// The distance of an edge to the value `after`. It needs the other value before; if the operand does not have that value, the nearest row is one
+    /// that produces it.
     fn edge(&self, edge: EdgeId, after: bool, wanted: bool, deep: bool) -> u64 {
         let old = self.state.cells[self.layout().edge(edge)] != 0;
         let operand = &self.net.edges[edge].expr;
@@ -139,7 +140,7 @@ impl<'s> Context<'s> {
         }
     }
 
-    /// True if the inputs (or `dt`) decide it and are not given.
+    /// True if the value depends on inputs (or on `dt`) that are not given.
     fn is_free(&self, expr: &Expr) -> bool {
         let Given::Any { free_dt } = self.given else { return false };
         let mut is_free = false;

@@ -1,7 +1,7 @@
 //! Directed random runs: short, often restarted, and aimed at transitions that have not fired yet.
 //!
-//! One long random run is trapped in an absorbing situation and then sees nothing new. [`Directed`] instead makes many short runs, from reset or from a
-//! state of an earlier run, and returns one reaction at a time; to compare an output with the net, execute the same reaction with that output:
+//! One long random run may reach a situation that it cannot leave, and then sees nothing new. [`Directed`] instead makes many short runs, from reset or
+//! from a state of an earlier run, and returns one reaction at a time; to compare an output with the net, execute the same reaction with that output:
 //!
 //! ```text
 //! let mut directed = Directed::new(&net, seed, MAX_DT);
@@ -73,7 +73,7 @@ pub struct Coverage {
     pub reactions: u64,
     /// Transitions and reactions of steps that fired at least once.
     pub fired: usize,
-    /// Those that never did, in declaration order.
+    /// Transitions and reactions of steps that never fired, in declaration order.
     pub never: Vec<TransitionId>,
     /// Fewer reactions were executed than requested, because of their micro-steps ([`MICRO_STEPS`](crate::MICRO_STEPS)).
     pub is_cut_short: bool,
@@ -95,9 +95,9 @@ type Nearness = (u64, u64);
 /// How far the active steps are from a step that a transition requires.
 struct Distance {
     to: StepId,
-    /// Transitions from the nearest active step to this one; [`UNREACHED`] if there is no way.
+    /// The number of transitions from the nearest active step to this one; [`UNREACHED`] if there is no path.
     least: u64,
-    /// The active steps that are that near.
+    /// The active steps at this distance.
     nearest: Vec<StepId>,
 }
 
@@ -117,10 +117,10 @@ pub struct Directed<'n> {
     rows: Rows<'n>,
     max_dt: u32,
     thresholds: Thresholds,
-    /// By step: the transitions that need it, and the steps that one transition reaches from it.
+    /// For each step, the transitions that need it, and the steps that one transition reaches from it.
     leaving: Vec<Vec<TransitionId>>,
     before: Vec<Vec<StepId>>,
-    /// By target step: the distance from each step, in transitions.
+    /// For each target step, the distance from each step, in transitions.
     ways: BTreeMap<StepId, Vec<u32>>,
     times_fired: Vec<u64>,
     reactions: u64,
@@ -312,7 +312,7 @@ impl<'n> Directed<'n> {
             .ids()
             .filter(|transition| self.times_fired[transition.index()] == 0)
             .collect();
-        // Some can never fire: they must not take all the work.
+        // Some of them can never fire, so only part of the runs aim at them.
         if !never.is_empty() && self.rows.random.below(4) != 0 {
             // The nearer of two.
             let (a, b) = (self.rows.random.pick(&never), self.rows.random.pick(&never));
@@ -449,7 +449,7 @@ impl<'n> Directed<'n> {
         distances
     }
 
-    /// What [`Directed::level`] would be if `moved` had fired. Only a transition that clears every nearest step makes the others count.
+    /// The value of [`Directed::level`] after `moved` fired. The other active steps count only if `moved` clears all the nearest ones.
     fn level_after(&self, distances: &[Distance], moved: TransitionId) -> u64 {
         let data = &self.net.transitions[moved];
         let entered = entered(self.net, &data.enters);
@@ -468,7 +468,7 @@ impl<'n> Directed<'n> {
         distances.iter().map(of_one).sum()
     }
 
-    /// From each step, the distance to this one in transitions.
+    /// The distance from each step to this one, in transitions.
     fn way(&self, to: StepId) -> Vec<u32> {
         let mut way = vec![UNREACHED; self.net.steps.len()];
         way[to.index()] = 0;

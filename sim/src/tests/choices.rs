@@ -1,4 +1,5 @@
-//! The choices of semantics §12, with the charts and traces printed there (as far as they concern nets; C1, C8, C14, C18 and C25 concern the lowering).
+//! Tests of the choices of semantics §12, with the charts and traces printed there (as far as they concern nets; C1, C8, C14, C18 and C25 concern the
+//! lowering).
 
 use super::{check, net};
 

@@ -1,4 +1,4 @@
-//! Directed runs: what they reach, and whether their reactions can be replayed.
+//! Tests of directed runs: which transitions they reach, and whether their reactions can be replayed.
 
 use super::net;
 use crate::{Ahead, Directed, MAX_DT, MICRO_STEPS, Simulator, Start, State, Stimulus, run};
@@ -18,7 +18,7 @@ fn reactions_for_all(net: &Valid<Net>, most: u64, max_dt: u32) -> Result<u64, Ve
     Err(never.into_iter().map(|id| net.transitions[id].name.text.clone()).collect())
 }
 
-/// Numbers that random inputs do not hit, a sum that needs many reactions, and a remainder.
+/// A net with numbers that random inputs do not hit, a sum that needs many reactions, and a remainder.
 const SAFE: &str = "
 input E bool event
 input k int 0..65535

@@ -1,4 +1,4 @@
-//! Semantics §11: stimuli and traces as text, and all errors in them.
+//! Tests of semantics §11: stimuli and traces as text, and all errors in them.
 
 use grafsynth_ir::{Diagnostic, FileId};
 
@@ -89,7 +89,7 @@ fn each_error_of_a_stimulus() {
             "G0508@r: `r` is an internal event: only the chart raises it (remove the column, or declare the event without `internal`)"
         ]
     );
-    // A hundred errors are the limit.
+    // At most a hundred errors are reported.
     assert_eq!(problems(&chart, &format!("n\n{}", "x\n".repeat(5000))).len(), 100);
     assert!(problems(&chart, &"q,".repeat(200_000)).len() <= 101);
 }

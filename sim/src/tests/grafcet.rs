@@ -1,4 +1,4 @@
-//! Semantics §2 to §4, §6 and §8 on Grafcet and SFC charts.
+//! Tests of semantics §2 to §4, §6 and §8 on Grafcet and SFC charts.
 
 use super::{TRUCK, check, net, trace};
 use crate::{Effect, InputRow, Noticed, Simulator};
@@ -696,7 +696,7 @@ fn enclosing_steps() {
     );
 }
 
-/// §8: forced charts do not move; they take the forced situation and run its lists once.
+/// §8: transitions of forced charts do not fire; the charts change to the forced situation and run its lists once.
 #[test]
 fn forcing() {
     let chart = |order: &str| {

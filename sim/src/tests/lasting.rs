@@ -1,4 +1,5 @@
-//! States: equal states behave the same, and a changed net restores the parts that it still has.
+//! Tests of states: equal states behave the same, and a changed net restores the parts that it
+//! still has.
 
 use super::{TRUCK, net};
 use crate::{InputRow, Simulator};

@@ -1,4 +1,4 @@
-//! Semantics §4 and §5 on statecharts.
+//! Tests of semantics §4 and §5 on statecharts.
 
 use super::{check, net};
 use crate::{InputRow, Noticed, Simulator};

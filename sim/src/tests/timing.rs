@@ -1,4 +1,4 @@
-//! Semantics §3.1, §3.5 and §7: time and qualified actions.
+//! Tests of semantics §3.1, §3.5 and §7: time and qualified actions.
 
 use super::{check, net};
 

@@ -468,7 +468,7 @@ impl Builder<'_> {
     }
 
     /// Reports `(p1 + p2)*m`: a rule leaves all of its preceding steps together, so each of these steps needs its own rule. Returns true if
-    /// it is something else.
+    /// the factor does not have this form.
     fn no_sum_of_steps(&mut self, rule: &Rule, factor: &Expr) -> bool {
         const SHOWN: usize = 4;
         let ExprKind::Or(parts) = &factor.kind else { return true };
@@ -513,8 +513,8 @@ impl Builder<'_> {
         false
     }
 
-    /// Reports a step that is not a factor: the text must say whether it is a preceding step or a tested one. Returns true if there is
-    /// none.
+    /// Reports a step that is not a factor: the text must show whether it is a preceding step or a tested one. Returns true if there is no
+    /// such step.
     fn no_bare_step(&mut self, expr: &Expr, has_source: bool) -> bool {
         let mut bare = Vec::new();
         bare_names(expr, &mut |name| {
@@ -642,8 +642,8 @@ impl Builder<'_> {
 }
 
 impl Builder<'_> {
-    /// Reports that no step is initial, and returns the first step as a replacement. `None` if there is an initial step, or the rules begin
-    /// otherwise.
+    /// Reports that no step is initial, and returns the first step as a replacement. `None` if there is an initial step, or if the chart
+    /// begins in another way.
     fn begins_nowhere(&mut self, marking: &[Name]) -> Option<Name> {
         let first = self.rules.steps.first()?.clone();
         let forces = |step: &Step| {

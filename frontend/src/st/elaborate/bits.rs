@@ -53,7 +53,7 @@ fn range(value: &Value) -> Option<(i64, i64)> {
     }
 }
 
-/// The bits of the type that an unsigned number must have: those of BYTE, WORD and similar types.
+/// The number of bits of a value whose range is that of an unsigned type: BYTE, WORD or a similar type.
 fn type_bits(value: &Value) -> Option<u32> {
     match range(value)? {
         (0, 255) => Some(8),
@@ -137,7 +137,7 @@ impl Elaborator<'_> {
                 BitOp::Xor => Expr::compare(CompareOp::Ne, one, other),
             };
             parts.push(weight(both, bit, span));
-            // Each bit copies both operands.
+            // The expression of each bit contains a copy of both operands.
             self.spend(span, 2)?;
             let size = nodes(&a.expr, MAX_NODES) + nodes(&b.expr, MAX_NODES);
             if size.saturating_mul(n_bits as usize) >= MAX_NODES {
@@ -230,7 +230,7 @@ impl Elaborator<'_> {
     /// NOT of a number: inverts all bits of its type.
     pub(super) fn complement(&mut self, value: Value, span: Span) -> Outcome<Value> {
         let Some((lo, hi)) = range(&value) else { return Err(ErrorReported) };
-        // In two's complement, from which AND and similar operators use as many bits as they need.
+        // The result is in two's complement; AND and similar operators use as many of its bits as they need.
         let top = if lo < 0 || lo == hi {
             -1
         } else if type_bits(&value).is_some() {

@@ -7,9 +7,9 @@
 //!   lamp := lights.GREEN;
 //! END_PROGRAM
 //! ```
-//! On a controller, such a chart makes its step at the call. In a net, all charts make their steps at the beginning of the reaction. Both
-//! are the same if the block is called once in every scan and its conditions read nothing that the program changes before the call: only
-//! inputs of the program, constants and the block's own state. Everything else is refused.
+//! On a controller, such a chart evolves when it is called. In a net, all charts evolve at the beginning of the reaction. Both are the
+//! same if the block is called once in every scan and its conditions read nothing that the program changes before the call: only inputs
+//! of the program, constants and the block's own state. Everything else is refused.
 
 use grafsynth_ir::chart::{Action, ActionHow, Block, Item, Step, StepItem, StepItemKind, StepRole};
 use grafsynth_ir::diag::ErrorReported;
@@ -114,7 +114,7 @@ impl<'a> Elaborator<'a> {
         matches!(self.library.pous[index].body, Body::Sfc(_)).then_some((object, index))
     }
 
-    /// Adds the chart of a block beside the program's own step.
+    /// Adds the chart of a block next to the program's own step.
     fn call_chart(
         &mut self,
         frame: FrameId,

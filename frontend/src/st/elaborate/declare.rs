@@ -154,7 +154,7 @@ impl<'a> Elaborator<'a> {
             && (var.section != Section::Global || self.chart_names.len() == 1);
         if let (true, Some(simple)) = (is_output, ty.simple()) {
             if !is_assigned && !is_action && usage.read.contains(&key) {
-                // Nothing assigns it, so it keeps its initial value.
+                // No statement assigns the variable, so it keeps its initial value.
                 let value = values.first().cloned();
                 let value = match (value, simple) {
                     (Some(expr), Type::Bool) => Value::bool(expr),
@@ -355,7 +355,7 @@ impl<'a> Elaborator<'a> {
                 self.frames[frame].names.insert(key, Binding::Broken);
             }
             Ty::Time if var.section == Section::Input => {
-                // It is bound when the block is called.
+                // The variable is bound when the block is called.
                 let own = self.init_of(var);
                 let start = match given.or(own.as_ref()) {
                     Some(ast::Init::Value(value)) => {
@@ -367,7 +367,7 @@ impl<'a> Elaborator<'a> {
                 let start = start.unwrap_or_else(|| Value::time(0, var.name.span));
                 self.frames[frame].names.insert(key, Binding::Value(start));
             }
-            // It is bound to a variable when the block is called.
+            // The parameter is bound to a variable when the block is called.
             Ty::Time if var.section == Section::InOut => {}
             Ty::Time => {
                 let binding = self.declare_time(frame, var, &full, inner, false);

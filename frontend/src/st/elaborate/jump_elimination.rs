@@ -20,13 +20,14 @@ use crate::st::ast::{Expr, ExprKind, Stmt, StmtKind};
 /// Maximum number of consecutive IFs with RETURN that are nested instead of guarded by a flag.
 const MAX_NESTED: usize = 8;
 
-/// Names of the flags and of the loop variable as a location. No source text can contain these names.
+/// The name of the flag of EXIT. The following names are for CONTINUE, for the loop variable as a target, and for RETURN. No source text
+/// can contain these names.
 pub(super) const LEFT: &str = "#LEFT";
 pub(super) const SKIPPED: &str = "#SKIPPED";
 pub(super) const VARIABLE: &str = "#VARIABLE";
 pub(super) const RETURNED: &str = "#RETURNED";
 
-/// The kinds of leaving.
+/// The statements that leave a list: RETURN, EXIT and CONTINUE.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Leaves {
     /// Leaves the unit.
@@ -37,7 +38,7 @@ pub(super) enum Leaves {
     Continue,
 }
 
-/// Whether a list contains this kind of leaving. Searches loops only if it leaves them too.
+/// Whether a list contains such a statement. Searches inside loops only if the statement leaves them too.
 pub(super) fn has(list: &[Stmt], what: Leaves) -> bool {
     list.iter().any(|stmt| has_one(stmt, what))
 }

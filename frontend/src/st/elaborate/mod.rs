@@ -387,7 +387,7 @@ impl<'a> Elaborator<'a> {
         Some(design)
     }
 
-    /// Uses the charts of function blocks in place of the programs that call them.
+    /// Uses the charts of function blocks instead of the programs that call them.
     fn instead(
         &mut self,
         roots: &[Root],

@@ -211,7 +211,7 @@ impl Elaborator<'_> {
             }
         };
         let span = name.span;
-        // A variable of an instance is never an action itself.
+        // A variable of an instance never becomes an action itself.
         if self.prefix.is_empty() {
             self.report(
             Diagnostic::warning(

@@ -508,7 +508,7 @@ fn choose(mut arms: Vec<(Expr, Block)>, rest: Block, span: Span, out: &mut Block
     if arms.len() > MANY_ARMS {
         let right = arms.split_off(arms.len() / 2);
         let is_left = Expr::or(arms.iter().map(|(condition, _)| condition.clone()));
-        // In the left half one condition is true, so the last arm needs no condition.
+        // In the left half of the search, one condition is certainly true, so the last arm needs no condition.
         let last = arms.pop().map(|(_, list)| list).unwrap_or_default();
         let (mut then, mut otherwise) = (Block::new(), Block::new());
         choose(arms, last, span, &mut then);

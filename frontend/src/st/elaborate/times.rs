@@ -325,7 +325,7 @@ impl Elaborator<'_> {
                 (values, _) => *values = None,
             }
         }
-        // It is assigned in a way that the search did not see.
+        // The variable is assigned in a way that the search for its values did not find.
         if usage.times.get(&key).is_none_or(Vec::is_empty) {
             values = None;
         }

@@ -78,7 +78,7 @@ impl Value {
         }
         let int = |value| Box::new(Expr::new(ExprKind::Int(value), span));
         let arith = |op, a: Expr, b: i64| Expr::new(ExprKind::Arith(op, Box::new(a), int(b)), span);
-        // At most one correction: a choice is cheaper than a division.
+        // If one correction is enough, a choice is cheaper than a division.
         let expr = if least >= lo - size && most <= hi + size && nodes(&self.expr, 12) < 12 {
             let mut expr = self.expr.clone();
             if least < lo {

@@ -21,9 +21,9 @@ use crate::st::parse_sfc::is_timed;
 /// All programs of a design.
 pub(crate) struct Programs {
     pub(crate) programs: Vec<Program>,
-    /// What the target cannot contain but which does not change the behaviour.
+    /// Parts that the target cannot contain and that do not affect the behaviour.
     pub(crate) lost: Vec<Diagnostic>,
-    /// What the target cannot express.
+    /// Parts that the target cannot express.
     pub(crate) findings: Vec<Diagnostic>,
     pub(crate) tick_ns: Option<u64>,
 }
@@ -95,19 +95,19 @@ pub(crate) struct Action {
     pub(crate) label: String,
 }
 
-/// Something in the chart that programs have no words for.
+/// A part of the chart that programs cannot express.
 struct Lack {
-    /// What things like it are called.
+    /// The word for this kind of part.
     what: String,
     /// Its name, if it has one.
     name: Option<String>,
     span: Span,
 }
 
-/// Places and names that a finding gives for each thing that is lacking; the others are counted.
+/// The maximum number of locations and names that a finding shows for each unsupported kind of part; the others are counted.
 const SHOWN: usize = 4;
 
-/// One finding for all that the target lacks, in the order of the chart.
+/// The findings about all parts that the target cannot express, in the order of the chart.
 fn cannot_write(target: &str, lacks: &[Lack]) -> Option<Diagnostic> {
     let mut kinds: Vec<(&str, Vec<&Lack>)> = Vec::new();
     for lack in lacks {
@@ -153,7 +153,7 @@ fn cannot_write(target: &str, lacks: &[Lack]) -> Option<Diagnostic> {
 struct Maker<'a> {
     lost: Vec<Diagnostic>,
     lacks: Vec<Lack>,
-    /// Written names by those of the chart; steps and the rest share theirs.
+    /// The names as written, by the names of the chart. Steps and all other objects share one namespace.
     names: BTreeMap<&'a str, String>,
     taken: BTreeSet<String>,
     steps: BTreeSet<&'a str>,
@@ -164,7 +164,7 @@ struct Maker<'a> {
     renewed: BTreeSet<&'a str>,
     /// Outputs and actions whose values change before the actions run.
     controlled: BTreeSet<&'a str>,
-    /// The reason why lists of steps and free timers would run in a different order, if they would.
+    /// Why lists of steps and free timers would run in a different order; `None` if they run in the same order.
     unordered: Option<&'static str>,
     /// Lists that run when steps are left or entered, in the order of the steps.
     exits: Vec<Action>,
@@ -263,7 +263,7 @@ impl<'a> Maker<'a> {
         self.lacks.push(Lack { what: what.into(), name: None, span });
     }
 
-    /// As `cannot`, for something with a name.
+    /// Like `cannot`, for an object with a name.
     fn cannot_name(&mut self, what: &str, name: &Name, span: Span) {
         self.lacks.push(Lack { what: what.to_owned(), name: Some(name.text.clone()), span });
     }
@@ -313,7 +313,7 @@ impl<'a> Maker<'a> {
         let mut program = Program::default();
         let (mut inputs, mut outputs, mut vars) = (Vec::new(), Vec::new(), Vec::new());
         let (mut priority, mut iec) = (false, false);
-        // Names first: lists and conditions may refer to later items.
+        // Names are assigned first, because lists and conditions may refer to later items.
         for item in &chart.items {
             match item {
                 Item::Declaration(declaration) => {

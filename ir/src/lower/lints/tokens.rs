@@ -13,7 +13,7 @@ use crate::net::{Enter, Leaf, Net, Step, StepId, Transition, TransitionId, Trans
 /// The maximum number of steps that a message names.
 const SHOWN: usize = 4;
 
-/// Both lints. Charts with forcing, enclosing steps or statecharts are skipped, because there other mechanisms than transitions deactivate steps.
+/// Runs both lints. Charts with forcing, enclosing steps or statecharts are skipped, because there other mechanisms than transitions deactivate steps.
 pub(super) fn tokens(net: &Net, out: &mut Vec<Diagnostic>) {
     if net.settings.policy.is_statechart() || !net.forcings.is_empty() {
         return;
@@ -193,7 +193,7 @@ fn forks(flow: &Flow<'_>, out: &mut Vec<Diagnostic>) {
     }
 }
 
-/// `None` if a step of the branch waits for another branch, never ends, or is in an enclosing step.
+/// The branch that begins with `first`; `None` if one of its steps waits for another branch, never ends, or is in an enclosing step.
 fn branch(flow: &Flow<'_>, first: StepId, ends: &[StepId]) -> Option<Branch> {
     let mut branch = Branch { steps: BTreeSet::from([first]), back: Vec::new() };
     let mut todo = vec![first];
@@ -219,7 +219,7 @@ fn branch(flow: &Flow<'_>, first: StepId, ends: &[StepId]) -> Option<Branch> {
     Some(branch)
 }
 
-/// Two branches of one fork lead back to the same step by transitions that may fire at different times.
+/// Warns that two branches of one fork lead back to the same step by transitions that may fire at different times.
 fn report(
     net: &Net,
     fork: TransitionId,

@@ -18,9 +18,9 @@ use crate::program::{Expr, Leaf, Stmt, TempId, TempRole};
 /// The change of one step in a micro-step.
 #[derive(Debug, Clone)]
 pub(super) struct Change {
-    /// Activated in the sense of §3.2.
+    /// True if the step is activated in the sense of §3.2.
     pub(super) up: Expr,
-    /// Deactivated.
+    /// True if the step is deactivated.
     pub(super) down: Expr,
     /// The bit afterwards; `None` if it never changes.
     pub(super) next: Option<Expr>,
@@ -105,7 +105,7 @@ impl Builder<'_> {
         let any =
             |ids: &mut dyn Iterator<Item = TransitionId>| Expr::or(ids.map(|id| fire[id].clone()));
         let is_loop = |id: &TransitionId| leaving.contains(id) && entering.contains(id);
-        // A loop that fires keeps the step active, whatever else leaves it; it has no effect on an inactive step.
+        // A loop that fires keeps the step active, even if another transition leaves it; it has no effect on an inactive step.
         let leaves = any(&mut leaving.iter().copied().filter(|id| !is_loop(id)));
         let enters = any(&mut entering.iter().copied());
         let enters_from_outside = any(&mut entering.iter().copied().filter(|id| !is_loop(id)));
@@ -120,7 +120,7 @@ impl Builder<'_> {
         Change { up: Expr::or([up, restart.clone()]), down: Expr::or([down, restart]), next }
     }
 
-    /// The step is left, and it is entered by a transition with `restart`.
+    /// True if the step is left and is entered again by a transition with `restart`.
     fn restart(
         &self,
         leaving: &[TransitionId],
@@ -147,7 +147,7 @@ impl Builder<'_> {
         out: &mut Vec<Stmt>,
     ) {
         let net = self.net;
-        // For each enclosing step: it is cleared here or further out, it clears, it activates its links.
+        // For each enclosing step, three conditions: whether it or a step around it is cleared, whether it clears, and whether it activates its links.
         let mut cleared: BTreeMap<StepId, Expr> = BTreeMap::new();
         let mut clears: BTreeMap<StepId, Expr> = BTreeMap::new();
         let mut links: BTreeMap<StepId, Expr> = BTreeMap::new();

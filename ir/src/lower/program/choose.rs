@@ -21,7 +21,7 @@ use crate::net::{Policy, StepId, Transition, TransitionId, TransitionKind};
 use crate::program::{Expr, Origin, Stmt, TempId, TempRole};
 use crate::simplify::{compare_shapes, simplify};
 
-/// What transitions compete for: a step, or with `fire one` the micro-step itself.
+/// The object that transitions compete for: a step, or with `fire one` the micro-step itself.
 type Prize = Option<StepId>;
 
 /// The transitions that have taken a prize so far. Many takers are combined in one temporary, so that the tests are short.
@@ -35,7 +35,7 @@ struct Takers {
 const FEW: usize = 8;
 
 impl Builder<'_> {
-    /// The prizes that a transition competes for; none for a reaction, and none under `all`.
+    /// The prizes that a transition competes for; empty for a reaction, and under `all`.
     pub(super) fn prizes(&self, id: TransitionId) -> Vec<Prize> {
         let transition = &self.net.transitions[id];
         if transition.kind == TransitionKind::Reaction {
@@ -120,7 +120,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The transition is a candidate, and none of its prizes is taken.
+    /// True if the transition is a candidate and none of its prizes is taken.
     fn free_of_takers(
         &mut self,
         id: TransitionId,

@@ -166,7 +166,7 @@ impl Builder<'_> {
         }
     }
 
-    /// All charts that use the action have ended; `None` if this is impossible.
+    /// True if all charts that use the action have ended; `None` if this is impossible.
     fn action_stops(&self, id: ActionId) -> Option<Expr> {
         let mut all = Vec::new();
         for one in &self.net.actions[id].uses {
@@ -175,7 +175,7 @@ impl Builder<'_> {
         (!all.is_empty()).then(|| simplify(&Expr::and(all)))
     }
 
-    /// Charts that had ended before this reaction.
+    /// Records which charts had ended before this reaction.
     pub(super) fn note_ended(&mut self, out: &mut Vec<Stmt>) {
         for (part, data) in self.net.parts.iter() {
             if let Some(ended) = self.ended[part] {
@@ -245,7 +245,7 @@ impl Builder<'_> {
         q
     }
 
-    /// A value that is computed in `list`, and false if the list does not run.
+    /// A value that is computed in `list`; it is false if the list does not run.
     fn unless(
         &mut self,
         stops: &Option<Expr>,

@@ -20,7 +20,7 @@ pub(super) struct Entries {
 }
 
 impl Builder<'_> {
-    /// The states that are left: each is in the domain of a transition that fires.
+    /// The states that are left: those in the domain of a transition that fires.
     pub(super) fn exits(
         &mut self,
         tree: &Tree,
@@ -221,7 +221,7 @@ impl Builder<'_> {
         out.extend(self.end_sequence(sequence));
     }
 
-    /// What runs when a state is left: its list, then its bit (if lists read it) and its counters are cleared.
+    /// The statements that run when a state is left: its list, then its bit (if lists read it) and its counters are cleared.
     pub(super) fn exit_list(&mut self, step: StepId, is_watched: bool) -> Vec<Stmt> {
         let mut list = self.list(&self.net.steps[step].exit);
         if is_watched {
@@ -236,7 +236,7 @@ impl Builder<'_> {
         counters.map(|id| Stmt::Store(id, None, Expr::int(0))).collect()
     }
 
-    /// What runs when a state is entered: its bit (if lists read it) and its counter are set, then its list runs.
+    /// The statements that run when a state is entered: its bit (if lists read it) and its counter are set, then its list runs.
     pub(super) fn entry_list(&mut self, step: StepId, is_watched: bool) -> Vec<Stmt> {
         let mut list = Vec::new();
         if is_watched {
@@ -254,13 +254,13 @@ impl Builder<'_> {
         counter.map(|id| Stmt::Store(id, None, Expr::int(0))).collect()
     }
 
-    /// The state is active and not left.
+    /// True if the state is active and not left.
     fn stays(&self, step: StepId, exits: &IdMap<Step, Expr>) -> Expr {
         Expr::and([self.is_active(step), exits[step].clone().not()])
     }
 
-    /// `done.state.P`, and that of a parallel state whose regions are all final, right after the entry list of the final state. A final state without a
-    /// parent ends its chart: it is the only active state, so its exit list runs, and its bit stays set [C20].
+    /// Raises `done.state.P`, and the completion event of a parallel state whose regions are all final, directly after the entry list of the final state.
+    /// A final state without a parent ends its chart: it is the only active state, so its exit list runs, and its bit stays set [C20].
     pub(super) fn finish(
         &mut self,
         tree: &Tree,

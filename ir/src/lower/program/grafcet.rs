@@ -10,7 +10,7 @@ use crate::program::{Expr, Leaf, Stmt, TempRole};
 use crate::span::Span;
 
 impl Builder<'_> {
-    /// REACTION of §3.9.
+    /// One reaction: REACTION of §3.9.
     pub(super) fn grafcet_reaction(&mut self) -> Vec<Stmt> {
         let mut out = Vec::new();
         self.latch(&mut out);
@@ -30,7 +30,7 @@ impl Builder<'_> {
         out
     }
 
-    /// R2, R3 and R5 of §3.9, from the empty situation.
+    /// The reset: R2, R3 and R5 of §3.9, from the empty situation.
     pub(super) fn grafcet_reset(&mut self) -> Vec<Stmt> {
         let situation = initial_situation(self.net);
         let older: Vec<_> = self.older.iter().map(|(pair, id)| (*pair, *id)).collect();

@@ -82,7 +82,7 @@ impl Builder<'_> {
             })
     }
 
-    /// The transition actions of a micro-step.
+    /// Runs the transition actions of a micro-step.
     pub(super) fn run_actions(
         &mut self,
         order: &[Act],

@@ -17,8 +17,8 @@
 //!
 //! Receptivities are read before anything changes. The lists read the bits of [`StatePieces::is_watched`] states while these change; the exit and entry
 //! lists store them. The caller keeps all other bits. They are read in `before`, `check`, `fired` and `after`, where nothing changes, and in the lists of
-//! final states that complete a parallel state ([`StatePieces::completes`]): there a state that has been left reads false, and so does one that has not
-//! been entered yet.
+//! final states that complete a parallel state ([`StatePieces::completes`]): in these lists, a state that has been left reads false, and so does a state
+//! that has not been entered yet.
 
 use super::tree::Tree;
 use super::{Builder, ProgramOptions, temp};

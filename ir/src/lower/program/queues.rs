@@ -37,11 +37,11 @@ pub(super) struct Queue {
 /// How external events wait.
 #[derive(Debug, Clone)]
 pub(super) enum External {
-    /// There are none.
+    /// There are no external events.
     None,
-    /// In the bits of the row, each with the temporary that tells whether it is still waiting.
+    /// The events wait in the bits of the row, each with a temporary that tells whether the event is still waiting.
     Row(Vec<(InputId, Option<TempId>)>),
-    /// In a queue.
+    /// The events wait in a queue.
     Queue(Queue),
 }
 

@@ -5,7 +5,7 @@ use crate::net::{
     Enter, Net, Part, PartId, Policy, Schedule, StepId, TransitionId, TransitionKind,
 };
 
-/// Means "no number", which comes last.
+/// The sort key of an object without a number; it comes last.
 pub(super) const LAST: u64 = u64::MAX;
 
 /// Sorted lists of all objects that have a static order in a micro-step.
@@ -52,7 +52,7 @@ impl Ranks {
         self.chart[part]
     }
 
-    /// Lower goes first.
+    /// The lower value goes first.
     pub(super) fn of_transition(&self, net: &Net, transition: TransitionId) -> u64 {
         self.rank[net.transitions[transition].part]
     }

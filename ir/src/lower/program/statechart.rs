@@ -58,7 +58,7 @@ impl Builder<'_> {
         self.held_cells();
     }
 
-    /// L1 to L5 of §3.9.
+    /// One reaction: L1 to L5 of §3.9.
     pub(super) fn statechart_reaction(&mut self) -> Vec<Stmt> {
         let mut out = Vec::new();
         let fault = self.begin_reaction(&mut out);
@@ -67,7 +67,7 @@ impl Builder<'_> {
         out
     }
 
-    /// L1 to L3; returns the flag that becomes true on a fault.
+    /// The start of a reaction, L1 to L3 of §3.9; returns the flag that becomes true on a fault.
     pub(super) fn begin_reaction(&mut self, out: &mut Vec<Stmt>) -> TempId {
         self.note_ended(out);
         self.latch(out);
@@ -90,13 +90,13 @@ impl Builder<'_> {
         fault
     }
 
-    /// L5.
+    /// The end of a reaction: L5 of §3.9.
     pub(super) fn end_reaction(&mut self, fault: TempId, out: &mut Vec<Stmt>) {
         self.end(super::ending::Mealy::new(), out);
         out.push(Stmt::Fault(temp(fault)));
     }
 
-    /// R3 to R5.
+    /// The reset: R3 to R5 of §3.9.
     pub(super) fn statechart_reset(&mut self) -> Vec<Stmt> {
         let mut out = Vec::new();
         let fault = self.begin_fault(&mut out);
@@ -288,7 +288,7 @@ impl Builder<'_> {
         idle
     }
 
-    /// F of a check: without an event, the transitions that need none; with an event, those that name it [C18].
+    /// F of a check (§3.9): without an event, the transitions that need none; with an event, those that name it [C18].
     fn fireable_in_statechart(
         &mut self,
         current: Option<TempId>,
@@ -322,7 +322,7 @@ impl Builder<'_> {
         fireable
     }
 
-    /// K4 of statecharts.
+    /// The choice of the transitions that fire: K4 of §3.9 for statecharts.
     fn choose_in_statechart(
         &mut self,
         tree: &Tree,
@@ -441,7 +441,7 @@ impl Builder<'_> {
                 rivals.push(self.has_moved(tree, *child, fire, moved, out));
             }
         }
-        // On the path up, each parallel state has regions whose transitions were taken before.
+        // The transitions in earlier regions of each parallel state on the path up were taken before.
         let mut region = source;
         while let Some(parent) = net.steps[region].parent {
             if net.steps[parent].kind == StepKind::Parallel {

@@ -1,4 +1,4 @@
-//! Programs of small nets: their text if the form matters, otherwise their rows.
+//! Tests with programs of small nets: they compare the text of the program if its form matters, otherwise the rows of a run.
 
 use super::{ProgramOptions, codes, program, show};
 use crate::net::Net;

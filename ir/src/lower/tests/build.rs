@@ -1,4 +1,4 @@
-//! Charts built by hand, one line each.
+//! Constructors for charts that are built by hand, one line for each item.
 
 use crate::chart::*;
 use crate::diag::Diagnostic;

@@ -1,4 +1,4 @@
-//! Errors: all of them at once, in the user's words, with help.
+//! Tests of errors: all errors are reported at once, in the user's words, with help.
 
 use super::build::*;
 use crate::chart::*;
@@ -6,7 +6,7 @@ use crate::expr::Type;
 use crate::lower::lower;
 use crate::net::{Policy, Qualifier};
 
-/// The findings for a transition with this condition, among a few declarations.
+/// The findings for a transition with this condition, in a chart with a few declarations.
 fn about(condition: Expr) -> Vec<String> {
     findings(vec![
         vec![single()],

@@ -1,4 +1,4 @@
-//! Enclosing steps, forcing, and statecharts.
+//! Tests of enclosing steps, forcing, and statecharts.
 
 use super::build::*;
 use crate::chart::*;
@@ -16,7 +16,7 @@ fn on(text: &str, event: &str) -> Item {
     Item::Transition(Transition { events: vec![name(event)], ..arrow(text, None) })
 }
 
-/// The entered items of a list, by local names.
+/// The entries of a list, by local names.
 fn enters(net: &Net, list: &[Enter]) -> String {
     let last = |text: &str| text.rsplit('.').next().unwrap_or(text).to_owned();
     let one = |enter: &Enter| match *enter {
@@ -106,7 +106,7 @@ fn transitions_of_statecharts_leave_their_domain_and_complete_their_targets() {
 #[test]
 fn states_with_history_in_a_grafcet_are_errors_only() {
     let mut items = player();
-    // Without a statechart policy, for example if the line that sets it is damaged.
+    // The chart has no statechart policy, for example because the line that sets it is damaged.
     items[0].remove(0);
     let (net, found) = lower(&design(vec![chart("c", items)]));
     assert!(net.is_none());
@@ -126,7 +126,8 @@ fn an_internal_transition_does_not_leave_its_source() {
     items[1].extend([
         internal("playing -> playing.fast"),
         internal("playing -> playing.H"),
-        // Like external transitions: the first target is not inside the source, and the second source is parallel.
+        // These behave like external transitions: the first target is not inside the source, and the second source
+        // is parallel.
         internal("playing -> playing"),
         internal("both -> both.left.b"),
         internal("off ->"),

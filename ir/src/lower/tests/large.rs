@@ -1,4 +1,4 @@
-//! Running time on large inputs.
+//! Tests of the running time on large inputs.
 
 use super::build::*;
 use crate::lower::lower;

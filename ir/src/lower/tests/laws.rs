@@ -1,4 +1,4 @@
-//! Laws that hold for every chart, on random charts with many errors.
+//! Properties of the lowering that are true for every chart, tested on random charts with many errors.
 
 use super::build::*;
 use crate::FileId;
@@ -441,9 +441,9 @@ fn sound() -> impl Strategy<Value = Design> {
         })
 }
 
-/// Its parent among the earlier states, whether its children are regions, and whether it is final.
+/// A state: its parent among the earlier states, whether its children are regions, and whether it is final.
 type DrawnState = (prop::sample::Index, bool, bool);
-/// Source, target, and whether the transition leads to the target's history.
+/// A transition: source, target, and whether it leads to the target's history.
 type DrawnTransition = (prop::sample::Index, prop::sample::Index, bool);
 
 fn statechart() -> impl Strategy<Value = (Vec<DrawnState>, Vec<DrawnTransition>)> {

@@ -1,4 +1,4 @@
-//! Names, expansion and order.
+//! Tests of names, expansion and order.
 
 use super::build::*;
 use crate::chart::{Item, MacroStep, StepRole};
@@ -15,7 +15,7 @@ fn transition_names(net: &Net) -> Vec<&str> {
     net.transitions.values().map(|one| one.name.text.as_str()).collect()
 }
 
-/// The truck of seed 004.
+/// The truck in the paper on Grafcet, C and PALASM.
 fn truck() -> Vec<Vec<Item>> {
     vec![
         vec![single(), conflict(Policy::PriorityAge)],
@@ -43,7 +43,7 @@ fn the_truck_has_four_steps_and_transitions() {
     assert!(net.steps.values().next().unwrap().is_initial);
 }
 
-/// Seed 004 prints `t4: p1*a |- @p1`, so no transition leaves p4.
+/// The paper on Grafcet, C and PALASM prints `t4: p1*a |- @p1`, so no transition leaves p4.
 #[test]
 fn the_misprint_of_the_seed_is_told() {
     let mut items = truck();
@@ -112,7 +112,7 @@ fn macros_nest_and_local_names_win() {
         vec![single()],
         inputs("a b"),
         vec![
-            // Used before it is declared.
+            // The macro is used before it is declared.
             macro_step("m", "outer"),
             outer,
             fill(),
@@ -235,7 +235,7 @@ fn an_expansion_that_explodes_is_stopped() {
     );
 }
 
-/// Macros without steps create nothing to count except themselves.
+/// Macros without steps create no objects, so the macros themselves must be counted.
 #[test]
 fn an_expansion_of_nothing_is_stopped_too() {
     let mut items = vec![initial("p", vec![]), macro_step("m", "a0")];

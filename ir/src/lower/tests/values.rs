@@ -1,4 +1,4 @@
-//! Expressions, times, outputs and lists.
+//! Tests of expressions, times, outputs and lists.
 
 use super::build::*;
 use crate::chart::{ActionHow, DeclarationKind, Item, Length, StepItemKind, Transition};
