@@ -1,7 +1,7 @@
 //! Compares the callbacks of a chart with its instance: part of the bench that runs emitted C.
 //!
-//! A reaction must report each step that it changed, once and with its new state, and each transition that it enabled; nothing else. Otherwise the bench ends
-//! with a special exit code.
+//! A reaction must report each step that it changed, once and with its new state, and each transition that it enabled; nothing else. Otherwise the
+//! bench ends with a special exit code.
 
 use crate::c::print::{Kind, Node};
 use crate::header::shown;
@@ -22,7 +22,7 @@ fn transitions<'n>(net: &'n Net) -> impl Iterator<Item = TransitionId> + 'n {
         .map(|(id, _)| id)
 }
 
-/// Nothing to compare: there are no callbacks.
+/// True if there are no callbacks, so that nothing can be compared.
 fn is_silent(interface: &Interface) -> bool {
     !interface.callbacks || !interface.has_instance
 }
@@ -74,7 +74,7 @@ pub(crate) fn functions(net: &Net, interface: &Interface) -> Vec<Node> {
     nodes
 }
 
-/// Before a reaction: records the state.
+/// The statements before a reaction, which record the state.
 pub(crate) fn before(net: &Net, interface: &Interface) -> Vec<Node> {
     if is_silent(interface) {
         return Vec::new();
@@ -92,7 +92,7 @@ pub(crate) fn before(net: &Net, interface: &Interface) -> Vec<Node> {
     nodes
 }
 
-/// After a reaction: checks that the reports match the changes.
+/// The statements after a reaction, which check that the reports match the changes.
 pub(crate) fn after(net: &Net, interface: &Interface) -> Vec<Node> {
     if is_silent(interface) {
         return Vec::new();

@@ -31,7 +31,7 @@ pub const SAFE_STATE_REFUSED: Code =
 /// The cost of a task cannot be determined.
 pub const TASK_NOT_COUNTED: Code =
     Code { id: "G0635", title: "task whose cost cannot be determined" };
-/// All codes.
+/// All codes of this crate.
 pub const ALL: &[Code] = &[
     STYLE_REFUSED,
     FOREIGN_CODE,

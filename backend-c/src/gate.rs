@@ -1,10 +1,10 @@
 //! The quiescence gate: a reaction that cannot change anything returns at once.
 //!
-//! A reaction is a function of the instance, the inputs and `dt`, and of nothing else. [`refusal`] ensures this: a chart that calls functions of the user's
-//! library or contains C text also depends on these, or has effects that the instance does not show. So if a reaction has left the instance unchanged,
-//! byte for byte, the next one with the same inputs and the same `dt` does the same again: it leaves the instance unchanged and gives the same outputs, which
-//! are already in `out`. Edges, running timers, ages, budgets of tasks, queued and raised events are all in the instance: while one of them has work to
-//! do, the instance changes, and the gate stays open. No knowledge of the chart is needed.
+//! A reaction is a function of the instance, the inputs and `dt`, and of nothing else. [`refusal`] ensures this: a chart that calls functions of the
+//! user's library or contains C text also depends on these, or has effects that the instance does not show. So if a reaction has left the instance
+//! unchanged, byte for byte, the next one with the same inputs and the same `dt` has the same effect: it leaves the instance unchanged and gives the
+//! same outputs, which are already in `out`. Edges, running timers, ages, budgets of tasks, queued and raised events are all in the instance: while
+//! one of them has work to do, the instance changes, and the gate stays open. No knowledge of the chart is needed.
 //!
 //! To test whether a reaction changed nothing costs a copy of the instance. It is done only if inputs and `dt` equal the last ones, so a scan with new
 //! inputs only compares and stores them. The gate itself is inline, in the header: an idle scan costs no call.
@@ -105,7 +105,7 @@ pub(crate) fn step(interface: &Interface, same: &[String]) -> Node {
     Node::function(head, body)
 }
 
-/// The functions behind the gate, in the source; `reaction` is the body of the reaction itself.
+/// The functions that the gate calls, in the source; `reaction` is the body of the reaction itself.
 pub(crate) fn functions(interface: &Interface, same: &[String], reaction: Vec<Node>) -> Vec<Node> {
     let prefix = &interface.names.prefix;
     let parameters = interface.parameters(true, true);

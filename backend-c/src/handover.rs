@@ -10,7 +10,7 @@ use crate::io::INPUT_BITS;
 use grafsynth_ir::net::InputKind;
 
 impl Layout<'_> {
-    /// `NAME_read_out`, `NAME_write_in`, `NAME_read_self`: those that the chart can use.
+    /// Adds `NAME_read_out`, `NAME_write_in` and `NAME_read_self`, if the chart can use them.
     pub(crate) fn handover(&self, nodes: &mut Vec<Node>) {
         self.read_out(nodes);
         self.write_in(nodes);

@@ -1,8 +1,9 @@
 //! Programs that run emitted charts and print their traces.
 //!
-//! A harness reads one reaction from each line of its standard input: the ticks since the last reaction, then the inputs, extern conditions and events in
-//! declaration order (except internal events), all as decimal numbers separated by blanks. It prints the trace of semantics §11 as CSV, row 0 first.
-//! Extern conditions are answered from the line; calls of extern actions are counted, or their arguments are listed, for the columns of the trace.
+//! A harness reads one reaction from each line of its standard input: the ticks since the last reaction, then the inputs, extern conditions and
+//! events in declaration order (except internal events), all as decimal numbers separated by blanks. It prints the trace of semantics §11 as CSV, row
+//! 0 first. Extern conditions are answered from the line; calls of extern actions are counted, or their arguments are listed, for the columns of the
+//! trace.
 //!
 //! A harness is a test bench for a hosted C compiler; it is not part of a package.
 
@@ -28,12 +29,12 @@ pub fn harness(net: &Valid<Net>, package: &Package) -> String {
 /// A program that answers queries about single reactions, to explore everything that a chart can do.
 ///
 /// It reads batches: a line with the number of queries, then that many queries. A query is a state followed by the line of a [`harness`]; the state is
-/// the number of a state in an earlier answer, or `-1 - n` for the state after answer `n`. The answers of a batch are printed when all are ready. An answer
-/// is two lines: the row of the trace (its scan is always 0), and the number of the state that the instance is then in. Equal states have equal numbers. The
-/// heading of the trace and the answer 0 come first: state 0 is the one after `init`.
+/// the number of a state in an earlier answer, or `-1 - n` for the state after answer `n`. The answers of a batch are printed when all are ready. An
+/// answer is two lines: the row of the trace (its scan is always 0), and the number of the state that the instance is then in. Equal states have
+/// equal numbers. The heading of the trace and the answer 0 come first: state 0 is the one after `init`.
 ///
-/// The contents of the output structure are not carried over: this reveals an output that `step` does not write. With a gate before `step`, the
-/// outputs belong to the state, because a skipped reaction leaves them unchanged.
+/// The contents of the output structure are not kept from query to query: this reveals an output that `step` does not write. With a gate before
+/// `step`, the outputs belong to the state, because a skipped reaction leaves them unchanged.
 #[must_use]
 pub fn explorer(net: &Valid<Net>, package: &Package) -> String {
     let mut nodes = heading(net, package, "answers for single reactions");
@@ -47,7 +48,7 @@ pub fn explorer(net: &Valid<Net>, package: &Package) -> String {
     Writer::write(&nodes).0
 }
 
-/// A skipped reaction leaves the outputs unchanged.
+/// True if the outputs belong to the state, because a skipped reaction leaves them unchanged.
 fn carries_outputs(interface: &Interface) -> bool {
     interface.gate && interface.has_out
 }
@@ -71,7 +72,7 @@ static void bench_answered(int64_t state)
 
 "#;
 
-/// The purpose of the program, the headers of the package, and what all programs need.
+/// The comment with the purpose of the program, the headers of the package, and the declarations that all programs need.
 fn heading(net: &Net, package: &Package, what: &str) -> Vec<Node> {
     let stem = package.stem();
     let mut nodes = vec![
@@ -169,7 +170,7 @@ pub fn multi_harness(all: &[(&Valid<Net>, &Package)]) -> String {
         "#if defined(__clang__)\n#pragma clang diagnostic ignored \"-Wunused-function\"\n#endif\n"
             .to_string();
     text.push_str(&Writer::write(&common()).0);
-    // Engines: each text once, headers first.
+    // The text of each engine is inserted once, headers first.
     let mut engines: Vec<&crate::File> = Vec::new();
     for file in all.iter().flat_map(|(_, package)| &package.files) {
         let is_new = !engines.iter().any(|known| known.name == file.name);
@@ -187,7 +188,7 @@ pub fn multi_harness(all: &[(&Valid<Net>, &Package)]) -> String {
         for name in &library {
             text.push_str(&format!("#define {name} {prefix}_lib_{name}\n"));
         }
-        // Headers first; what they include of each other is in the text already.
+        // Headers come first; the headers that they include are already in the text.
         let stem = package.stem();
         let wanted = [
             format!("{stem}.h"),
@@ -249,7 +250,7 @@ fn has_library(package: &Package) -> bool {
     package.files.iter().any(|file| file.name.ends_with("_user.h"))
 }
 
-/// What every harness needs: input of numbers, output of text.
+/// The functions that every harness needs: input of numbers, output of text.
 fn common() -> Vec<Node> {
     let text = r#"#include <stdbool.h>
 #include <stdint.h>
@@ -519,7 +520,7 @@ pub(crate) fn arguments(interface: &Interface, step: bool) -> String {
     all.join(", ")
 }
 
-/// The library functions, answered from the stimulus.
+/// The library functions, which answer from the stimulus.
 fn stand_ins(net: &Net, interface: &Interface) -> Vec<Node> {
     let prefix = &interface.names.prefix;
     let mut nodes = Vec::new();

@@ -34,7 +34,7 @@ pub(crate) fn lay_out(
         // A chart without state cannot be quiescent.
         gate: options.gate && !program.instance.is_empty(),
         trace: options.trace,
-        // Nor can its memory be corrupted.
+        // A chart without state has no memory that can be corrupted.
         safe_state: options.safe_state && !program.instance.is_empty(),
     };
     if interface.safe_state {

@@ -3,7 +3,7 @@
 use crate::names::Names;
 use crate::times::Ticks;
 
-/// What a caller of the emitted functions must know: the harness is generated from it.
+/// The data that a caller of the emitted functions must know; the harness is generated from them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Interface {
     pub(crate) names: Names,
@@ -13,16 +13,16 @@ pub(crate) struct Interface {
     pub(crate) ticks: Option<Ticks>,
     pub(crate) has_fault: bool,
     pub(crate) callbacks: bool,
-    /// The quiescence gate precedes the reaction.
+    /// True if the quiescence gate precedes the reaction.
     pub(crate) gate: bool,
     /// The number of entries of the trace ring.
     pub(crate) trace: Option<u16>,
-    /// A reaction checks the state variables first.
+    /// True if a reaction checks the state variables first.
     pub(crate) safe_state: bool,
 }
 
 impl Interface {
-    /// The parameters of `NAME_init`, `NAME_step` and `NAME_stop`: only those that the chart has.
+    /// The parameters of `NAME_init`, `NAME_step` and `NAME_stop`, without those that the chart does not need.
     pub(crate) fn parameters(&self, with_in: bool, with_dt: bool) -> String {
         let prefix = &self.names.prefix;
         let mut all = Vec::new();

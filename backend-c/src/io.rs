@@ -2,8 +2,8 @@
 //!
 //! Members are the easiest to fill in and to inspect, and cost a byte each. As words (`--io words`), inputs are bits of bytes, which every
 //! machine tests with a constant mask, and a port register can be copied into them directly; outputs are bits of the smallest word that contains all of
-//! them, up to 32, so that a reaction collects them in a register and writes them once. Bits are numbered in declaration order and named by macros of the
-//! header; unused bits are 0. Numbers are members in both layouts.
+//! them, up to 32, so that a reaction collects them in a register and writes them once. Bits are numbered in declaration order and named by macros of
+//! the header; unused bits are 0. Numbers are members in both layouts.
 
 use crate::c::print::Node;
 use crate::cexpr::{CExpr, Prec, constant};
@@ -105,7 +105,7 @@ impl Layout {
         if word == 0 { "lit".to_string() } else { format!("lit_{}", word + 1) }
     }
 
-    /// `lit |= mask;`, with a cast for types smaller than `int`.
+    /// The statement `lit |= mask;`, with a cast for types smaller than `int`.
     pub(crate) fn light(&self, word: usize, mask: &str) -> Node {
         let lit = self.lit(word);
         Node::line(format!("{lit} = ({})({lit} | {mask});", self.output_type()))

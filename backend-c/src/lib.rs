@@ -1,9 +1,9 @@
 //! Nets to C99.
 //!
-//! [`emit`] turns a valid net and the proved facts about it into a package of C files: a header with the instance structure and the interface, the chart, a
-//! port header with what differs between machines, and for charts with extern functions a header and a stub of the user's library. The text uses no
-//! dynamic memory, no recursion and no global variables; it compiles without warnings as C99 and as C++11, and gives the same results on machines whose
-//! `int` has 16 bits.
+//! [`emit`] turns a valid net and the proved facts about it into a package of C files: a header with the instance structure and the interface, the
+//! chart, a port header with the machine-dependent parts, and for charts with extern functions a header and a stub of the user's library. The text
+//! uses no dynamic memory, no recursion and no global variables; it compiles without warnings as C99 and as C++11, and gives the same results on
+//! machines whose `int` has 16 bits.
 //!
 //! ```
 //! use grafsynth_backend_c::{Options, emit};
@@ -62,7 +62,8 @@ use grafsynth_ir::{Span, Valid};
 /// The style of the emitted code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Style {
-    /// The best style for the chart: `Switch`, with tables where they pay, otherwise `Bits`. For a statechart, `Switch` uses a variable for each region.
+    /// The best style for the chart: `Switch`, with tables where they pay, otherwise `Bits`. For a statechart, `Switch` uses a variable for each
+    /// region.
     #[default]
     Auto,
     /// A `switch` over a state variable for each sequential component, never tables.
@@ -151,15 +152,16 @@ pub struct Options {
     pub goal: cost::Goal,
     /// The layout of Boolean inputs and outputs.
     pub io: Io,
-    /// The quiescence gate: a reaction with the same inputs and the same `dt` as the last one returns at once if the last one left the instance unchanged.
+    /// The quiescence gate: a reaction with the same inputs and the same `dt` as the last one returns at once if the last one left the instance
+    /// unchanged.
     pub gate: bool,
     /// The safe state: a reaction checks the state variables first; on corruption, the outputs stay safe from then on.
     pub safe_state: bool,
     /// The number of entries of the trace ring in the instance, at most [`trace::MAX_PLACES`]; `None` for no ring.
     pub trace: Option<u16>,
-    /// What all global names begin with, in place of the chart's name, made a C identifier where it is none.
+    /// The prefix of all global names, converted to a C identifier if necessary; `None` uses the chart's name.
     pub prefix: Option<String>,
-    /// What the names of the files begin with; none: what the global names begin with.
+    /// The prefix of all file names; `None` uses the prefix of the global names.
     pub stem: Option<String>,
     /// Call `NAME_activated` and `NAME_enabled` of the user's library when a step changes and when a transition becomes enabled (seed 000).
     pub callbacks: bool,
@@ -238,7 +240,7 @@ pub struct File {
     pub name: String,
     /// Its text.
     pub text: String,
-    /// The user fills it in: it is written only if no file with that name exists.
+    /// True if the user edits the file: it is written only if no file with that name exists.
     pub keep_existing: bool,
     /// For each line (from 1) that comes from the net, its objects.
     pub map: Vec<(u32, Vec<Object>)>,
@@ -270,13 +272,13 @@ pub struct Package {
 }
 
 impl Package {
-    /// What the names of its files begin with.
+    /// The prefix of its file names.
     #[must_use]
     pub fn stem(&self) -> &str {
         &self.interface.names.stem
     }
 
-    /// What all global names begin with: the chart's name as a C identifier.
+    /// The prefix of all global names: the chart's name as a C identifier.
     #[must_use]
     pub fn prefix(&self) -> &str {
         &self.interface.names.prefix
@@ -288,7 +290,7 @@ impl Package {
         self.interface.has_instance
     }
 
-    /// The quiescence gate stands in front of the reaction, so that some are skipped.
+    /// True if the quiescence gate precedes the reaction, so that some reactions are skipped.
     #[must_use]
     pub fn has_gate(&self) -> bool {
         self.interface.gate
@@ -448,7 +450,7 @@ pub fn emit(
     })
 }
 
-/// Functions of the user's library whose names are not allowed in C.
+/// Warnings about functions of the user's library whose names are not allowed in C.
 fn renamed(net: &Net, names: &names::Names) -> Vec<Diagnostic> {
     let conditions = net
         .inputs
@@ -474,7 +476,7 @@ fn renamed(net: &Net, names: &names::Names) -> Vec<Diagnostic> {
         .collect()
 }
 
-/// Verbatim text for other languages: it is omitted.
+/// Warnings about verbatim text for other languages, which is omitted.
 fn foreign_code(net: &Net) -> Vec<Diagnostic> {
     net.texts()
         .into_iter()

@@ -1,7 +1,7 @@
 //! All identifiers of the emitted text, each chosen once by [`grafsynth_ir::names::Namer`].
 //!
-//! Identifiers are made from the chart's names, never from positions, so that an unrelated edit does not change them. Each name is in the space where it is
-//! used: members of the input, output and instance structures, enumerators (all with the chart's prefix), and functions of the user's library
+//! Identifiers are made from the chart's names, never from positions, so that an unrelated edit does not change them. Each name is in the space where
+//! it is used: members of the input, output and instance structures, enumerators (all with the chart's prefix), and functions of the user's library
 //! (without a prefix, so that one library serves several charts).
 
 use crate::io::Layout;
@@ -29,9 +29,9 @@ const OWN: &[&str] = &["self", "in", "out", "dt", "scan", "before"];
 /// The identifiers of one chart.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Names {
-    /// What the names of the files begin with.
+    /// The prefix of the file names.
     pub(crate) stem: String,
-    /// In front of types and functions.
+    /// The prefix of types and functions.
     pub(crate) prefix: String,
     /// The prefix of macros and enumerators.
     pub(crate) upper: String,
@@ -41,15 +41,15 @@ pub(crate) struct Names {
     pub(crate) outputs: IdMap<Output, String>,
     /// Members of the instance.
     pub(crate) vars: IdMap<Var, String>,
-    /// Without the prefix: `p1` of `TRUCK_p1` and `truck_active_p1`.
+    /// The steps without the prefix: `p1` of `TRUCK_p1` and `truck_active_p1`.
     pub(crate) steps: IdMap<Step, String>,
-    /// Without the prefix, for `TRUCK_T_t1`.
+    /// The transitions without the prefix, for `TRUCK_T_t1`.
     pub(crate) transitions: IdMap<Transition, String>,
-    /// Without the prefix, for `truck_macro_m1`.
+    /// The macros without the prefix, for `truck_macro_m1`.
     pub(crate) macros: Vec<String>,
     /// The layout of Boolean inputs and outputs.
     pub(crate) io: Layout,
-    /// What the headers define after the upper-case prefix, except steps.
+    /// The names that the headers define after the upper-case prefix, except steps.
     reserved: Vec<String>,
     /// Members of the instance that store the last value of an edge operand.
     pub(crate) edges: IdMap<EdgeOperand, String>,
@@ -154,7 +154,7 @@ impl Names {
         }
     }
 
-    /// A namer for what follows the prefix, except steps.
+    /// A namer for names after the prefix, except steps.
     pub(crate) fn suffix_namer(&self) -> Namer {
         let mut namer = Namer::new(&SUFFIX);
         self.reserved.iter().for_each(|word| namer.reserve(word));
@@ -208,7 +208,7 @@ fn edge_name(net: &Net, edge: &EdgeOperand) -> String {
     words.join("_")
 }
 
-/// What the headers define after the upper-case prefix.
+/// The names that the headers define after the upper-case prefix.
 const ENUMERATORS: &[&str] = &[
     "ACTIVE",
     "BAD_STATE",

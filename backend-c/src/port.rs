@@ -1,4 +1,4 @@
-//! `NAME_port.h`: what differs between machines, and the ring that interrupts write to.
+//! `NAME_port.h`: the machine-dependent parts, and the ring that interrupts write to.
 
 use crate::c::print::{Kind, Node};
 use crate::header::Layout;
@@ -231,7 +231,7 @@ impl Layout<'_> {
         nodes.push(Node::blank());
     }
 
-    /// The frame around `step` for a machine with interrupts.
+    /// The functions around `step` for a machine with interrupts.
     fn scan(&self, nodes: &mut Vec<Node>) {
         let (prefix, upper) = (&self.names.prefix, &self.names.upper);
         let i = self.interface;

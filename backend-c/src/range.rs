@@ -16,7 +16,7 @@ pub(crate) struct Range {
     pub(crate) lo: i64,
     /// The maximum value.
     pub(crate) hi: i64,
-    /// It counts what is pending within a reaction.
+    /// True if it counts what is pending within a reaction.
     pub(crate) is_count: bool,
 }
 
@@ -41,7 +41,7 @@ impl Range {
             Some(_) => format!("self->{}[{index}]", self.name),
             None => format!("self->{}", self.name),
         };
-        // A corrupt `bool` that is neither 0 nor 1 must be read as a byte.
+        // A corrupt `bool` may be neither 0 nor 1, so it is read as a byte.
         if self.ty == "bool" { format!("*(const volatile uint8_t *)&{place}") } else { place }
     }
 

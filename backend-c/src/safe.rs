@@ -1,12 +1,13 @@
-//! Safe values of outputs in C: before the first reaction, after a stop, during the emergency of the chart (semantics §3.8), and after memory corruption.
+//! Safe values of outputs in C: before the first reaction, after a stop, during the emergency of the chart (semantics §3.8), and after memory
+//! corruption.
 //!
 //! A reaction computes its outputs as if there were no emergency, and writes the safe values over them at its end: nothing after that can undo it.
 //!
 //! # The safe state
-//! With [`Options::safe_state`] a reaction first checks whether the instance is valid: each state variable, timer, number and Boolean is within the values
-//! that a reaction can leave in it, and if a component's steps are bits, at most one is active, or exactly one if that is proved. If the check fails, the
-//! outputs become safe, the hook `NAME_BAD_STATE` is called once, and the chart stops until the next `init`. Corruption that results in a possible state of the
-//! chart is not detected: the instance alone can show only ranges and covers.
+//! With [`Options::safe_state`] a reaction first checks whether the instance is valid: each state variable, timer, number and Boolean is within the
+//! values that a reaction can leave in it, and if a component's steps are bits, at most one is active, or exactly one if that is proved. If the check
+//! fails, the outputs become safe, the hook `NAME_BAD_STATE` is called once, and the chart stops until the next `init`. Corruption that results in a
+//! possible state of the chart is not detected: the instance alone can show only ranges and covers.
 //!
 //! | `intact` | meaning |
 //! |---|---|
@@ -15,8 +16,9 @@
 //! | else | this byte is corrupt, or `init` was not called yet: memory that was never written does not run |
 //!
 //! The check costs only its comparisons. Members whose maximum value is a power of two minus one are combined by `|` and compared at once: a bit above
-//! that maximum is in the result if it is in one of them. The check reads the instance as volatile, so that no compiler assumes what it wrote there itself;
-//! this also prevents a compiler from restructuring the reaction around its knowledge of the state (which made the text of one chart a third larger on an AVR).
+//! that maximum is in the result if it is in one of them. The check reads the instance as volatile, so that no compiler assumes what it wrote there
+//! itself; this also prevents a compiler from restructuring the reaction around its knowledge of the state (which made the text of one chart a third
+//! larger on an AVR).
 
 use crate::Object;
 use crate::c::print::Node;
@@ -33,9 +35,9 @@ use grafsynth_ir::names::Namer;
 use grafsynth_ir::net::{Net, OutputId};
 use std::collections::BTreeMap;
 
-/// Its value after `init`.
+/// The value of `intact` after `init`.
 const INTACT: &str = "0xA5U";
-/// Its value in a chart that has stopped.
+/// The value of `intact` in a chart that has stopped.
 const STOPPED: &str = "0x5AU";
 
 /// Gives the outputs in `which` their safe values: members, and bits of the words that a reaction collects in locals.
@@ -198,7 +200,7 @@ fn of_ranges(ranges: &[Range], locals: &mut Namer) -> Vec<Node> {
     nodes
 }
 
-/// The same for many elements of an array.
+/// The check for many elements of an array.
 fn of_elements(range: &Range, first: u32, behind: u32) -> Option<Node> {
     let counter = count_type(i64::from(behind));
     let [from, to] = [first, behind].map(|it| unsigned(i64::from(it)));
@@ -238,12 +240,12 @@ pub(crate) fn guard(net: &Net, names: &Names) -> Node {
     Node::when(&format!("!{}_intact(self)", names.prefix), body)
 }
 
-/// The effect of a stop besides the outputs.
+/// The effect of a stop, without the outputs.
 pub(crate) fn stop() -> Node {
     Node::line(format!("self->{MEMBER} = {STOPPED};"))
 }
 
-/// `NAME_stopped`, of the header.
+/// `NAME_stopped`, for the header.
 pub(crate) fn stopped(names: &Names) -> Vec<Node> {
     let prefix = &names.prefix;
     vec![

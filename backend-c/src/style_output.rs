@@ -33,7 +33,7 @@ pub(crate) struct StyleOutput {
     pub(crate) active: IdMap<Step, String>,
     /// The condition of a fault in the last reaction, over `self`; `None` if no reaction can have one.
     pub(crate) fault: Option<String>,
-    /// The chart has a `fault` function (stable evolution or queues).
+    /// True if the chart has a `fault` function (stable evolution or queues).
     pub(crate) has_fault: bool,
     /// How time is passed in; `None` if nothing depends on time.
     pub(crate) ticks: Option<Ticks>,
@@ -62,7 +62,7 @@ pub(crate) struct Engine {
     pub(crate) files: &'static [(&'static str, &'static str)],
     /// The maximum number of instructions that one reaction interprets, if the image is a program.
     pub(crate) instructions: Option<u64>,
-    /// The one of these files that the chart's header includes.
+    /// The file, one of these, that the chart's header includes.
     pub(crate) include: &'static str,
     /// The part of the header before the instance.
     pub(crate) before: Vec<Node>,

@@ -34,7 +34,7 @@ pub(crate) fn step_caps(expr: &Expr, caps: &mut BTreeMap<StepId, i64>) {
 /// How `NAME_step` receives the ticks since the last reaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Ticks {
-    /// 16 bits are enough: no timer counts further, and all saturate.
+    /// True if 16 bits are enough: no timer counts further, and all saturate.
     pub(crate) short: bool,
 }
 
@@ -71,7 +71,7 @@ pub(crate) fn timer_place(text: &str, cap: i64) -> CExpr {
     if cap <= 0xff {
         return CExpr::place(text, Type::Int { lo: 0, hi: cap });
     }
-    // Types of two bytes and more are unsigned if `int` has no more, so they are widened or made signed at once.
+    // Unsigned types of two bytes and more are as wide as `int` on some machines, so their values are widened or made signed at once.
     let class = Class::of(0, cap);
     CExpr::exact(format!("({}){text}", class.name()), Prec::Unary, class, (0, cap))
 }

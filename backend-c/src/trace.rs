@@ -99,7 +99,7 @@ fn micro_step_text() -> String {
     format!("self->{MEMBER}.begins = true;")
 }
 
-/// The same for the reaction program.
+/// The statements that record firings and micro-steps in the reaction program.
 pub(crate) fn marks(net: &Net, names: &Names) -> Marks {
     let c = |text: String| Verbatim { language: "c".to_owned(), text };
     Marks {

@@ -22,7 +22,7 @@ fn agree(tag: &str, nets: &[(Valid<Net>, Facts)], styles: &[Style]) -> Vec<&'sta
     agree_with(tag, nets, styles, &Options::default())
 }
 
-/// The same with other options.
+/// Like `agree`, with other options.
 fn agree_with(
     tag: &str,
     nets: &[(Valid<Net>, Facts)],
@@ -73,7 +73,7 @@ fn agree_with(
         for (index, (net, _)) in nets.iter().enumerate() {
             let mut rows = stimulus(net, 200, index as u64 + 1);
             if wanted.gate {
-                // Repeated rows close a gate.
+                // Repeated rows close a gate, so each row occurs three times.
                 rows = rows.into_iter().flat_map(|row| [row.clone(), row.clone(), row]).collect();
             }
             let mut child = Command::new(folder.0.join("all"))
@@ -161,7 +161,7 @@ fn stable_evolution() {
     }
 }
 
-/// Inputs and outputs in words, and the gate, cause no visible change in any style.
+/// Tests that inputs and outputs in words, and the gate, cause no visible change in any style.
 #[test]
 fn words_and_gate() {
     let all = Flavour { lists: true, times: true, forks: true, ..PLAIN };

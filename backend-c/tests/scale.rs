@@ -67,7 +67,7 @@ fn a_thousand_steps_are_fast_and_small() {
             package.style
         );
         assert!(size <= 40_000, "{size} bytes");
-        // The limit applies to an idle machine; a busy one must not fail this test.
+        // The limit is for an idle machine; on a busy one this test must not fail.
         assert!(ns <= most_ns * 5.0, "{ns} ns");
     }
 }

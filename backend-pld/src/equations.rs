@@ -1,8 +1,8 @@
 //! Equations: a circuit after all decisions for a PAL, ready to be printed in any of the equation languages.
 //!
 //! # Power-up
-//! All internal flip-flops of these devices are 0 after power-up. The value of the *signal* then depends on the device ([`crate::device::PowerUp`]), so the
-//! form of each registered equation follows from the signal's initial value:
+//! All internal flip-flops of these devices are 0 after power-up. The value of the *signal* then depends on the device ([`crate::device::PowerUp`]),
+//! so the form of each registered equation follows from the signal's initial value:
 //!
 //! ```text
 //!                      first value 0          first value 1
@@ -33,11 +33,11 @@ pub struct Equations {
     pub signals: Vec<Signal>,
     /// One for each flip-flop and output.
     pub equations: Vec<Equation>,
-    /// The pins are assigned.
+    /// True if the pins are assigned.
     pub has_pins: bool,
     /// The longest chain of buried nodes; 0 if there are none.
     pub depth: usize,
-    /// What the device lacks, if pins were left open for that reason.
+    /// The resources that the device lacks, if pins were left open for that reason.
     pub lacks: Vec<String>,
     /// Inputs and outputs whose pins are not in the order of declarations.
     pub moved: Vec<MovedPin>,
@@ -52,9 +52,9 @@ pub struct Signal {
     pub source: Source,
     /// Its pin.
     pub pin: Option<u32>,
-    /// The pin carries the complement.
+    /// True if the pin carries the complement.
     pub is_pin_inverted: bool,
-    /// It is the complement of its flip-flop.
+    /// True if it is the complement of its flip-flop.
     pub is_complement: bool,
     /// An output without its own macrocell: the flip-flop signal whose name and pin it shares.
     pub shared: Option<SignalIndex>,
@@ -82,9 +82,9 @@ pub enum Source {
 pub struct Equation {
     /// The signal.
     pub signal: SignalIndex,
-    /// The sum gives the signal's complement.
+    /// True if the sum gives the signal's complement.
     pub is_complemented: bool,
-    /// It is clocked.
+    /// True if it is clocked.
     pub is_registered: bool,
     /// Sum of products; a product without literals is always true.
     pub products: Vec<Vec<(SignalIndex, bool)>>,
@@ -130,7 +130,7 @@ impl Equations {
     }
 }
 
-/// A stored output and its memory have one name in the chart; the memory gets the suffix `q`.
+/// The name of a register. A stored output and its memory have one name in the chart; the memory gets the suffix `q`.
 pub(crate) fn register_name(namer: &mut Namer, name: &str) -> String {
     if namer.is_taken(name) { namer.name_with_suffix(name, "_q") } else { namer.name(name) }
 }

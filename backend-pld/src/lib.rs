@@ -161,7 +161,7 @@ pub struct Emitted {
     pub moved: Vec<MovedPin>,
     /// What the device lacks, if pins were left open for that reason.
     pub lacks: Vec<String>,
-    /// Where each line comes from.
+    /// The origin of each line.
     pub map: Vec<MapLine>,
 }
 
@@ -174,7 +174,8 @@ pub struct Named {
     pub pin: Option<u32>,
     /// The object.
     pub object: Object,
-    /// The pin of this flip-flop shows its complement, because its power-up value is the other one or because the pin is an output that is the complement.
+    /// True if the pin of this flip-flop shows its complement, because the power-up value requires it or because the pin is an output that is the
+    /// complement.
     pub is_complement: bool,
 }
 
@@ -195,7 +196,7 @@ pub enum Object {
     Buried,
 }
 
-/// One line of the text and its origin.
+/// A line of the text with its origin.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MapLine {
     /// The line, from 1.
@@ -211,7 +212,7 @@ pub struct MapLine {
 /// Writes a circuit in one of the languages.
 ///
 /// # Errors
-/// Everything that the language or the device does not support, each with the signal and the numbers.
+/// If the language or the device does not support something, with the signal and the numbers.
 pub fn emit(
     logic: &Logic,
     dialect: Dialect,
@@ -279,7 +280,8 @@ pub fn emit(
     }
 }
 
-/// What the device of these options lacks for a circuit, whatever its sums are: found by counting, which is fast. `None` if counting finds nothing.
+/// The resources that the device of these options lacks for a circuit, whatever its sums are: found by counting, which is fast. `None` if counting
+/// finds nothing.
 #[must_use]
 pub fn too_small(logic: &Logic, options: &EmitOptions) -> Option<String> {
     let device = match options.device.as_deref() {

@@ -130,7 +130,7 @@ fn choose_wires(
         Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => true,
         Node::Const(_) | Node::Input(_) | Node::Flop(_) | Node::Not(_) => false,
     };
-    // A negation is printed where it is used, so it passes on its uses.
+    // A negation is printed where it is used, so its uses count as uses of its operand.
     let mut uses: IdMap<Node, u32> = IdMap::filled(&logic.nodes, 0);
     for (root, _) in roots() {
         uses[root] += 1;

@@ -30,7 +30,7 @@ pub struct Placement {
     pub async_reset: Option<Product>,
     /// All registers are set at the clock edge while it is true; only if the device supports it.
     pub sync_preset: Option<Product>,
-    /// The device cannot be read out after it was programmed.
+    /// True if the device cannot be read out after it was programmed.
     pub is_secured: bool,
     /// Inputs and outputs whose pins were chosen out of the order of declarations.
     pub moved: Vec<MovedPin>,
@@ -43,7 +43,7 @@ pub struct PinName {
     pub pin: u32,
     /// Its name as the user wrote it, without a sign of negation.
     pub name: String,
-    /// The user's signal is the complement of the level at the pin.
+    /// True if the user's signal is the complement of the level at the pin.
     pub is_inverted: bool,
 }
 
@@ -65,11 +65,12 @@ pub struct Cell {
     pub pin: u32,
     /// How it uses the sum.
     pub kind: CellKind,
-    /// The sum gives the complement of the pin's value.
+    /// True if the sum gives the complement of the pin's value.
     pub is_active_low: bool,
-    /// True if one of the products is true; without products, never true.
+    /// The sum: true if one of the products is true; without products, never true.
     pub sum: Vec<Product>,
-    /// The pin is driven while it is true; `None`: always, or for registers, as controlled by the device's enable pin if it has one.
+    /// The condition under which the pin is driven. `None`: always, or for registers, as controlled by the device's enable pin if it
+    /// has one.
     pub enable: Option<Product>,
     /// The clock of this flip-flop, on devices with individual clocks.
     pub clock: Option<Product>,
@@ -107,8 +108,8 @@ impl Placement {
         self.cells.iter().find(|cell| cell.pin == pin)
     }
 
-    /// How often a signal passes through the array between two clocks, beyond the first time: the longest chain of combinational macrocells that are read.
-    /// Levels in cycles are counted once.
+    /// How often a signal passes through the array between two clocks, beyond the first time: the longest chain of combinational macrocells that are
+    /// read. Levels in cycles are counted once.
     #[must_use]
     pub fn n_passes(&self) -> usize {
         let gates: Vec<&Cell> =

@@ -8,8 +8,8 @@ use grafsynth_ir::logic::{FlopId, Logic, Node, NodeId, PinInput, PinOutput, PinR
 use grafsynth_logic::build::{Builder, map_operands, prune};
 use std::collections::BTreeMap;
 
-/// Gives a circuit that was read back the roles of the circuit that was written: by name, each input, flip-flop and output becomes the original object, in the
-/// original order, with label, tags and location. The functions and power-up values of the text are kept. A pin of the text that
+/// Gives a circuit that was read back the roles of the circuit that was written: by name, each input, flip-flop and output becomes the original
+/// object, in the original order, with label, tags and location. The functions and power-up values of the text are kept. A pin of the text that
 /// was not written keeps an unknown role.
 ///
 /// Returns a finding for each signal that is missing; the circuit is then incomplete and proves nothing.
@@ -46,7 +46,7 @@ pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
         let name = key(&named.name);
         match &named.object {
             Object::Clock => {}
-            // If it has a pin, the pin shows it; the circuit has no such output.
+            // If the buried node has a pin, the text shows it there; the circuit has no such output.
             Object::Buried => {
                 if let Some(&pin) = find_outputs.get(&name) {
                     is_claimed[pin] = true;

@@ -3,9 +3,9 @@
 //! ```text
 //! pin m ──► m_sync ──► (m_sync_2) ──► everything that read m
 //! ```
-//! The rule of docs/semantics.md §9 still applies: a row of a trace contains the outputs of the synchronisers, so their delay is outside the chart. [`add`]
-//! inserts the flip-flops before a text is written; [`strip`] removes them from the circuit that was read back, after it has checked that each of them
-//! only passes on its pin. The remaining circuit is that of the chart, and is proved equal to it.
+//! The rule of docs/semantics.md §9 still applies: a row of a trace contains the outputs of the synchronisers, so their delay is outside the chart.
+//! [`add`] inserts the flip-flops before a text is written; [`strip`] removes them from the circuit that was read back, after it has checked that
+//! each of them only passes on its pin. The remaining circuit is that of the chart, and is proved equal to it.
 
 use crate::codes;
 use crate::vectors::Vectors;
@@ -20,7 +20,7 @@ use grafsynth_logic::build::{needed, prune, roots};
 pub struct Chain {
     /// The pin.
     pub input: PinInputId,
-    /// From the pin inwards; at least one flip-flop.
+    /// The flip-flops from the pin inwards; at least one.
     pub flops: Vec<FlopId>,
 }
 
@@ -112,7 +112,7 @@ pub fn strip(mut logic: Logic, chains: &[Chain]) -> Result<Logic, Vec<Diagnostic
     Ok(prune(logic))
 }
 
-/// Whether each flip-flop stores the value of the one before it, and nothing else reads the pin or the chain before its end.
+/// True if each flip-flop stores the value of the one before it, and nothing else reads the pin or the chain before its end.
 fn is_chain(logic: &Logic, chain: &Chain) -> bool {
     let Some((last, inner)) = chain.flops.split_last() else { return false };
     let mut source = Node::Input(chain.input);

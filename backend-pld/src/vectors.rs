@@ -10,7 +10,7 @@ use grafsynth_ir::net::{Net, StepId};
 use grafsynth_ir::program::Origin;
 use grafsynth_logic::chip::{ChipSim, NoRow, most_clocks};
 
-/// Rows of bits; row 0 is the state after power-up.
+/// Test vectors as rows of bits; row 0 is the state after power-up.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Vectors {
     /// One for each reaction, and row 0.
@@ -34,11 +34,11 @@ pub struct VectorRow {
     pub outputs: Vec<Option<bool>>,
     /// The expected value of each flip-flop after the clock; `None` if it is not known. May be empty.
     pub flops: Vec<Option<bool>>,
-    /// The number of clocks that this circuit needs for it: 0 in row 0, 1 in all others if there is no `busy` pin.
+    /// The number of clocks that this circuit needs for the reaction: 0 in row 0, 1 in all others if there is no `busy` pin.
     pub clocks: u64,
 }
 
-/// Whether it is an event or the tick, which is high for one clock.
+/// True for an event or the tick, which is high for one clock.
 fn is_pulse(net: &Net, role: PinRole) -> bool {
     match role {
         PinRole::Input(id, _) => net.inputs[id].kind.is_event(),
@@ -123,7 +123,7 @@ impl Vectors {
                         .map(|value| bit_of(value, lo, bit))
                 }
                 PinRole::Fault => Some(row.fault),
-                // A row is checked after the reaction has ended.
+                // The `busy` pin is 0 in every row, because a row is checked after the reaction has ended.
                 PinRole::Busy => Some(false),
                 PinRole::Input(..) | PinRole::Tick | PinRole::Reset | PinRole::Unknown => None,
             };
@@ -172,7 +172,7 @@ impl Vectors {
         }
     }
 
-    /// Whether the rows have as many bits as the circuit has pins.
+    /// Checks that the rows have as many bits as the circuit has pins.
     pub(crate) fn check(&self, logic: &Logic) -> Result<(), Vec<Diagnostic>> {
         let fits = self.mealy.len() == logic.outputs.len()
             && self.pulses.len() == logic.inputs.len()

@@ -1,4 +1,4 @@
-//! The writers: they print, and make no decisions.
+//! The writers: they only print what was decided before.
 
 pub(crate) mod bench;
 pub(crate) mod blif;

@@ -8,7 +8,7 @@ use grafsynth_backend_pld::{Dialect, read_text};
 use grafsynth_ir::span::FileId;
 use std::path::{Path, PathBuf};
 
-/// The folder with files by others, from an environment variable or beside the checkout.
+/// The folder with files by others, from an environment variable or next to the checkout.
 fn corpus(folder: &str) -> Vec<(String, String)> {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus");
     let root = std::env::var_os("GRAFSYNTH_CORPUS").map_or(beside, PathBuf::from);
@@ -29,7 +29,7 @@ fn corpus(folder: &str) -> Vec<(String, String)> {
     files
 }
 
-/// A placement as text in a canonical form: the values of pins, over levels of pins.
+/// A placement as text in a canonical form: the values of pins as functions of the levels of pins.
 fn shown(placement: &Placement) -> String {
     let product = |product: &Product| {
         let literal =

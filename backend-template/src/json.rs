@@ -382,7 +382,7 @@ fn tree<L>(expr: &Expr<L>, leaf: &impl Fn(&L) -> Value) -> Value {
 
 // --- the program -----------------------------------------------------------------------------------------------------------------------------------
 
-/// What is collected about a program while it is written.
+/// The data collected about a program while it is written.
 struct Writing<'a> {
     net: &'a Net,
     program: &'a Program,

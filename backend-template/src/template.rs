@@ -37,8 +37,8 @@ pub struct Template<'a> {
 
 /// The text that a template generates from a net.
 ///
-/// In addition to the members of the JSON, a template has `grafsynth` (the version), `template` (its file's name), and `refuse(reason)`, by which it reports
-/// that it does not support a chart. Unknown names are errors, not empty.
+/// In addition to the members of the JSON, a template has `grafsynth` (the version), `template` (its file's name), and `refuse(reason)`, with which
+/// it reports that it does not support a chart. Unknown names are errors, not empty.
 ///
 /// # Errors
 /// An error in the template, with its location (G0611); the template refuses the chart (G0612); or it exceeds its limits (G0613).
@@ -92,7 +92,7 @@ pub fn render(
     }
 }
 
-/// True if no number makes a filter produce more than [`MOST_NUMBER`] of something.
+/// True if a call of a filter cannot produce more than [`MOST_NUMBER`] of something, because its numbers are small enough.
 fn is_modest(name: &str, arguments: &[Value]) -> bool {
     let is_number = |value: &Value| {
         let number = (value.kind() == ValueKind::Number).then(|| f64::try_from(value.clone()));
@@ -133,7 +133,7 @@ impl io::Write for Bounded {
     }
 }
 
-/// The error of the engine in our terms.
+/// The error of the template engine as a diagnostic.
 fn finding(error: &Error, template: &Template<'_>) -> Diagnostic {
     // The innermost cause describes the error; the outer ones only that it occurred in a macro.
     let mut innermost = error;
@@ -164,7 +164,7 @@ fn finding(error: &Error, template: &Template<'_>) -> Diagnostic {
     found.help("docs/net-json.md lists all names; `build --target json` writes them for this chart")
 }
 
-/// Where in the template it occurred.
+/// The location of an error in the template.
 fn place(error: &Error, template: &Template<'_>) -> Option<Span> {
     let range = error.range().or_else(|| {
         // Only the line is known, so the whole line is used.

@@ -42,8 +42,7 @@ pub struct Certifiable {
 }
 
 /// Proves the named properties of the library charts in `file`, each chart alone, and writes certificates for those that are proved. Each property gets one
-/// proof within
-/// `limits`. Properties without a name cannot be listed. Tasks without a declared cost get the estimate of the model of `machine`.
+/// proof within `limits`. Properties without a name cannot be listed. Tasks without a declared cost get the estimate of the model of `machine`.
 #[must_use]
 pub fn certify(
     design: &Design,

@@ -10,7 +10,7 @@ use grafsynth_ir::net::{Evolution, InputId, Net, Output, OutputId, Step, StepId,
 use grafsynth_ir::program::Origin;
 use std::collections::BTreeMap;
 
-/// The behaviour of a circuit by the pins and flip-flops of a [`Logic`]: the circuit itself, or a device that implements it.
+/// A simulated circuit, accessed by the pins and flip-flops of a [`Logic`]: the circuit itself, or a device that implements it.
 pub trait Parts {
     /// Sets an input.
     fn set_input(&mut self, input: PinInputId, value: u64);
@@ -46,10 +46,10 @@ impl Parts for LogicSim<'_> {
     }
 }
 
-/// Runs one reaction per clock, or clocks until the `busy` pin is 0. Inputs, outputs, steps and variables are numbers of the net.
+/// Runs one reaction per clock, or clocks until the `busy` pin is 0. Inputs, outputs, steps and variables have the ids of the net.
 ///
-/// Pins and flip-flops are found by their roles ([`PinRole`], [`FlopBit`]), so a circuit that was read from a text needs its roles restored first. A pin
-/// is sampled as semantics.md §9 defines it: after the clock edge with the row's inputs still applied; a `mealy` pin just before the edge.
+/// Pins and flip-flops are found by their roles ([`PinRole`], [`FlopBit`]), so a circuit that was read from a text needs its roles restored first. A
+/// pin is sampled as semantics.md §9 defines it: after the clock edge with the row's inputs still applied; a `mealy` pin just before the edge.
 #[derive(Debug, Clone)]
 pub struct ChipSim<'a, S = LogicSim<'a>> {
     net: &'a Net,
@@ -79,7 +79,7 @@ struct Holder {
     inverted: bool,
 }
 
-/// Why there is no row.
+/// The reason why a reaction gave no row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoRow {
     /// More than one tick in a row: a chip cannot do that.
@@ -94,8 +94,8 @@ pub enum NoRow {
     },
 }
 
-/// A bound above the number of clocks of a reaction in a correct circuit: micro-steps, events taken from queues, the final empty check, and a reserve. 1
-/// if the settings allow only one clock per reaction.
+/// A bound above the number of clocks of a reaction in a correct circuit: micro-steps, events taken from queues, the final empty check, and a
+/// reserve. 1 if the settings allow only one clock per reaction.
 #[must_use]
 pub fn most_clocks(net: &Net) -> u64 {
     let Evolution::Stable { limit } = net.settings.evolution else { return 1 };

@@ -102,9 +102,9 @@ impl Cube {
 /// A sum of products.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Cover {
-    /// The products; empty means never true.
+    /// The number of variables.
     pub n_vars: usize,
-    /// The products; none: never true.
+    /// The products; without any product the sum is never true.
     pub cubes: Vec<Cube>,
 }
 

@@ -1,17 +1,18 @@
 //! From net to logic: symbolic execution of the reaction program.
 //!
 //! Every cell of the program becomes flip-flops: one for a step (one-hot), one for each bit of a bounded integer or timer (offset binary from its lower
-//! bound), and the same for each element of an array and each pair of ages. The program's statements are then executed once over nodes instead of values;
-//! the final content of a cell is its D function. A transition of a plain net costs a few nodes, so the cost is linear in the size of the program.
+//! bound), and the same for each element of an array and each pair of ages. The program's statements are then executed once over nodes instead of
+//! values; the final content of a cell is its D function. A transition of a plain net costs a few nodes, so the cost is linear in the size of the
+//! program.
 //!
 //! States with a history in an enclosing state are coded by the registers of their regions, which store the history; see the module `regions`.
 //!
 //! # Outputs
 //! A pin is sampled after the clock edge with the row's inputs still applied (semantics.md §9), so a continuous output must be a function of the *new*
-//! situation. Each value is therefore computed in two forms: as a function of the old state and, if it reads only cells that are not stored any more, as a
-//! function of the new state. An output with the second form is combinational. An output without it (a call in a statement list, the fault flag) gets its
-//! own flip-flop, whose D function is its function of the old state; its pin shows the same value after the clock edge. A `mealy` output is combinational
-//! in the old state and is sampled before the clock edge.
+//! situation. Each value is therefore computed in two forms: as a function of the old state and, if it reads only cells that are not stored any more,
+//! as a function of the new state. An output with the second form is combinational. An output without it (a call in a statement list, the fault flag)
+//! gets its own flip-flop, whose D function is its function of the old state; its pin shows the same value after the clock edge. A `mealy` output is
+//! combinational in the old state and is sampled before the clock edge.
 
 mod multicycle;
 mod refused;
@@ -95,12 +96,12 @@ pub fn is_depth_proved(net: &Net, facts: &Facts) -> bool {
 
 /// Encodes a net with one flip-flop per step, or per child of a region; see the module documentation.
 ///
-/// The micro-steps of a stable evolution are composed into one clock: they are unrolled [`Facts::stable_depth`] times if that is proved, else as often as
-/// the chart's limit allows; or, depending on [`EncodeOptions::busy`], each micro-step gets its own clock.
+/// The micro-steps of a stable evolution are composed into one clock: they are unrolled [`Facts::stable_depth`] times if that is proved, else as
+/// often as the chart's limit allows; or, depending on [`EncodeOptions::busy`], each micro-step gets its own clock.
 ///
 /// # Errors
-/// Constructs that a chip does not support, each with its location: target-language text, calls with arguments, an action that may be called twice in one
-/// reaction, and a circuit of more than [`EncodeOptions::max_nodes`] nodes.
+/// Constructs that a chip does not support, each with its location: target-language text, calls with arguments, an action that may be called twice in
+/// one reaction, and a circuit of more than [`EncodeOptions::max_nodes`] nodes.
 pub fn encode(
     net: &Valid<Net>,
     program: &Program,
@@ -136,7 +137,8 @@ pub fn encode(
     composed(net, &program, facts, options, options.max_nodes, Some(&registers))
 }
 
-/// The circuit of the program in one clock; if it is one clock of several, with the cells for its pins.
+/// The circuit of a program. If a reaction takes several clocks, the program is one of these clocks, and `registers` are the
+/// cells that pins show.
 fn composed(
     net: &Valid<Net>,
     program: &Program,
@@ -186,7 +188,7 @@ struct Shown {
     before: Vec<NodeId>,
     /// As functions of the new state, if this form exists.
     after: Option<Vec<NodeId>>,
-    /// The code of the value after reset.
+    /// The code of the output's value after reset.
     reset: u64,
 }
 
@@ -196,7 +198,7 @@ struct Encoder<'a> {
     facts: &'a Facts,
     options: &'a EncodeOptions,
     max_nodes: usize,
-    /// The cells for pins, if the program is one clock of several.
+    /// The cells that pins show, if a reaction takes several clocks.
     stepwise: Option<&'a Registers>,
     /// States that are coded by the register of their region.
     regions: Option<&'a Regions>,
@@ -353,8 +355,9 @@ impl<'a> Encoder<'a> {
         Ok(self.builder.finish())
     }
 
-    /// Adds the open cells. An open next situation leaves all clocked functions open. For pins, only a mealy output is a function of the situation before
-    /// the clock edge, which the condition reads. A circuit with several clocks ignores open cells: it behaves like the simulator.
+    /// Adds the don't-cares of the net's unspecified cells. If the next situation is unspecified, all clocked functions are open. For pins, only a
+    /// mealy output is a function of the situation before the clock edge, which the condition reads. A circuit with several clocks ignores open
+    /// cells: it behaves like the simulator.
     fn open_cells(&mut self) {
         if self.net.unspecified.is_empty() || self.stepwise.is_some() {
             return;

@@ -1,17 +1,17 @@
 //! Splits wide functions into narrow ones with buried nodes.
 //!
-//! A sum of two integers has exponentially many products in its upper bits, although each full adder has only a few. The graph of a circuit contains these
-//! parts, so a function without a sum of acceptable size is cut where its sum becomes too wide: the node there becomes a separate signal, a *buried node*,
-//! with a combinational function, and its readers read that signal.
+//! A sum of two integers has exponentially many products in its upper bits, although each full adder has only a few. The graph of a circuit contains
+//! these parts, so a function without a sum of acceptable size is cut where its sum becomes too wide: the node there becomes a separate signal, a
+//! *buried node*, with a combinational function, and its readers read that signal.
 //!
 //! ```text
 //! next = (big one) & x | ..          n1 = one part of it        (at most `width` products, in one polarity at least)
 //!                              =>    n2 = a part that reads n1
 //!                                    next = n2 & x | ..
 //! ```
-//! The pass goes through the graph once, operands first, and stores for each node the sums of the node and of its complement over the signals below it, if
-//! they are no wider than `width`. If both would be wider, the operand with the widest sum is cut first; a junction of many operands is divided into
-//! groups. A node whose operands are all cut has one or two products, so the pass always ends.
+//! The pass goes through the graph once, operands first, and stores for each node the sums of the node and of its complement over the signals below
+//! it, if they are no wider than `width`. If both would be wider, the operand with the widest sum is cut first; a junction of many operands is
+//! divided into groups. A node whose operands are all cut has one or two products, so the pass always ends.
 //!
 //! A buried node costs a macrocell and one more pass through the array: [`Split::depth`] counts those.
 
@@ -47,7 +47,7 @@ pub struct Buried {
     pub sum: NarrowSum,
     /// Its name: the function's name in the source, or the signal that it is a part of.
     pub name: String,
-    /// It is the complete function of that name, not a part of it.
+    /// True if it is the complete function of that name, not a part of it.
     pub is_whole: bool,
     /// Source location, comment and tags of that object.
     pub meta: Meta,
@@ -56,8 +56,8 @@ pub struct Buried {
 /// A circuit with buried nodes.
 #[derive(Debug, Clone)]
 pub struct Split {
-    /// The circuit's nodes, followed by the cut functions. Its inputs are those of the circuit, followed by one for each buried node. Its flip-flops and
-    /// outputs have their old functions: the cut ones are in [`Split::wide`].
+    /// The circuit's nodes, followed by the cut functions. Its inputs are those of the circuit, followed by one for each buried node. Its flip-flops
+    /// and outputs have their old functions: the cut ones are in [`Split::wide`].
     pub logic: Logic,
     /// The buried nodes; each reads only earlier ones.
     pub nodes: Vec<Buried>,
@@ -70,7 +70,7 @@ pub struct Split {
 /// A sum that is narrow enough, from the search for cuts: for a function whose decision diagram is too large for a better one.
 #[derive(Debug, Clone, Default)]
 pub struct NarrowSum {
-    /// The sum is that of the complement.
+    /// True if the sum is that of the complement.
     pub is_complemented: bool,
     /// The products.
     pub products: Vec<crate::minimise::Product>,
@@ -113,7 +113,7 @@ impl Local {
         })
     }
 
-    /// How much a cut here saves above: the products of both polarities; unknown ones count most.
+    /// The products that a cut here saves in the functions above, in both polarities; a sum that is too wide counts most.
     fn weight(&self, width: usize) -> usize {
         self.sums.iter().map(|sum| sum.as_ref().map_or(4 * width, |sum| sum.len())).sum()
     }

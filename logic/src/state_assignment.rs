@@ -5,14 +5,14 @@
 //! zero-hot      p2 p3 p4    the first step is active if none of the others is
 //! compact       c1 c0       steps are numbers: 00 01 11 10
 //! ```
-//! A group is a set of steps of which at most one is active in every reachable situation (a sequential component that the verifier has proved). A function
-//! that read the flip-flop of a step reads a function of the new flip-flops instead; the D function of a new flip-flop is the sum of the D functions of
-//! the steps whose code has a 1 there. A step without its own flip-flop is listed in [`Logic::decoded`], so that proofs and traces can see it. Unused
-//! codes, and situations that contradict a group, are listed in [`Logic::unreachable`]: the minimiser uses them as don't-cares.
+//! A group is a set of steps of which at most one is active in every reachable situation (a sequential component that the verifier has proved). A
+//! function that read the flip-flop of a step reads a function of the new flip-flops instead; the D function of a new flip-flop is the sum of the D
+//! functions of the steps whose code has a 1 there. A step without its own flip-flop is listed in [`Logic::decoded`], so that proofs and traces can
+//! see it. Unused codes, and situations that contradict a group, are listed in [`Logic::unreachable`]: the minimiser uses them as don't-cares.
 //!
-//! The choice of codes decides how wide the sums are. Steps that follow each other, or that occur together in a function, should have codes that differ in
-//! few bits. So the first assignment is an embedding that weights these pairs, improved by exchanging codes; then exchanges are judged by the sums
-//! themselves, minimised without proofs. The number of judgements is fixed, so the search ends and is reproducible.
+//! The choice of codes decides how wide the sums are. Steps that follow each other, or that occur together in a function, should have codes that
+//! differ in few bits. So the first assignment is an embedding that weights these pairs, improved by exchanging codes; then exchanges are judged by
+//! the sums themselves, minimised without proofs. The number of judgements is fixed, so the search ends and is reproducible.
 
 mod search;
 
@@ -32,7 +32,7 @@ pub struct Group {
     pub name: String,
     /// The flip-flops of the steps.
     pub steps: Vec<FlopId>,
-    /// One of them is always active.
+    /// True if one of them is always active.
     pub is_always: bool,
 }
 
@@ -72,8 +72,8 @@ pub fn recode(logic: &Logic, groups: &[Group], encoding: Encoding, tries: usize)
     apply(&logic, &plans)
 }
 
-/// Like [`recode`] with [`Encoding::Compact`], for a device whose macrocells are narrower than the resulting sums: searches codes whose sums fit, and uses
-/// more than the minimum of flip-flops if macrocells are left. `None` if none was found in the given number of judgements.
+/// Like [`recode`] with [`Encoding::Compact`], for a device whose macrocells are narrower than the resulting sums: searches codes whose sums fit, and
+/// uses more than the minimum of flip-flops if macrocells are left. `None` if none was found in the given number of judgements.
 ///
 /// The groups are coded together, so this is a long search: each judgement minimises every sum of the circuit. `work` is the remaining budget, about 6
 /// million per second; the work of the search is subtracted from it.
@@ -389,8 +389,8 @@ fn keep_open(builder: &mut Builder, open: Vec<(Function, NodeId)>) {
     builder.logic.open = open.map(|(of, when)| Open { of, when }).collect();
 }
 
-/// All steps together as one number: a code for each reachable situation, if all of them are known. For a chart with hierarchy this takes fewer bits than
-/// a code for each group. `name` is the base name of the bits. `None` if this saves nothing over the flip-flops of the steps.
+/// Encodes all steps together as one number, with a code for each reachable situation, if all of them are known. For a chart with hierarchy this
+/// takes fewer bits than a code for each group. `name` is the base name of the bits. `None` if this saves nothing over the flip-flops of the steps.
 ///
 /// A bit's D function is the sum, over the situations whose code sets the bit, of "the steps change to exactly this situation".
 #[must_use]
@@ -483,7 +483,8 @@ pub fn flatten(
     (coded.flops.len() < logic.flops.len()).then_some(coded)
 }
 
-/// Adds the reachable situations of the steps, if all of them are known: each a value for each step; `None` if it may be either.
+/// Adds the reachable situations of the steps, if all of them are known: each situation has a value for each step, or `None` if the step may be
+/// active or inactive.
 pub fn only(logic: &mut Logic, steps: &[FlopId], situations: &[Vec<Option<bool>>]) {
     let mut builder = Builder::resume(std::mem::take(logic));
     let mut products = Vec::new();
@@ -534,8 +535,8 @@ pub struct Codes {
     pub illegal: u128,
 }
 
-/// Proves that a circuit that was read back leads each state in [`Logic::unreachable`] to the power-up state in one clock, for all inputs: over all codes,
-/// as decision diagrams.
+/// Proves that a circuit that was read back leads each state in [`Logic::unreachable`] to the power-up state in one clock, for all inputs: over all
+/// codes, as decision diagrams.
 ///
 /// # Errors
 /// A sentence that names a flip-flop that does not return, or reports that the diagrams are too large.
@@ -693,7 +694,7 @@ mod tests {
         walks_alike(&logic, &compact);
     }
 
-    /// Two rings that move together have as many situations as one of them, and need no more bits.
+    /// Two rings that move together have as many situations as one ring, so they need no more bits than one.
     #[test]
     fn situations_of_all_steps_are_one_number() {
         let (one, _) = ring(4);
@@ -781,7 +782,8 @@ mod tests {
             let codes = is_safe(&made).unwrap();
             assert_eq!(codes.illegal, (1 << coded.flops.len()) - 5);
             assert!(is_safe(&coded).is_err(), "{encoding:?}");
-            // A circuit read back from a text has no such information; with it, it is judged in the same way.
+            // A circuit read back from a text has no such information; once `observe` has added it, the circuit is judged in the
+            // same way.
             let mut stranger = made.clone();
             (stranger.decoded, stranger.unreachable) = (Vec::new(), Vec::new());
             observe(&made, &mut stranger);

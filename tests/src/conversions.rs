@@ -14,11 +14,11 @@ use std::collections::{BTreeMap, BTreeSet};
 pub enum Came {
     /// The language cannot express it, with the first reason.
     Refused(String),
-    /// Written and read back with the same behaviour; contains the number of losses.
+    /// Written and read back with the same behaviour; contains the number of reported losses.
     Alike(usize),
     /// Written with a documented difference in behaviour: delays that end in the same row take effect one after the other.
     Said,
-    /// It behaves differently, or cannot be read back, with the evidence.
+    /// The chart that was read back behaves differently, or cannot be read back; contains the evidence.
     Otherwise(String),
 }
 
@@ -81,7 +81,7 @@ fn written(chart: &NetDesign, to: Format, seed: u64) -> Result<(usize, Box<NetDe
             return Err(Came::Otherwise(format!("not read back: {why}\n{}", converted.text)));
         }
     };
-    // Changed names are listed.
+    // The new names of renamed objects.
     let mut names: BTreeMap<String, String> = BTreeMap::new();
     for one in &converted.lost {
         let message = one.message.strip_suffix(" in the document").unwrap_or(&one.message);

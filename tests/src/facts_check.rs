@@ -1,7 +1,7 @@
 //! Checks a run against the facts of its net. The judge does not use the code that finds facts: it inspects the simulator after each reaction.
 //!
 //! ```text
-//! assert_eq!(refuted(&net, &facts, &stimulus), None);    // nothing that the run shows speaks against them
+//! assert_eq!(refuted(&net, &facts, &stimulus), None);    // the run contradicts no fact
 //! ```
 
 use grafsynth_ir::Valid;

@@ -1,9 +1,9 @@
 //! Many random charts in one style of C, each with other options: generated, counted, combined into programs, and compared with the simulator.
 //!
 //! ```text
-//! let drawn = draw(Style::Switch, 1000);                 // charts that the style carries; the refused are counted apart
-//! println!("{drawn}");                                   // and what they have
-//! check(&drawn, 20, &Compiler::watchful()?);             // each does what the simulator does
+//! let drawn = draw(Style::Switch, 1000);                 // charts that the style supports; rejected ones are counted separately
+//! println!("{drawn}");                                   // and their features
+//! check(&drawn, 20, &Compiler::watchful()?);             // each agrees with the simulator
 //! ```
 
 use crate::random_net::{Features, random_net, shrink};
@@ -39,7 +39,7 @@ pub struct Chart {
     pub seed: u64,
     /// The chart.
     pub net: Valid<Net>,
-    /// Its C, with the prefix `n` and the seed.
+    /// The C package of the chart, with the prefix `n` and the seed.
     pub package: Package,
     /// The options with which it was emitted.
     pub options: Options,
@@ -77,7 +77,7 @@ pub fn options(seed: u64, style: Style) -> Options {
         gate,
         trace: if !gate && random.one_in(3) { Some(1 + random.below(9) as u16) } else { None },
         callbacks: random.one_in(3),
-        // Sometimes so few that every chart is split into functions.
+        // Sometimes so small that every chart is split into functions.
         max_transitions: [200, 200, 1, 3][random.below(4)],
         prefix: Some(format!("n{seed}")),
         safe_state: random.one_in(3),
@@ -85,7 +85,7 @@ pub fn options(seed: u64, style: Style) -> Options {
     }
 }
 
-/// The chart in C with these options, without those that are rejected with a code.
+/// The chart in C with these options, without the options that are rejected with a code.
 ///
 /// # Errors
 /// Why the style does not support the chart.
@@ -114,8 +114,8 @@ pub fn emitted(net: &Valid<Net>, mut options: Options) -> Result<(Package, Optio
     }
 }
 
-/// The features of a seed's chart: of three charts, one has all features of programs, one has some of them, and one has some of the features that the styles
-/// with state variables support for Grafcet, or the features of the table engine, which random charts would hardly ever have.
+/// The features of a seed's chart: of three charts, one has all features of programs, one has some of them, and one has some of the features that the
+/// styles with state variables support for Grafcet, or the features of the table engine, which random charts would hardly ever have.
 #[must_use]
 pub fn features(seed: u64, style: Style, max_steps: usize) -> Features {
     let all = Features { max_steps, ..Features::program() };
@@ -150,7 +150,8 @@ pub fn features(seed: u64, style: Style, max_steps: usize) -> Features {
     }
 }
 
-/// Generates charts until `wanted` of them are supported, equally many of each kind of [`features`]: otherwise kinds that a style often rejects would be rare.
+/// Generates charts until `wanted` of them are supported, equally many of each kind of [`features`]: otherwise kinds that a style often rejects would
+/// be rare.
 ///
 /// # Panics
 /// The style supports fewer than one in `PATIENCE`.

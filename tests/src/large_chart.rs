@@ -3,9 +3,9 @@
 //! ```text
 //! parallel P                        P -> P on reset
 //!   region R0 .. R7                 (each of the same shape)
-//!     state C0_0 ..                 C0_0 -> C0_1 on c0        to its history, where there is one
+//!     state C0_0 ..                 C0_0 -> C0_1 on c0        to its history, if it has one
 //!       state S0_0_0 ..             S0_0_0 -> S0_0_1 on n0
-//!         state L0_0_0_0 ..         L0_0_0_0 -> L0_0_0_1 on tick; the last one raises n1, where asked for
+//!         state L0_0_0_0 ..         L0_0_0_0 -> L0_0_0_1 on tick; the last one raises n1, if requested
 //! ```
 //!
 //! A `tick` moves every region, `n` and `c` move one, `reset` restarts all: broadcast, inherited transitions, wide ones, history and internal events.
@@ -34,9 +34,9 @@ pub struct LargeChart {
     pub leaves: usize,
     /// How a composite is entered: by its history (true: deep) or by its first state.
     pub history: Option<bool>,
-    /// The last atomic state raises the event of the next region.
+    /// True if the last atomic state raises the event of the next region.
     pub raises: bool,
-    /// Every state counts in a variable of its region on entry and exit, and the transitions of atomic states read that variable.
+    /// True if every state counts in a variable of its region on entry and exit, and the transitions of atomic states read that variable.
     pub lists: bool,
 }
 

@@ -209,7 +209,7 @@ impl Maker<'_> {
         self.changed = Some(target);
         let other = self.var();
         self.changed = None;
-        // The target itself is only written; a read on the right would be ordered, a change would not.
+        // The target of an assignment is only written. A read of it on the right would be ordered, a change would not.
         self.changing(other, 2)
     }
 
@@ -398,7 +398,7 @@ impl Program {
         }
     }
 
-    /// Programs with one part less.
+    /// Variants of the program with one part removed or simplified.
     #[must_use]
     pub fn smaller(&self) -> Vec<Program> {
         let mut all: Vec<Program> =

@@ -261,8 +261,8 @@ fn labelled(net: Valid<Net>, random: &mut Random) -> Valid<Net> {
     validate(net).unwrap_or(before)
 }
 
-/// A chart as a text, or `None` if the net cannot be drawn. It is the same for the same seed and features; `for_standard` leaves out what IEC 61131-3 cannot
-/// express.
+/// A chart as a text, or `None` if the net cannot be drawn. It is the same for the same seed and features; `for_standard` leaves out what IEC 61131-3
+/// cannot express.
 #[must_use]
 pub fn random_chart(seed: u64) -> Option<String> {
     let (features, say) = features_of(seed);
@@ -337,7 +337,7 @@ fn some_time(random: &mut Random) -> u64 {
     random.below(5) as u64 * 10_000_000
 }
 
-/// More uses of qualified actions, with their own durations.
+/// Adds more uses of qualified actions, with their own durations.
 fn durations(chart: &mut Chart, random: &mut Random) {
     let mut targets = Vec::new();
     for step in steps(chart) {
@@ -395,7 +395,7 @@ fn input(chart: &Chart, random: &mut Random) -> Option<Expr> {
     Some(Expr::leaf(Leaf::Name(name.into()), Span::default()))
 }
 
-/// Receptivities wait for an input that has been true for some time.
+/// Makes receptivities wait for an input that has been true for some time.
 fn delays(chart: &mut Chart, random: &mut Random) {
     let Some(input) = input(chart, random) else { return };
     for transition in transitions(chart) {
@@ -444,7 +444,7 @@ fn macro_step(chart: &mut Chart, random: &mut Random) {
     chart.items.insert(at, Item::Macro(Macro { name: body, items, ..Macro::default() }));
 }
 
-/// Transitions wait for some time.
+/// Makes transitions wait for some time.
 fn waits(chart: &mut Chart, random: &mut Random) {
     fn of(items: &mut [Item], random: &mut Random) {
         for item in items {
@@ -462,7 +462,7 @@ fn waits(chart: &mut Chart, random: &mut Random) {
     of(&mut chart.items, random);
 }
 
-/// A step counts its activations.
+/// Makes a step count its activations.
 fn counting_step(chart: &mut Chart, random: &mut Random) {
     let max = 1 + random.below(3) as u32;
     for step in steps(chart) {
@@ -472,7 +472,7 @@ fn counting_step(chart: &mut Chart, random: &mut Random) {
     }
 }
 
-/// Transitions to steps restart them.
+/// Makes transitions to steps restart them.
 fn restarts(chart: &mut Chart, random: &mut Random) {
     for transition in transitions(chart) {
         transition.restart |= random.one_in(2);
@@ -482,7 +482,7 @@ fn restarts(chart: &mut Chart, random: &mut Random) {
     }
 }
 
-/// All uses are controlled; competing transitions are chosen by their numbers.
+/// Makes all uses controlled, and competing transitions chosen by their numbers.
 fn iec(chart: &mut Chart, _: &mut Random) {
     chart.items.retain(|item| {
         !item.as_setting().is_some_and(|one| matches!(one.kind, SettingKind::Conflict(_)))
@@ -492,7 +492,7 @@ fn iec(chart: &mut Chart, _: &mut Random) {
     }
 }
 
-/// Lists of steps copy the values of controlled outputs.
+/// Makes lists of steps copy the values of controlled outputs.
 fn reading_lists(chart: &mut Chart, random: &mut Random) {
     use grafsynth_ir::chart::{DeclarationKind, Stmt, StmtKind};
     let (mut vars, mut outputs) = (Vec::new(), Vec::new());
@@ -546,7 +546,7 @@ pub fn shrunk(text: &str, is_wanted: impl Fn(&str) -> bool) -> String {
     best
 }
 
-/// Removes the item after `left` others; false if there are no more.
+/// Removes the item after the first `left` items; false if there are no more.
 fn leave_out(items: &mut Vec<Item>, left: &mut usize) -> bool {
     fn counts(left: &mut usize) -> bool {
         let is_it = *left == 0;

@@ -12,7 +12,7 @@ use grafsynth_sim::Random;
 /// The net with one random change; whether that changes its behaviour is another question.
 ///
 /// # Panics
-/// None of a hundred changes is valid: then the net is not worth a test.
+/// If none of a hundred changes is valid; such a net is not useful for a test.
 #[must_use]
 pub fn changed(net: &Valid<Net>, random: &mut Random) -> Valid<Net> {
     for _ in 0..100 {
@@ -69,7 +69,7 @@ fn swapped_guards(net: &Net, random: &mut Random) -> Option<Valid<Net>> {
     validate(new).ok()
 }
 
-/// A constant of a receptivity, incremented.
+/// The net with a constant of a receptivity incremented.
 fn other_constant(net: &Net, random: &mut Random) -> Option<Valid<Net>> {
     fn bump(expr: &mut Expr, at: &mut usize) {
         if let ExprKind::Int(value) = &mut expr.kind {
@@ -153,7 +153,7 @@ pub fn rewritten(net: &Valid<Net>, way: Rewrite, random: &mut Random) -> Option<
     }
 }
 
-/// Declarations of one kind whose order does not matter, in another order.
+/// The net with the declarations of one kind in another order; only kinds whose order does not matter.
 fn reordered(net: &Net, random: &mut Random) -> Option<Valid<Net>> {
     let printed = text::print(net);
     let mut blocks: Vec<String> = Vec::new();
@@ -239,7 +239,7 @@ fn equivalent(net: &Net, expr: &Expr, random: &mut Random) -> Expr {
     }
 }
 
-/// One step in two copies. Only if at most one step is active at a time and nothing refers to the step.
+/// The net with one step in two copies. This applies only if at most one step is active at a time and nothing refers to the step.
 fn doubled(net: &Net, random: &mut Random) -> Option<Valid<Net>> {
     let is_sequence = net.settings.policy == Policy::Priority
         && net.parts.len() == 1

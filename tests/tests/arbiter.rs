@@ -1,5 +1,5 @@
-//! The arbiter example in every engine: requests are served within the bound that `check` prints, no smaller bound is correct, and with unequal priorities the
-//! printed cycle starves its client everywhere.
+//! The arbiter example in every engine: requests are served within the bound that `check` prints, no smaller bound is correct, and with unequal
+//! priorities the printed cycle starves its client everywhere.
 
 #![allow(clippy::print_stdout, reason = "tests report what they skip and what they measured")]
 
@@ -101,7 +101,7 @@ fn every_request_is_served_within_the_bound_and_the_bound_is_attained() {
         else {
             panic!("{it:?}")
         };
-        // The two others, each once.
+        // The two other clients are served once each.
         assert_eq!(*turns, 2, "{it:?}");
         assert_eq!(observed(&net, it.transition, worst).0, *turns);
         assert_eq!(observed(&net, it.transition, slowest).1, *reactions - 1);
@@ -126,7 +126,7 @@ fn among_unequal_priorities_the_cycle_starves_its_client_in_every_engine() {
         for it in &waits {
             let Wait::Starves { way, cycle } = &it.wait else { continue };
             found.push(it.transition.index());
-            // In each round, it is ready and never served.
+            // In each round of the cycle, the client is ready and never served.
             let mut rows: Vec<_> = way.rows().collect();
             let n_way = rows.len();
             for _ in 0..20 {

@@ -1,4 +1,5 @@
-//! Circuits with one micro-step per clock compared with the reference simulator: a row is a reaction, whatever the number of its clocks (semantics.md §9).
+//! Circuits with one micro-step per clock compared with the reference simulator: a row is a reaction, whatever the number of its clocks (semantics.md
+//! §9).
 
 #![allow(
     clippy::print_stdout,
@@ -134,7 +135,7 @@ fn enumeration_proves_circuits_with_busy() {
         }
         let busy = logic.flops.iter().find(|(_, flop)| flop.name == "busy").map(|(id, _)| id);
         let Some(busy) = busy else { continue };
-        // A circuit that never waits; a circuit that never ends.
+        // One circuit never waits, the other one never ends.
         for node in [false, true] {
             let mut spoiled = logic.clone();
             let constant = spoiled.nodes.push(grafsynth_ir::logic::Node::Const(node));
@@ -313,7 +314,7 @@ fn what_arrives_while_busy_waits_for_the_next_reaction() {
     let (there, n) = (Id::from_index(0), Id::from_index(0));
     let (go, event) = ([1, 0], [0, 1]);
     let mut chip = ChipSim::new(&net, &logic);
-    // Row 1: three micro-steps and the final check. Inputs are latched: removing `go` again does not matter.
+    // Row 1 takes three micro-steps and the final check. Inputs are latched: resetting `go` does not matter.
     chip.clock(&go, false);
     for _ in 0..3 {
         assert!(chip.is_busy());
@@ -347,7 +348,7 @@ fn what_arrives_while_busy_waits_for_the_next_reaction() {
     assert_eq!(chip.react(&[0, 0], 0), Ok(2));
     assert_eq!((chip.var(n, 0), chip.fault()), (Some(3), false));
 
-    // So is an event in the clock that takes the pending one.
+    // The same happens for an event in the clock that takes the pending one.
     chip.clock(&go, false);
     chip.clock(&event, false);
     chip.clock(&[0, 0], false);
@@ -411,7 +412,7 @@ fn a_livelock_faults_and_a_hang_is_found() {
     assert!(compare(&net_trace(&net, &stimulus), &trace).is_some());
 }
 
-/// The form of a chart: one clock if the depth is proved, unless that is too large; otherwise several.
+/// The number of clocks of a chart's circuit: one if the depth is proved, unless the circuit is too large; otherwise several.
 #[test]
 fn the_form_follows_the_proof_and_the_size() {
     let net = chart("chart.graf", WALK);
@@ -448,8 +449,8 @@ fn the_form_follows_the_proof_and_the_size() {
     );
 }
 
-/// A chart with an emergency has one clock per reaction, whatever is requested, and reports the reason: in the form, in a warning, and if that one clock is
-/// too large.
+/// A chart with an emergency has one clock per reaction, whatever is requested, and reports the reason: in the form, in a warning, and if that one
+/// clock is too large.
 #[test]
 fn an_emergency_leaves_one_clock() {
     let net =
@@ -475,7 +476,8 @@ fn an_emergency_leaves_one_clock() {
     assert!(help.contains("emergency") && !help.contains("calls"), "{help}");
 }
 
-/// The proved number of rounds is exact: a composition of this many equals the net, and one of fewer is refuted, unless the missing rounds
+/// The proved number of rounds is exact: a composition of this many rounds equals the net, and a composition of fewer rounds is refuted,
+/// unless the missing rounds
 /// have no effect.
 #[test]
 fn as_many_rounds_as_proved_and_no_fewer() {
@@ -519,7 +521,7 @@ fn as_many_rounds_as_proved_and_no_fewer() {
     assert!(n_refuted * 50 >= total, "{n_refuted} of {total}");
 }
 
-/// Too large for one clock: a search four thousand deep with a division in it.
+/// Too large for one clock: a search of depth four thousand with a division in it.
 #[test]
 fn a_deep_search_with_wide_arithmetic_is_a_circuit() {
     let net = chart(

@@ -1,7 +1,7 @@
-//! The check of C can fail: emitted C with one change is refuted, or equal to the chart, or not reported as proved.
+//! The check of C can fail: emitted C with one change is refuted, equal to the chart, or not reported as proved.
 //!
-//! Whether a mutant that was reported as proved is equal is checked in an independent way: the mutant is compiled with an ordinary harness and compared
-//! with the simulator on stimuli from reset, long random ones and directed ones.
+//! Whether a mutant that was reported as proved is equal is checked by an independent check: the mutant is compiled with an ordinary harness and
+//! compared with the simulator on stimuli from reset, long random ones and directed ones.
 
 #![allow(clippy::print_stdout, reason = "tests report what they skip and what they counted")]
 
@@ -53,7 +53,7 @@ const HISTORY: &str = "chart history {
 }
 ";
 
-/// Two times and one threshold, which a small number of ticks steps over.
+/// A chart with two times and one threshold, which is missed if only small numbers of ticks are tried.
 const TIMED: &str = "chart timed {
     tick 1 ms
     input hold
@@ -89,16 +89,16 @@ struct Subject {
     changes: Vec<Change>,
 }
 
-/// The fate of a mutant.
+/// The result for a mutant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Fate {
     Uncompiled,
     Refuted,
-    /// Proved, and the independent way shows no difference.
+    /// Proved, and the independent check shows no difference.
     Equal,
-    /// Not proved, no difference in the test, and the independent way shows none.
+    /// Not proved, no difference in the test, and the independent check shows none.
     Tested,
-    /// Not proved, and the independent way shows a difference.
+    /// Not proved, and the independent check shows a difference.
     Missed,
 }
 

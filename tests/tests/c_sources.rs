@@ -34,7 +34,7 @@ const ATOI: Case = Case {
     name: "atoi",
     source: include_str!("../cases/c/atoi.c"),
     arguments: "static char text[16]; static int wanted;",
-    // At most nine digits: more do not fit in an `int`.
+    // The number has at most nine digits, because more do not fit in an `int`.
     original: "{
         int k = 0, n;
         memset(text, 0, sizeof text);
@@ -144,7 +144,7 @@ fn read(case: &Case, options: &Options) -> (Parsed, Valid<Net>) {
     };
     let parsed = parse_within(FileId(0), case.source, &Limits::default(), &options);
     let design = parsed.design.as_ref().unwrap_or_else(|| panic!("{:#?}", parsed.diagnostics));
-    // Through the text of the chart, as a user would do it.
+    // The chart is read from its text, as a user would read it.
     let written = graf::write_design(design);
     let again = graf::parse(FileId(1), &written);
     assert!(again.diagnostics.is_empty(), "{:#?}\n{written}", again.diagnostics);
@@ -212,7 +212,7 @@ int main(void)
     println!("{name}: {}", output.trim());
 }
 
-/// Plain, and with all options; with `GRAFSYNTH_DEEP` also the combinations in between.
+/// The default options, and all options together; with `GRAFSYNTH_DEEP` also the combinations in between.
 fn variants() -> Vec<Options> {
     let default = Options::default();
     let mut all = vec![

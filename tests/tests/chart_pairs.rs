@@ -1,7 +1,7 @@
 //! `compare` of two charts: different charts are never reported as equal and nearly always refuted by a stimulus, and small equal ones are proved.
 //!
-//! Whether charts differ is decided here by brute force: all inputs, ticks around every threshold, each pair of states, ten scans deep. It shares nothing with
-//! the search under test except the simulator.
+//! Whether charts differ is decided here by brute force: all inputs, ticks around every threshold, each pair of states, ten scans deep. It shares
+//! nothing with the search under test except the simulator.
 
 #![allow(clippy::print_stdout, reason = "tests say how much they covered")]
 
@@ -48,7 +48,7 @@ fn features(seed: u64) -> Features {
 struct Shared {
     layouts: [TraceLayout; 2],
     columns: Vec<(usize, usize)>,
-    /// By index in the right list of steps: the index in the left one.
+    /// For each index in the right list of steps, the index in the left list.
     steps: Vec<u32>,
 }
 
@@ -89,7 +89,8 @@ impl Shared {
     }
 }
 
-/// The values of an integer that are worth trying: all if there are few, otherwise the ends, zero, and the neighbours of every constant of either chart.
+/// The values of an integer that are worth trying: all if there are few, otherwise the ends, zero, and the neighbours of every constant of either
+/// chart.
 fn values(nets: [&Net; 2], ty: Type) -> Vec<i64> {
     let (lo, hi) = ty.bounds();
     if hi.abs_diff(lo) < 8 {
@@ -142,7 +143,7 @@ fn ticks(nets: [&Net; 2]) -> Vec<u32> {
     ticks.into_iter().collect()
 }
 
-/// Every row of both; `None` if there are too many. One chart must have the inputs of the other.
+/// Every pair of rows; `None` if there are too many. One chart must have the inputs of the other.
 fn rows(left: &Net, right: &Net) -> Option<Vec<(InputRow, InputRow)>> {
     let mut names: BTreeMap<&str, Type> = BTreeMap::new();
     for net in [left, right] {
@@ -276,7 +277,7 @@ fn ask(left: &Valid<Net>, right: &Valid<Net>) -> Option<Came> {
         Verdict::Proved(by) => {
             let found = differ(left, right, WORK);
             assert!(found != Some(true), "{by}, but they differ:\n{}", both(left, right));
-            // What the brute force could not decide is tried with random stimuli once more.
+            // Random stimuli are tried in addition, because the brute force may not decide.
             let other = charts_by_chance(left, right, &common, 500, 9, 1_000);
             assert!(other.is_ok(), "{by}, but they differ:\n{}", both(left, right));
             Came::Proved
@@ -323,7 +324,7 @@ fn charts_that_differ_are_refuted() {
         let net = random_net(seed, &features(seed));
         ask(&net, &changed(&net, &mut Random::new(seed)))
     };
-    // Those that are proved equal were also compared by brute force.
+    // Pairs that are proved equal count only if they were also compared by brute force.
     let counts = |came: &Came| match came {
         Came::Refuted(rows) => *rows <= SCANS,
         Came::Open(_, found) => *found == Some(true),
@@ -351,7 +352,7 @@ fn charts_that_differ_are_refuted() {
 fn equal_charts_are_proved() {
     let wanted = rounds(4, 100) as usize;
     let is_whole = wanted >= 100;
-    // A few pairs are not enough to measure shares, and must be fast.
+    // For a few pairs the limits are low: the test must be fast, and no shares are measured.
     let limits = if is_whole {
         Limits::default()
     } else {

@@ -1,7 +1,7 @@
 //! Random nets on microcontrollers: the emitted C, cross-compiled and run in instruction simulators, compared with the reference simulator.
 //!
-//! Two of the three machines have a 16-bit `int`. A net that shows a difference is shrunk and printed; put it under `tests/cases/mismatch` after the bug
-//! is fixed.
+//! Two of the three machines have a 16-bit `int`. A net that shows a difference is shrunk and printed; put it under `tests/cases/mismatch` after the
+//! bug is fixed.
 
 #![allow(clippy::print_stdout, reason = "tests report what they skip")]
 #![allow(clippy::disallowed_methods, reason = "the environment says which seeds to try")]
@@ -65,12 +65,13 @@ struct Chart {
 }
 
 impl Chart {
-    /// All policies, timers, ranges at the limits of 16 and 32 bits, calls, arrays, in each style and with random options.
+    /// A random chart with all policies, timers, ranges at the limits of 16 and 32 bits, calls and arrays, in one of the styles
+    /// and with random options.
     fn random(seed: u64, max_steps: usize) -> Self {
         let styles = [Style::Auto, Style::Switch, Style::Tables, Style::Bits, Style::Engine];
         let style = styles[(seed % 5) as usize];
         let net = random_net(seed, &fleet::features(seed / 5, style, max_steps));
-        // A chart that a style does not support uses the best style.
+        // If a style does not support the chart, the best style is used.
         let (_, options) = fleet::emitted(&net, fleet::options(seed, style))
             .or_else(|_| fleet::emitted(&net, fleet::options(seed, Style::Auto)))
             .unwrap_or_else(|why| panic!("seed {seed}: {why}"));
@@ -115,7 +116,7 @@ fn run(machine: &dyn Machine, charts: &[Chart]) -> Result<u64, (usize, String)> 
     }
 }
 
-/// As many charts as requested, on this machine.
+/// Checks the requested number of charts on this machine.
 fn check(machine: &(dyn Machine + Sync), max_steps: usize) {
     if !is_here(machine) {
         return;
@@ -133,7 +134,7 @@ fn check(machine: &(dyn Machine + Sync), max_steps: usize) {
             match found {
                 Ok(n) => n_run += n,
                 Err((at, why)) => {
-                    // If a whole firmware ends, it does not report which chart caused it.
+                    // If a whole firmware stops, it does not report which chart caused this, so each chart is run alone.
                     let alone =
                         unit.iter().find(|it| run(machine, std::slice::from_ref(it)).is_err());
                     report(machine, alone.unwrap_or(&unit[at]), &why);

@@ -8,7 +8,7 @@ use grafsynth_tests::random_chart::{random_chart, shrunk};
 use grafsynth_tests::{in_parallel, rounds};
 use std::collections::BTreeMap;
 
-/// The result for a chart in this language and back, with or without its drawing.
+/// The result of writing a chart in this language and reading it back, with or without its drawing.
 fn came(text: &str, form: Format, seed: u64) -> Came {
     let mut design = design_of("a.graf", text).unwrap_or_else(|why| panic!("{why}\n{text}"));
     if seed / 6 % 2 == 1 {

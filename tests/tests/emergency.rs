@@ -16,8 +16,8 @@ use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::rounds;
 use grafsynth_verify::{Dominance, Limits, Verdict, dominates, facts};
 
-/// Two steps, an output that is safe on and one that is safe off, and an emergency on inputs, a step's time and a number. Its flip-flops and outputs are
-/// those of a GAL22V10 (ten), because one dialect supports only GALs.
+/// Two steps, an output that is safe on and one that is safe off, and an emergency on inputs, a step's time and a number. Its flip-flops and outputs
+/// are those of a GAL22V10 (ten), because one dialect supports only GALs.
 const PRESS: &str = "net press
 part press level 1
 input stop bool
@@ -54,7 +54,8 @@ fn every_text_of_a_circuit_is_proved_over_all_states() {
         let back = pipeline::through(&logic, dialect, &options).unwrap().read_back;
         match dominates(&net, &back, &Limits::default()) {
             Some(Dominance::Proved { pins, flops }) => {
-                // close, brake and two bits of level; two steps, two bits of level, two of the time.
+                // The pins are close, brake and two bits of level; the flip-flops are two for steps, two for level, and two for
+                // the time.
                 assert_eq!(pins, 4, "{}", dialect.name());
                 assert_eq!(flops, 6, "{}: {flops}", dialect.name());
             }
@@ -115,7 +116,7 @@ fn states_that_are_never_reached_count() {
     assert!(matches!(found, Some(Dominance::Refuted { .. })), "{found:?}");
 }
 
-/// Two inputs and two variables whose types leave invalid codes: 5, 6 and 7.
+/// A chart with two inputs and two variables whose types leave invalid codes: 5, 6 and 7.
 const SORT: &str = "net sort
 part sort level 1
 input stop bool
@@ -173,7 +174,7 @@ fn codes_without_a_value_count_where_the_rest_decides() {
         ("stop and (n > 3 or up.active)", false, true, true),
         ("not (not stop and n > 3)", false, true, true),
         ("not (stop and n > 3)", false, false, true),
-        // Neither certainly true nor certainly false, so nothing that depends on it is certain.
+        // The condition is neither certainly true nor certainly false, so nothing that depends on it is certain.
         ("not (n > 3)", false, true, false),
         ("stop and n > 3", false, true, false),
         ("n + k > 3", true, true, false),
@@ -324,7 +325,7 @@ fn no_pin_of_a_design_with_an_emergency_rests_on_an_assumption() {
     assert!(matches!(verdict, Verdict::Proved(_)), "{verdict:?}");
 }
 
-/// The pins of a device cannot have the dots in the names of a design with several charts.
+/// Renames for a device whose pins cannot have the dots in the names of a design with several charts.
 fn renames(net: &Net, circuit: &Logic) -> Vec<String> {
     let inputs = net.inputs.values().map(|input| &input.name.text);
     let outputs = net.outputs.values().map(|output| &output.name.text);

@@ -15,7 +15,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 const ROWS: usize = 80;
 
-/// By structure, by enumeration and by decision diagrams, over all features of nets.
+/// Facts by structure, by enumeration and by decision diagrams, over all features of nets.
 #[test]
 fn no_run_speaks_against_what_was_proved() {
     let seeds: Vec<u64> = (0..rounds(150, 10_000)).collect();

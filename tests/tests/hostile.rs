@@ -54,7 +54,7 @@ const TABLES: [&str; 2] = [
     "# a table\n.i 3\n.o 3\n.phase 101\n.type fdr\n000 1~0\n1-1 -01\n01- 010\n.end\n",
 ];
 
-/// Valid texts of a format, to be damaged.
+/// Valid texts of a format, which the test damages.
 fn sound(format: Format) -> Vec<String> {
     let of_charts = |write: &dyn Fn(&grafsynth_driver::read::NetDesign) -> Option<String>| {
         CHARTS

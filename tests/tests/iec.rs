@@ -25,7 +25,7 @@ fn net_of(name: &str, text: &str) -> Result<Valid<Net>, String> {
     }
 }
 
-/// The folder with files by others, from an environment variable or beside the checkout.
+/// The folder with files by others, from an environment variable or next to the checkout.
 fn corpus() -> Option<PathBuf> {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus");
     let folder = std::env::var_os("GRAFSYNTH_CORPUS").map_or(beside, PathBuf::from);
@@ -103,9 +103,9 @@ fn rows_with(values: &[String], wanted: &str) -> Vec<usize> {
     values.iter().enumerate().filter(|(_, value)| *value == wanted).map(|(row, _)| row).collect()
 }
 
-/// The same rows from the reference simulator, from compiled C in both styles, and from every other engine. A chip processes one tick per clock: it
-/// gets the stimulus with each row's time split into rows. `too_large` lists the engines that may reject the net, each with the only permitted code;
-/// each rejection is printed. Returns the reference trace.
+/// Compares the rows from the reference simulator, from compiled C in both styles, and from every other engine, which must be equal. A chip processes
+/// one tick per clock: it gets the stimulus with each row's time split into rows. `too_large` lists the engines that may reject the net, each with
+/// the only permitted code; each rejection is printed. Returns the reference trace.
 fn all_engines(net: &Valid<Net>, stimulus: &Stimulus, too_large: &[(&str, &str)]) -> Trace {
     let expected = grafsynth_driver::run::net_trace(net, stimulus);
     for style in [Style::Auto, Style::Bits] {
@@ -151,7 +151,7 @@ fn all_engines(net: &Valid<Net>, stimulus: &Stimulus, too_large: &[(&str, &str)]
 /// GALasm texts are for one device, and both charts have more registers than a GAL22V10.
 const DEVICE_TOO_SMALL: [(&str, &str); 1] = [("galasm", "G0711")];
 
-/// Annex F. The expected values, for scans of 50 ms, follow from the standard's picture of the plant.
+/// Annex F of the standard. The expected values, for scans of 50 ms, follow from the standard's picture of the plant.
 #[test]
 fn the_gravel_plant_fills_warns_loads_and_runs_out() {
     let net = net_of("gravel.st", include_str!("../../examples/gravel/gravel.st"))
@@ -171,13 +171,14 @@ fn the_gravel_plant_fills_warns_loads_and_runs_out() {
     assert_eq!(rows_with(&column(&trace, "silo_valve"), "1"), (3..=13).collect::<Vec<_>>());
     // The silo runs empty in row 7; the siren sounds until it is acknowledged in row 13.
     assert_eq!(rows_with(&column(&trace, "siren"), "1"), (7..=12).collect::<Vec<_>>());
-    // Loading starts once the truck is on the ramp (row 18, read in row 19): 300 ms run-in are 6 scans, then the bin empties for 2, then 400 ms run-out are 8.
+    // Loading starts once the truck is on the ramp (row 18, read in row 19): 300 ms run-in are 6 scans, then the bin empties for 2, then 400 ms
+    // run-out are 8.
     let motor = rows_with(&column(&trace, "conveyor_motor"), "1");
     assert_eq!(motor, (19..=34).collect::<Vec<_>>());
     assert_eq!(rows_with(&column(&trace, "bin_valve"), "1"), vec![25, 26]);
     // An empty bin resets the level.
     assert_eq!(level[27], "0");
-    // It is switched off in the last row.
+    // The plant is switched off in the last row.
     assert_eq!(column(&trace, "control_lamp").last().map(String::as_str), Some("0"));
 }
 
@@ -200,26 +201,29 @@ fn the_traffic_light_of_others_goes_through_its_phases() {
     let trace = all_engines(&net, &stimulus, &DEVICE_TOO_SMALL);
     let steps = column(&trace, "steps");
     let lit = |name: &str, row: usize| column(&trace, name)[row] == "1";
-    // Off: orange blinks, nothing else is on. Each change takes 500 ms, so it is visible within two rows of a second.
+    // While it is off, orange blinks and nothing else is on. Each change takes 500 ms, so it is visible within two rows of a
+    // second.
     assert_eq!(steps[..4], ["Standstill"; 4]);
     assert!(lit("ORANGE_LIGHT", 0) && (1..4).any(|row| !lit("ORANGE_LIGHT", row)));
-    // On: orange with red for pedestrians; D of 2 s is true two rows later and read in the row after that.
+    // After it is switched on: orange, with red for pedestrians. The D action of 2 s is true two rows later and read in the row
+    // after that.
     assert_eq!(steps[4..7], ["ORANGE"; 3]);
     assert!(lit("ORANGE_LIGHT", 5) && lit("PEDESTRIAN_RED_LIGHT", 5) && !lit("RED_LIGHT", 5));
     assert_eq!(steps[7..10], ["RED"; 3]);
     assert!(lit("RED_LIGHT", 7) && !lit("ORANGE_LIGHT", 7));
-    // Pedestrians have 10 s, then cars get green 2 s later.
+    // Pedestrians have green for 10 s; cars get green 2 s later.
     assert_eq!(steps[10..21], ["PEDESTRIAN_GREEN"; 11]);
     assert!(lit("PEDESTRIAN_GREEN_LIGHT", 10) && !lit("PEDESTRIAN_RED_LIGHT", 10));
     assert_eq!(steps[21..24], ["PEDESTRIAN_RED"; 3]);
     assert_eq!(steps[24], "GREEN");
     assert!(lit("GREEN_LIGHT", 24) && !lit("RED_LIGHT", 24) && lit("PEDESTRIAN_RED_LIGHT", 24));
-    // The button of row 28 is latched, 2 s later the timer is done, and the row after that leaves green, long before its 20 s.
+    // The button of row 28 is latched. The timer is done 2 s later, and GREEN is left in the row after that, long before its 20 s
+    // have passed.
     assert_eq!(steps[30], "GREEN");
     assert_eq!(steps[31], "ORANGE");
-    // It is switched off again.
+    // In the last row it is switched off again.
     assert_eq!(steps[44], "Standstill");
-    // Never green for cars and pedestrians at once.
+    // Cars and pedestrians never have green at once.
     assert!(
         (0..steps.len())
             .all(|row| !(lit("GREEN_LIGHT", row) && lit("PEDESTRIAN_GREEN_LIGHT", row)))

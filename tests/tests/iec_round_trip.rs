@@ -37,7 +37,7 @@ fn name_in(format: Format) -> &'static str {
     if format == Format::St { "a.st" } else { "a.xml" }
 }
 
-/// Steps, transitions, and the users of each action and output, in a canonical form: one line each. Only actions that are in `of`.
+/// Steps, transitions, and the users of each action and output, in a canonical form: one line each. Only actions of `of` are included.
 fn structure(net: &Net, of: &Net) -> Vec<String> {
     let step = |id| net.steps[id].name.text.as_str();
     let mut lines = Vec::new();
@@ -195,7 +195,7 @@ const ELEMENTS: [(&str, &[&str], &[&str]); 29] = [
     ("pouInstance", &[], &["name", "typeName"]),
 ];
 
-/// Checks a written project against the schema, as far as its elements: numbers of elements are unique, wires and jumps have targets.
+/// Checks the elements of a written project against the schema: numbers of elements are unique, wires and jumps have targets.
 fn check_project(text: &str) {
     let document = roxmltree::Document::parse(text).unwrap_or_else(|why| panic!("{why}\n{text}"));
     for node in document.descendants().filter(roxmltree::Node::is_element) {

@@ -1,5 +1,5 @@
-//! The emitted port header with real interrupts at random phases: a timer and a pin of an ATmega1284P in simavr, two timers of a Cortex-M3 in qemu, a timer
-//! and a pin of an 8052 in s51; the chart in the main loop, or in the timer's interrupt.
+//! The emitted port header with real interrupts at random phases: a timer and a pin of an ATmega1284P in simavr, two timers of a Cortex-M3 in qemu, a
+//! timer and a pin of an 8052 in s51; the chart in the main loop, or in the timer's interrupt.
 
 #![allow(clippy::print_stdout, reason = "tests report what they skip")]
 #![allow(clippy::disallowed_methods, reason = "tests write files for compilers")]
@@ -17,15 +17,15 @@ const LIMIT: Duration = Duration::from_secs(120);
 struct Counts {
     raised: u64,
     cycles: u64,
-    /// By the chart.
+    /// The ticks counted by the chart.
     ticks: u64,
     edges: u64,
     torn: u64,
-    /// By the interrupts themselves.
+    /// The ticks counted by the interrupts themselves.
     isr_ticks: u64,
     isr_edges: u64,
     isr_lost: u64,
-    /// By the ring.
+    /// The events that the ring counted as lost.
     lost: u64,
     scans: u64,
 }
@@ -127,7 +127,7 @@ fn run(cycles: u64, gap: (u64, u64), flags: &[&str]) -> Option<Counts> {
     Some(Counts { raised, cycles, ticks, edges, torn, isr_ticks, isr_edges, isr_lost, lost, scans })
 }
 
-/// Ten million cycles: the chart counts each edge and each tick, and no number was read half-written.
+/// In ten million cycles the chart counts each edge and each tick, and no number is read half-written.
 #[test]
 fn no_event_is_lost_and_no_input_is_torn() {
     let Some(counts) = run(10_000_000, (700, 3_000), &[]) else { return };
@@ -139,7 +139,7 @@ fn no_event_is_lost_and_no_input_is_torn() {
     assert_eq!(counts.torn, 0);
 }
 
-/// Faster than the chart: lost events are counted, by the interrupts and, up to 255, by the ring.
+/// If events are faster than the chart, lost events are counted: by the interrupts and, up to 255, by the ring.
 #[test]
 fn an_overflow_is_counted() {
     let flags = ["-DSTRESS_RING_SIZE=2U"];
@@ -151,7 +151,7 @@ fn an_overflow_is_counted() {
     assert_eq!(counts.lost, counts.isr_lost.min(255));
 }
 
-/// The same without the critical section: the number is read half-written, so the test above would detect it.
+/// The test above without the critical section: the number is read half-written, so the test above would detect it.
 #[test]
 fn without_the_critical_section_inputs_are_torn() {
     let Some(counts) = run(10_000_000, (700, 3_000), &["-DNO_LOCK"]) else { return };
@@ -353,8 +353,8 @@ const BUDGET: u64 = 1600;
 const INTERRUPT: u64 = 160;
 const BLOCKING: u64 = 40;
 
-/// Ten million cycles with tasks: each stays within its cost and each step within its budget, plus the time of the interrupts in between; an interrupt waits
-/// at most for the longest critical section, or another interrupt; nothing is lost or torn.
+/// In ten million cycles with tasks, each stays within its cost and each step within its budget, plus the time of the interrupts in between; an
+/// interrupt waits at most for the longest critical section, or another interrupt; nothing is lost or torn.
 #[test]
 fn tasks_stay_within_their_budgets_beside_interrupts() {
     if !is_here(&AvrEngine::default()) {

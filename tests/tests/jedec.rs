@@ -152,7 +152,7 @@ fn effect(burned: &Burned, wanted: &Logic, flipped: &FuseMap) -> Effect {
     let n_own = burned.logic.inputs.len();
     let mut states: BTreeSet<Vec<bool>> = BTreeSet::new();
     let mut open = vec![first(&burned.logic)];
-    // Unknown inputs of the flipped device are unused pins: both levels of all of them are tried.
+    // Inputs of the flipped device that the design does not have are unused pins: both levels of all of them are tried.
     let n_inputs = other.inputs.len();
     assert!(n_inputs <= n_own + 1);
     while let Some(state) = open.pop() {
@@ -397,7 +397,8 @@ fn every_device_takes_random_charts() {
             let facts = pipeline::facts(&net, &Limits { pairs: 2_000, ..Limits::default() });
             let Ok(mut logic) = pipeline::logic(&net, &facts) else { continue };
             if !has_registers {
-                // The chart without its memory: its inputs and flip-flops are inputs, one function is the output.
+                // The function is tested without memory: the inputs and flip-flops of the chart are inputs, and one function is
+                // the output.
                 logic = one_function(&logic);
             }
             if device.layout.is_some() && has_registers {

@@ -72,7 +72,7 @@ impl Interpreter {
         (next, outputs)
     }
 
-    /// An input that some row of the state covers, or sometimes any input.
+    /// An input that some row of the state covers, or sometimes a random input.
     fn some_inputs(&self, state: &str, random: &mut Random) -> Vec<bool> {
         let rows: Vec<&[String; 4]> =
             self.rows.iter().filter(|row| row[1] == state || row[1] == "*").collect();

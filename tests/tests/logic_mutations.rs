@@ -70,13 +70,13 @@ struct Subject {
     bench: Option<String>,
 }
 
-/// The fate of a mutant.
+/// The result for a mutant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Fate {
-    /// It is not a text of the language, or has other pins.
+    /// It is not a valid text of the language, or has other pins.
     Refused,
     Refuted,
-    /// Proved, and no other way shows a difference.
+    /// Proved, and no other check shows a difference.
     Equal,
     Open,
 }
@@ -169,7 +169,7 @@ fn body(language: &str, text: &str) -> std::ops::Range<usize> {
     start..end
 }
 
-/// The text with one change.
+/// The text with one random change.
 fn mutant(subject: &Subject, random: &mut Random) -> String {
     let text = &subject.text;
     if subject.language == "jedec" {

@@ -17,7 +17,7 @@ const DEVIATIONS: [&str; 5] = ["2.4", "2.5", "8.11", "8.9", "15.5"];
 
 /// The findings of cppcheck in the C of a net, without the deviations and remarks. Each package is a separate program.
 fn findings(seed: u64, net: &Valid<Net>) -> BTreeSet<String> {
-    // cppcheck takes seconds for each, so each net is tested in one style.
+    // cppcheck takes seconds for each package, so each net is tested in one style.
     let style = [Style::Tables, Style::Bits, Style::Switch][(seed % 3) as usize];
     // Words, gate, callbacks, trace ring and split functions as chosen by the seed. A style rejects what it does not support.
     let drawn = fleet::options(seed, style);
@@ -55,7 +55,7 @@ fn findings_of(package: &Package) -> Vec<String> {
         };
         let is_known = match id.strip_prefix("misra-c2012-") {
             Some(rule) => DEVIATIONS.contains(&rule),
-            // Findings about a random chart's conditions, such as a guard that is always true or contradicts itself.
+            // Findings about a random chart's conditions are ignored, such as a guard that is always true or contradicts itself.
             None => matches!(severity, "style" | "information" | "warning"),
         };
         if !is_known {

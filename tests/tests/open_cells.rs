@@ -80,7 +80,7 @@ fn open_cells_are_free_and_what_is_said_is_proved() {
     assert!(n_induced * 10 >= n_circuits * 9, "{n_induced} of {n_circuits} proved by induction");
 }
 
-/// For any change in a circuit with encoded states and undefined entries: if the induction proves it, the enumeration proves it too.
+/// For any change in a circuit with encoded states and undefined entries, the enumeration proves whatever the induction proves.
 #[test]
 fn the_induction_through_codes_proves_nothing_wrong() {
     let mut random = Random::new(31);

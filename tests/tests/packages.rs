@@ -1,7 +1,7 @@
 //! The folders of `build --package`, built by the tools that they are made for, and run if possible.
 //!
-//! A missing tool is skipped with a message; if `CI` is set in the environment, it is a failure. Arduino's core is a stub of our own (`tests/arduino`): the
-//! test shows that a sketch is C++11 without warnings and runs, not that it works with the real Arduino core.
+//! A missing tool is skipped with a message; if `CI` is set in the environment, it is a failure. Arduino's core is a stub of our own
+//! (`tests/arduino`): the test shows that a sketch is C++11 without warnings and runs, not that it works with the real Arduino core.
 
 #![allow(clippy::disallowed_methods, reason = "tests write files for tools")]
 #![allow(clippy::print_stdout, reason = "tests report what they skip")]
@@ -160,7 +160,7 @@ fn the_plain_folder_is_made_by_each_compiler() {
     }
     for (at, (name, net, options)) in designs().into_iter().enumerate() {
         let (_folder, root) = written(&net, &options, Ecosystem::Plain);
-        // One of the cross compilers for each chart; all of them for the first, and for all charts in deep tests.
+        // One of the cross compilers for each chart; all of them for the first chart, and for all charts in deep tests.
         let others = ["clang", "avr", "arm", "sdcc"];
         let is_asked = |index: usize| at == 0 || rounds(1, 2) > 1 || at % others.len() == index;
         let asked =
@@ -259,7 +259,7 @@ fn the_cmake_project_builds_and_is_found() {
         if !has_library(&net) {
             check_rows(&net, &options, &root.join(format!("build/{name}_host")));
         }
-        // A user's project, once with the folder and once after installation.
+        // A user's project is built twice: once with the folder and once after installation.
         let user = folder.path().join("user");
         std::fs::create_dir(&user).expect("it is made");
         std::fs::write(
@@ -384,7 +384,7 @@ fn the_arduino_library_keeps_to_the_specification() {
         assert!(root.join("src").join(header).is_file(), "{design}: {header}");
         let stem = header.strip_suffix(".h").expect("a header");
         let sketch = root.join(format!("examples/{stem}/{stem}.ino"));
-        // Half of them, the others in deep tests: each is four runs of a compiler.
+        // Half of the charts, and the others only in deep tests: each chart takes four runs of a compiler.
         if at % 2 == 0 || rounds(1, 2) > 1 {
             run_sketch(&root, &sketch, &root.join("src"), &root.join("src"));
         }

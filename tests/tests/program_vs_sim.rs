@@ -117,7 +117,7 @@ fn run(net: &Valid<Net>, seed: u64, options: &ProgramOptions) -> Option<String> 
         let shown = machine.react(&input.values, input.dt);
         let row = simulator.react(&input);
         if row.open.row {
-            // What follows from an undefined situation is undefined.
+            // Everything that follows from an undefined situation is undefined.
             return None;
         }
         if let Some(difference) = difference(net, &program, &machine, &shown, &row) {

@@ -222,7 +222,7 @@ fn each_small_chart_is_its_registers() {
     }
 }
 
-/// A register that is cleared when its state is left is an error that is detected, wherever it matters.
+/// A register that is cleared when its state is left is an error, which is detected if the value matters.
 #[test]
 fn a_register_that_forgets_is_found_out() {
     let mut n_refuted = 0;
@@ -250,7 +250,7 @@ fn a_register_that_forgets_is_found_out() {
                 }
             }
             let verdict = by_enumeration(&net, &logic, &Limits::default());
-            // The default child may be forgotten.
+            // The value of the default child does not need to be kept, so not every circuit is refuted.
             n_refuted += u32::from(matches!(verdict, Verdict::Refuted(_)));
             assert!(!matches!(verdict, Verdict::Open(_)), "{name}: {verdict:?}");
         }
@@ -271,8 +271,8 @@ fn difference(net: &Valid<Net>, logic: &Logic, seed: u64) -> Option<Difference> 
     compare(&net_trace(net, &stimulus), &got)
 }
 
-/// Registers of regions as numbers: one that is empty until it is entered, one that is set at once, and those below a deep history, which become empty again
-/// when their state is left for another.
+/// Charts whose registers of regions are encoded as numbers, with the expected number of flip-flops: a register that is empty until its state is
+/// entered, one that is set at once, and registers below a deep history, which become empty again when their state is left for another.
 const CODED: [(&str, usize); 3] = [
     (
         "chart late { conflict inner-first event a, b, c, d, down, up
@@ -280,7 +280,7 @@ const CODED: [(&str, usize); 3] = [
          state W { initial -> A  history H -> A
            W -> O on down  W -> A on a  W -> B on b  W -> C on c  W -> D on d
            state A  state B  state C  state D } }",
-        // O or W; never entered or one of four.
+        // The register of the chart has two flip-flops (O or W); the other register is empty or one of four.
         1 + 3,
     ),
     (
@@ -352,7 +352,7 @@ fn random_statecharts_with_history() {
                 let small = shrink(&net, |net| again(net).is_some());
                 panic!("seed {seed}, {busy:?}: {:?}\n{}", again(&small), readable(&small));
             }
-            // The registers as numbers: if the claims of groups about a region were wrong, some step would differ.
+            // With the registers as numbers, some step would differ if the claims of groups about a region were wrong.
             let is_busy = logic.outputs.values().any(|output| output.role == PinRole::Busy);
             if !is_busy {
                 let groups = coding::groups(&net, &facts, &logic);

@@ -1,9 +1,9 @@
-//! `--safe-state` with corrupted memory: members of the instance are overwritten between two reactions, on this machine under the sanitizers and on an AVR. The
-//! next reaction detects an impossible value, and the outputs are safe until the next `init`; a possible value raises no alarm, nor does a run without
-//! corruption.
+//! `--safe-state` with corrupted memory: members of the instance are overwritten between two reactions, on this machine under the sanitizers and on
+//! an AVR. The next reaction detects an impossible value, and the outputs are safe until the next `init`; a possible value raises no alarm, nor does
+//! a run without corruption.
 //!
-//! The range of a member is taken from what a user would read: the header's enumerators, the declared types, the proved components. Members without such
-//! information (histories, queues, ages) must not raise an alarm for values that they had in the run.
+//! The range of a member is taken from text that a user can read: the header's enumerators, the declared types, the proved components. Members
+//! without such information (histories, queues, ages) must not raise an alarm for values that they had in the run.
 
 #![allow(clippy::disallowed_methods, reason = "tests write files for tools")]
 #![allow(clippy::print_stdout, reason = "tests report what they skip and what they counted")]
@@ -201,7 +201,7 @@ static void judge(bool is_bad, unsigned calls, uint32_t what)
 }}"
         ),
     );
-    // Bits: the proved exclusions.
+    // The bits of a component: the proved exclusions.
     let mut broken = vec!["false".to_owned()];
     let mut all_visible = true;
     for component in &facts.components {
@@ -228,7 +228,7 @@ static void judge(bool is_bad, unsigned calls, uint32_t what)
         &mut text,
         &format!("static bool broken(void)\n{{\n    return {};\n}}", broken.join(" || ")),
     );
-    // The corruption of each member, and its impossible values if they are known.
+    // The corruption of each member, and the conditions for its impossible values if they are known.
     let mut impossible = vec!["broken()".to_owned(), "self.intact != 0xA5U".to_owned()];
     let mut all_known = all_visible;
     let mut cases = String::new();
@@ -256,7 +256,7 @@ static void judge(bool is_bad, unsigned calls, uint32_t what)
         }
         if ty.ends_with("_t") && !ty.contains("int") {
             all_known = false;
-            continue; // a structure: that of the ring
+            continue; // the member is the structure of the ring
         }
         for element in 0..len.unwrap_or(1) {
             let place = if len.is_some() { format!("{member}[{element}]") } else { member.clone() };
@@ -375,7 +375,7 @@ const PRINT: &str = "#include <stdio.h>
 static void report(uint32_t value) { printf(\"%lu \", (unsigned long)value); }
 static int finish(void) { return 0; }";
 
-/// Three more numbers, because the host waits for eight; when it sleeps without interrupts, the machine is done.
+/// Prints three more numbers, because the host waits for eight; when the machine sleeps without interrupts, it is done.
 const PRINT_AVR: &str = "#include <avr/io.h>
 #include <avr/sleep.h>
 #include <avr/interrupt.h>
@@ -478,7 +478,7 @@ fn the_best_style_finds_damaged_memory() {
     survive(Style::Auto, 4, 24);
 }
 
-/// The same on an AVR: a chart with a component, a timer, a number, an array and an edge, in both styles.
+/// The same test on an AVR: a chart with a component, a timer, a number, an array and an edge, in both styles.
 #[test]
 fn an_avr_finds_damaged_memory() {
     let text = "chart mill {

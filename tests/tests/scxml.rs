@@ -1,7 +1,7 @@
 //! SCXML: the core of the W3C's assertions as our own charts on every kind of engine, and the rejection of the rest.
 //!
-//! Each file of `scxml/w3c` is named after the assertion that it shows and ends in its state `pass`. Each file of `scxml/errors` shows one that requires
-//! an error event when the chart runs; here it is a finding before the run, whose code is in the second line of the file.
+//! Each file of `scxml/w3c` is named after the assertion that it shows and ends in its state `pass`. Each file of `scxml/errors` shows one that
+//! requires an error event when the chart runs; here it is a finding before the run, whose code is in the second line of the file.
 
 #![allow(clippy::disallowed_methods, reason = "tests read files")]
 #![allow(clippy::print_stdout, reason = "tests report what they skip")]
@@ -33,9 +33,9 @@ const CORE: [&str; 47] = [
     "409", "411", "412", "413", "415", "416", "417", "419", "421", "423", "436", "503", "504",
     "505", "506", "533", "550", "570", "576", "579", "580",
 ];
-/// Loops over arrays that are written out.
+/// Charts with loops over arrays, which are unrolled.
 const LOOPS: [&str; 5] = ["150", "151", "153", "155", "525"];
-/// Run-time errors, which are findings here.
+/// Assertions about run-time errors, which are findings here.
 const ERRORS: [&str; 31] = [
     "152", "156", "159", "194", "199", "277", "280", "286", "298", "309", "311", "312", "313",
     "314", "322", "326", "331", "332", "343", "344", "346", "376", "378", "401", "402", "487",
@@ -205,7 +205,7 @@ fn the_core_passes_in_verilog() {
     std::thread::scope(|scope| (0..threads).for_each(|_| drop(scope.spawn(work))));
 }
 
-/// The charts can fail: after the change of one word, they do.
+/// The charts can fail: if one word is changed, they do not end in `pass`.
 #[test]
 fn a_wrong_chart_does_not_pass() {
     let text = files("w3c").remove("144").expect("it is there");
@@ -276,13 +276,13 @@ fn the_supervisor_does_what_its_paper_says() {
         seen.iter().map(|(steps, error)| (steps.as_str(), error.as_str())).collect();
     assert_eq!(seen, expected);
 
-    // All pairs of a situation and a button prove how many checks a reaction needs: without an event, for the button, and without an event again. So the
-    // circuit is composed into one clock, without `busy` and without a fault.
+    // All pairs of a situation and a button prove how many checks a reaction needs: without an event, for the button, and without an event again. So
+    // the circuit is composed into one clock, without `busy` and without a fault.
     let facts = pipeline::facts(&net, &Limits::default());
     assert_eq!(facts.rounds, Some(Proved { value: 3, by: Proof::Explicit }));
     let logic = pipeline::logic(&net, &facts).expect("a circuit");
     assert!(logic.outputs.values().all(|pin| matches!(pin.role, PinRole::Output(..))));
-    // A bound that is too small is refuted.
+    // A bound that is too low is refuted.
     let wrong = Facts { rounds: Some(Proved { value: 1, by: Proof::Explicit }), ..facts.clone() };
     let too_short = pipeline::logic(&net, &wrong).expect("a circuit");
     let verdict = grafsynth_verify::equiv(&net, &facts, &too_short, &Limits::default());

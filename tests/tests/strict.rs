@@ -73,7 +73,7 @@ fn no_compiler_warns_of_a_random_chart() {
             sources.extend(written.into_iter().map(|name| format!("{}/{name}", style.name())));
         }
     }
-    // The engines are written again with each chart.
+    // The engines' files are written again with each chart, so duplicates are removed.
     sources.sort_unstable();
     sources.dedup();
     let found = in_parallel(&JUDGES, |judge| {

@@ -19,7 +19,7 @@ fn net_of(text: &str) -> Valid<Net> {
     }
 }
 
-/// The findings of a text that is no chart.
+/// The findings of a text that is not a valid chart.
 fn refusals(text: &str) -> Vec<(&'static str, String)> {
     let mut sources = Sources::default();
     let main = sources.add("a.st", text);
@@ -31,7 +31,7 @@ fn refusals(text: &str) -> Vec<(&'static str, String)> {
         .collect()
 }
 
-/// The trace of a stimulus, which compiled C must give too.
+/// The trace of a stimulus; compiled C must give the same trace.
 fn trace_of(net: &Valid<Net>, csv: &str) -> Trace {
     let (stimulus, found) = Stimulus::parse_csv(net, FileId(0), csv);
     let stimulus = stimulus.unwrap_or_else(|| panic!("{found:#?}"));
@@ -142,7 +142,7 @@ fn bit_operators_without_a_width_are_refused_by_name() {
     }
 }
 
-/// A loop that looks through four numbers, left early in every way there is, in a program, in a block and in a function.
+/// A loop that searches four numbers and is left early in every possible way, in a program, in a block and in a function.
 #[test]
 fn loops_are_left_where_they_say() {
     let search = "
@@ -223,7 +223,7 @@ fn loops_are_left_where_they_say() {
     }
 }
 
-/// What the block does; its loop variables keep their values where it is left, and between calls.
+/// The expected result of the block; its loop variables keep their values when the loop is left, and between calls.
 fn pairs(v: [i64; 4], wanted: i64, i_kept: &mut i64, j_kept: &mut i64) -> i64 {
     if wanted == 0 {
         return 99;
@@ -249,7 +249,7 @@ fn pairs(v: [i64; 4], wanted: i64, i_kept: &mut i64, j_kept: &mut i64) -> i64 {
     77
 }
 
-/// A time that is chosen before it is waited for: 300 ms, or 100 ms more than 100 ms, or what an input of milliseconds says for a plain comparison.
+/// A time that is computed before it is waited for: 300 ms, or 100 ms plus 100 ms, or the milliseconds of an input in a plain comparison.
 #[test]
 fn times_change_and_are_compared_with_clocks_value_by_value() {
     let net = net_of(
@@ -304,7 +304,7 @@ fn times_change_and_are_compared_with_clocks_value_by_value() {
     );
 }
 
-/// What would be written out is counted before: 10^15 rounds are refused at once, or this test would not end.
+/// The size of an unrolled loop is counted first: 10^15 rounds are rejected at once, otherwise this test would not end.
 #[test]
 fn loops_in_loops_are_counted_before_they_are_written_out() {
     let n = 5;
@@ -318,7 +318,7 @@ fn loops_in_loops_are_counted_before_they_are_written_out() {
     assert_eq!(found.iter().map(|(code, _)| *code).collect::<Vec<_>>(), ["G0455"], "{found:?}");
 }
 
-/// A block with a chart gives in a program that calls it, in the same scan, what it gives as a design of its own.
+/// A block with a chart gives the same results in a program that calls it, in the same scan, as it gives as a separate design.
 #[test]
 fn blocks_with_charts_do_in_a_program_what_they_do_alone() {
     let block = "FUNCTION_BLOCK lights
@@ -365,7 +365,7 @@ fn blocks_with_charts_do_in_a_program_what_they_do_alone() {
     assert_eq!(column(&got, "seen"), column(&got, "green"));
     let counted = column(&got, "rounds");
     assert!(counted.last().is_some_and(|n| *n > 20), "{counted:?}");
-    // What stands before the call sees the block of the scan before.
+    // A statement before the call reads the outputs of the block from the previous scan.
     assert_eq!(column(&got, "before")[1..], counted[..counted.len() - 1]);
     assert!(column(&got, "both").contains(&1));
     for (body, what) in [
@@ -375,7 +375,7 @@ fn blocks_with_charts_do_in_a_program_what_they_do_alone() {
         ("a.on := ask; a(ask := ask);", "assignments to variables of a"),
         ("IF ask THEN RETURN; END_IF; a(on := on);", "a call of lights here"),
     ] {
-        // The block alone is the design then, and the refusals are warnings (G0451).
+        // The design is then the block alone, and the rejections are warnings (G0451).
         let mut sources = Sources::default();
         let main = sources.add("a.st", program(body));
         let (_, found) = read(&sources, &Texts { main, ..Texts::default() }, ReadLimits::default());

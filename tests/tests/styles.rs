@@ -25,7 +25,7 @@ fn agree(style: Style, few: u64, many: u64) {
     };
     let drawn = draw(style, rounds(few, many));
     println!("style {}: {drawn}", style.name());
-    // A style that supports every chart must have met every property of charts.
+    // With a style that supports every chart, every feature of charts must have occurred.
     if drawn.charts.len() >= 1000 && matches!(style, Style::Auto | Style::Bits | Style::Program) {
         for (property, _) in PROPERTIES {
             // No engine checks the state of its instance (G0630).
@@ -49,7 +49,7 @@ fn numbers_stay_what_they_are() {
     }
 }
 
-/// Statecharts whose lists read what is entered and left with them, with lists of histories and delayed sends.
+/// Statecharts whose lists read the states that are entered and left with them, with lists of histories and delayed sends.
 #[test]
 fn entering_and_leaving_is_what_the_net_does() {
     let Some(compiler) = Compiler::plain() else {
@@ -57,7 +57,7 @@ fn entering_and_leaving_is_what_the_net_does() {
         return;
     };
     for style in Style::ALL {
-        // For most of them, `auto` chooses the style of states and transitions.
+        // For most of these charts, `auto` chooses the style of states and transitions.
         let few = if style == Style::Auto { 60 } else { 10 };
         let drawn = draw_of(style, rounds(few, 2_000), &Features::entering());
         println!("style {}: {} of the charts", style.name(), drawn.charts.len());

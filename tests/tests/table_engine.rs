@@ -164,7 +164,7 @@ fn an_emergency_forces_the_outputs_of_tables() {
     }
 }
 
-/// The same on small machines, with the real object files: tables and byte code. Charts that do not fit are not counted.
+/// The same test on small machines, with the real object files: tables and byte code. Charts that do not fit are not counted.
 #[test]
 fn engines_on_microcontrollers_do_what_the_net_does() {
     let tables = Features {
@@ -318,7 +318,7 @@ fn a_changed_supervisor_is_other_tables_and_the_same_engine() {
         let after = packed(&other, options).expect("carried");
         for (a, b) in before.files.iter().zip(&after.files) {
             assert_eq!(a.name, b.name);
-            // The program's header also contains how much of the reaction it keeps.
+            // The header and source of a program may also differ: they contain the sizes of its memory.
             let may = a.name == "supervisor_tables.c"
                 || (style != Style::Engine && a.name.starts_with("supervisor."));
             assert!(a.text == b.text || may, "{}", a.name);
@@ -461,7 +461,8 @@ int main(int argc, char **argv)
     )
 }
 
-/// Images with any changed byte are rejected by their checksum; with a new checksum they are rejected or run, and never access memory outside their own.
+/// Images with any changed byte are rejected by their checksum; with a new checksum they are rejected or run, and never access memory outside their
+/// own.
 #[test]
 fn damaged_images_are_refused_or_harmless() {
     if tools::c_compiler().is_none() {

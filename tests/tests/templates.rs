@@ -280,7 +280,7 @@ fn javascript_computes_what_the_chart_means() {
     check(&language, &nets(rounds(60, 1000)));
 }
 
-/// JavaScript numbers if they are exact, BigInt otherwise.
+/// JavaScript uses numbers if they are exact, and BigInt otherwise.
 #[test]
 fn javascript_takes_big_integers_only_where_it_must() {
     let render_one = |net: &Valid<Net>| {
@@ -343,7 +343,7 @@ fn a_template_without_end_ends() {
     assert_eq!(error_of(large).code.id, "G0613");
 }
 
-/// Every net has JSON that follows the schema, and the same net has the same bytes.
+/// Every net has JSON that follows the schema, and the JSON of a net always has the same bytes.
 #[test]
 fn the_json_keeps_to_its_schema() {
     let schema: Value =
@@ -357,8 +357,8 @@ fn the_json_keeps_to_its_schema() {
     }
 }
 
-/// The subset of JSON Schema that the schema uses: `type`, `const`, `enum`, `required`, `properties`, `additionalProperties`, `items`, `oneOf`, `anyOf`,
-/// `$ref`.
+/// The subset of JSON Schema that the schema uses: `type`, `const`, `enum`, `required`, `properties`, `additionalProperties`, `items`, `oneOf`,
+/// `anyOf`, `$ref`.
 fn validate(root: &Value, schema: &Value, value: &Value, path: &str, wrong: &mut Vec<String>) {
     let Some(rules) = schema.as_object() else { return };
     for (rule, wanted) in rules {

@@ -1,4 +1,5 @@
-//! The trace ring of the emitted C: its entries are the transitions that fired in the reference simulator, and its replay visits the simulator's situations.
+//! The trace ring of the emitted C: its entries are the transitions that fired in the reference simulator, and its replay visits the simulator's
+//! situations.
 
 #![allow(clippy::print_stdout, reason = "tests report what they skip")]
 
@@ -62,7 +63,7 @@ fn fired_in(ring: &Ring, reaction: usize) -> Vec<TransitionId> {
     fired
 }
 
-/// A long ring, which contains everything, and a short one, which wraps.
+/// Checks a long ring, which contains all entries, and a short one, which wraps.
 fn round_trip(net: &Valid<Net>, style: Style, seed: u64) -> bool {
     let stimulus = Stimulus::random(net, ROWS, seed, 3);
     let wanted = expected(net, &stimulus);
@@ -188,7 +189,7 @@ fn what_no_chart_can_do_is_said_and_what_is_damaged_refused() {
     let replay = ring::replay(&net, &facts, &bad);
     let why = "in reaction 4 go fires, which is impossible in this chart";
     assert_eq!(replay.broken.as_deref(), Some(why));
-    // Competing transitions.
+    // Entries of competing transitions, which cannot follow each other.
     let bad = ring::parse(&net, &made(&net, 8, &[(1, 2), (2, 3), (3, 4), (3, 5)])).expect("one");
     assert!(ring::replay(&net, &facts, &bad).broken.is_some());
 

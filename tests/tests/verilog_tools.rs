@@ -103,7 +103,7 @@ fn verilator_and_yosys_read_every_text_without_a_warning() {
     }
 }
 
-/// All benches in one program: each reports that its rows are right.
+/// All benches in one program: each reports that its rows are correct.
 #[test]
 fn verilator_runs_the_benches() {
     let Some(verilator) = tool("verilator") else { return };
@@ -205,7 +205,7 @@ fn abc_agrees_with_our_proof() {
         assert!(answer.starts_with(&index.to_string()), "{said}");
         let abc_says = answer.contains("Networks are equivalent");
         if answer.contains("UNDECIDED") {
-            // Ten seconds are enough for most pairs.
+            // ABC decides most pairs within ten seconds.
             n_undecided += 1;
             continue;
         }
@@ -249,7 +249,7 @@ fn bitstreams_are_read_back_and_proved() {
         assert_eq!(line.outcome(), Outcome::Proved, "{line}\n{}", made.read_back);
         assert!(made.remark.contains("logic cells"), "{}", made.remark);
 
-        // Every lookup table matters: its complement is detected.
+        // Every lookup table matters: a complemented one is detected.
         let lines: Vec<&str> = made.read_back.lines().collect();
         let tables = lines.iter().filter(|line| line.contains("/* LUT"));
         assert!(tables.clone().count() > 2, "{}", made.read_back);

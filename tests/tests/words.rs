@@ -1,5 +1,5 @@
-//! Charts whose inputs, outputs, steps and variables are named like keywords of a target: real tools accept the emitted text, and texts of equations are
-//! read back.
+//! Charts whose inputs, outputs, steps and variables are named like keywords of a target: real tools accept the emitted text, and texts of equations
+//! are read back.
 
 #![allow(clippy::print_stdout, reason = "tests report what they skip")]
 #![allow(clippy::disallowed_methods, reason = "tests write files for tools")]
@@ -127,7 +127,7 @@ fn words_of_c_are_names_in_every_compiler() {
     for (at, style) in
         [Style::Switch, Style::Tables, Style::Bits, Style::Program].into_iter().enumerate()
     {
-        // Some of the words are enough for each: the proofs of facts are not tested here.
+        // A part of the words is enough for each chart: the proofs of facts are not tested here.
         let words = turned(&words, at, 4);
         let net = chart("a.graf", &ring("words", &words, true));
         let options = Options { style, prefix: Some("volatile".to_owned()), ..Options::default() };
@@ -164,9 +164,9 @@ fn words_of_equations_are_names_when_read_back() {
         (&names::GALASM, Format::Galasm),
     ];
     for (target, format) in of {
-        // Names of clocks are words too.
+        // The usual names of clocks are tested as words too.
         let words = words_of(target, &["clk", "clock", "ck"]);
-        // The last ones are padded, so that there is one of each kind.
+        // The last group is padded, so that there is an object of each kind.
         let words = words.chunks(9).map(|words| [words, &["w1", "w2", "w3"]].concat());
         for words in words {
             for by in 0..3 {

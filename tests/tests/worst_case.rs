@@ -57,7 +57,7 @@ fn every_random_chart_has_a_bound() {
                 }
             };
             assert!(bound.step > 0 && bound.init > 0 && bound.stack > 0, "seed {seed}");
-            // A scan is at least one reaction, and the one in an interrupt has neither watchdog nor sleep.
+            // A scan takes at least as long as one reaction, and a scan in an interrupt has neither watchdog nor sleep.
             if let (Some(scan), Some(isr)) = (bound.scan, bound.scan_isr) {
                 assert!(scan.time >= isr.time && isr.time >= bound.step, "seed {seed}");
                 assert!(scan.stack >= isr.stack && isr.stack >= bound.stack, "seed {seed}");
@@ -132,7 +132,8 @@ fn on_machine(
     Some(ratio)
 }
 
-/// The bounds of a chart and the worst reaction that a search finds: no bound is below it, or more than `most` times as large. Empty if the chart is rejected.
+/// The bounds of a chart and the worst reaction that a search finds: no bound is below it, or more than `most` times as large. Empty if the chart is
+/// rejected.
 fn searched(
     name: &str,
     net: &Valid<Net>,
@@ -159,7 +160,7 @@ fn searched(
             rows = found.rows;
             found.measured.step
         } else {
-            // The machines have their worst case in about the same reaction; this one does not distinguish reactions.
+            // All machines have their worst case in about the same reaction.
             let dearest = Stimulus::of_rows(net, &rows);
             prepared.run(net, &dearest).expect("it runs").0.step
         };
@@ -225,14 +226,14 @@ fn what_stands_before_a_reaction_is_bounded() {
         for machine in cost::MACHINES {
             cost::bound(&package, machine).expect("it is understood");
         }
-        // A meter does not see a scan that the gate ends.
+        // A meter does not measure a scan that the gate ends.
         for meter in meters.iter().filter(|_| !gate) {
             on_machine(&**meter, "ring", &net, &options, 200).expect("it fits");
         }
     }
 }
 
-/// The stack is not visible beyond the painted area, so a chart that reaches its end has no measured value.
+/// The stack is not visible beyond the painted area, so a chart that reaches the end of the area has no measured value.
 #[test]
 fn a_stack_deeper_than_what_is_watched_is_said() {
     let Some(meter) = meters().into_iter().find(|it| it.machine() == "cortex-m3") else { return };
@@ -350,7 +351,7 @@ fn each_event_counts_once() {
     let charts = [
         ("16 events", switch(""), 3.0),
         ("16 events, one at a time", switch("events exclusive"), 3.0),
-        // Functions that a compiler inlines into their only caller are priced as calls.
+        // The model counts calls for functions that a compiler inlines into their only caller.
         ("regions", regions.to_owned(), 3.5),
     ];
     for (name, text, most) in &charts {
@@ -385,7 +386,8 @@ fn a_large_statechart_has_a_bound() {
     }
 }
 
-/// RAM is exact: instance, inputs, outputs and ring are as large as in the compiled program, and a chart has no other memory.
+/// RAM is exact: instance, inputs, outputs and ring have the same size as in the compiled program, and a chart has no other
+/// memory.
 #[test]
 fn ram_is_what_the_compiler_makes_of_it() {
     let avr = ("avr", "avr", &["-mmcu=atmega1284p", "-std=gnu99", "-Os"][..]);
@@ -455,8 +457,8 @@ fn ram_is_what_the_compiler_makes_of_it() {
     }
 }
 
-/// A task without a declared cost costs what the model estimates, and that is never too low: the task makes the worst-case reaction more expensive by at
-/// most its cost.
+/// A task without a declared cost gets the cost that the model estimates. The estimate is never too low: the task makes the worst-case reaction more
+/// expensive by at most its cost.
 #[test]
 fn a_task_takes_no_more_than_the_model_says() {
     let meters = meters();
@@ -483,7 +485,7 @@ fn a_task_takes_no_more_than_the_model_says() {
             let counted = counted.expect("the task declares no cost");
             assert_eq!((counted.machine.name, counted.costs.known.len()), (machine.name, 1));
             let model = u64::from(with.steps.values().next().expect("a step").tasks[0].cost);
-            // The same chart that only passes the turn on there.
+            // The same chart with a task that only passes the turn on.
             let (without, counted) = read_for(&chart("task t cost 1 { sum := sum }"), machine);
             assert_eq!(counted, None);
             let dearest = |net: &Valid<Net>| {
@@ -501,7 +503,8 @@ fn a_task_takes_no_more_than_the_model_says() {
     }
 }
 
-/// Costs decide where a step halts, and so which of its variables are buffered; the costs include that, and a budget that is too small for one is an error.
+/// Costs decide where a step halts, and so which of its variables are buffered. The costs include that, and a budget that is too small for one task
+/// is an error.
 #[test]
 fn counted_costs_decide_where_a_step_halts() {
     let chart = |budget: u32| {
@@ -561,8 +564,8 @@ fn read(
     }
 }
 
-/// Rings of 10 by 3: on microcontrollers a jump is cheaper than a table row, on the host the opposite is true. If code size is optimised, the table is best
-/// everywhere.
+/// Rings of 10 by 3: on microcontrollers a jump is cheaper than a table row, on the host the opposite is true. If code size is optimised, the table
+/// is best everywhere.
 #[test]
 fn the_style_follows_the_machine() {
     let text = ring(30, 10);
@@ -573,7 +576,7 @@ fn the_style_follows_the_machine() {
         let options = Options { machine, goal, io: Io::Words, ..Options::default() };
         let package = emit(&net, &facts, &options).expect("it is emitted");
         let style = package.tried.iter().find(|it| it.is_taken).expect("one is").style;
-        // The result equals that of the style requested by name.
+        // The result equals the result of the style requested by name.
         let asked = Options { style, io: Io::Words, ..Options::default() };
         assert_eq!(package.files, emit(&net, &facts, &asked).expect("it is emitted").files);
         style

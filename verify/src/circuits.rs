@@ -18,7 +18,7 @@ pub struct Pairs {
     pub inputs: Vec<(Option<PinInputId>, Option<PinInputId>)>,
     /// Pins that are compared.
     pub outputs: Vec<(PinOutputId, PinOutputId)>,
-    /// Flip-flops that may correspond. They are only used if the circuits are too large to enumerate, and the proof does not trust them.
+    /// Flip-flops that may correspond. They are only used if the circuits are too large to enumerate, and the proof checks that they do.
     pub flops: Vec<(FlopId, FlopId)>,
 }
 
@@ -34,7 +34,7 @@ pub enum Equality {
     },
     /// Corresponding flip-flops have equal initial values, and this many functions are equal.
     ByFunctions(usize),
-    /// They differ after these clocks.
+    /// The circuits differ after these clocks.
     Different(Apart),
     /// Open, with the reason.
     Open(Open),
@@ -160,8 +160,8 @@ fn enumerate(left: &Logic, right: &Logic, pairs: &Pairs, limits: &Limits) -> Equ
     Equality::Enumerated { states: states.len(), outputs: pairs.outputs.len() }
 }
 
-/// Flip-flops with the same name correspond if they have equal initial values and equal functions of corresponding signals; then equal outputs are equal
-/// for ever.
+/// Compares by induction: flip-flops with the same name correspond if they have equal initial values and equal functions of corresponding signals.
+/// Outputs with equal functions are then always equal.
 fn by_functions(left: &Logic, right: &Logic, pairs: &Pairs) -> Result<usize, String> {
     let twins: BTreeMap<FlopId, FlopId> = pairs.flops.iter().map(|(a, b)| (*b, *a)).collect();
     if pairs.flops.len() < left.flops.len() || twins.len() < right.flops.len() {
@@ -205,7 +205,7 @@ fn by_functions(left: &Logic, right: &Logic, pairs: &Pairs) -> Result<usize, Str
             };
             images.push((level, ours.level(image)));
         }
-        // First move all levels far away, so that none is confused with another in between.
+        // First move all levels far away, so that no old level is confused with a new one.
         let far = 1 << 20;
         for (level, to) in &images {
             let var = bdd.var(far + to).map_err(full)?;

@@ -6,21 +6,21 @@
 //! 1. it removes as many steps from S as it adds to S, and this number is 0 or 1 (`|pre ∩ S| = |post ∩ S| ≤ 1`), and
 //! 2. no two transitions that remove the same step of S and add different ones fire in one micro-step.
 //!
-//! If one step s of S is active, all transitions that affect S remove s; by 2 they agree on the step that they add; so X' (semantics §3.2) again contains
-//! exactly one step of S. The *stays active* rule matters only for a step that is added while active, which here is s itself. Condition 2 depends on the
-//! conflict policy: if transitions compete for a step, only one of them fires; under `all`, their receptivities must exclude each other
+//! If one step s of S is active, all transitions that affect S remove s; by 2 they agree on the step that they add; so X' (semantics §3.2) again
+//! contains exactly one step of S. The *stays active* rule matters only for a step that is added while active, which here is s itself. Condition 2
+//! depends on the conflict policy: if transitions compete for a step, only one of them fires; under `all`, their receptivities must exclude each other
 //! ([`crate::exclusive`]). If 1 is weakened to `|post ∩ S| ≤ |pre ∩ S| ≤ 1`, at most one step remains active.
 //!
-//! Forcing and enclosing steps (semantics §8) set the situation of S directly; they keep the token exactly if each order, or the activation links, contain
-//! one step of S. Enclosed steps lose the token together with the enclosing step, so such a component is not always active.
+//! Forcing and enclosing steps (semantics §8) set the situation of S directly; they keep the token exactly if each order, or the activation links,
+//! contain one step of S. Enclosed steps lose the token together with the enclosing step, so such a component is not always active.
 //!
 //! # How the sets are found
 //! By reduction, in nearly linear time. At first each step is a separate *place*.
 //! - *Series*: a transition with one place on each side merges the two places: every set that contains one must contain the other.
-//! - *Parallel*: two places that the same transitions fill and empty always contain the same number of tokens; one of them is set aside, and is an equally
-//!   good component.
+//! - *Parallel*: two places that the same transitions fill and empty always contain the same number of tokens; one of them is set aside.
+//!   It is an equally good component.
 //!
-//! Nested forks, joins and choices reduce completely. In the rest, a search with a bounded number of wrong turns looks for the sets. Every returned
+//! Nested forks, joins and choices reduce completely. In the rest, a search with a bounded amount of backtracking looks for the sets. Every returned
 //! component satisfies the conditions above by construction.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -31,7 +31,7 @@ use grafsynth_ir::net::{ForcingOrder, Net, Step, StepId, StepKind, TransitionKin
 
 use crate::exclusive;
 
-/// The maximum number of places of a set during the search, and the maximum number of wrong turns.
+/// The maximum number of places of a set during the search, and the maximum number of backtracking steps.
 const SEARCH_PLACES: usize = 4096;
 const SEARCH_TURNS: usize = 256;
 
@@ -56,7 +56,7 @@ pub fn cover(net: &Net) -> Cover {
     finish(net, found)
 }
 
-/// Steps with at most one token, and whether the token is always there.
+/// Sets of steps that contain at most one token, and whether they always contain it.
 type Found = Vec<(Vec<StepId>, bool)>;
 
 fn finish(net: &Net, mut found: Found) -> Cover {
@@ -80,8 +80,8 @@ fn finish(net: &Net, mut found: Found) -> Cover {
     Cover { components, invariants, component_of, n_uncovered }
 }
 
-/// For a statechart: the top-level states of a chart, and the children of each composite state. A transition replaces one by another (validation ensures
-/// that every transition and initial content enters a complete configuration).
+/// For a statechart: the top-level states of a chart, and the children of each composite state. A transition replaces one by another (validation
+/// ensures that every transition and initial content enters a complete configuration).
 fn regions(net: &Net) -> Found {
     let mut always_active = IdMap::filled(&net.steps, false);
     let mut top: Vec<Vec<StepId>> = vec![Vec::new(); net.parts.len()];
@@ -124,13 +124,13 @@ fn regions(net: &Net) -> Found {
     found
 }
 
-/// A set of steps that belong to a component only together.
+/// A set of steps that belong to the same component, if they belong to any.
 #[derive(Debug, Clone, Default)]
 struct Place {
     steps: Vec<StepId>,
     /// The enclosing step of all of them.
     parent: Option<StepId>,
-    /// The step with the same number as this place is active at reset.
+    /// True if the step with the same number as this place is active at reset.
     starts: bool,
     /// The number of its steps that are active at reset.
     n_initial: u32,
@@ -138,9 +138,9 @@ struct Place {
     n_links: u32,
     /// For each forcing order for a chart that contains them: its number, and the number of the place's steps in it (`None`: `hold`).
     forced: Vec<(u32, Option<u32>)>,
-    /// A token may get lost.
+    /// True if a token may get lost.
     is_lossy: bool,
-    /// It belongs to no component.
+    /// True if it belongs to no component.
     is_out: bool,
     /// Nontrivial transitions connected to it; may include some that have become trivial.
     touching: Vec<u32>,
@@ -148,7 +148,7 @@ struct Place {
     signature: Option<Signature>,
 }
 
-/// Equal for places that always contain equally many tokens.
+/// The key of the parallel rule: places with equal keys always contain equally many tokens.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct Signature {
     moves: Vec<(u32, bool)>,
@@ -163,7 +163,7 @@ struct Reduction<'a> {
     places: Vec<Place>,
     /// Union-find over places.
     leader: Vec<u32>,
-    /// Set aside by the parallel rule: the place that was kept.
+    /// For a place set aside by the parallel rule: the place that was kept.
     twin: Vec<Option<u32>>,
     moves: Vec<Move>,
     queue: VecDeque<u32>,
@@ -283,7 +283,7 @@ impl<'a> Reduction<'a> {
             });
             kept.sort_unstable();
             for pair in 1..kept.len() {
-                // Two tokens are taken from one place, or put into it.
+                // The transition takes two tokens from one place, or puts two into it.
                 if kept[pair] == kept[pair - 1] {
                     self.exclude(kept[pair]);
                 }
@@ -299,7 +299,7 @@ impl<'a> Reduction<'a> {
         let Move { pre, post, .. } = self.moves[at].clone();
         match (&pre[..], &post[..]) {
             ([], []) => self.moves[at].is_trivial = true,
-            // A token is created; its number is unbounded.
+            // A token is created, so the number of tokens is unbounded.
             ([], _) => post.iter().for_each(|place| self.exclude(*place)),
             // A token is removed; no set with this place keeps it.
             (_, []) => pre.iter().for_each(|place| self.places[*place as usize].is_lossy = true),

@@ -25,11 +25,11 @@ const TRANSITION_LIMIT: usize = 512;
 pub struct Overlap {
     /// The step they share.
     pub step: StepId,
-    /// The one declared first.
+    /// The transition that is declared first.
     pub first: TransitionId,
-    /// The other one.
+    /// The other transition.
     pub second: TransitionId,
-    /// The comparison of the receptivities was completed. If false, it was abandoned and the two count as compatible.
+    /// True if the comparison of the receptivities was completed. If false, it was abandoned and the two count as compatible.
     pub is_certain: bool,
 }
 
@@ -55,8 +55,8 @@ pub fn entered(transition: &Transition) -> impl Iterator<Item = StepId> + '_ {
     })
 }
 
-/// For each step with several leaving moves, the first pair whose receptivities can be true together, whatever the policy does. Pairs that enter the same
-/// steps are skipped: for the situation, firing both is the same as firing one.
+/// For each step with several leaving moves, the first pair whose receptivities can be true together, whatever the policy does. Pairs that enter the
+/// same steps are skipped: for the situation, firing both is the same as firing one.
 #[must_use]
 pub fn compatible_pairs(net: &Net) -> Vec<Overlap> {
     let leaving = leaving(net);
@@ -71,8 +71,8 @@ pub fn compatible_pairs(net: &Net) -> Vec<Overlap> {
     overlaps
 }
 
-/// All pairs of moves that share a preceding step and whose receptivities can be true together, or for which this is unknown; the one declared first comes
-/// first.
+/// All pairs of moves that share a preceding step and whose receptivities can be true together, or for which this is unknown; the one declared first
+/// comes first.
 pub(crate) fn all_compatible_pairs(net: &Net) -> Vec<(TransitionId, TransitionId)> {
     let mut pairs = BTreeSet::new();
     for all in leaving(net).values() {
@@ -383,8 +383,8 @@ impl<'a> Guards<'a> {
         }
     }
 
-    /// The range of one side of a comparison. Ticks have no type of their own, because they occur only in comparisons; nothing else in a valid net lacks a
-    /// type.
+    /// The range of one side of a comparison. Ticks have no type of their own, because they occur only in comparisons; nothing else in a valid net
+    /// lacks a type.
     fn type_of(&self, side: &Expr) -> Type {
         match &side.kind {
             ExprKind::Leaf(leaf) if leaf.is_time() => TICKS,

@@ -1,9 +1,9 @@
 //! Breadth-first search of all reachable states of a net with the reference simulator: the exact answer if the net is small enough.
 //!
-//! If times are counted, states that differ only in their times are kept together: a node of the search is everything else in a state, with the [`Zone`]
-//! of possible times of its clocks. A reaction after any `dt` is tried once for each part of the zone in which no comparison changes its truth value, so
-//! the cost depends on the number of comparisons and not on the length of the times. Every point of a node is reachable, and the successors of a node are
-//! all successors of its points; so questions about paths are answered exactly, for any `dt`.
+//! If times are counted, states that differ only in their times are kept together: a node of the search is everything else in a state, with the
+//! [`Zone`] of possible times of its clocks. A reaction after any `dt` is tried once for each part of the zone in which no comparison changes its
+//! truth value, so the cost depends on the number of comparisons and not on the length of the times. Every point of a node is reachable, and the
+//! successors of a node are all successors of its points; so questions about paths are answered exactly, for any `dt`.
 //!
 //! Most reactions lead to a known state, so a reaction costs one simulation and one table lookup: only new states are copied.
 
@@ -66,11 +66,12 @@ struct Parent {
     sources: Vec<Source>,
 }
 
-/// The part of a zone in which a reaction is the same: the times of the clocks after the latch, and the order of due sends.
+/// A part of a zone in which all points give the same reaction: the times of the clocks after the latch, and the order of due
+/// sends.
 #[derive(Debug, Clone, Default)]
 struct Came {
     times: Vec<(i64, Option<i64>)>,
-    /// The first clock is ahead of the second by at most this much.
+    /// Pairs of clocks: the first is ahead of the second by at most this much.
     ahead: Vec<(usize, usize, i64)>,
 }
 
@@ -84,7 +85,7 @@ struct Node {
     parent: Option<Parent>,
 }
 
-/// The nodes that differ only in their times.
+/// The nodes whose states differ only in their times.
 #[derive(Debug, Clone, Default)]
 struct SameState {
     all: Vec<u32>,
@@ -148,8 +149,8 @@ impl States {
         Err(OpenReason::Pairs { limit, states: self.nodes.partition_point(is_found) })
     }
 
-    /// A lower bound on the pairs of a one-by-one search: each state without its times is found with at least one value for them, if the states known here
-    /// are all states.
+    /// A lower bound on the pairs of a one-by-one search: each state without its times is found with at least one value for them, if the states known
+    /// here are all states.
     fn least_pairs_one_by_one(&self, net: &Net, limits: &Limits) -> u64 {
         let relevance = Relevance::of(net);
         let Ok(alphabet) = Alphabet::of(net, false, limits.rows_per_state) else { return 0 };
@@ -187,7 +188,7 @@ impl States {
         self.way(node, None)
     }
 
-    /// The same, followed by the reaction.
+    /// The rows of a shortest path from reset to the node before this reaction, followed by the row of the reaction.
     pub(crate) fn way_of(&self, seen: &Seen<'_, '_>) -> Vec<InputRow> {
         self.way(seen.from, Some((seen.input, seen.came)))
     }
@@ -226,7 +227,7 @@ impl States {
             }
             for (first, second, by) in &came.ahead {
                 let ((a, time_a), (b, time_b)) = (origins[*first], origins[*second]);
-                // first - second = (b - a) + (time_a - time_b) <= by
+                // By the bound: first - second = (b - a) + (time_a - time_b) <= by
                 bounds.push((b, a, time_a - time_b - by));
             }
             if let Some(sources) = sources {
@@ -318,8 +319,8 @@ pub(crate) struct Searched<T, B> {
 /// The fraction of the pairs with which both methods are tried first: one of them may end soon where the other would take long.
 const FIRST_PART: u64 = 8;
 
-/// Searches with any `dt`: with zones and, if there are too many of these, one by one; both first with a fraction of the pairs. The data is collected anew
-/// for each search. Returns the search that gives the answer, or the last one, and the earlier abandoned one, if there were two.
+/// Searches with any `dt`: with zones and, if there are too many of these, one by one; both first with a fraction of the pairs. The data is collected
+/// anew for each search. Returns the search that gives the answer, or the last one, and the earlier abandoned one, if there were two.
 pub(crate) fn explore_any<'n, T, B>(
     net: &'n Valid<Net>,
     limits: &Limits,
@@ -498,7 +499,8 @@ impl<'n, 'l> Search<'n, 'l> {
             .collect();
         for (at, (second, later)) in sends.iter().enumerate() {
             for (first, delay) in &sends[..at] {
-                // Of two due sends, the one with less time left joins first; if equal, the first.
+                // Of two due sends, the event of the one with less time left enters the queue first; if equal, that of the first
+                // one.
                 let is_due = |came: &Came, place: usize, delay: i64| came.times[place].0 >= delay;
                 let by = later - delay;
                 let mut finer = Vec::new();
@@ -527,7 +529,7 @@ impl<'n, 'l> Search<'n, 'l> {
     /// A point of the part, and the point of the node from which it is reached.
     fn case(&self, node: usize, came: Came, part: Zone) -> Case {
         let Node { clocks, zone, .. } = &self.found.nodes[node];
-        // Not 0 if possible, so that a clock that is reset differs from one that continues.
+        // Each time is greater than 0 if possible, so that a clock that is reset differs from one that continues.
         let mut moved = part.clone();
         for clock in 0..part.len() {
             if let Some(later) = moved.clone().within(clock, 1, None) {
@@ -542,7 +544,7 @@ impl<'n, 'l> Search<'n, 'l> {
             let clock = &self.found.clocks[*clock];
             self.simulator.set_ticks(&mut before, clock, point[place] - dt);
         }
-        // If nothing is counted, a row is a tick.
+        // If nothing is counted, each row is one tick.
         let dt = if clocks.is_empty() { 1 } else { u32::try_from(dt).unwrap_or(MAX_DT) };
         let is_sure = part.earlier().includes(zone);
         Case { before, dt, came, zone: part, point, is_sure }
@@ -579,8 +581,8 @@ impl<'n, 'l> Search<'n, 'l> {
         Ok(visit(&self.found, &seen))
     }
 
-    /// Removes from the state the times of clocks that run in `after`; returns these clocks and the sources of their times. After the latch, the clocks of
-    /// the previous node were at the given point; at reset there are neither.
+    /// Removes from the state the times of clocks that run in `after`; returns these clocks and the sources of their times. After the latch, the
+    /// clocks of the previous node were at the given point; at reset there are neither.
     fn leave(
         &mut self,
         ran: Option<(usize, &[i64])>,

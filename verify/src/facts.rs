@@ -246,8 +246,8 @@ fn explicit_facts(
     }
     facts.dead_transitions =
         net.transitions.ids().filter(|transition| !fired[*transition]).collect();
-    // Between two micro-steps there are situations that no row shows, so they must be known before anything can be said about steps that are active
-    // together.
+    // Within a reaction there may be situations that no row shows. So the rows tell which steps are active together only if a reaction has a single
+    // micro-step.
     if net.settings.evolution == Evolution::Single {
         explicit_components(net, &situations, facts);
     }
@@ -286,8 +286,8 @@ impl Most {
     }
 }
 
-/// True if every step that is ever active is in some situation or is entered by a transition that fires. Enclosed steps may become active and inactive
-/// within a reaction without either, so with such steps only those that the structure excludes are known to be unreachable.
+/// True if every step that is ever active is in some situation or is entered by a transition that fires. Enclosed steps may become active and
+/// inactive again within a reaction without either, so with such steps only those that the structure excludes are known to be unreachable.
 fn shows_all_steps(net: &Net) -> bool {
     net.steps.values().all(|step| step.parent.is_none()) && net.forcings.is_empty()
         || net.settings.evolution == Evolution::Single
@@ -345,7 +345,7 @@ fn symbolic_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) -> Resul
     Ok(())
 }
 
-/// Components that only the reachable situations show.
+/// Adds components that only the reachable situations show.
 fn symbolic_components(net: &Net, reached: &mut Reached, facts: &mut Facts) -> Result<(), String> {
     let left = outside_components(net, facts);
     if left.is_empty() || left.len() > PAIRED {
@@ -368,7 +368,7 @@ fn symbolic_components(net: &Net, reached: &mut Reached, facts: &mut Facts) -> R
     Ok(())
 }
 
-/// Components that only the enumeration shows: steps outside the structural components that are never active together.
+/// Adds components that only the enumeration shows: steps outside the structural components that are never active together.
 fn explicit_components(net: &Net, situations: &IndexSet<Vec<u64>>, facts: &mut Facts) {
     let contains =
         |words: &Vec<u64>, step: StepId| words[step.index() / 64] >> (step.index() % 64) & 1 == 1;

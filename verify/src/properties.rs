@@ -31,8 +31,8 @@ pub enum Outcome {
     Proved {
         /// How it was proved.
         by: Proof,
-        /// The number of states that were enumerated (those that differ only in their times may count as one) or that the decision diagram contains; 0 if
-        /// the proof needed none.
+        /// The number of states that were enumerated (those that differ only in their times may count as one) or that the decision diagram contains;
+        /// 0 if the proof needed none.
         states: u64,
     },
     /// The last row of this stimulus violates it; if `is_shortest`, no shorter one does.
@@ -41,15 +41,15 @@ pub enum Outcome {
         stimulus: Stimulus,
         /// The row of the trace: 0 is the reset.
         row: usize,
-        /// No stimulus with fewer rows violates the property.
+        /// True if no stimulus with fewer rows violates the property.
         is_shortest: bool,
     },
     /// Open, with the reason.
     Open(Open),
 }
 
-/// The net with one more `assert` at the end: during the emergency, every output is safe. The net itself if it has no emergency, or if none of its outputs
-/// can be checked.
+/// The net with one more `assert` at the end: during the emergency, every output is safe. The net itself if it has no emergency, or if none of its
+/// outputs can be checked.
 ///
 /// The condition forces mealy outputs with its value before the micro-step, so the property covers them only if the condition reads nothing but inputs.
 ///
@@ -80,7 +80,7 @@ pub fn with_emergency(net: &Valid<Net>) -> Result<Valid<Net>, Vec<Diagnostic>> {
     });
     let is_unsafe: Vec<PropertyExpr> = is_unsafe.collect();
     if is_unsafe.is_empty() {
-        // It would be "never false", a proof about nothing.
+        // The property would be "never false", which proves nothing.
         return Ok(net.clone());
     }
     let leaf = |leaf: &Leaf| PropertyLeaf::Net(*leaf);
@@ -231,7 +231,8 @@ pub(crate) fn note_violations(
     outcomes.iter().all(Option::is_some).then_some(())
 }
 
-/// Uses the decision diagram of all reachable states if they could not be enumerated. It proves properties and detects violations, but gives no stimulus.
+/// Uses the decision diagram of all reachable states if they could not be enumerated. It proves properties and detects violations, but gives no
+/// stimulus.
 fn by_diagram(
     net: &Valid<Net>,
     limits: &Limits,

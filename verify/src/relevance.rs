@@ -1,7 +1,7 @@
 //! Which inputs can be relevant in a situation.
 //!
-//! An exploration need not vary an input that is not read. The sets are computed from the text of the net and may be too large, but never too small: they
-//! include every expression that a reaction from the situation can evaluate.
+//! An exploration need not vary an input that is not read. The sets are computed from the text of the net and may be too large, but never too small:
+//! they include every expression that a reaction from the situation can evaluate.
 
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::expr::Expr as GenericExpr;
@@ -41,9 +41,10 @@ impl Inputs {
 #[derive(Debug, Clone)]
 pub(crate) struct Relevance<'n> {
     net: &'n Net,
-    /// Read in every reaction.
+    /// Inputs that are read in every reaction.
     always: Inputs,
-    /// Read if the step is active at the end of a micro-step or of the reaction: lists, outputs, actions, tasks.
+    /// Inputs that are read if the step is active at the end of a micro-step or of the reaction: by lists, outputs, actions,
+    /// tasks.
     by_step: IdMap<Step, Inputs>,
     by_transition: IdMap<Transition, Inputs>,
     leaving: IdMap<Step, Vec<TransitionId>>,

@@ -1,9 +1,9 @@
 //! Access to the variables of a halted step (semantics §6).
 //!
-//! The tasks of a step that halts run in chunks, one per reaction; costs and budget determine where the chunks end. The tasks as a whole and the accesses
-//! of others in between are serialisable unless the others depend on something done before a halt *and* on something done after it (conflict
-//! serialisability). So a finding names three places: a task before the halt, a task after it, and the access in between. All accesses while the step is
-//! halted are combined, because one row shows all of them.
+//! The tasks of a step that halts run in chunks, one per reaction; costs and budget determine where the chunks end. The tasks as a whole and the
+//! accesses of others in between are serialisable unless the others depend on something done before a halt *and* on something done after it (conflict
+//! serialisability). So a finding names three places: a task before the halt, a task after it, and the access in between. All accesses while the step
+//! is halted are combined, because one row shows all of them.
 
 use grafsynth_ir::facts::{Facts, Proof};
 use grafsynth_ir::net::{
@@ -16,8 +16,8 @@ use std::collections::BTreeSet;
 
 use crate::codes;
 
-/// Warnings about variables without a sharing setting, and errors about those that must not be shared. `facts` must belong to the same net. A warning is
-/// given only if both were seen active together; an error is given unless this is proved impossible.
+/// Warnings about variables without a sharing setting, and errors about those that must not be shared. `facts` must belong to the same net. A warning
+/// is given only if both were seen active together; an error is given unless this is proved impossible.
 #[must_use]
 pub fn shared(net: &Valid<Net>, facts: &Facts) -> Vec<Diagnostic> {
     let mut out = Vec::new();
@@ -49,7 +49,7 @@ enum Together {
 struct Other {
     accesses: Accesses,
     together: Together,
-    /// It waits while a protected variable is locked.
+    /// True if it waits while a protected variable is locked.
     waits: bool,
     span: Span,
     what: String,

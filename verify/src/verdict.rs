@@ -58,7 +58,7 @@ impl fmt::Display for Scope {
     }
 }
 
-/// Why a question remained open.
+/// The reason why a question remained open.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum OpenReason {
     /// An exploration reached its limit of pairs of a state and an input row.
@@ -226,7 +226,7 @@ pub struct Tested {
     pub transitions: usize,
     /// The names of those that never fired.
     pub never: Vec<String>,
-    /// Reactions took so many micro-steps that fewer were run than requested.
+    /// True if reactions took so many micro-steps that fewer were run than requested.
     pub is_cut_short: bool,
 }
 

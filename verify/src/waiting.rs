@@ -3,10 +3,11 @@
 //! A *turn of others* is a reaction in which the transition is fireable but does not fire. All states and rows form one graph; without the reactions in
 //! which the transition fires, it splits into strongly connected parts. A turn of others within a part can repeat for ever: the transition starves.
 //! Otherwise the longest path through the parts, counted in turns, is the bound, and the path itself shows that it is attained. In the same way the
-//! analysis counts the consecutive reactions in which its receptivity is true while none of its following steps is active, from the first until it fires;
-//! here an endless path may also be one on which nothing releases the step.
+//! analysis counts the consecutive reactions in which the receptivity of the transition is true while none of its following steps is active, from the
+//! first until it fires; here the path is also endless if nothing ever deactivates the following step.
 //!
-//! Under `priority-age` (semantics §4, after seed 004) the bound exists if the priorities P are equal and only the competitors enter each following step.
+//! Under `priority-age` (semantics §4, after seed 004) the bound exists if the priorities P are equal and only the competitors enter each following
+//! step.
 
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::{Evolution, Net, Policy, TransitionId, TransitionKind};
@@ -43,19 +44,19 @@ pub enum Wait {
     Bounded {
         /// The maximum number of times that others fire while it is fireable, until it fires itself. Its receptivity may change in between.
         turns: u32,
-        /// From reset; in it the transition is fireable `turns` times without firing, and does not fire after the first of them.
+        /// A stimulus from reset; in it the transition is fireable `turns` times without firing, and does not fire after the first of them.
         worst: Stimulus,
         /// The maximum number of consecutive reactions in which its receptivity is true with no following step active, including the one in which it
         /// fires; `None` if others may keep the step for ever.
         reactions: Option<u32>,
-        /// From reset; in its last `reactions` - 1 rows the receptivity is true and the transition does not fire.
+        /// A stimulus from reset; in its last `reactions` - 1 rows the receptivity is true and the transition does not fire.
         slowest: Option<Stimulus>,
     },
-    /// It may wait for ever: after `way` from reset, the rows of `cycle` lead back to the same state and contain a turn of others.
+    /// It may wait for ever: after the stimulus `way` from reset, the rows of `cycle` lead back to the same state and contain a turn of others.
     Starves {
-        /// From reset to the cycle.
+        /// The stimulus from reset to the cycle.
         way: Stimulus,
-        /// Repeats for ever.
+        /// The stimulus of the cycle, which can repeat for ever.
         cycle: Stimulus,
     },
 }
@@ -70,8 +71,8 @@ struct Edge {
     held: u32,
 }
 
-/// The waiting time of each transition that shares its only preceding step with another and reads only inputs. Empty if nothing competes: under `all`, in
-/// statecharts, and with evolution `stable`, whose micro-steps are not turns.
+/// The waiting time of each transition that shares its only preceding step with another and reads only inputs. Empty if nothing competes: under
+/// `all`, in statecharts, and with evolution `stable`, whose micro-steps are not turns.
 ///
 /// # Errors
 /// Why this is unknown: there are too many states or rows.
@@ -87,7 +88,7 @@ pub fn waiting(net: &Valid<Net>, limits: &Limits) -> Result<Vec<Waiting>, OpenRe
     }
 }
 
-/// The same if all states are known, one by one.
+/// Like [`waiting`], if all states are known one by one.
 pub(crate) fn waiting_in(
     net: &Valid<Net>,
     limits: &Limits,
@@ -200,7 +201,8 @@ impl<'n, 's> Search<'n, 's> {
         let turns = match without {
             Ok(longest) => longest,
             Err(cycle) => {
-                // A cycle on which it waits without a pause is stronger than one on which its receptivity changes.
+                // A cycle on which the transition is always fireable is reported in preference to one on which its receptivity
+                // changes.
                 let without_pause = self
                     .walk(|edge| is(edge.held) && !is(edge.won), |edge| is(edge.lost))
                     .err()
@@ -226,7 +228,7 @@ impl<'n, 's> Search<'n, 's> {
         }
     }
 
-    /// The stimulus from reset to a state, and on along the path.
+    /// The stimulus from reset to a state, continued along the path.
     fn stimulus(&self, from: usize, way: &[usize]) -> Stimulus {
         let mut rows = self.states.way_to(from);
         rows.extend(way.iter().map(|edge| self.rows[self.edges[*edge].row].clone()));
@@ -258,7 +260,7 @@ impl<'n, 's> Search<'n, 's> {
         for (number, members) in parts.iter().enumerate() {
             members.iter().for_each(|member| part_of[member.index()] = number);
         }
-        // Parts come in an order that starts with those that nothing leaves. For each: the count from here on, and the edge on which to leave it.
+        // Parts without outgoing edges come first. For each part: the count from here on, and the edge on which to leave it.
         let mut best: Vec<(u32, Option<usize>)> = Vec::with_capacity(parts.len());
         for (number, members) in parts.iter().enumerate() {
             let mut most = (0, None);

@@ -1,7 +1,7 @@
 //! Sets of times: all possible times of a number of clocks that run in parallel, described by bounds on each clock and on the difference of each pair
 //! (difference bound matrices; Dill 1989, Bengtsson and Yi 2004). Times are whole numbers here, and each operation is exact for them.
 
-/// No bound. Sums of two bounds do not overflow.
+/// The value for "no bound". Sums of two bounds do not overflow.
 const NONE: i64 = i64::MAX / 4;
 
 /// A set of points with a coordinate of at least 0 for each clock. It is never empty, and its bounds are as tight as possible.
@@ -9,7 +9,7 @@ const NONE: i64 = i64::MAX / 4;
 pub(crate) struct Zone {
     /// The number of clocks, plus the constant 0 as the first.
     size: usize,
-    /// Row i, column j: clock i minus clock j is at most this.
+    /// The entry of row i and column j is the maximum of clock i minus clock j.
     bounds: Vec<i64>,
 }
 
@@ -18,7 +18,7 @@ fn sum(a: i64, b: i64) -> i64 {
 }
 
 impl Zone {
-    /// One point.
+    /// The zone of a single point.
     pub(crate) fn point(times: &[i64]) -> Zone {
         let at = |clock: usize| if clock == 0 { 0 } else { times[clock - 1] };
         let size = times.len() + 1;
@@ -50,7 +50,8 @@ impl Zone {
         (bound < NONE).then_some(bound)
     }
 
-    /// The point at which each clock has its earliest time. It exists, because the coordinate-wise minimum of two points satisfies all difference bounds.
+    /// The point at which each clock has its earliest time. It exists, because the coordinate-wise minimum of two points satisfies all difference
+    /// bounds.
     pub(crate) fn first(&self) -> Vec<i64> {
         (0..self.len()).map(|clock| self.least(clock)).collect()
     }
@@ -131,8 +132,8 @@ impl Zone {
         Zone { size, bounds }
     }
 
-    /// Forgets by how much each clock exceeds its last threshold, beyond which no comparison distinguishes times; so there are finitely many zones. Every
-    /// added point reacts like one that was in the zone (Behrmann, Bouyer, Larsen and Pelánek 2006, Extra_M).
+    /// Forgets by how much each clock exceeds its last threshold, beyond which no comparison distinguishes times; so there are finitely many zones.
+    /// Every added point reacts like one that was in the zone (Behrmann, Bouyer, Larsen and Pelánek 2006, Extra_M).
     pub(crate) fn forget_beyond(&mut self, last: &[i64]) {
         let mut is_changed = false;
         for a in 0..self.size {

@@ -35,7 +35,7 @@ fn codes(text: &str) -> Vec<&'static str> {
     found.found.iter().map(|one| one.code.id).collect()
 }
 
-/// The same, including notes that are shown on request.
+/// Like `codes`, including notes that are shown on request.
 fn all_codes(text: &str) -> Vec<&'static str> {
     let net = net(text);
     let found = findings(&net, &facts(&net, &Limits::default()), &Limits::default());

@@ -71,8 +71,8 @@ fn net(text: &str) -> Valid<Net> {
     net.unwrap_or_else(|| panic!("{findings:#?}"))
 }
 
-/// Rings of four steps, each advanced by its own input. The first steps of all rings are declared first, then the second ones, so the declaration order is
-/// a bad order for a diagram.
+/// Rings of four steps, each advanced by its own input. The first steps of all rings are declared first, then the second ones, and so on, so the
+/// declaration order is a bad order for a diagram.
 fn rings(n: usize, settings: &str) -> String {
     let list =
         |word: &str| (0..n).map(|ring| format!("{word}{ring}")).collect::<Vec<_>>().join(", ");
@@ -126,7 +126,7 @@ fn limits_end_the_attempt_and_say_so() {
     }
 }
 
-/// The results of the diagram, checked against the enumeration.
+/// The facts from the diagram, after a comparison with the enumeration.
 fn both(text: &str) -> Facts {
     let net = net(text);
     let symbolic = as_diagram(&net);

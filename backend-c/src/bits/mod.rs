@@ -1,8 +1,8 @@
 //! The style `bits`: the reaction program, printed.
 //!
-//! [`grafsynth_ir::lower::program`] turns any net into a bounded sequential program with one Boolean cell for each step. Here the cells become members of
-//! the instance (Booleans as bit-fields), the temps become locals, and the statements become C. A long program is split into functions, so that the
-//! C compiler's time stays linear; temps that several functions use are members of a structure on the stack.
+//! [`grafsynth_ir::lower::program`] turns any net into a bounded sequential program with one Boolean cell for each step. Here the cells become
+//! members of the instance (Booleans as bit-fields), the temps become locals, and the statements become C. A long program is split into functions, so
+//! that the C compiler's time stays linear; temps that several functions use are members of a structure on the stack.
 
 mod declare;
 pub(crate) mod outline;
@@ -48,7 +48,7 @@ fn as_task(mut nodes: Vec<Node>, task: Option<(StepId, usize)>) -> Vec<Node> {
 /// The net in this style.
 ///
 /// # Errors
-/// The net has no reaction program.
+/// If the net has no reaction program.
 pub(crate) fn program(
     net: &Valid<Net>,
     facts: &Facts,
@@ -87,7 +87,7 @@ pub(crate) struct Emit<'a> {
     /// Extern conditions that are called when first needed.
     lazy: BTreeSet<InputId>,
     pub(crate) helpers: Helpers,
-    /// The program is split into functions.
+    /// True if the program is split into functions.
     pub(crate) is_split: bool,
     /// The function being printed: 0 is the reaction itself.
     pub(crate) function: usize,
@@ -95,7 +95,7 @@ pub(crate) struct Emit<'a> {
     loops: usize,
     /// The maximum number of rounds of the evolution, if one is proved. The cost model uses it; the emitted loop does not.
     pub(crate) proved_rounds: Option<u64>,
-    /// Some reaction may set the fault flag.
+    /// True if some reaction may set the fault flag.
     pub(crate) sets_fault: bool,
     /// Temps whose only value turned out to be a constant.
     constants: BTreeMap<TempId, CExpr>,

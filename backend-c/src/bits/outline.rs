@@ -122,14 +122,14 @@ pub(crate) fn homes(
     })
 }
 
-/// What is known about the uses of a temp.
+/// How a temp is used.
 #[derive(Debug, Clone, Default)]
 struct Uses {
     functions: BTreeSet<usize>,
     sets: usize,
     /// The block of the assignment: the numbers of all enclosing blocks.
     block: Vec<usize>,
-    /// Some use is outside the block of the assignment, or before it.
+    /// True if some use is outside the block of the assignment, or before it.
     escapes: bool,
 }
 

@@ -66,7 +66,7 @@ pub(crate) struct Arm {
     pub(crate) objects: Vec<Object>,
     /// The contents.
     pub(crate) body: Vec<Node>,
-    /// For a loop whose head does not show it: the maximum number of rounds, with a reason where it is set.
+    /// The maximum number of rounds of a loop whose head does not show it; the code that sets it gives the reason.
     pub(crate) at_most: Option<u64>,
     /// For an `if` that runs a task: the step and the index of its task.
     pub(crate) task: Option<(StepId, usize)>,
@@ -130,18 +130,18 @@ impl Node {
         Kind::Function(head.into(), body).into()
     }
 
-    /// The same with a comment at the end of its line.
+    /// Adds a comment at the end of the line.
     pub(crate) fn note(mut self, note: impl Into<String>) -> Self {
         self.note = note.into();
         self
     }
 
-    /// The same as the definition of a local. A structure member does not count: another function may read it.
+    /// Marks the line as the definition of a local. A structure member does not count: another function may read it.
     pub(crate) fn defining(self, name: impl Into<String>) -> Self {
         self.definition(name.into(), None)
     }
 
-    /// The same as the definition of a local by a call that must always be made.
+    /// Marks the line as the definition of a local by a call that must always be made.
     pub(crate) fn defining_by(self, name: impl Into<String>, effect: impl Into<String>) -> Self {
         self.definition(name.into(), Some(effect.into()))
     }
@@ -153,13 +153,13 @@ impl Node {
         self
     }
 
-    /// The same with one more origin.
+    /// Adds an origin.
     pub(crate) fn about(mut self, object: Object) -> Self {
         self.objects.push(object);
         self
     }
 
-    /// The same with more origins.
+    /// Adds several origins.
     pub(crate) fn about_all(mut self, objects: impl IntoIterator<Item = Object>) -> Self {
         self.objects.extend(objects);
         self

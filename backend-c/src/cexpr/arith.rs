@@ -20,8 +20,8 @@ impl CExpr {
             (ArithOp::Add, Some(0), _) | (ArithOp::Mul, Some(1), _) => return b,
             (ArithOp::Add | ArithOp::Sub | ArithOp::Mul | ArithOp::Div | ArithOp::Mod, _, _) => {}
         }
-        // Operands with the same text are equal. No compiler needs to find that out; sdcc 4.2, which does, passes a 16-bit 0 or 1 to a function that expects
-        // 32 bits.
+        // Operands with the same text are equal. No compiler needs to find that out; sdcc 4.2, which does, passes a 16-bit 0 or 1 to a function that
+        // expects 32 bits.
         if a.text == b.text {
             match op {
                 ArithOp::Sub | ArithOp::Mod => return CExpr::int(0),
@@ -34,7 +34,7 @@ impl CExpr {
         if lo == hi {
             return CExpr::int(lo);
         }
-        // A remainder has the sign of the dividend.
+        // A remainder has the sign of the dividend, so only the magnitude of the divisor matters.
         let b = match (op, b.constant().and_then(i64::checked_abs)) {
             (ArithOp::Mod, Some(magnitude)) => CExpr::int(magnitude),
             (ArithOp::Mod | ArithOp::Add | ArithOp::Sub | ArithOp::Mul | ArithOp::Div, _) => b,

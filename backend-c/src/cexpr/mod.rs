@@ -1,14 +1,14 @@
 //! Expressions in C, exact for every value and every width of `int`.
 //!
-//! Each C expression carries the interval of its value and the *class* of C type it is computed in. There are three integer classes, all signed: `int`
+//! Each C expression has the interval of its value and the *class* of C type it is computed in. There are three integer classes, all signed: `int`
 //! (at least 16 bits everywhere), `int32_t` and `int64_t`. An operator is computed in the smallest class that holds its result and both operands; when
 //! neither operand has that class yet, the left one is cast, and the usual arithmetic conversions widen the other. So nothing overflows, nothing is
 //! ever converted to an unsigned type by accident, and a compiler with a 16-bit `int` gives the same answer as one with 32 bits.
 //!
-//! MISRA-C:2012 requires both operands of an operator to have one essential type category (rule 10.4), and forbids casts of a composite expression to another
-//! category or to a wider type (rule 10.8). So each expression has up to three spellings: the plain one, one that is signed in its class (`(int)n`, for
-//! arithmetic), and one that is unsigned (`5U`, `n + 1U`, to compare with bytes and to store into them). A composite is cast to its own type before it is
-//! cast to another.
+//! MISRA-C:2012 requires both operands of an operator to have one essential type category (rule 10.4), and forbids casts of a composite expression to
+//! another category or to a wider type (rule 10.8). So each expression has up to three spellings: the plain one, one that is signed in its class
+//! (`(int)n`, for arithmetic), and one that is unsigned (`5U`, `n + 1U`, to compare with bytes and to store into them). A composite is cast to its
+//! own type before it is cast to another.
 //!
 //! Comparisons that the intervals decide become constants: otherwise compilers warn about them, and dead code is printed.
 
@@ -80,13 +80,14 @@ pub(crate) struct CExpr {
     pub(crate) lo: i64,
     /// The largest value.
     pub(crate) hi: i64,
-    /// The essential type of `text` is unsigned: it is a byte.
+    /// True if the essential type of `text` is unsigned: it is a byte.
     pub(crate) is_unsigned: bool,
     /// The spelling whose essential type is that of `class`, if it differs from `text`: bytes are cast.
     signed: Option<(String, Prec)>,
     /// The spelling that is unsigned and at most one byte wide, if it differs from `text`.
     unsigned: Option<(String, Prec)>,
-    /// For a comparison with a constant: what is compared. It shows whether two comparisons are always or never both true.
+    /// For a comparison with a constant: the compared expression and the constant. They show whether two comparisons are always
+    /// or never both true.
     pub(crate) asks: Option<Box<Question>>,
 }
 

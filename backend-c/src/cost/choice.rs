@@ -24,14 +24,14 @@ pub struct Candidate {
     pub style: Style,
     /// Its bound, or the reason why there is none.
     pub bound: Result<Bound, String>,
-    /// This style was chosen.
+    /// True if this style was chosen.
     pub is_taken: bool,
 }
 
 /// Above this number of steps, the style with one bit per step is not tried: each reaction reads every bit, so it cannot be the best.
 const STEPS_OF_BITS: usize = 500;
 
-/// Emits the style that suits the machine best; [`Package::tried`] says why.
+/// Emits the style that suits the machine best; [`Package::tried`] gives the reason.
 pub(crate) fn emit_best(
     net: &Valid<Net>,
     facts: &Facts,

@@ -1,7 +1,7 @@
 //! Cost of operations on a machine: constants as data.
 //!
-//! There is one file for each machine in this folder. A constant belongs to a machine *and* a compiler with its options: it is the worst-case cost that this
-//! compiler needs for a piece of the emitted C, from operands in registers (where they would be) to the result in registers.
+//! There is one file for each machine in this folder. A constant belongs to a machine *and* a compiler with its options: it is the worst-case cost
+//! that this compiler needs for a piece of the emitted C, with operands and result in registers.
 
 /// Time and code size of one operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -45,7 +45,7 @@ pub struct Machine {
     pub alignment: u32,
     /// Bytes of a register.
     pub register: u32,
-    /// Loading a constant into a register.
+    /// The cost of loading a constant into a register.
     pub constant: Widths,
     /// Access to a local: in registers, or on the stack if there are too few.
     pub local: Widths,
@@ -91,7 +91,7 @@ pub struct Machine {
     pub switch_compare: Op,
     /// A call and its return.
     pub call: Op,
-    /// The compiler inlines a `static` function that is called at one place only.
+    /// True if the compiler inlines a `static` function that is called at one place only.
     pub merges_single_calls: bool,
     /// An argument.
     pub argument: Widths,

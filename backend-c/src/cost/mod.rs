@@ -1,13 +1,14 @@
 //! Worst-case cost of a reaction: a static bound on time, stack and memory of the emitted C, and the worst-case path.
 //!
-//! [`bound`] reads the emitted text (not the chart: what is not in the text costs nothing) with the types that it declares, and adds up the cost of each
-//! operation on a [`Machine`] whose constants are data. If paths diverge, the more expensive one counts: the branch of an `if`, the case of a `switch`,
-//! every operand of `&&`. Loops have bounds: a constant in their condition, or a bound that the emitter states (`c::print::Arm::at_most`) with its reason. A
-//! loop over micro-steps counts as many rounds as are proved ([`Rounds`]). There is no recursion, so a call costs what
-//! its function costs, and callees come before their callers. Text that is not understood is an internal error ([`NotUnderstood`]), never a cost of 0.
+//! [`bound`] reads the emitted text (not the chart: what is not in the text costs nothing) with the types that it declares, and adds up the cost of
+//! each operation on a [`Machine`] whose constants are data. If paths diverge, the more expensive one counts: the branch of an `if`, the case of a
+//! `switch`, every operand of `&&`. Loops have bounds: a constant in their condition, or a bound that the emitter states (`c::print::Arm::at_most`)
+//! with its reason. A loop over micro-steps counts as many rounds as are proved ([`Rounds`]). There is no recursion, so a call costs what
+//! its function costs, and callees come before their callers. Text that the analysis does not know is an internal error ([`NotUnderstood`]), never a
+//! cost of 0.
 //!
-//! The compiler may do better. Where it may do worse (too few registers, merged tails), the constants include that; tests on simulated machines check that a
-//! measured reaction never exceeds its bound.
+//! The compiler may do better. Where it may do worse (too few registers, merged tails), the constants include that; tests on simulated machines check
+//! that a measured reaction never exceeds its bound.
 
 mod avr;
 mod choice;
@@ -74,15 +75,15 @@ pub struct Bound {
     pub step: u64,
     /// How the bound was found.
     pub way: Way,
-    /// If the bound was found from the text alone: the reason.
+    /// Why the bound was found from the text alone; `None` if it was not.
     pub open: Option<String>,
     /// Why `step` is not a useful bound: it is what the limit of micro-steps or the text alone allows.
     pub unbounded: Option<String>,
-    /// The same for `NAME_init`.
+    /// The maximum time of `NAME_init`, as in [`Bound::step`].
     pub init: u64,
     /// The maximum number of calls of user functions in one reaction.
     pub user_calls: u64,
-    /// The reaction contains user code, which is not counted.
+    /// True if the reaction contains user code, which is not counted.
     pub user_code: bool,
     /// Stack bytes of `NAME_step` and everything that it calls, including the return address; without user functions.
     pub stack: u64,
@@ -98,7 +99,7 @@ pub struct Bound {
     pub path: Vec<Place>,
     /// The maximum of `NAME_scan`, with as many reactions as the ring of `NAME_port.h` has entries; `None` if there is no such function.
     pub scan: Option<ScanBound>,
-    /// The same for `NAME_scan_isr`.
+    /// The maximum of `NAME_scan_isr`, as in [`Bound::scan`].
     pub scan_isr: Option<ScanBound>,
     /// The maximum cost of each task, in the order of the text.
     pub tasks: Vec<TaskBound>,
@@ -107,7 +108,7 @@ pub struct Bound {
 /// The maximum cost of a whole scan, from call to return; without the macros of `NAME_port.h` (critical sections, watchdog, idle: empty by default).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ScanBound {
-    /// In the machine's unit; without user functions and user code.
+    /// The time in the machine's unit; without user functions and user code.
     pub time: u64,
     /// The maximum number of calls of user functions.
     pub user_calls: u64,
@@ -122,15 +123,15 @@ pub struct TaskBound {
     pub step: StepId,
     /// The index of the task within the step, from 0.
     pub task: usize,
-    /// In the machine's unit; without user functions and user code.
+    /// The time in the machine's unit; without user functions and user code.
     pub time: u64,
 }
 
 /// The bound of a package.
 ///
 /// # Errors
-/// Text that the analysis does not know. If an engine interprets the chart, the text has no information about it; for a program, [`Package::instructions`]
-/// reports how many of its instructions run.
+/// Text that the analysis does not know. If an engine interprets the chart, the text does not determine the time; for a program,
+/// [`Package::instructions`] reports how many of its instructions run.
 pub fn bound(package: &Package, machine: &Machine) -> Result<Bound, NotUnderstood> {
     if !package.image.is_empty() || package.style == "btrans" {
         return Err(NotUnderstood::new(

@@ -9,8 +9,8 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Block, Net, StmtKind, Task};
 use std::collections::BTreeMap;
 
-/// The maximum cost of each task of a net on a machine: the larger of the costs with inputs and outputs as members and as words, so that it does not depend on
-/// how the chart is built. `asked` selects the tasks.
+/// The maximum cost of each task of a net on a machine: the larger of the costs with inputs and outputs as members and as words, so that it does not
+/// depend on how the chart is built. `asked` selects the tasks.
 ///
 /// # Errors
 /// A requested task calls user functions or contains user code, whose cost no model knows; or the net cannot be emitted.
@@ -67,7 +67,7 @@ fn is_asked(net: &Net, it: &TaskBound, asked: &dyn Fn(&Task) -> bool) -> bool {
     net.steps[it.step].tasks.get(it.task).is_some_and(asked)
 }
 
-/// Everything in a list can be counted: it has no user function and no user code.
+/// True if the cost of everything in a list is known: it has no user function and no user code.
 #[must_use]
 pub fn is_counted(net: &Net, block: &Block) -> bool {
     unknown(net, block).is_none()

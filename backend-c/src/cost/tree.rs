@@ -102,7 +102,7 @@ pub(super) struct Function {
     pub(super) name: Rc<str>,
     pub(super) parameters: Vec<(Rc<str>, Type)>,
     pub(super) body: Vec<Stmt>,
-    /// It is not called from outside.
+    /// True if it is not called from outside.
     pub(super) is_static: bool,
     /// `static inline`, in a header.
     pub(super) is_inline: bool,
@@ -124,7 +124,7 @@ pub(super) struct Unit {
     pub(super) types: BTreeMap<Rc<str>, Type>,
     pub(super) constants: BTreeMap<Rc<str>, i128>,
     pub(super) globals: BTreeMap<Rc<str>, Global>,
-    /// In the order of the text: callees come first.
+    /// The functions in the order of the text: callees come first.
     pub(super) functions: Vec<Function>,
     /// The result types of functions that are only declared.
     pub(super) declared: BTreeMap<Rc<str>, Type>,

@@ -1,8 +1,9 @@
-//! x86-64 with gcc 12.2. Time in clocks, as the more expensive case usually needs; estimates, not bounds: caches and speculation decide.
+//! x86-64 with gcc 12.2. Time in clocks, as the more expensive case usually needs. These are estimates, not bounds, because the real time depends on
+//! caches and speculation.
 //!
-//! The main difference between the styles here is the mispredicted jump of a `switch`, about twenty clocks (Agner Fog, *The microarchitecture of Intel, AMD
-//! and VIA CPUs*, branch misprediction), against loads from tables in the cache, four to five. `scripts/bench` measures both: a ring of 10 takes 17.6 ns as
-//! a `switch`, 1 ns as a table row.
+//! The main difference between the styles here is the mispredicted jump of a `switch`, about twenty clocks (Agner Fog, *The microarchitecture of
+//! Intel, AMD and VIA CPUs*, branch misprediction), against loads from tables in the cache, four to five. `scripts/bench` measures both: a ring of 10
+//! takes 17.6 ns as a `switch`, 1 ns as a table row.
 
 use super::machine::{Machine, op};
 

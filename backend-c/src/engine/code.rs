@@ -241,7 +241,7 @@ impl Assembler<'_> {
         }
     }
 
-    /// A forward jump whose length is not known yet: the position of its operand.
+    /// Emits a forward jump whose length is not known yet; returns the position of its operand.
     fn jump(&mut self, op: Op) -> usize {
         self.with(op, 0);
         self.code.len() - 2

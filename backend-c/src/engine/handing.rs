@@ -1,4 +1,5 @@
-//! The data that every engine receives and returns, in the text of a chart: inputs as 32-bit numbers in an array, outputs and variables in their own types.
+//! The data that every engine receives and returns, in the text of a chart: inputs as 32-bit numbers in an array, outputs and variables in their own
+//! types.
 
 use crate::Object;
 use crate::c::print::Node;
@@ -12,7 +13,8 @@ pub(super) fn as_type(ty: Type, number: &str) -> String {
     if ty.is_bool() { format!("{number} != 0") } else { format!("({}){number}", storage(ty)) }
 }
 
-/// The inputs, each at its position in an array; at reset, and if the engine evaluates it later, the value nearest to 0.
+/// Statements that pass the inputs, each at its position in an array; at reset, and if the engine evaluates it later, the value
+/// nearest to 0.
 pub(super) fn hand_in(
     net: &Net,
     names: &Names,
@@ -40,14 +42,14 @@ pub(super) fn hand_in(
     inputs.iter().map(line).collect()
 }
 
-/// Output words start with all bits clear.
+/// Statements that clear all bits of the output words.
 pub(super) fn clear_words(names: &Names) -> Vec<Node> {
     (0..names.io.output_words())
         .map(|word| Node::line(format!("out->bits[{word}] = 0U;")))
         .collect()
 }
 
-/// The outputs, each from the engine's number for it.
+/// Statements that set the outputs, each from the engine's number for it.
 pub(super) fn hand_out(
     net: &Net,
     names: &Names,

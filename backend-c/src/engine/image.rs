@@ -1,4 +1,5 @@
-//! A chart as an image: the tables that the engine runs, as the bytes that it reads. `docs/c.md` describes them; `grafsynth_engine.c` reads and checks them.
+//! A chart as an image: the tables that the engine runs, as the bytes that it reads. `docs/c.md` describes them; `grafsynth_engine.c` reads and
+//! checks them.
 
 use crate::Object;
 use std::collections::BTreeMap;
@@ -9,7 +10,7 @@ const VERSION: u8 = 1;
 const HEADER: usize = 84;
 /// The position of the checksum; it covers all bytes, with its own taken as 0.
 const CHECKSUM: std::ops::Range<usize> = 8..12;
-/// Marks "none" if a row refers to another row.
+/// The number for "none" in a row that can refer to another row.
 pub(super) const NONE: u16 = 0xffff;
 
 /// The kinds of charts.
@@ -80,7 +81,7 @@ pub(super) struct Image {
     n_items: usize,
 }
 
-/// The contents of the header besides the sections.
+/// The contents of the header except the sections.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Head {
     pub(super) kind: ImageKind,

@@ -1,7 +1,7 @@
 //! The maximum number of instructions of a program that one reaction runs.
 //!
-//! The code is its own proof: parts are contained in the instruction before them and nested, and loops state their rounds, so one pass finds the worst-case
-//! path. The time of an instruction does not depend on the code: the engine interprets it.
+//! The code is its own proof: parts are contained in the instruction before them and nested, and loops state their rounds, so one pass finds the
+//! worst-case path. The time of an instruction does not depend on the code: the engine interprets it.
 
 use super::bytes::{OPERANDS, Op};
 
@@ -62,7 +62,7 @@ fn part(
             let end = next + length(operand + 4)?;
             let proved = evolution.filter(|it| it.at == at).map_or(limit, |it| it.rounds);
             let round = part(code, next..end, evolution)?.0;
-            // A loop that ends by its condition evaluates it once more.
+            // A loop that ends because its condition is false evaluates the condition once more.
             let rounds = limit.min(proved.saturating_add(1));
             sum = sum.saturating_add(round.saturating_mul(rounds));
             at = end;

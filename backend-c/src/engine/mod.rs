@@ -1,13 +1,13 @@
 //! The style `engine`: the chart as tables that a small engine interprets, after the statechart engine of seed 002.
 //!
-//! The engine (`grafsynth_engine.c`) is the same text for all charts: after a change of the chart only `NAME_tables.c` differs. It reads rows of states and
-//! of transitions like the paper's `BSTATE` and `BTRANS`: the transitions on an event whose origin is active, exits up to the common ancestor, action,
-//! entries down to atomic states. The lists that the paper computes at run time from `descendant` and `sibling` are in the rows, taken from the net; instead
-//! of a search over all transitions there is an index by event. The same rows represent Grafcet charts: a list of source steps and a list of target steps.
+//! The engine (`grafsynth_engine.c`) is the same text for all charts: after a change of the chart only `NAME_tables.c` differs. It reads rows of
+//! states and of transitions like the paper's `BSTATE` and `BTRANS`: the transitions on an event whose origin is active, exits up to the common
+//! ancestor, action, entries down to atomic states. The lists that the paper computes at run time from `descendant` and `sibling` are in the rows,
+//! taken from the net; instead of a search over all transitions there is an index by event. The same rows represent Grafcet charts: a list of source
+//! steps and a list of target steps.
 //!
-//! The tables are an image: bytes without pointers, with a checksum, the same on every machine. So they can also be loaded from a flash memory or an EEPROM,
-//! and
-//! `gs_check` checks once whether every number in them is in its range.
+//! The tables are an image: bytes without pointers, with a checksum, the same on every machine. So they can also be loaded from a flash memory or an
+//! EEPROM, and `gs_check` checks once whether every number in them is in its range.
 
 pub(crate) mod btrans;
 mod bytes;
@@ -41,14 +41,14 @@ const FILES: [(&str, &str); 3] = [
     ("grafsynth_engine.c", include_str!("grafsynth_engine.c")),
 ];
 
-/// The list items that are not states.
+/// The flag of an item that is the initial content of a state, not a state.
 const CONTENT: u16 = 0x4000;
-/// See [`CONTENT`].
+/// The flag of an item that is a history; see also [`CONTENT`].
 const HISTORY: u16 = 0x8000;
 /// The maximum number of states that an item can encode.
 const MOST_STATES: usize = 0x3fff;
 
-/// Shared information for the rows.
+/// The information that all rows share.
 struct Plan<'a> {
     net: &'a Net,
     /// The position of each input in the inputs of a reaction.
@@ -184,7 +184,8 @@ impl<'a> Plan<'a> {
         Ok(plan)
     }
 
-    /// No queue is needed: the events of a row are handled one by one, in declaration order, and nothing else raises events.
+    /// Rejects queues that are needed: without a queue, the events of a row are handled one by one, in declaration order, and
+    /// nothing else raises events.
     fn queues(&self) -> Result<(), Refusal> {
         let net = self.net;
         for step in net.steps.values() {
@@ -426,7 +427,7 @@ impl<'a> Plan<'a> {
         Ok(())
     }
 
-    /// The maximum number of atomic states that are active together: as many transitions may be chosen.
+    /// The maximum number of atomic states that are active together, which is also the maximum number of chosen transitions.
     fn most_atomic(&self) -> u16 {
         let net = self.net;
         if !net.settings.policy.is_statechart() {

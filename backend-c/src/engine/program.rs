@@ -1,5 +1,5 @@
-//! The second kind of image: the reaction program of `grafsynth_ir::lower::program` as byte code, for everything that the tables of states and transitions
-//! have no columns for.
+//! The second kind of image: the reaction program of `grafsynth_ir::lower::program` as byte code, for everything that the tables of states and
+//! transitions have no columns for.
 //!
 //! `grafsynth_program.c` runs it. If the program calls an extern condition or action or reaches user text, the engine returns with a
 //! number, `NAME.c` performs the call, and the engine continues: it needs no function pointers.
@@ -47,7 +47,7 @@ const KIND: u8 = 4;
 pub(crate) enum Failure {
     /// The net has no reaction program.
     Errors(Vec<Diagnostic>),
-    /// The engine cannot hold something.
+    /// The engine does not support something.
     Refused(Refusal),
 }
 

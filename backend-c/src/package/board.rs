@@ -15,7 +15,7 @@ const MACHINE: &str = include_str!("text/board.c");
 pub(super) struct Signal {
     /// Its member of the structure.
     pub(super) member: String,
-    /// What it is, for a comment.
+    /// A description of the signal, for a comment.
     pub(super) note: String,
     pub(super) ty: Type,
     pub(super) is_event: bool,
@@ -85,7 +85,7 @@ pub(super) fn text(chart: &Chart<'_>, folder: &str) -> String {
     let mut pin = 2;
     for (prefix, signal) in pins(&inputs, &outputs) {
         text += &format!("#define {prefix}_{} {pin}U /* {} */\n", signal.member, signal.note);
-        // No machine has a pin 255.
+        // No machine has a pin 255, so this is the maximum.
         pin = 255.min(pin + 1);
     }
     text += "/* ---------------------------------------------------------------------------------------------------------- */\n\n";

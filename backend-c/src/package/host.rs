@@ -111,7 +111,7 @@ fn row_arguments(chart: &Chart<'_>) -> String {
     all.join(", ")
 }
 
-/// Active steps, then outputs.
+/// Prints active steps, then outputs.
 fn print_row(chart: &Chart<'_>) -> Vec<Node> {
     let (net, interface) = (chart.net, &chart.package.interface);
     let (prefix, names) = (chart.name(), &interface.names);

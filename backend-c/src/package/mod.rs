@@ -6,7 +6,7 @@
 //!                                   arduino     library.properties, src/, examples/NAME/NAME.ino
 //!                                   platformio  library.json, include/, src/, examples/NAME/
 //! ```
-//! A package is text around the same C files: one file of this folder for each. What the chart is called in C comes from the interface of the
+//! A package is text around the same C files: one file of this folder for each ecosystem. The chart's names in C come from the interface of the
 //! [`Package`], so that examples fit every style and option. Files that somebody is meant to change (`STEM_user.c`, the examples with their pins) are
 //! the user's: [`File::keep_existing`].
 
@@ -98,7 +98,7 @@ impl Chart<'_> {
         &self.package.interface.names.prefix
     }
 
-    /// What the names of the C files begin with.
+    /// The prefix of the names of the C files.
     fn stem(&self) -> &str {
         self.package.stem()
     }
@@ -172,7 +172,7 @@ fn fill(template: &str, values: &[(&str, &str)]) -> String {
     text
 }
 
-/// A file that is rewritten each time.
+/// A file that is rewritten by each build.
 fn written(name: impl Into<String>, text: impl Into<String>) -> File {
     File { name: name.into(), text: text.into(), keep_existing: false, map: Vec::new() }
 }
@@ -265,7 +265,7 @@ fn refusals(net: &Net, package: &Package, ecosystem: Ecosystem) -> Vec<Diagnosti
     let names = &package.interface.names;
     let is_arduino = matches!(ecosystem, Ecosystem::Arduino | Ecosystem::Platformio);
     let mut found = Vec::new();
-    // Folders of Windows and macOS do not tell capitals from small letters.
+    // Folders of Windows and macOS do not distinguish capital and small letters.
     let stem = names.stem.to_ascii_lowercase();
     let hidden = if C_HEADERS.binary_search(&stem.as_str()).is_ok() {
         Some("C")

@@ -1,12 +1,10 @@
 //! CHECK and the selection of §4, event by event.
 //!
 //! Each region that has transitions on the event determines the first fireable one from the active state outwards (inner-first) or from the outside
-//! inwards (outer-first). With one region that is the whole selection. With several, a transition whose source contains a parallel state is offered only by
-//! regions that have no fireable transition themselves (they *rest*), and if the exit sets of two transitions meet, the inner, then the earlier one wins:
-//! flags record whether something
-//! *moved* in a
-//! parallel state, and whether something *left* it. Such flags exist only if a transition on this event leaves a parallel state or has a source that
-//! contains one.
+//! inwards (outer-first). With one region that is the whole selection. With several, a transition whose source contains a parallel state is offered
+//! only by regions that have no fireable transition themselves (they *rest*), and if the exit sets of two transitions meet, the inner, then the
+//! earlier one wins: flags record whether something *moved* in a parallel state, and whether something *left* it. Such flags exist only if a
+//! transition on this event leaves a parallel state or has a source that contains one.
 
 use super::Emit;
 use super::tables::Row;
@@ -29,7 +27,7 @@ struct Check {
     candidates: BTreeMap<usize, Candidates>,
     /// The regions that have candidates in them or in nested regions.
     concerned: BTreeSet<usize>,
-    /// Locals: the transition of each region, and whether it rests.
+    /// The locals of each region: the number of its transition, or whether it rests.
     taken: BTreeMap<usize, String>,
     rests: BTreeMap<usize, String>,
     /// Flags of parallel states, if they are needed.
@@ -46,7 +44,8 @@ struct Phases {
 }
 
 impl Emit<'_> {
-    /// All functions of the evolution. The last one runs a micro-step for an event and returns whether one was due; `None` if no transition can ever fire.
+    /// All functions of the evolution. The last one runs a micro-step for an event and returns whether one was due; `None` if no transition can ever
+    /// fire.
     pub(super) fn moves(&mut self) -> Option<Function> {
         self.shared = self.shared_entries();
         self.define_exits();
@@ -118,7 +117,7 @@ impl Emit<'_> {
             if let (Some(table), Some(variable), true) =
                 (&table, self.variables[region].clone(), pass + 1 == n_passes)
             {
-                // The cases left for the last pass fall through to the table; there the others find 0.
+                // The cases that are left for the last pass fall through to the table, where all other states have the entry 0.
                 let number = format!("{table}[self->{variable}]");
                 for source in sources {
                     let ids = &candidates[&source];

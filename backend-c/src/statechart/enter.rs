@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// An entry list with this many lines becomes a function.
 const LONG_LIST: usize = 4;
 
-/// This many states that are entered together in more than one place become a function.
+/// From this many states on, states that are entered together in more than one place become a function.
 const MANY_STATES: usize = 3;
 
 /// A placeholder for the target state of a transition until its table has a name; it is not a C name.
@@ -22,7 +22,7 @@ const TO: &str = "@to";
 /// If at least this many transitions only assign the variable, they share a table.
 const TABLE: usize = 4;
 
-/// The entries of the transitions of a region.
+/// The entry code of the transitions of a region.
 #[derive(Debug, Clone)]
 pub(super) struct Entries {
     /// One for each transition, in their order.
@@ -33,7 +33,7 @@ pub(super) struct Entries {
 }
 
 impl Entries {
-    /// The common entry of these transitions, if all that do anything do the same, in a few lines.
+    /// The common entry code of these transitions, if all of them that enter anything have the same short code.
     fn alike(&self, ids: &[TransitionId]) -> Option<&[Node]> {
         let of = |id: &TransitionId| self.ids.iter().position(|it| it == id);
         let cases: Vec<Case> = ids
@@ -119,7 +119,8 @@ impl Emit<'_> {
                     } else {
                         nodes.extend(self.enter_state(step));
                     }
-                    // Contents run for the states that were entered, also by a function of several states.
+                    // Initial contents run for the states that were entered, including those entered by a function for several
+                    // states.
                     entered.extend(list[first..at].iter().filter_map(|enter| match enter {
                         Enter::Step(step) => Some(*step),
                         Enter::InitialContent(_) | Enter::History(_) => None,
@@ -166,8 +167,8 @@ impl Emit<'_> {
         function
     }
 
-    /// The path down through composite states with lists to an atomic state, by the region's function that has each entry list once. Returns the number of
-    /// items that it covers; `None` if the next items are not such a path.
+    /// The path down through composite states with lists to an atomic state, by the region's function that has each entry list once. Returns the
+    /// number of items that it covers; `None` if the next items are not such a path.
     fn enter_path(&mut self, list: &[Enter]) -> Option<(usize, Node)> {
         let Some(Enter::Step(first)) = list.first().copied() else { return None };
         let region = self.plan.region_of[first];
@@ -372,7 +373,7 @@ impl Emit<'_> {
             return None;
         }
         let mut body = entries.alike(ids)?.to_vec();
-        // Elsewhere they must be equal too, or absent: a function without callers is not emitted.
+        // For the other transitions, the code must be equal too, or absent: a function without callers is not emitted.
         let mut is_whole = true;
         let mut reached = BTreeSet::new();
         for event in 0..=self.pieces.events.len() {

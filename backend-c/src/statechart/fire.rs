@@ -18,7 +18,7 @@ pub(super) struct Exit {
 }
 
 impl Emit<'_> {
-    /// Exiting what is deeper than `depth` in a region does more than assign its variable.
+    /// True if exiting the states deeper than `depth` in a region does more than assign its variable.
     pub(super) fn has_exits(&self, region: usize, depth: u32) -> bool {
         let data = &self.plan.regions[region];
         let is_left_whole = depth == 0 && data.parent.is_some();
@@ -154,7 +154,7 @@ impl Emit<'_> {
             None => cases.into_iter().flat_map(|case| case.body).collect(),
             Some(variable) => {
                 let cases = super::text::merged(cases);
-                // A common statement of all states needs no test: the region is active.
+                // If all states have the same statements, no test is needed, because the region is active.
                 if let [only] = cases.as_slice()
                     && only.labels.len() == self.plan.regions[region].terminals.len()
                 {

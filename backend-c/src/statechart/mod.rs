@@ -3,15 +3,15 @@
 //! ```text
 //! NAME_step            timers, events of the row; while an event waits: NAME_move; outputs
 //! NAME_move            switch (event): NAME_on_EVENT
-//! NAME_on_EVENT        what each region offers, what of it wins (§4); then exits, actions, entries (§3.9, S1 to S4)
+//! NAME_on_EVENT        the transition that each region offers, the selection (§4); then exits, actions, entries (§3.9, S1 to S4)
 //! NAME_REGION_on_EVENT the number of the region's first fireable transition: switch (state variable)
 //! NAME_REGION_leave    exit lists, histories
 //! NAME_REGION_act      actions of the transition
 //! NAME_REGION_enter    entry lists, and the new value of the state variable
 //! ```
 //!
-//! Outer transitions are found at compile time: each is listed once, in a `switch` whose labels are all atomic states below its source. Everything outside the
-//! evolution (timers, queues, the end of a reaction) comes from the reaction program, in pieces ([`grafsynth_ir::lower::program::pieces`]).
+//! Outer transitions are found at compile time: each is listed once, in a `switch` whose labels are all atomic states below its source. Everything
+//! outside the evolution (timers, queues, the end of a reaction) comes from the reaction program, in pieces ([`grafsynth_ir::lower::program::pieces`]).
 
 mod choose;
 mod enter;
@@ -68,7 +68,7 @@ pub(crate) fn program(
             plan.regions[plan.region_of[step]].drops = true;
         }
     }
-    // Everything that is read or set, in one list, for analyses.
+    // Everything that is read or set, in one list for the analyses.
     let mut analysed = pieces.program.clone();
     analysed.body = everything(&pieces);
     let limit = options.max_transitions.saturating_mul(NODES_PER_TRANSITION).max(1);
@@ -149,7 +149,7 @@ fn everything(pieces: &Pieces) -> Vec<Stmt> {
     all
 }
 
-/// The parts of the functions of the evolution; for a temp they count as one function.
+/// The parts of the functions of the evolution. When temps are assigned to functions, they count as one function.
 fn of_evolution(pieces: &Pieces) -> Vec<Piece<'_>> {
     let mut lists: Vec<&Vec<Stmt>> = Vec::new();
     for state in pieces.states.values() {
@@ -209,7 +209,7 @@ fn memories(
     all
 }
 
-/// Enumerators of the transitions; other names with the prefix are taken.
+/// Enumerators of the transitions; names that are already used with the prefix are avoided.
 fn fires(net: &Net, names: &Names) -> IdMap<Transition, String> {
     let mut namer = names.suffix_namer();
     let mut all = IdMap::filled(&net.transitions, String::new());
@@ -255,7 +255,7 @@ pub(super) struct Emit<'a> {
     exits: BTreeMap<usize, fire::Exit>,
     /// States that are entered together with the same other states in more than one place.
     shared: BTreeSet<(StepId, Vec<Enter>)>,
-    /// Functions that enter these.
+    /// The functions that enter these states.
     enters: BTreeMap<(StepId, Vec<Enter>), text::Function>,
     /// The function of each region that enters an atomic state with its ancestors.
     paths: BTreeMap<usize, text::Function>,
@@ -272,7 +272,7 @@ pub(super) struct Emit<'a> {
 }
 
 impl Emit<'_> {
-    /// Makes step bits and recorded states read from the state variables.
+    /// Makes step bits and recorded states expressions over the state variables.
     fn keep_elsewhere(&mut self) {
         for (step, _) in self.net.steps.iter() {
             if !self.pieces.states[step].is_watched {

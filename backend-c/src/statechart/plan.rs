@@ -3,8 +3,8 @@
 //! # Regions
 //! A region has exactly one active atomic or parallel state while it is active: it is a chart, or a child of a parallel state, with everything in it
 //! down to atomic states and to parallel states, whose children are separate regions. The atomic and parallel states of a region in document order are
-//! its *terminals*; its one state variable contains the number of the active one, from 1, and 0 while the region is not active. A composite state is active
-//! while the variable is in the range of its terminals.
+//! its *terminals*; its one state variable contains the number of the active one, from 1, and 0 while the region is not active. A composite state is
+//! active while the variable is in the range of its terminals.
 //!
 //! ```text
 //! chart { state a { state b  state c }  parallel d { state e { state f  state g }  state h { state i } } }
@@ -37,15 +37,15 @@ pub(super) struct Region {
     pub(super) composites: Vec<StepId>,
     /// Its parallel states with their regions.
     pub(super) nested: Vec<(StepId, Vec<usize>)>,
-    /// It is active in every situation.
+    /// True if it is active in every situation.
     pub(super) is_always: bool,
     /// The transitions out of its states, in the order of their numbers.
     pub(super) transitions: Vec<TransitionId>,
-    /// How many of them exit nothing.
+    /// The number of its transitions that exit nothing.
     pub(super) n_still: usize,
     /// For each enclosing parallel state, from the innermost: the number of the first transition that leaves it.
     pub(super) leavers: Vec<(StepId, usize)>,
-    /// Its variable must show at once that a state has been exited.
+    /// True if its variable must show at once that a state has been exited.
     pub(super) drops: bool,
 }
 
@@ -74,7 +74,7 @@ pub(super) enum Memory {
     One(usize, Vec<(StepId, Vec<Enter>)>),
     /// The variables of these regions, all inside the owner, in document order: a deep history over several regions.
     Deep(Vec<usize>),
-    /// Only that it was recorded: a shallow history of a parallel state, whose children are all entered.
+    /// Only the fact that it was recorded: a shallow history of a parallel state, whose children are all entered.
     All(Vec<Enter>),
 }
 
@@ -358,7 +358,7 @@ fn fixed_order(net: &Net, plan: &Plan) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Both may be fireable in the same check.
+/// True if both transitions may be fireable in the same check.
 fn meet(a: &Transition, b: &Transition) -> bool {
     if a.events.is_empty() || b.events.is_empty() {
         return a.events.is_empty() && b.events.is_empty();

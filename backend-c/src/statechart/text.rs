@@ -6,7 +6,7 @@ use crate::style_output::{mentions, without_unused};
 use grafsynth_ir::program::Stmt;
 use std::collections::BTreeMap;
 
-/// How another function calls it.
+/// A defined function, with the data for its calls.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Function {
     name: String,
@@ -36,11 +36,11 @@ impl Function {
 /// One case of a `switch`.
 #[derive(Debug, Clone)]
 pub(super) struct Case {
-    /// Constants.
+    /// The constants of the case.
     pub(super) labels: Vec<String>,
     /// The statements, without `break`.
     pub(super) body: Vec<Node>,
-    /// It always returns.
+    /// True if it always returns.
     pub(super) returns: bool,
 }
 
@@ -97,7 +97,8 @@ impl Emit<'_> {
         vec![Node::line("{"), Kind::Nested(nodes).into(), Node::line("}")]
     }
 
-    /// A `switch` over constants; equal bodies share a case. A `switch` that is too long for a function becomes several functions, which are called in turn.
+    /// A `switch` over constants; equal bodies share a case. A `switch` that is too long for a function becomes several functions, which are called
+    /// in turn.
     pub(super) fn switch(
         &mut self,
         wanted: &str,

@@ -3,9 +3,9 @@
 //! # State variables
 //! Every proved sequential component becomes one state variable; a step in no component becomes a variable of its own with the values *none* and
 //! *active*. A micro-step handles the variables in order. A transition is decided at its *owner*: the first variable from which it takes a step.
-//! Its effect on later variables is stored in a flag, and a step that it adds to a variable from which it takes nothing is added after all are handled. So
-//! every receptivity is read before anything it depends on changes, without a second copy of the state. If that is impossible, the net is rejected with
-//! the reason, and the caller uses the style `bits`.
+//! Its effect on later variables is stored in a flag, and a step that it adds to a variable from which it takes nothing is added after all are
+//! handled. So every receptivity is read before anything it depends on changes, without a second copy of the state. If that is impossible, the net is
+//! rejected with the reason, and the caller uses the style `bits`.
 
 mod competition;
 
@@ -33,15 +33,15 @@ pub(crate) struct Refusal {
 pub(crate) struct Machine {
     /// Its steps; the index is the step's code, plus one if there is a value *none*.
     pub(crate) steps: Vec<StepId>,
-    /// In some situations none of its steps is active; the code 0 represents them.
+    /// True if in some situations none of its steps is active; the code 0 represents them.
     pub(crate) has_none: bool,
     /// One above the largest constant that the time of a step of this variable is compared with; `None` if no time is read.
     pub(crate) timer_cap: Option<i64>,
-    /// A transition that takes nothing from this variable adds a step to it.
+    /// True if a transition that takes nothing from this variable adds a step to it.
     pub(crate) is_entered: bool,
-    /// A receptivity reads a step bit of this variable after the variable was handled.
+    /// True if a receptivity reads a step bit of this variable after the variable was handled.
     pub(crate) needs_old: bool,
-    /// It has an entry or exit list, or owns a transition with actions.
+    /// True if it has an entry or exit list, or owns a transition with actions.
     pub(crate) has_lists: bool,
 }
 
@@ -52,12 +52,12 @@ impl Machine {
     }
 }
 
-/// When an extern condition is called.
+/// The time at which an extern condition is called.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Latch {
     /// At the start of every reaction.
     Always,
-    /// At the start of the only case that runs and mentions it.
+    /// At the start of the case that mentions it, if only one case does.
     InCase,
     /// At the first mention; the value is kept for the reaction.
     OnDemand,
@@ -395,7 +395,8 @@ fn lists(net: &Net, facts: &Facts, plan: &mut Plan) -> Result<(), Refusal> {
     if let (true, Evolution::Stable { limit }) = (caller.is_some(), net.settings.evolution)
         && facts.stable_depth.as_ref().is_none_or(|depth| depth.value > limit)
     {
-        // To find out whether the limit was too small, a copy runs once more; a call cannot be tried.
+        // To find out whether the limit was too small, a copy of the chart runs one more micro-step; a call cannot be run on
+        // trial.
         return refuse("calls in a stable evolution that may reach its limit", net.name.span);
     }
     if net.settings.assign_simultaneous
@@ -404,7 +405,7 @@ fn lists(net: &Net, facts: &Facts, plan: &mut Plan) -> Result<(), Refusal> {
         return refuse("simultaneous assignments", *span);
     }
     for machine in &plan.machines {
-        // A step that is drained and added at once stays active: its lists must not run, which only the whole micro-step can decide.
+        // A step that is removed and added in the same micro-step stays active: its lists must not run, which only the whole micro-step can decide.
         if machine.has_lists && machine.is_entered {
             let span =
                 machine.steps.first().map_or_else(Span::default, |step| net.steps[*step].meta.span);

@@ -1,8 +1,8 @@
 //! The positions and functions of the fuses of a device, as data.
 //!
 //! A fuse is 0 if the connection is made and 1 if it is not, as in a JEDEC file. A row of the array is a product term: it is true while every
-//! signal connected to it is high, so a row of ones is always true and a row of zeros is never true. Rows are numbered from 0, and row `r` begins at fuse
-//! `r * n_columns`.
+//! signal connected to it is high, so a row of ones is always true and a row of zeros is never true. Rows are numbered from 0, and row `r` begins at
+//! fuse `r * n_columns`.
 //!
 //! The mapper, the decoder and the simulator read the same tables and share no other code.
 
@@ -25,7 +25,7 @@ pub struct Layout {
     pub signature: Option<u32>,
     /// The first of the fuses that disable a row of the array if they are 0, one per row.
     pub row_switches: Option<u32>,
-    /// Where the figures were read.
+    /// The source of the figures.
     pub source: &'static str,
 }
 
@@ -103,8 +103,8 @@ pub enum Register {
     None,
     /// Clocked by the rising edge of this pin.
     Pin(u32),
-    /// Clocked by the rising edge of a row, cleared and set by two others; if both of these are true, the flip-flop is transparent. Rows are counted from
-    /// the macrocell's first row.
+    /// Clocked by the rising edge of a row, cleared and set by two others; if both of these are true, the flip-flop is transparent. Rows are counted
+    /// from the macrocell's first row.
     Rows {
         /// The clock's row.
         clock: u32,

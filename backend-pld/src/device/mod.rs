@@ -1,7 +1,8 @@
 //! Devices as data.
 //!
-//! There is one file per family. Each device lists its figures with their sources ([`Figure`]): what was read, and where, and what is from memory. A fuse
-//! map is written only for devices whose map was read ([`Device::layout`]), and a fit that uses a figure from memory reports that.
+//! There is one file per family. Each device lists its figures with their sources ([`Figure`]): the document in which a figure was read, or that it
+//! is from memory. A fuse map is written only for devices whose map was read ([`Device::layout`]), and a fit that uses a figure from memory reports
+//! that.
 
 mod atf;
 mod bipolar;
@@ -30,7 +31,7 @@ pub enum Clock {
     Pin(u32),
     /// A product term for each macrocell.
     Term,
-    /// It has no flip-flops.
+    /// The device has no flip-flops.
     None,
 }
 
@@ -45,7 +46,7 @@ pub struct Macrocell {
     pub combinational_terms: u32,
     /// The possible kinds of its flip-flop, if it has one.
     pub flip_flops: &'static [FlipFlop],
-    /// One of its product terms can be an inverter: it inverts the sum while it is true.
+    /// True if one of its product terms can be an inverter: it inverts the sum while it is true.
     pub has_xor: bool,
     /// Its logic block, from 0, on devices with logic blocks.
     pub block: u32,
@@ -98,8 +99,8 @@ pub struct Device {
     pub clock: Clock,
     /// The pin that enables (low) or loads all registered outputs; if the design has registers, it has no other function.
     pub control_pins: &'static [u32],
-    /// Pins for programming the soldered device, which a design cannot use; the macrocells behind them may contain functions without
-    /// a pin.
+    /// Pins for programming the soldered device, which a design cannot use; the macrocells of these pins may contain functions
+    /// without a pin.
     pub jtag_pins: &'static [u32],
     /// The logic blocks of a device with buried macrocells; `None`: every macrocell has a pin and every term can read every signal.
     pub blocks: Option<&'static Blocks>,
@@ -109,7 +110,7 @@ pub struct Device {
     pub has_global_reset: bool,
     /// Macrocells whose pins cannot be read in a design without registers if another such pin is read.
     pub deaf_pins: &'static [u32],
-    /// A design without registers may use the clock and control pins as inputs.
+    /// True if a design without registers may use the clock and control pins as inputs.
     pub free_when_combinational: bool,
     /// The possible polarities of a sum.
     pub polarity: Polarity,
@@ -119,9 +120,10 @@ pub struct Device {
     pub burned_as: &'static str,
     /// Its name in `GALasm`, or the name of the GAL that replaces it.
     pub galasm: &'static str,
-    /// The parts with that fuse map, as the programmer `minipro` calls them: the usual one first. Those that public projects burn with it.
+    /// The parts with that fuse map, by their names in the programmer `minipro`: the usual one first. Only parts that public projects
+    /// program with this map are listed.
     pub programmers: &'static [&'static str],
-    /// What is known of it, and whence.
+    /// The known figures of the device, with their sources.
     pub figures: &'static [Figure],
 }
 
@@ -277,7 +279,7 @@ const ALIASES: &[(&str, &str)] = &[
     ("pal20r8", "gal20v8"),
 ];
 
-/// The tables are long, and the name identifies them.
+/// Shows only the name, because the tables are long and the name identifies them.
 impl std::fmt::Debug for Device {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "Device({})", self.name)
@@ -306,7 +308,7 @@ impl Device {
         DEVICES.iter().find(is_named)
     }
 
-    /// The part that a name says exactly, as `minipro` calls it.
+    /// The part that a name identifies exactly, as `minipro` names it.
     #[must_use]
     pub fn part(&self, name: &str) -> Option<&'static str> {
         self.programmers.iter().copied().find(|part| part.eq_ignore_ascii_case(name))

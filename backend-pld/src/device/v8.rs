@@ -5,7 +5,7 @@ use super::layout::{
 };
 use super::{Clock, DIP_20, DIP_24, Device, Figure, Polarity, PowerUp, Source, cell};
 
-/// The parts of this fuse map that `minipro` lists, seen in use in public projects; the usual one first.
+/// The parts of this fuse map that `minipro` lists and that public projects use; the usual one first.
 pub(super) const PARTS_16V8: &[&str] = &["GAL16V8D", "ATF16V8B", "ATF16V8C"];
 
 const READ: &str = "device tables of galette and MAME jedutil; golden files of galette";
@@ -36,7 +36,7 @@ pub(super) const fn registered(enable_pin: u32) -> Shape {
 static CELLS_16: [CellFuses; 8] = cells(19, 8, 2048, Some(2120));
 static CELLS_20: [CellFuses; 8] = cells(22, 8, 2560, Some(2632));
 
-/// The pins that the rows of a GAL16V8 read in its complex mode; those of the PALs that it replaces.
+/// The pins that the rows of a GAL16V8 read in its complex mode, and the rows of the PALs that it replaces.
 pub(super) const COMPLEX_16: &[(u32, u32)] = &[
     (1, 2),
     (2, 0),
@@ -55,7 +55,7 @@ pub(super) const COMPLEX_16: &[(u32, u32)] = &[
     (17, 10),
     (18, 6),
 ];
-/// The pins that the rows of a GAL16V8 read in its registered mode; those of the PALs that it replaces.
+/// The pins that the rows of a GAL16V8 read in its registered mode, and the rows of the PALs that it replaces.
 pub(super) const REGISTERED_16: &[(u32, u32)] = &[
     (2, 0),
     (3, 4),

@@ -14,18 +14,18 @@ pub(crate) struct Attempt {
     pub(crate) left: Vec<PinRequest>,
     /// Requested pins that cannot carry their signal: the index of the request in [`Order::board`], and the reason.
     pub(crate) refused: Vec<(usize, Need, Refusal)>,
-    /// Inputs and outputs that are not where the order of declarations has them.
+    /// Inputs and outputs that are not on the pins given by the order of declarations.
     pub(crate) moved: Vec<Moved>,
 }
 
-/// A signal that is not where the order of declarations has it.
+/// A signal that is not on the pin given by the order of declarations.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Moved {
     pub(crate) index: SignalIndex,
     pub(crate) pin: u32,
-    /// The pin in the order of declarations.
+    /// The pin given by the order of declarations.
     pub(crate) natural: u32,
-    /// Which signal has that pin, or why it will not do.
+    /// The signal that has that pin, or the reason why that pin is not possible.
     pub(crate) because: Result<SignalIndex, Refusal>,
 }
 

@@ -1,4 +1,4 @@
-//! What a device lacks for a circuit, whatever its sums are: found by counting, before anything is minimised.
+//! Finds the resources that a device lacks for a circuit, whatever its sums are, by counting: before anything is minimised.
 
 use crate::EmitOptions;
 use crate::device::{Clock, Device};
@@ -9,7 +9,8 @@ use std::collections::BTreeSet;
 /// Sums with this many times the product terms of a device cannot fit, however they are divided.
 const FAR_TOO_MANY: usize = 2;
 
-/// What the device lacks; `None` if counting finds nothing. A flip-flop may be an output, which gives a lower bound.
+/// The resources that the device lacks; `None` if counting finds nothing. A flip-flop may be an output, which gives a lower
+/// bound.
 pub(crate) fn lacks(logic: &Logic, device: &Device, options: &EmitOptions) -> Option<String> {
     let (n_inputs, n_flops) = (logic.inputs.len(), logic.flops.len());
     // Outputs that are assigned to one pin count as one.

@@ -1,14 +1,15 @@
 //! Divides sums that are too wide for the macrocells of a device over spare macrocells.
 //!
 //! ```text
-//! f = a*c + a*d + b*c + b*d + e        n = a + b                 a factor: the function reads it where its products were
+//! f = a*c + a*d + b*c + b*d + e        n = a + b                 a factor: the function reads it instead of its products
 //!                                  =>  f = n*c + n*d + e
 //! f = p1 + .. + p20                    n = p15 + .. + p20        a part: no factor is needed, one product reads it
 //!                                  =>  f = p1 + .. + p14 + n
 //! ```
 //! A divisor needs a macrocell, is read through the array and so adds one pass. It may serve several functions. The search tries one divisor,
 //! then two, and so on up to the number of spare macrocells, and chooses among the first that fit those with the fewest product terms; [`MOST_TRIES`]
-//! placements are the limit. Divisors are the kernels that two products have in common (Brayton and McMullen) and parts cut to the widths that the device has.
+//! placements are the limit. Divisors are the kernels that two products have in common (Brayton and McMullen) and parts cut to the widths that the
+//! device has.
 
 use super::matching::{PinRequest, Rank};
 use super::need::{Need, View};
@@ -59,7 +60,7 @@ impl State {
         self.sums.iter().map(Sum::n_terms).sum()
     }
 
-    /// The same with this many more divisors, and one product in every sum.
+    /// The same state with this many more divisors, and one product in every sum.
     fn narrow(&self, n_more: usize) -> State {
         let mut state = self.clone();
         for sum in &mut state.sums {
@@ -301,7 +302,7 @@ impl Equations {
             let mut search = Search { order: &order, view, cells, tries: 0, best: None };
             let mut depth = 1;
             while depth <= spare && search.best.is_none() && search.tries < MOST_TRIES {
-                // Are there enough pins if all sums are narrow?
+                // Tests whether there are enough pins if all sums are narrow.
                 if search.misplaced(&start.narrow(depth)).is_some() {
                     break;
                 }

@@ -17,7 +17,7 @@ const MOST_SIGNALS: usize = 12;
 /// A circuit with more nodes fits none of these devices, and would be copied for each of its functions.
 const MOST_NODES: usize = 20_000;
 
-/// A circuit with an additional function for each flip-flop: when it changes.
+/// A circuit with an additional function for each flip-flop, which is true if the flip-flop changes.
 pub(crate) struct Exclusive {
     pub(crate) logic: Logic,
     changes: IdMap<Flop, NodeId>,
@@ -34,8 +34,8 @@ impl Exclusive {
         Exclusive { logic: with, changes }
     }
 
-    /// The form with the fewest products among those that the device supports: the plain one, that of a T flip-flop, or one with an inverter, which counts
-    /// as one more product. Of equal forms, the simplest. `flop`: the flip-flop that stores the function, if any.
+    /// The form with the fewest products among those that the device supports: the plain one, that of a T flip-flop, or one with an inverter, which
+    /// counts as one more product. Of equal forms, the simplest. `flop`: the flip-flop that stores the function, if any.
     pub(crate) fn best(
         &self,
         forms: &FormChoice<'_>,
@@ -50,7 +50,7 @@ impl Exclusive {
                 .map_or(usize::MAX, |form| form.products.len() + form.inverter.iter().count())
         };
         let mut best = plain;
-        // The power-up value is clear only for a T flip-flop that is not inverted.
+        // The power-up value is known only for a T flip-flop that is not inverted.
         if let (Some(flop), Some(false)) = (flop, init)
             && forms.device.has_flip_flop(FlipFlop::T)
             && count(&best) > 1
@@ -110,7 +110,7 @@ impl Exclusive {
                 && form.products.len() + 1 < least
             {
                 least = form.products.len() + 1;
-                // The signal complements the complement of the sum once more: the equation's own polarity stays.
+                // The sum of the complement is inverted once more by the signal, so the equation's own polarity does not change.
                 found = Some(Form { inverter: Some(vec![(var, true)]), ..form });
             }
         }

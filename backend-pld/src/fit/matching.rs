@@ -20,7 +20,8 @@ pub(crate) fn source_key(logic: &Logic, source: Source, name: &str) -> u64 {
     })
 }
 
-/// The preference of a signal for a pin: a pseudo-random number that depends on nothing else (the finaliser of splitmix64).
+/// The preference of a signal for a pin: a pseudo-random number that depends only on the key and the pin (the finaliser of
+/// splitmix64).
 fn liking(key: u64, pin: u32) -> u64 {
     let mut mixed = key ^ u64::from(pin).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -28,40 +29,40 @@ fn liking(key: u64, pin: u32) -> u64 {
     mixed ^ (mixed >> 31)
 }
 
-/// What a signal is to those who wire the chip: pins of inputs and outputs follow the order of their declarations.
+/// The kind of a signal for the person who wires the chip: pins of inputs and outputs follow the order of their declarations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Rank {
-    /// The clock, or an input by its place among the signals.
+    /// The clock, or an input with its index among the signals.
     Input(usize),
-    /// An output, or the flip-flop that an output shows, by the output's place.
+    /// An output with its index, or the flip-flop that this output shows.
     Output(usize),
     /// A flip-flop or a part of a function that no output shows.
     Inner,
 }
 
-/// A signal that looks for a pin.
+/// A signal that needs a pin.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PinRequest {
     pub(crate) index: SignalIndex,
     pub(crate) need: Need,
-    /// [`source_key`].
+    /// The result of [`source_key`].
     pub(crate) key: u64,
     /// Its pin in an earlier build.
     pub(crate) kept: Option<u32>,
     pub(crate) rank: Rank,
-    /// The pin that it has by the order of declarations, if nothing is against it.
+    /// The pin given by the order of declarations; `None` if the order does not determine it.
     pub(crate) natural: Option<u32>,
 }
 
-/// Gives inputs the pins that are only inputs, and outputs the macrocells, each in the order of declarations. Inputs for which there is no such pin are at the last
-/// macrocells.
+/// Assigns natural pins in the order of declarations: to inputs the pins that are only inputs, to outputs the macrocells. If there are not enough
+/// such pins, the remaining inputs get the last macrocells.
 pub(crate) fn in_order(view: View, free: &[u32], wishes: &mut [PinRequest]) {
     let is_cell = |pin: &u32| view.device.macrocell(*pin).is_some();
     let (cells, plain): (Vec<u32>, Vec<u32>) = free.iter().copied().partition(is_cell);
     let can_be_input = |pin: &u32| view.refuses(Need::Input, *pin).is_none();
     let mut order: Vec<usize> = (0..wishes.len()).collect();
     order.sort_by_key(|at| wishes[*at].rank);
-    // A clock that has a pin of its own takes no other.
+    // A clock with a dedicated pin needs no other.
     let is_input = |wish: &PinRequest| {
         let is_fixed = matches!((wish.need, view.device.clock), (Need::Clock, Clock::Pin(_)));
         matches!(wish.rank, Rank::Input(_)) && !is_fixed
@@ -80,16 +81,17 @@ pub(crate) fn in_order(view: View, free: &[u32], wishes: &mut [PinRequest]) {
     }
 }
 
-/// Signals to pins: inputs and outputs in the order of their declarations, all else so that a small edit of the chart moves few of them. All pairs of a signal
-/// and a pin that can carry it are gone through in one fixed order, and a pair is taken where both are still free: first pins that are to be kept, then those
-/// [`in_order`], then the first pins for outputs that cannot have theirs, then flip-flops that no output shows, by [`liking`]. What such a flip-flop likes depends
-/// on its name alone, not on other signals, its place in the chart or the number of its products; so it moves only if its pin can no longer hold it, or one that
-/// likes the pin better comes. Who finds none after that takes one whose signal can go elsewhere: everything that can be placed together is placed.
+/// Assigns signals to pins: inputs and outputs in the order of their declarations, all others such that a small edit of the chart moves few of them.
+/// | All pairs of a signal and a pin that can carry it are tried in one fixed order, and a pair is used if both are still free: first the pins of an
+/// earlier build, then those of [`in_order`], then the first possible pins for outputs whose natural pin is not possible, then flip-flops that no
+/// output shows, by [`liking`]. The preference of such a flip-flop depends only on its name, not on other signals, its position in the chart or the
+/// number of its products. So it moves only if its pin cannot hold it any more, or if a new signal has a higher preference for that pin.
+/// | A signal without a pin after that displaces one that can move to another pin, so as many signals as possible are placed.
 pub(crate) struct Matching {
     view: View,
     free: Vec<u32>,
     taken: BTreeMap<u32, PinRequest>,
-    /// Some signals have a place by the order of declarations.
+    /// True if the order of declarations gives some signals a pin.
     has_order: bool,
 }
 
@@ -150,7 +152,7 @@ impl Matching {
             self.taken.insert(pin, wish);
             return true;
         }
-        // Those that nobody wires make room first.
+        // Signals that are not wired on the board move first.
         if self.has_order {
             possible.sort_by_key(|pin| {
                 self.taken.get(pin).is_some_and(|taken| taken.rank != Rank::Inner)
@@ -166,7 +168,8 @@ impl Matching {
         false
     }
 
-    /// What goes first, and in which order: the less, the sooner. Of the pins that only inputs can use, an input that cannot have its own takes the first.
+    /// The priority of a pair: its group and its order within the group; smaller numbers come first. An input whose natural pin is not possible
+    /// gets the first of the pins that only inputs can use.
     fn preference(&self, wish: &PinRequest, pin: u32) -> (u32, u64) {
         let first = u64::from(pin);
         if wish.kept == Some(pin) {

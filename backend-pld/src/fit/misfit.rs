@@ -34,7 +34,7 @@ pub(crate) struct Obstacles {
     functions: Vec<String>,
     /// Functions that are wider than any macrocell.
     wide: Vec<TooWide>,
-    /// Functions for which no logic block has room.
+    /// Functions that fit in no logic block.
     pub(crate) homeless: Vec<UnplacedFunction>,
     has_no_flops: bool,
 }
@@ -144,7 +144,7 @@ fn finds(names: &[String]) -> &'static str {
     if names.len() == 1 { "finds" } else { "find" }
 }
 
-/// The first names of a list, and how many more there are.
+/// The first names of a list, and the number of the others.
 fn listed(names: &[String]) -> String {
     const SHOWN: usize = 6;
     let shown: Vec<String> = names.iter().take(SHOWN).map(|name| format!("`{name}`")).collect();
@@ -176,7 +176,7 @@ impl Misfit {
         misfit
     }
 
-    /// A function has no macrocell because it is wide, or because wider functions use the macrocells that would hold it.
+    /// True if a function has no macrocell because it is wide, or because wider functions use the macrocells that could hold it.
     pub(crate) fn is_about_width(&self) -> bool {
         let lacks = |mode: &Obstacles| {
             mode.inputs.is_empty() && !(mode.functions.is_empty() && mode.wide.is_empty())

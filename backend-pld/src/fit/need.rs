@@ -1,9 +1,9 @@
-//! What signals need from pins, and what a device provides.
+//! The requirements of signals on pins, and the capabilities of a device.
 
 use crate::device::layout::{Enable, Mode, Register, Shape};
 use crate::device::{Clock, Device, Macrocell};
 
-/// What a signal needs from a pin.
+/// The requirement of a signal on a pin.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Need {
     /// A clock input.
@@ -25,25 +25,25 @@ impl Need {
     }
 }
 
-/// An input or output whose pin is not the one that the order of declarations gives it.
+/// An input or output whose pin is not the one given by the order of declarations.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MovedPin {
     /// Its name in the source.
     pub name: String,
     /// Its pin.
     pub pin: u32,
-    /// The pin in the order of declarations.
+    /// The pin given by the order of declarations.
     pub instead_of: u32,
-    /// Why it is not there.
+    /// The reason.
     pub because: MovedBecause,
 }
 
-/// Why a signal is not on the pin that the order of declarations gives it.
+/// Why a signal is not on the pin given by the order of declarations.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum MovedBecause {
     /// The pin cannot carry it.
     Refused(Refusal),
-    /// Another signal has the pin: it needs it, or had it in an earlier build.
+    /// Another signal has the pin: it can use no other pin, or had this one in an earlier build.
     Needed {
         /// Its name.
         by: String,
@@ -61,7 +61,7 @@ impl std::fmt::Display for MovedPin {
     }
 }
 
-/// Why a pin cannot be what a signal needs.
+/// Why a pin does not meet the requirement of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Refusal {
     /// The package has only this many pins.
@@ -82,14 +82,14 @@ pub enum Refusal {
     NoMacrocell,
     /// Its macrocell has no flip-flop, or always one.
     OtherKind {
-        /// The function has a flip-flop.
+        /// True if the function has a flip-flop.
         is_registered: bool,
     },
     /// The function has too many product terms.
     Wide {
-        /// Those of the function.
+        /// The number of product terms of the function.
         terms: usize,
-        /// Those of the macrocell.
+        /// The number of product terms of the macrocell.
         limit: u32,
     },
     /// No output is read back in this mode.
@@ -161,7 +161,7 @@ impl View {
         if is_registered {
             return cell.registered_terms;
         }
-        // Without an enable term there is one more product.
+        // Without an enable term there is one more product term.
         let is_own = self.device.burned_as.eq_ignore_ascii_case(self.device.name);
         let rows = self.device.layout.and_then(|layout| layout.cell(cell.pin));
         match (self.mode, rows) {

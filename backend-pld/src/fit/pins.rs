@@ -38,7 +38,8 @@ impl Order {
         let mut matching = Matching::new(view, free.clone());
         let mut left = matching.place_all(&open);
         if !left.is_empty() {
-            // Then the order says nothing, and what is named as left over depends on the functions and names alone.
+            // If signals are left over, the order of declarations is ignored, so that the reported signals depend only on
+            // functions and names.
             for wish in &mut open {
                 wish.natural = None;
                 if let Rank::Output(_) = wish.rank {
@@ -187,7 +188,7 @@ impl Equations {
                 (Source::Flop(_) | Source::Buried(_), None) => Rank::Inner,
             }
         };
-        // Each signal is asked for; looking through all products for each would take longer than all else.
+        // `is_read` is computed once for all signals, because a search through all products for each signal would be slow.
         let mut is_read = vec![false; self.signals.len()];
         for equation in &self.equations {
             equation.products.iter().flatten().for_each(|(signal, _)| is_read[*signal] = true);
@@ -237,7 +238,7 @@ impl Equations {
         }
     }
 
-    /// What a reader is told of a signal that is not where the order of declarations has it.
+    /// The report of a signal that is not on the pin given by the order of declarations.
     fn moved_pin(&self, logic: &Logic, moved: &Moved) -> MovedPin {
         let name = |index: SignalIndex| {
             let shown = self.signals.iter().find(|signal| signal.shared == Some(index));
@@ -263,7 +264,8 @@ impl Equations {
     }
 }
 
-/// The inputs and outputs that are not where the order of declarations has them. Who is where he was in an earlier build is where the user wants him.
+/// The inputs and outputs that are not on the pins given by the order of declarations. A signal that keeps its pin of an earlier build is not
+/// reported, because the user wants it there.
 fn moved(view: &View, wishes: &[PinRequest], pins: &[(u32, SignalIndex)]) -> Vec<Moved> {
     let of = |wish: &PinRequest| {
         let natural = wish.natural?;
@@ -280,7 +282,7 @@ fn moved(view: &View, wishes: &[PinRequest], pins: &[(u32, SignalIndex)]) -> Vec
     wishes.iter().filter_map(of).collect()
 }
 
-/// What a signal needs of its pin; `own` is its equation.
+/// The requirement of a signal on its pin; `own` is its equation.
 fn need(source: Source, own: Option<&Equation>, is_read: bool) -> Need {
     match (source, own) {
         (Source::Clock, _) => Need::Clock,

@@ -5,8 +5,8 @@
 //! R   = p2                   =>
 //! ```
 //! The test uses the minimised sum: it must be a single literal of the flip-flop, perhaps only with don't-cares, so that a bit of a compact code can be
-//! an output. An output that is the complement of a flip-flop shares its macrocell as well: the pin then shows the complement, which starts with the other
-//! value. If registered pins are always high after power-up ([`PowerUp::PinsHigh`]), only an output that is true at first can be the pin itself.
+//! an output. An output that is the complement of a flip-flop shares its macrocell as well: the pin then shows the complement, which starts with the
+//! other value. If registered pins are always high after power-up ([`PowerUp::PinsHigh`]), only an output that is true at first can be the pin itself.
 
 use crate::EmitOptions;
 use crate::device::{FlipFlop, Polarity, PowerUp};
@@ -50,7 +50,7 @@ impl Equations {
         can_show.then_some((signal, is_complement))
     }
 
-    /// The signal can be replaced by its complement, which the pin then shows.
+    /// True if the signal can be replaced by its complement, which the pin then shows.
     fn can_be_inverted(&self, flop: SignalIndex) -> bool {
         let is_shared = self.signals.iter().any(|signal| signal.shared == Some(flop));
         // The function of a T flip-flop has no polarity to change.
@@ -66,7 +66,8 @@ impl Equations {
             }
     }
 
-    /// The user does not assign them to different pins, and the flip-flop has no other output unless both are assigned to one pin.
+    /// True if the user does not assign them to different pins, and the flip-flop has no other output unless both are assigned to
+    /// one pin.
     fn may_share(
         &self,
         logic: &Logic,
@@ -104,7 +105,7 @@ impl Equations {
         }
     }
 
-    /// One name for both: that of the output at the pin.
+    /// Gives both the same name: that of the output at the pin.
     fn share(&mut self, output: SignalIndex, flop: SignalIndex) {
         if self.signals.iter().any(|signal| signal.shared == Some(flop)) {
             let name = self.signals[flop].name.clone();

@@ -213,7 +213,7 @@ fn the_obstacles_of_each_mode_are_named() {
     );
 }
 
-/// Ten outputs whose sums have eight products: the simplest mode has eight, the others seven.
+/// Ten outputs whose sums have eight products: the simplest mode allows eight, the others seven.
 #[test]
 fn the_plainest_mode_holds_a_product_more() {
     let mut builder = Builder::default();
@@ -238,7 +238,7 @@ fn outputs_that_are_a_flip_flop_share_its_macrocell() {
     // R, Z and L are steps that are false at first: pins of a 16V8 start high.
     assert_eq!(shared(&truck(), "gal22v10"), 3);
     assert_eq!(shared(&truck(), "gal16v8"), 0);
-    // Their complements are true at first; then the result is the opposite.
+    // If the complements are true at first, the result is the opposite.
     let mut builder = Builder::resume(truck());
     let flops: Vec<NodeId> = truck().flops.ids().map(|id| builder.flop(id)).collect();
     let ids: Vec<_> = builder.logic.outputs.ids().collect();

@@ -17,12 +17,12 @@ pub struct Role {
     pub pin: u32,
     /// The bit of the circuit; its function does not matter here.
     pub object: Object,
-    /// The pin carries the complement.
+    /// True if the pin carries the complement.
     pub is_inverted: bool,
 }
 
-/// The circuit of a placement. Pins with roles become the objects of the roles, in their order; the others become inputs and flip-flops with the names in the
-/// placement, if they are read. For no roles, see [`own_roles`]. The power-up values follow from the device.
+/// The circuit of a placement. Pins with roles become the objects of the roles, in their order; the others become inputs and flip-flops with the
+/// names in the placement, if they are read. For default roles, see [`own_roles`]. The power-up values follow from the device.
 ///
 /// # Errors
 /// A circuit without a single clock: several clocks, asynchronous resets and presets, outputs that are not always driven but are read or have a role,
@@ -90,8 +90,8 @@ pub fn own_roles(placement: &Placement) -> Vec<Role> {
     roles
 }
 
-/// The pins of a device that is not a circuit with one clock: every pin that is read from outside is an input, clocks too, and every macrocell is an output.
-/// The functions do not matter; the roles map pins to objects.
+/// The pins of a device that is not a circuit with one clock: every pin that is read from outside is an input, clocks too, and every macrocell is an
+/// output. The functions do not matter; the roles map pins to objects.
 #[must_use]
 pub fn shell(placement: &Placement) -> (Logic, Vec<Role>) {
     let mut builder = Builder::default();

@@ -67,7 +67,7 @@ fn choose_mode(placement: &Placement, layout: &'static Layout) -> (&'static Mode
         if refusals.is_empty() {
             return (mode, refusals);
         }
-        // That a mode has no flip-flops is not worth reporting if another mode has.
+        // That a mode has no flip-flops is not worth reporting if another mode has them.
         if !has_registers || mode.shapes.iter().any(is_registered) {
             tried.push((mode, refusals));
         }
@@ -131,7 +131,7 @@ fn shape_for(layout: &Layout, mode: &'_ Mode, cell: &Cell) -> Option<&'static Sh
         let has_row = matches!(shape.enable, Enable::Row(_) | Enable::PinLowAndRow(..));
         match cell.kind {
             CellKind::Combinational => {
-                // The mode decides whether an enable term that is always true does that.
+                // The shape depends on the mode, so an enable term that is always true may be part of it.
                 !matches!(shape.register, Register::Pin(_)) && shape.enable != Enable::Never
             }
             CellKind::Registered => {
@@ -323,7 +323,7 @@ impl Mapper<'_> {
         }
     }
 
-    /// The first column of this pin carries the complement of its level.
+    /// True if the first column of this pin carries the complement of its level.
     fn is_fed_back_inverted(&self, pin: u32) -> bool {
         let Some(cell) = self.placement.cell(pin) else { return false };
         let Some(shape) = shape_for(self.layout, self.mode, cell) else { return false };

@@ -38,7 +38,7 @@ pub struct FuseMap {
     pub device: &'static Device,
     /// One for each fuse; as many as [`crate::device::Layout::n_fuses`].
     pub fuses: Vec<bool>,
-    /// The security fuse: the device cannot be read out afterwards.
+    /// True if the security fuse is set: the device cannot be read out afterwards.
     pub is_secured: bool,
 }
 

@@ -1,7 +1,7 @@
 //! Simulates a device at the level of its fuses, 64 runs in parallel.
 //!
-//! It uses the tables only: rows and columns, the configuration of a macrocell under its fuses, the position of the polarity gate and the feedback. It shares
-//! no code with the mapper or the decoder, so that it can check them.
+//! It uses the tables only: rows and columns, the configuration of a macrocell under its fuses, the position of the polarity gate and the feedback.
+//! It shares no code with the mapper or the decoder, so that it can check them.
 //!
 //! # Behaviour
 //! - At power-up every flip-flop is 0. An undriven pin is high: these devices have pull-ups.
@@ -28,7 +28,7 @@ pub struct Chip<'a> {
     /// The columns connected to each row.
     wired: Vec<Option<Vec<u32>>>,
     cells: Vec<State>,
-    /// The power-up reset is still active.
+    /// True if the power-up reset is still active.
     is_held: bool,
     /// The level applied from outside to each pin, by pin number.
     put: Vec<u64>,
@@ -40,7 +40,7 @@ pub struct Chip<'a> {
 #[derive(Debug, Clone)]
 struct State {
     fuses: &'static CellFuses,
-    /// `None`: an undefined setting, with no row in use.
+    /// The configuration; `None` for an undefined setting without a row in use.
     shape: Option<&'static Shape>,
     q: u64,
     /// D before the current change.

@@ -91,7 +91,7 @@ pub fn vectors(
     Ok(vectors)
 }
 
-/// The vectors that a device fails, from 0, with the pin and the letter for its actual level; at most `most`.
+/// The vectors that a device fails, numbered from 0, with the pin and the letter for its actual level; at most `most`.
 ///
 /// # Errors
 /// A device that the simulator cannot run.
@@ -116,7 +116,7 @@ pub fn failures(
             }
         }
         if at == 0 {
-            // The levels are applied before the supply.
+            // The levels are applied before the power-up.
             chip.put(&levels)?;
             chip.power_up()?;
         } else {

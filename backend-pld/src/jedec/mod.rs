@@ -32,7 +32,7 @@ pub struct Jedec {
     pub n_pins: Option<u32>,
     /// The fuses, as many as field `QF` declares; those in no field `L` have the value of field `F`.
     pub fuses: Vec<bool>,
-    /// The security fuse, field `G`.
+    /// True if the security fuse is set, field `G`.
     pub is_secured: bool,
     /// The test vectors, field `V`, in their order.
     pub vectors: Vec<Vector>,
@@ -108,8 +108,8 @@ impl Jedec {
         ))
     }
 
-    /// The fuse map of the device that the file is for: `device` if it is given, otherwise the device with this number of fuses; of several, the one that the
-    /// file names in its head or in a note.
+    /// The fuse map of the device that the file is for: `device` if it is given, otherwise the device with this number of fuses; of several, the one
+    /// that the file names in its head or in a note.
     ///
     /// # Errors
     /// A device without a known fuse map, another number of fuses, or a number that fits several devices without a name.

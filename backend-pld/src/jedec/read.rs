@@ -1,8 +1,8 @@
 //! The reader.
 //!
 //! A file is a transmission: a start character, free text up to the first `*`, fields that end with `*`, an end character, and four hexadecimal digits
-//! that give the sum of all bytes from the start to the end character (`0000`: not counted). A file without these two characters is accepted too, because many
-//! files lack them; then there is no sum to check.
+//! that give the sum of all bytes from the start to the end character (`0000`: not counted). A file without these two characters is accepted too,
+//! because many files lack them; then there is no sum to check.
 
 use super::{ETX, Jedec, STX, transmission_checksum};
 use crate::fuse::vectors::{Level, Vector};
@@ -42,12 +42,12 @@ struct Reader<'a> {
     n_vectors: Option<(u32, Span)>,
     /// The default of fuses that no field defines.
     default: Option<bool>,
-    /// The field of the security fuse was found.
+    /// True if the field of the security fuse was found.
     has_security: bool,
-    /// Whether the fields define a fuse.
+    /// For each fuse, whether the fields define it.
     is_given: Vec<bool>,
     fuse_sum: Option<(u16, Span)>,
-    /// The default of input pins that a vector leaves open.
+    /// The number of vectors that were read.
     n_vectors_read: u32,
 }
 

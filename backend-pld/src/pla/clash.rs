@@ -42,8 +42,8 @@ pub fn function(table: &Pla, places: &Places, nodes: usize) -> (Option<Function>
     (function.contradictory().is_empty().then_some(function), findings)
 }
 
-/// Finds contradictions in a table that is converted to a circuit ([`circuit`](super::circuit())): a point that is on and off is an error, one that is on
-/// and free is treated as on. The check of a very large table is cut short, with a note.
+/// Finds contradictions in a table that is converted to a circuit ([`circuit`](super::circuit())): a point that is on and off is an error, one that
+/// is on and free is treated as on. The check of a very large table is cut short, with a note.
 #[must_use]
 pub fn clashes(table: &Pla, places: &Places) -> Vec<Diagnostic> {
     let mut left = 50 * PAIRS;
@@ -156,7 +156,7 @@ fn point(table: &Pla, pair: Option<&Pair>) -> String {
 
 type Found = Result<Option<Pair>, TooMany>;
 
-/// There are more pairs than the limit.
+/// The number of pairs exceeds the limit.
 struct TooMany;
 
 fn on_and_off(table: &Pla, places: &Places, output: usize, left: &mut u32) -> Found {

@@ -29,16 +29,16 @@ pub use write::write;
 
 use grafsynth_logic::minimise::{Shape, Terms};
 
-/// What a table defines besides the on-set.
+/// The sets that a table defines; the rest follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
-    /// On; the rest is off.
+    /// The on-set; the rest is off.
     F,
-    /// On and free; the rest is off.
+    /// The on-set and the don't-care set; the rest is off.
     Fd,
-    /// On and off; the rest is free.
+    /// The on-set and the off-set; the rest is free.
     Fr,
-    /// On, free and off; the rest is free.
+    /// The on-set, the don't-care set and the off-set; the rest is free.
     Fdr,
 }
 

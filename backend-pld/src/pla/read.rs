@@ -38,11 +38,11 @@ const KNOWN: [&str; 13] = [
 /// The location of each product of a table, in the order of its lists.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Places {
-    /// Of the on-set.
+    /// The locations of the products of the on-set.
     pub on: Vec<Span>,
-    /// Of the don't-care set.
+    /// The locations of the products of the don't-care set.
     pub free: Vec<Span>,
-    /// Of the off-set.
+    /// The locations of the products of the off-set.
     pub off: Vec<Span>,
     /// The line that declares the kind of table, if there is one.
     pub kind: Option<Span>,
@@ -133,7 +133,7 @@ impl<'a> Reader<'a> {
         self.row_is_cut();
     }
 
-    /// Reports a row that is incomplete where it must end.
+    /// Reports a row that ends too early.
     fn row_is_cut(&mut self) {
         let (Some(&(_, first)), Some(&(_, last))) = (self.row.first(), self.row.last()) else {
             return;
@@ -264,7 +264,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Characters of rows.
+    /// Reads characters of rows.
     fn cells(&mut self, content: &str, start: usize) {
         let (Some(inputs), Some(outputs)) = (self.inputs, self.outputs) else {
             if self.n_rows == 0 {
@@ -343,7 +343,7 @@ impl<'a> Reader<'a> {
             match cell {
                 b'0' => literals.push((input, false)),
                 b'1' => literals.push((input, true)),
-                // An input without any value: the product is empty.
+                // An input with no possible value: the product is empty.
                 b'~' | b'3' | b'?' => return,
                 _ => {}
             }

@@ -41,7 +41,7 @@ pub(crate) struct Signal {
     pub(crate) role: Role,
     /// The pin number, if there is one.
     pub(crate) pin: Option<u32>,
-    /// It is declared as the complement of its pin.
+    /// True if it is declared as the complement of its pin.
     pub(crate) is_pin_inverted: bool,
     /// The first function that reads it.
     pub(crate) read_at: Option<Span>,
@@ -60,9 +60,9 @@ pub(crate) struct Definition {
     /// The right side as written.
     pub(crate) sum: ExprId,
     pub(crate) is_registered: bool,
-    /// The equation gave the complement.
+    /// True if the equation gave the complement.
     pub(crate) is_complemented: bool,
-    /// The power-up value, if the text defines it.
+    /// The power-up value, as far as the text defines it.
     pub(crate) init: bool,
     pub(crate) span: Span,
     /// The number of product terms as written.
@@ -83,7 +83,7 @@ pub(crate) enum Expr {
 }
 
 impl Signal {
-    /// The signal is the complement of the level at its pin; a signal without a pin has no such level.
+    /// True if the signal is the complement of the level at its pin; false for a signal without a pin, which has no such level.
     pub(crate) fn is_at_pin_inverted(&self) -> bool {
         self.is_pin_inverted && self.role != Role::Internal
     }
@@ -128,7 +128,7 @@ pub(crate) struct PldAst {
 }
 
 impl PldAst {
-    /// The text defines the name of the circuit.
+    /// True if the text defines the name of the circuit.
     pub(crate) fn is_named(&self) -> bool {
         !self.name.text.is_empty()
     }
@@ -160,7 +160,7 @@ impl PldAst {
         }
     }
 
-    /// Records a finding; after many, only counts.
+    /// Records a finding; if there are too many, findings are only counted.
     pub(crate) fn report(&mut self, finding: Diagnostic) {
         if self.findings.len() < MAX_FINDINGS {
             self.findings.push(finding);

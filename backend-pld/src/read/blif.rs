@@ -35,7 +35,7 @@ struct Table<'a> {
     output: Word<'a>,
     /// Products so far.
     products: Vec<ExprId>,
-    /// The value of the rows: 1 or 0.
+    /// The output value of the rows: 1 or 0.
     gives: Option<bool>,
     end: usize,
 }
@@ -46,7 +46,7 @@ struct Parser<'a, 'd> {
     draft: &'d mut PldAst,
     /// The start of the model.
     model: Option<Span>,
-    /// Its `.end` was read.
+    /// True if its `.end` was read.
     has_ended: bool,
     table: Option<Table<'a>>,
     /// The clock of the latches so far.
@@ -184,7 +184,7 @@ impl<'a> Parser<'a, '_> {
         let id = self.draft.signal(word.0, span);
         let signal = self.draft.at(id);
         match (signal.role, role) {
-            // A clock is usually also listed as an input.
+            // The clock is usually also listed as an input.
             (Role::Unknown | Role::Input, Role::Clock) => signal.role = Role::Clock,
             (Role::Clock, Role::Input | Role::Clock) => {}
             (Role::Unknown, _) => {
@@ -253,7 +253,7 @@ impl<'a> Parser<'a, '_> {
         let init = match rest.first() {
             Some(("0", _)) => false,
             Some(("1", _)) => true,
-            // Without a value it is 3: unknown.
+            // Without an initial value, the value is 3: unknown.
             None | Some(("2" | "3", _)) => {
                 let place = rest.first().copied().unwrap_or(output);
                 self.unset.push((output.0.to_owned(), self.span(place)));

@@ -113,7 +113,7 @@ impl Parser<'_, '_> {
             self.draft.report(finding);
         }
         if power_down.is_some() {
-            // Pin 4 in the data sheets of the devices with this feature.
+            // Pin 4, according to the data sheets of the devices with this feature.
             const SWITCH: u32 = 4;
             let used = self.draft.signals.iter().find(|signal| signal.pin == Some(SWITCH));
             if let Some(used) = used.filter(|used| used.n_reads > 0) {
@@ -165,7 +165,7 @@ impl Parser<'_, '_> {
         Some(())
     }
 
-    /// Options of the minimiser and the fitter do not change the circuit.
+    /// Skips options of the minimiser and the fitter, because they do not change the circuit.
     fn left_out(&mut self) -> Option<()> {
         let (span, token) = (self.lexer.span(), self.lexer.token);
         let message = format!("`{}` is ignored: it does not change the circuit", token.text);
@@ -543,7 +543,7 @@ impl Parser<'_, '_> {
             self.draft.report(finding);
             return Some(());
         }
-        // The preprocessor would also replace the name on this side by its text.
+        // The preprocessor would also replace a defined name on the left side by its text.
         let is_defined = targets.iter().any(|(id, _)| self.names.defined.contains_key(id))
             || self.names.numbers.contains_key(name.text);
         if is_defined {

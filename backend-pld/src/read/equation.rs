@@ -11,11 +11,11 @@ pub(crate) struct Grammar {
     pub(crate) and: &'static [&'static str],
     pub(crate) or: &'static [&'static str],
     pub(crate) xor: &'static [&'static str],
-    /// Parentheses are allowed.
+    /// True if parentheses are allowed.
     pub(crate) parens: bool,
     /// Reads a constant if there is one.
     pub(crate) constant: fn(&mut Lexer<'_>) -> Option<bool>,
-    /// A constant must be the whole function, without negation.
+    /// True if a constant must be the whole function, without negation.
     pub(crate) lone_constants: bool,
 }
 

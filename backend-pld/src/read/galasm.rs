@@ -70,7 +70,7 @@ fn line_at(text: &str, at: usize) -> (&str, usize) {
 }
 
 impl<'a> Parser<'a, '_> {
-    /// Device, signature, pins.
+    /// Reads device, signature and pins.
     fn head(&mut self, text: &'a str) -> Option<()> {
         // Comments may come first; an empty line is not a comment.
         let mut first = 0;
@@ -393,7 +393,7 @@ impl<'a> Parser<'a, '_> {
         Some(())
     }
 
-    /// Names that are not signals cannot be read.
+    /// Reports names that are not signals but are read.
     fn check_reserved(&mut self) {
         for (name, what) in [
             ("NC", "stands for pins that are not connected"),

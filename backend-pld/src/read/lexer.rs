@@ -35,7 +35,7 @@ pub(crate) struct Token<'a> {
     pub(crate) text: &'a str,
     /// The position where it starts.
     pub(crate) start: usize,
-    /// It is the first on its line.
+    /// True if it is the first on its line.
     pub(crate) is_first: bool,
 }
 
@@ -82,7 +82,7 @@ impl<'a> Lexer<'a> {
         Self::starting_at(text, file, comments, quotes, 0)
     }
 
-    /// The same, starting at a byte.
+    /// Like [`Lexer::new`], starting at a byte.
     pub(crate) fn starting_at(
         text: &'a str,
         file: FileId,

@@ -15,7 +15,7 @@ pub(crate) struct Number {
     pub(crate) mask: u64,
 }
 
-/// The text of a number in a `$DEFINE`: CUPL substitutes the text, so digits without a base use the base at the place of use.
+/// The text of a number in a `$DEFINE`: CUPL substitutes the text, so digits without a base have the base of the place where the name is used.
 #[derive(Debug, Clone)]
 pub(crate) struct Digits {
     text: String,

@@ -1,5 +1,5 @@
-//! PALASM. Versions 2 and 4: `PIN` statements or the positional list of the older form, `STRING`, `EQUATIONS`; a simulation section is skipped. Version 1:
-//! the device in the first line, three title lines, the list of pins, then equations, with `IF (condition) Y = ..` for tri-state outputs;
+//! PALASM. Versions 2 and 4: `PIN` statements or the positional list of the older form, `STRING`, `EQUATIONS`; a simulation section is skipped.
+//! Version 1: the device in the first line, three title lines, the list of pins, then equations, with `IF (condition) Y = ..` for tri-state outputs;
 //! `FUNCTION TABLE` and `DESCRIPTION` are skipped.
 
 use super::ast::{Definition, PldAst, Role, SignalId};
@@ -114,8 +114,8 @@ fn check_clock_pin(draft: &mut PldAst, device: &Device, clock_pin: u32) {
     draft.report(finding);
 }
 
-/// The signal without a pin number whose name identifies it as the clock. Of several it is the first: our texts list the clock before the inputs, as `clk_2` if
-/// the circuit uses all usual names for other signals.
+/// The signal without a pin number whose name identifies it as the clock. Of several it is the first: our texts list the clock before the inputs, as
+/// `clk_2` if the circuit uses all usual names for other signals.
 fn clock_by_name(draft: &PldAst) -> Option<SignalId> {
     let mut free = draft.signals.iter().enumerate().filter(|(_, signal)| {
         signal.role == Role::Pin && signal.definition.is_none() && signal.pin.is_none()
@@ -167,7 +167,7 @@ struct Parser<'a, 'd> {
     clock_span: Span,
     /// Names of the node that sets and resets all registers, in lower case.
     globals: Vec<String>,
-    /// The text is one of version 1.
+    /// True if the text is one of version 1.
     is_first_version: bool,
 }
 
@@ -220,7 +220,7 @@ impl<'a> Parser<'a, '_> {
         }
     }
 
-    /// A text of version 1: device, three title lines, pins, equations.
+    /// Reads a text of version 1: device, three title lines, pins, equations.
     fn old_file(&mut self, text: &'a str, device: &str) {
         self.is_first_version = true;
         let start = text.find(device).unwrap_or(0);
@@ -259,7 +259,7 @@ impl<'a> Parser<'a, '_> {
         self.equations();
     }
 
-    /// A section of version 1 without information about the circuit, or the end.
+    /// True at the end, or at a section of version 1 without information about the circuit.
     fn is_old_end(&self) -> bool {
         let token = self.lexer.token;
         self.is_first_version
@@ -674,7 +674,7 @@ impl<'a> Parser<'a, '_> {
     }
 }
 
-/// An output enable that is always on is redundant; any other is dropped with a warning.
+/// Reads an output enable: one that is always on is redundant; any other is dropped with a warning.
 pub(crate) fn enable(draft: &mut PldAst, id: SignalId, definition: Definition) {
     if let Some(first) = draft.enables.insert(id, definition) {
         let message = format!("`{}` has two enables", draft.signals[id as usize].name);
@@ -711,7 +711,7 @@ pub(crate) fn clock_of(draft: &mut PldAst, definition: &Definition) -> Option<Si
     None
 }
 
-/// All registers must have one clock.
+/// Checks that all registers have one clock.
 pub(crate) fn one_clock(
     draft: &mut PldAst,
     known: &mut Option<SignalId>,
@@ -740,7 +740,7 @@ pub(crate) fn one_clock(
     }
 }
 
-/// Set and reset conditions; an asynchronous one is read as synchronous, with a warning.
+/// Reads set and reset conditions; an asynchronous one is read as synchronous, with a warning.
 pub(crate) fn preset(draft: &mut PldAst, of: Option<SignalId>, to: bool, definition: Definition) {
     if matches!(draft.kind(definition.value), super::ast::Expr::Const(false)) {
         return;

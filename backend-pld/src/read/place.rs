@@ -17,7 +17,7 @@ const MAX_PRODUCTS: usize = 2048;
 /// The maximum number of products for multiplying out all functions of a text.
 const MAX_WORK: usize = 1 << 20;
 
-/// The macrocells of a text.
+/// The macrocells that a text defines.
 ///
 /// # Errors
 /// Why the text does not define fuses: no device, a signal without a pin, or something that the device does not have.
@@ -153,7 +153,7 @@ impl Placer<'_> {
         Some(cell)
     }
 
-    /// Set and reset of all registers together, if the device has them: written once, or the same for each register.
+    /// Finds set and reset of all registers together, if the device has them: written once, or the same for each register.
     fn global(&mut self, placement: &mut Placement) {
         let device = self.device;
         for to in [true, false] {

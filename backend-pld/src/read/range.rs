@@ -12,15 +12,16 @@ enum Part {
 
 /// True for the numbers from `low` to `high`, over these bits; the other bits are free. `low` is at most `high`.
 ///
-/// Starts at the highest bit: while the bits equal those of both limits, both may still be reached; below that, one of them, or none. The resulting sum has at
-/// most two products for each bit, and no redundant one if the bits have no gaps.
+/// Starts at the highest bit. As long as the bits equal those of both limits, the number may still equal either limit; then it may equal one of them,
+/// or neither. The resulting sum has at most two products for each bit, and no redundant one if the bits have no gaps.
 pub(crate) fn within(
     draft: &mut PldAst,
     bits: &BTreeMap<u32, ExprId>,
     low: u64,
     high: u64,
 ) -> ExprId {
-    // The remainder of a number that has equalled each limit so far: `above` the low one, `below` the high one, and `both`.
+    // The conditions on the bits read so far (the lower ones) for a number whose higher bits equal those of the low limit
+    // (`above`), of the high limit (`below`), or of both (`both`).
     let (mut above, mut below, mut both) =
         (Part::Const(true), Part::Const(true), Part::Const(true));
     for at in 0..u64::BITS {
@@ -54,7 +55,7 @@ pub(crate) fn within(
     }
 }
 
-/// One function if the bit is 0 and another if it is 1; either, if the bit is not tested.
+/// One function if the bit is 0 and another if it is 1; either of them, if the bit is not tested.
 fn branch(draft: &mut PldAst, bit: Option<ExprId>, zero: Part, one: Part) -> Part {
     let Some(bit) = bit else { return or(draft, zero, one) };
     if zero == one {

@@ -1,13 +1,14 @@
 //! Expressions of CUPL: of single signals, and of lists and fields of signals.
 //!
 //! An operator between two lists works bit by bit, one between a list and a signal on every bit. `field:'h'3` is true if the bits equal that number,
-//! `field:[2..5]` if they are in that range; `field:&`, `field:#` and `field:$` combine all bits. Numbers without a base are hexadecimal; an `X` digit is
-//! any digit.
+//! `field:[2..5]` if they are in that range; `field:&`, `field:#` and `field:$` combine all bits. Numbers without a base are hexadecimal; an `X`
+//! digit is any digit.
 //!
 //! # Bit numbers
 //! The bit number of a signal in a field is the index at the end of its name: `A0` is bit 0 wherever it is listed, and bits without a signal are
-//! not compared. So `[A15..A12]:[8000..FFFF]` tests for the upper half, and `[A15..A12]:[8..F]` for zeros in all four bits. Names without an index are numbered
-//! by position, the last one bit 0. CUPL's manual warns about fields that mix both, or that contain two signals with the same index; they are rejected here.
+//! not compared. So `[A15..A12]:[8000..FFFF]` tests for the upper half, and `[A15..A12]:[8..F]` for zeros in all four bits. Names without an index
+//! are numbered by position, the last one bit 0. CUPL's manual warns about fields that mix both, or that contain two signals with the same index;
+//! they are rejected here.
 
 use super::MAX_NESTING;
 use super::ast::{Expr, ExprId, PldAst, SignalId};
@@ -35,10 +36,10 @@ pub(crate) struct Names {
     pub(crate) defined: BTreeMap<SignalId, Binding>,
 }
 
-/// The precedence of the operators around an operand.
+/// The precedence of the operators next to an operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(crate) enum Binding {
-    /// There is no operator beside it.
+    /// There is no operator next to it.
     #[default]
     Free,
     /// `$`.
@@ -47,7 +48,7 @@ pub(crate) enum Binding {
     Or,
     /// `&`.
     And,
-    /// `!` before it, `:` after it; or, for an expression, that it is a single operand.
+    /// `!` before it or `:` after it; or, for an expression, the fact that it is a single operand.
     Operand,
 }
 
@@ -86,7 +87,7 @@ enum Numbering {
 pub(crate) struct Value {
     pub(crate) bits: Vec<ExprId>,
     numbering: Numbering,
-    /// The list is a field, or consists of fields only.
+    /// True if the list is a field, or consists of fields only.
     pub(crate) is_field: bool,
 }
 
@@ -196,7 +197,7 @@ struct Parser<'p, 'a> {
     draft: &'p mut PldAst,
     names: &'p Names,
     depth: u32,
-    /// The expression ends with its line.
+    /// True if the expression ends with its line.
     is_one_line: bool,
     /// The operator before the operand that is read.
     before: Binding,
@@ -268,7 +269,7 @@ impl Parser<'_, '_> {
         true
     }
 
-    /// The next token belongs to this expression.
+    /// True if the next token belongs to this expression.
     fn is_operator(&self) -> bool {
         let token = self.lexer.token;
         if !token.is_first {
@@ -282,7 +283,7 @@ impl Parser<'_, '_> {
         !self.is_one_line && !is_directive()
     }
 
-    /// The text of a named expression is substituted here: that must have the same meaning as its value.
+    /// Checks a use of a named expression. CUPL substitutes its text, which must have the same meaning as its value.
     fn check_defined(&mut self, signal: SignalId, is_negated: bool, span: Span) -> Option<()> {
         let Some(weakest) = self.names.defined.get(&signal).copied() else { return Some(()) };
         let before = if is_negated { Binding::Operand } else { self.before };
@@ -439,7 +440,7 @@ impl Parser<'_, '_> {
         Some(value)
     }
 
-    /// A number alone is one bit.
+    /// A number without a list is one bit.
     fn constant(&mut self, number: Number, span: Span) -> Option<Value> {
         if number.mask & 1 == 0 || number.value > 1 {
             return self.error_with(
@@ -476,7 +477,7 @@ impl Parser<'_, '_> {
         None
     }
 
-    /// The test after `list:`.
+    /// Reads the test after `list:`.
     fn test(&mut self, value: &Value, span: Span) -> Option<ExprId> {
         let bits = &value.bits;
         let token = self.lexer.token;
@@ -657,7 +658,7 @@ impl Parser<'_, '_> {
 /// The values of a list by bit number.
 struct Numbered {
     bits: BTreeMap<u32, ExprId>,
-    /// Bits that are not in the list are still part of the number.
+    /// True if bits that are not in the list are still part of the number.
     is_open: bool,
 }
 

@@ -27,7 +27,7 @@ pub(crate) fn parse(text: &str, draft: &mut PldAst) {
     if let Some((clock, span)) = clock {
         let signal = draft.at(clock);
         match signal.role {
-            // Declared after the block.
+            // The clock is declared after the block.
             Role::Input => signal.role = Role::Clock,
             Role::Clock | Role::Unknown => {}
             Role::Pin | Role::Output | Role::Internal => {
@@ -73,8 +73,8 @@ const FLATTEN: &str = "flatten the design first, in yosys: `synth -auto-top -fla
 /// The assignments of a clocked block: the value and its location.
 type Assigned = BTreeMap<SignalId, (ExprId, Span)>;
 
-/// A statement and its context. Of two assignments to a signal the later one applies, so a branch of an `if` without an assignment to a signal keeps the value
-/// assigned before the `if`, at any depth.
+/// A statement and its context. Of two assignments to a signal the later one applies, so a branch of an `if` without an assignment to a signal keeps
+/// the value assigned before the `if`, at any depth.
 #[derive(Default)]
 struct Scope<'s> {
     assigned: Assigned,

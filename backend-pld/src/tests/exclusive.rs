@@ -122,7 +122,8 @@ fn pins_of_jtag_and_supplies_are_refused_by_name() {
     assert_eq!((pin("R"), pin("p2"), made.has_pins), (Some(41), Some(4), true));
 }
 
-/// Each block of an ATF1502 has 16 macrocells and reads 40 signals: signals beyond that are not assigned, with the reason.
+/// Each block of an ATF1502 has 16 macrocells and reads 40 signals: signals beyond that are not placed, and the reason is
+/// reported.
 #[test]
 fn blocks_hold_so_many_functions_and_read_so_many_signals() {
     let ring = |n: usize| {

@@ -46,7 +46,7 @@ fn palasm_with_a_list_of_pins() {
     for bits in 0..8u8 {
         let (a, b, c) = (bits & 1 == 1, bits & 2 == 2, bits & 4 == 4);
         let pins = [("A", a), ("B", b), ("C", c)];
-        // C is the complement of its pin, and so is Z.
+        // C and Z are the complements of their pins.
         assert_eq!(output(&logic, "Y", &pins), a && b && !c || !a && !b);
         assert_eq!(output(&logic, "Z", &pins), (a || b) == c);
     }
@@ -273,7 +273,7 @@ fn cupl_fields_lists_and_appended_sums() {
         let bit = |at: u8| bits >> at & 1 == 1;
         let pins = [("a0", bit(0)), ("a1", bit(1)), ("a2", bit(2)), ("a3", bit(3)), ("en", bit(4))];
         let address = bits & 15;
-        // `en` is true if its pin is low.
+        // `en` is the complement of its pin.
         let hit = (4..=6).contains(&address) && !bit(4) || address & 0b1011 == 0b1001;
         assert_eq!(output(&logic, "hit", &pins), hit, "{bits:b}");
         assert_eq!(output(&logic, "any", &pins), address != 0);

@@ -101,7 +101,7 @@ proptest! {
                 let options = EmitOptions { device: Some(device.into()), ..EmitOptions::default() };
                 let has_text = !logic.outputs.is_empty() || !logic.flops.is_empty();
                 if !has_text && !matches!(dialect, Dialect::Verilog | Dialect::Blif) {
-                    // No equation can be written, and no reader accepts a text without one.
+                    // No equation can be written, and no reader accepts a text without an equation.
                     let refused = emit(&logic, dialect, &options).unwrap_err();
                     prop_assert_eq!(refused[0].code.id, "G0730");
                     continue;

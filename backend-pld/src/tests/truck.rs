@@ -15,7 +15,7 @@ fn on(device: &str) -> EmitOptions {
 #[test]
 fn every_language_on_every_device_comes_back_the_same() {
     for dialect in Dialect::ALL {
-        // One of the small PALs has enough flip-flops and gates, directly and as a GAL.
+        // One of the small PALs has enough flip-flops and gates, as a PAL and as a GAL.
         let has_room = |device: &&crate::device::Device| {
             let is_small = device.name.starts_with("pal") && !device.name.starts_with("pal16r4");
             !is_small && (dialect != Dialect::Galasm || device.layout.is_some())
@@ -156,7 +156,7 @@ fn a_reset_input_comes_back_as_one_and_is_taken_out() {
             .map(|(id, _)| id)
             .unwrap();
         let mut sim = LogicSim::new(&back);
-        // In p2 after m; then reset.
+        // The truck is in p2 after m; then the reset follows.
         let m = back.inputs.iter().find(|(_, input)| input.name == "m").map(|(id, _)| id).unwrap();
         sim.set_input(m, !0);
         sim.clock();
@@ -214,7 +214,7 @@ fn the_map_says_where_lines_come_from() {
 
 #[test]
 fn a_flipped_literal_is_another_circuit() {
-    // A change of any literal of the equations, which the proof must refute, is at least visible in a run.
+    // For any changed literal of the equations the proof must fail; the change is also visible in a run.
     let logic = truck();
     let emitted = emit(&logic, Dialect::Palasm, &on("gal16v8")).unwrap();
     let at = emitted.text.find("EQUATIONS").unwrap();
@@ -255,7 +255,7 @@ fn words(text: &str) -> Vec<(usize, &str)> {
     found
 }
 
-/// The fuses contain the placed equations, and these are the truck.
+/// The fuses contain the placed equations, and these equal the circuit of the truck.
 #[test]
 fn the_macrocells_of_the_truck_are_the_truck() {
     let logic = truck();

@@ -119,7 +119,8 @@ impl Encoder<'_> {
         }
     }
 
-    /// It is proved that there is no fault; or evolution ends within the proved depth, and there is no queue that could overflow.
+    /// True if no fault is possible: this is proved, or evolution ends within the proved depth and there is no queue that could
+    /// overflow.
     fn never_faults(&self) -> bool {
         if self.facts.always_stable.is_some() {
             return true;
@@ -277,11 +278,11 @@ impl Encoder<'_> {
         }
     }
 
-    /// Micro-steps in one clock: each round runs if its condition is true. A round that does not run changes nothing, so the next condition is false too
-    /// and needs no nesting.
+    /// Micro-steps in one clock: each round runs if its condition is true. A round that does not run changes nothing, so the next condition is false
+    /// too and needs no nesting.
     fn repeat(&mut self, limit: u32, condition: &Expr<Leaf>, body: &[Stmt], depth: u32) {
-        // The proved bound of rounds applies to the outermost loop that changes the situation. Loops inside it resolve conflicts, and a loop beside it
-        // orders due sends; they have their own bounds.
+        // The proved bound of rounds applies to the outermost loop that changes the situation. Loops inside it resolve conflicts, and another
+        // outermost loop orders due sends; they have their own bounds.
         let is_evolution = depth == 0 && self.moves(body);
         let rounds = match self.facts.most_rounds(self.net).filter(|_| is_evolution) {
             Some(proved) => limit.min(proved.value),
@@ -326,8 +327,8 @@ impl Encoder<'_> {
         }
     }
 
-    /// The value of an expression over the current state of the execution, or (`after`) over the state after the clock edge; `None` if a temporary is not
-    /// set or, with `after`, if some cell is stored later.
+    /// The value of an expression over the current state of the execution, or (`after`) over the state after the clock edge; `None` if a temporary is
+    /// not set or, with `after`, if some cell is stored later.
     pub(super) fn eval(&mut self, expr: &Expr<Leaf>, after: bool) -> Option<Value> {
         Some(match &expr.kind {
             ExprKind::Bool(value) => Value::Bool(self.builder.constant(*value)),

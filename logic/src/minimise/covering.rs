@@ -3,9 +3,9 @@
 //! ```text
 //! rows ─ reduce (essential, dominated) ─► cyclic core ─ split into blocks ─► each block: dual bound, descent, branch and bound
 //! ```
-//! The lower bound is a Lagrangian relaxation with subgradients, started from dual ascent, as in Caprara, Fischetti and Toth [1999]; prices are integers,
-//! so the bound is exact and the same on every machine. Reduced costs fix columns between the bound and the best cover. The limit of the branching is
-//! given in steps, not in seconds.
+//! The lower bound is a Lagrangian relaxation with subgradients, started from dual ascent, as in Caprara, Fischetti and Toth [1999]; prices are
+//! integers, so the bound is exact and the same on every machine. Reduced costs fix columns between the bound and the best cover. The limit of the
+//! branching is given in steps, not in seconds.
 
 use super::local;
 
@@ -33,7 +33,7 @@ struct Matrix {
     columns: Vec<Vec<u32>>,
     /// Of equivalent columns the lighter one is chosen.
     weights: Vec<u32>,
-    /// The outside number of each column.
+    /// The number of each column in the original problem.
     names: Vec<u32>,
 }
 

@@ -1,16 +1,16 @@
 //! Expands one product to a prime against the forbidden products: the EXPAND step of espresso [Brayton et al. 1984].
 //!
-//! A product grows by *parts*: literals that it drops and outputs that it gains. The blocking matrix has a row for each forbidden product: the literals
-//! that separate the product from it, and its outputs. A row forbids a set of parts that leaves none of its separating literals and includes one of its outputs. Rows
-//! that are separated for good by a part that is no longer free are removed, so the matrix soon becomes small.
+//! A product grows by *parts*: literals that it drops and outputs that it gains. The blocking matrix has a row for each forbidden product: the
+//! literals that separate the product from it, and its outputs. A row forbids a set of parts that leaves none of its separating literals and includes
+//! one of its outputs. Rows that are separated for good by a part that is no longer free are removed, so the matrix soon becomes small.
 
 use super::terms::{Terms, bits, ones, subset};
 
-/// One product on its way to a prime.
+/// A product that is being expanded to a prime.
 pub(super) struct Growth<'a> {
     terms: &'a Terms,
     term: &'a [u64],
-    /// Words of literals, one bit for each input, and words of a row: literals and outputs.
+    /// The number of words of literals (one bit for each input), and the number of words of a row (literals and outputs).
     wi: usize,
     stride: usize,
     /// The parts that were raised, and those that can still be raised.
@@ -21,7 +21,7 @@ pub(super) struct Growth<'a> {
     /// Other products that may become covered, and the parts that each needs; rows of `stride`.
     others: Vec<usize>,
     needs: Vec<u64>,
-    /// This many of them, at the front, may become covered completely; the others only partly.
+    /// The number of candidates, at the front, that may become covered completely; the others can only be covered partly.
     n_hopeful: usize,
 }
 
@@ -29,7 +29,7 @@ pub(super) struct Growth<'a> {
 const MAX_COVER_ROWS: usize = 500;
 
 impl<'a> Growth<'a> {
-    /// A product of a list, which may come to contain the `candidates` of the list.
+    /// Starts with a product of a list, which may come to contain the `candidates` of the list.
     pub(super) fn new(
         terms: &'a Terms,
         index: usize,
@@ -90,7 +90,8 @@ impl<'a> Growth<'a> {
         growth
     }
 
-    /// The prime: first towards the one that contains most of the others, then towards their common part, then towards a large one.
+    /// Expands the product to a prime: first towards the prime that contains most of the others, then towards their common part,
+    /// then towards a large prime.
     pub(super) fn prime(mut self) -> Vec<u64> {
         self.swallow();
         while !self.others.is_empty() {

@@ -3,8 +3,8 @@
 //! ```text
 //! sum ─ expand ─ irredundant ─ essential ─► reduce ─ expand ─ irredundant … ─► last gasp ─► irredundant over the pool ─► sparse
 //! ```
-//! Products are expanded against the forbidden products (the blocking matrix), towards primes that cover most others; if the forbidden part has too many
-//! products, against the diagram.
+//! Products are expanded against the forbidden products (the blocking matrix), towards primes that cover most others; if the forbidden part has too
+//! many products, against the diagram.
 
 use super::covering::solve;
 use super::expand::Growth;
@@ -96,7 +96,8 @@ impl<'a> Loop<'a> {
         self.essential.clone().unwrap_or_else(|| Terms::new(self.shape))
     }
 
-    /// Finds the primes of a sum that alone cover some point: no neighbour outside the prime is allowed there, and no further output.
+    /// Finds the primes that alone cover some point: a point without an allowed neighbour outside the prime and without a further
+    /// allowed output.
     fn essential_of(&mut self, terms: &Terms) -> Vec<bool> {
         let shape = self.shape;
         let words = shape.literal_words();
@@ -362,8 +363,8 @@ impl<'a> Loop<'a> {
         outcome
     }
 
-    /// Shrinks each product to the part that the others do not cover, and tells which ones are unchanged. `by_weight`: in the order of their weights only;
-    /// `alone`: against the original products, not the shrunk ones.
+    /// Shrinks each product to the part that the others do not cover, and tells which ones are unchanged. `by_weight`: in the order of their weights
+    /// only; `alone`: against the original products, not the shrunk ones.
     fn reduce(&mut self, terms: Terms, by_weight: bool, alone: bool) -> (Terms, Vec<bool>) {
         let shape = self.shape;
         let words = shape.literal_words();

@@ -5,9 +5,9 @@
 //!    └────── exact: primes ─ essential ─ table ─ covering ─► minimum   ─┴─► checked against the Function ─► Outcome
 //! diagram of a circuit's node ─ isop ─ expand, irredundant, reduce ─ (small ones: exact) ─► sum_of_products
 //! ```
-//! A PLA shares products between outputs ([`shared`]); a PAL does not, and can invert ([`per_output`]). Don't-cares are part of the problem: a result may
-//! be anywhere between a lower and an upper function. An outcome tells whether it is a proved minimum ([`Minimum::Exact`]), and otherwise a lower bound on
-//! the number of products. Every result is checked against both functions before it is returned.
+//! A PLA shares products between outputs ([`shared`]); a PAL does not, and can invert ([`per_output`]). Don't-cares are part of the problem: a result
+//! may be anywhere between a lower and an upper function. An outcome tells whether it is a proved minimum ([`Minimum::Exact`]), and otherwise a lower
+//! bound on the number of products. Every result is checked against both functions before it is returned.
 
 mod covering;
 mod diagram;
@@ -392,7 +392,7 @@ pub enum Minimum {
     Between {
         /// No sum has fewer products.
         lower: usize,
-        /// The sum has this many.
+        /// The number of products of the sum.
         found: usize,
     },
 }
@@ -466,14 +466,14 @@ pub fn shared(function: &Function, effort: &Effort) -> Result<Outcome, Refused> 
 /// The sum of one output in the form of a PAL.
 #[derive(Debug, Clone)]
 pub struct OneOutput {
-    /// The sum is that of the complement, and the output inverts it.
+    /// True if the sum is that of the complement and the output inverts it.
     pub is_complemented: bool,
     /// The sum.
     pub outcome: Outcome,
 }
 
-/// A small sum for each output separately, for a PAL. With `free_polarity` the complement is chosen if it needs fewer products, or equally many and fewer
-/// literals.
+/// A small sum for each output separately, for a PAL. With `free_polarity` the complement is chosen if it needs fewer products, or equally many and
+/// fewer literals.
 ///
 /// # Errors
 /// If the diagrams need more than the effort's nodes.

@@ -8,7 +8,7 @@ pub(super) struct Rows {
     by_first: Vec<Vec<u32>>,
     is_in: Vec<bool>,
     limit: usize,
-    /// A point was found that no column covers.
+    /// True if a point was found that no column covers.
     pub(super) has_gap: bool,
 }
 

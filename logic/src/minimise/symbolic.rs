@@ -1,11 +1,12 @@
 //! Sums of a state machine with one flip-flop per state: symbolic minimisation [De Micheli, Brayton, Sangiovanni-Vincentelli 1985].
 //!
-//! Of the inputs in the field, exactly one is true; elsewhere the functions are free. On the relevant points, every product of literals of those inputs is
-//! a set of values: one value if it has a positive literal, all but the negated ones if it has none. So they form one multi-valued variable, products use
-//! negative literals only, and the codes that never occur need neither products nor diagrams: for `n` values these would be n(n-1)/2 pairs.
+//! Of the inputs in the field, exactly one is true; elsewhere the functions are free. On the relevant points, every product of literals of those
+//! inputs is a set of values: one value if it has a positive literal, all but the negated ones if it has none. So they form one multi-valued
+//! variable, products use negative literals only, and the codes that never occur need neither products nor diagrams: for `n` values these would be
+//! n(n-1)/2 pairs.
 //!
 //! ```text
-//! on, off ─ one value a forbidden product ─ espresso's loop over values ─► products of values ─ fewest literals ─► checked against the Function
+//! on, off ─ one forbidden product per value ─ espresso's loop over values ─► products of values ─ fewest literals ─► checked against the Function
 //! ```
 
 use super::exact::best_of_starts;
@@ -16,9 +17,10 @@ use super::{Effort, Minimum, Outcome, Primes, Refused};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// A small sum for all outputs together if exactly one of the inputs in `field` is always true: true on `on`, false on `off`, free elsewhere and wherever
-/// none or several of those inputs are true. Each product contains a literal of each of those inputs. `function` must be the same function; the result is
-/// compared with it. `known` is a sum of it that may serve as a start. `None` if `function` is different, or if `on` and `off` contradict each other.
+/// A small sum for all outputs together if exactly one of the inputs in `field` is always true: true on `on`, false on `off`, free elsewhere and
+/// wherever none or several of those inputs are true. Each product contains a literal of each of those inputs. `function` must be the same function;
+/// the result is compared with it. `known` is a sum of it that may serve as a start. `None` if `function` is different, or if `on` and `off`
+/// contradict each other.
 ///
 /// # Errors
 /// If the diagrams need more than the effort's nodes.
@@ -119,8 +121,8 @@ fn of_values(terms: &Terms, shape: Shape) -> Terms {
     sets
 }
 
-/// The points that are neither on nor off, for the values of the field; products that differ only in the value are merged. `None` if on and off contradict
-/// each other.
+/// The points that are neither on nor off, for the values of the field; products that differ only in the value are merged. `None` if on and off
+/// contradict each other.
 fn free(on: &Terms, off: &Terms, shape: Shape, effort: &Effort) -> Result<Option<Terms>, Refused> {
     let mut joined: BTreeMap<Vec<u64>, Vec<usize>> = BTreeMap::new();
     for value in shape.one_hot() {

@@ -1,8 +1,8 @@
 //! Searches the assignment of codes to steps.
 //!
-//! Steps that follow each other, or that occur together in a function, should have codes that differ in few bits: an embedding weights these pairs and is
-//! improved by exchanges. Then exchanges are judged by the sums themselves: by the widest sum and the total ([`better`]), or by whether they fit in the
-//! macrocells of a device ([`within`]). Every search is a fixed number of judgements in a fixed order, so it ends and is reproducible.
+//! Steps that follow each other, or that occur together in a function, should have codes that differ in few bits: an embedding weights these pairs
+//! and is improved by exchanges. Then exchanges are judged by the sums themselves: by the widest sum and the total ([`better`]), or by whether they
+//! fit in the macrocells of a device ([`within`]). Every search is a fixed number of judgements in a fixed order, so it ends and is reproducible.
 
 use super::{Plan, apply};
 use crate::build::needed;
@@ -10,12 +10,12 @@ use crate::minimise::{Budget, sum_between};
 use grafsynth_ir::logic::{FlopId, Function, Logic, Node, NodeId};
 use std::collections::BTreeMap;
 
-/// The macrocells of a device.
+/// The macrocells of a device that are available for the search.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Room {
     /// The product terms of each macrocell that is available for flip-flops and outputs.
     pub terms: Vec<usize>,
-    /// The initial value of a flip-flop fixes the polarity of its sum, because the device powers up all flip-flops at 0.
+    /// True if the initial value of a flip-flop fixes the polarity of its sum, because the device powers up all flip-flops at 0.
     pub is_by_power_up: bool,
 }
 
@@ -70,8 +70,8 @@ enum Start {
     ByName,
 }
 
-/// Codes whose sums fit in a device, if the given number of judgements finds some: from each start and with each number of bits that the device has
-/// flip-flops for, a search that accepts slightly worse moves, and ever fewer of them.
+/// Searches codes whose sums fit in a device, within the given number of judgements: from each start and with each number of bits that the device
+/// has flip-flops for. The search accepts slightly worse moves, but fewer and fewer of them.
 pub(super) fn within(
     logic: &Logic,
     plans: Vec<Plan>,
@@ -227,7 +227,7 @@ fn natural(name: &str) -> Vec<(String, u64)> {
     parts
 }
 
-/// Codes found by a search: first for similar codes of neighbouring steps, then for short sums.
+/// Searches codes: first for similar codes of neighbouring steps, then for short sums.
 pub(super) fn better(logic: &Logic, mut plans: Vec<Plan>, tries: usize) -> Vec<Plan> {
     for plan in &mut plans {
         embed(logic, plan);

@@ -14,7 +14,7 @@ pub struct Features {
     pub stable: bool,
     /// The largest number of steps, at least 1. A statechart may have a few more, to close its regions.
     pub max_steps: usize,
-    /// Also source and sink transitions, shared sources, several initial steps, transitions from anywhere to anywhere.
+    /// Source and sink transitions, shared sources, several initial steps, and transitions from anywhere to anywhere.
     pub odd_shapes: bool,
     /// Chains of steps whose transitions compete pairwise, up to 15 steps more than `max_steps`.
     pub conflict_chains: bool,
@@ -22,9 +22,9 @@ pub struct Features {
     pub timers: bool,
     /// Values of variables and inputs: 8-bit, negative, and across the 16-bit limit.
     pub integers: bool,
-    /// Also the first and last values of 16 and 32 bits and one beyond, and non-constant divisors.
+    /// The first and last values of 16 and 32 bits and one beyond, and non-constant divisors.
     pub wide_integers: bool,
-    /// Also times near the maximum of 8 and 16 bits.
+    /// Times near the maximum of 8 and 16 bits.
     pub long_times: bool,
     pub arrays: bool,
     pub events: bool,
@@ -40,12 +40,12 @@ pub struct Features {
     pub several_parts: bool,
     pub history: bool,
     pub sends: bool,
-    /// Also many sends, most of them delayed and some cancelled.
+    /// Many sends, most of them delayed and some cancelled.
     pub delayed_sends: bool,
     /// Statecharts with much activity on entry and exit: lists of composites that read the bits of states entered or left with them, and
     /// many transitions to histories, whose defaults have lists.
     pub entries: bool,
-    /// Also 12 to 20 inputs.
+    /// 12 to 20 inputs.
     pub many_inputs: bool,
     pub finals: bool,
     pub mealy: bool,
@@ -58,7 +58,7 @@ pub struct Features {
     pub assumptions: bool,
     /// A condition that forces all outputs, and safe values for it. It uses its own random numbers: the rest of a net is the same without it.
     pub emergency: bool,
-    /// Most receptivities read inputs only, so that whole components wait for nothing else.
+    /// True if most receptivities read inputs only, so that whole components only wait for inputs.
     pub waits_for_inputs: bool,
 }
 
@@ -145,8 +145,8 @@ impl Features {
         }
     }
 
-    /// Some of these features, chosen by the seed: every switch that is on goes off once in three times. Charts with all features are alike in having
-    /// all of them; an error that shows only if a feature is absent needs charts without it.
+    /// Some of these features, chosen by the seed: every switch that is on goes off once in three times. If all charts had all features, an error
+    /// that occurs only if a feature is absent would not be found.
     #[must_use]
     pub fn some(&self, seed: u64) -> Self {
         let mut random = Random::new(seed ^ 0x5eed);
@@ -162,8 +162,9 @@ impl Features {
         some
     }
 
-    /// All of them except `unspecified`, which leaves cells undefined that two engines may fill differently, and `waits_for_inputs`, which is a shape and
-    /// not a feature of a net.
+    /// All switches except `unspecified`, which leaves cells undefined that two engines may fill differently, and `waits_for_inputs`, which is a
+    /// shape and
+    /// and not a feature of a net.
     fn switches(&mut self) -> [&mut bool; 34] {
         [
             &mut self.single,
@@ -297,7 +298,7 @@ impl Features {
         }
     }
 
-    /// The same without statecharts.
+    /// These features without statecharts.
     #[must_use]
     pub fn without_statecharts(mut self) -> Self {
         self.policies.retain(|policy| !policy.is_statechart());

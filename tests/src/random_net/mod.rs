@@ -123,8 +123,8 @@ impl<'f> Builder<'f> {
         self.net
     }
 
-    /// Makes variables that tasks of halting steps use buffered or protected, in half of the nets that have such variables. It uses its own random numbers,
-    /// so that other nets do not change.
+    /// Makes variables that tasks of halting steps use buffered or protected, in half of the nets that have such variables. It uses its own random
+    /// numbers, so that other nets do not change.
     fn sharing(&mut self, seed: u64) {
         let mut random = Random::new(seed ^ 0x5ca1_ab1e);
         if random.one_in(2) {
@@ -177,7 +177,7 @@ impl<'f> Builder<'f> {
         Type::Int { lo, hi }
     }
 
-    /// A range that ends at a limit of a C type, or one beyond; some exclude 0, so that they can be divisors.
+    /// A range that ends at a limit of a C type, or one beyond; some ranges exclude 0, so that they can be used for divisors.
     fn edge_type(&mut self) -> Type {
         let (lo, hi) = [
             (-128, 128),
@@ -394,7 +394,7 @@ impl<'f> Builder<'f> {
         }
     }
 
-    /// Entry, exit, tasks, bodies of actions.
+    /// Generates entry lists, exit lists, tasks, and bodies of actions.
     fn lists(&mut self) {
         for step in self.net.steps.ids() {
             if self.random.one_in(3) {
@@ -530,7 +530,7 @@ impl<'f> Builder<'f> {
                     output.safe = Some(self.random.between(lo, hi));
                 }
             }
-            // A stop uses safe values too.
+            // Safe values are also used by a stop, so some nets have them without an emergency.
             if !self.random.one_in(4) {
                 let mut condition = self.quiet_condition(2);
                 if self.asks_extern(&condition) {
@@ -559,7 +559,7 @@ impl<'f> Builder<'f> {
     }
 }
 
-/// Lists at the end of a reaction: neither edges nor events.
+/// The kind of a list that runs at the end of a reaction: it reads neither edges nor events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ActionBody {
     Action,

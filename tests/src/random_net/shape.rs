@@ -8,7 +8,7 @@ use grafsynth_ir::net::{
 
 use super::{Builder, name, step};
 
-/// A transition that so far has only its ends.
+/// A transition without a receptivity: so far only its ends are known.
 struct Ends {
     part: PartId,
     from: Vec<StepId>,
@@ -100,9 +100,9 @@ impl Builder<'_> {
         }
     }
 
-    /// A chain of steps in which each transition competes with its neighbours: the winner is determined link by link, so a policy takes as many rounds as
-    /// the chain is long. All links share one receptivity, because long chains would otherwise rarely compete at once; the transitions back often wait until
-    /// it is false, so that a stable chart comes to rest.
+    /// A chain of steps in which each transition competes with its neighbours: the winner is determined link by link, so a policy takes as many
+    /// rounds as the chain is long. All links share one receptivity, because long chains would otherwise rarely compete at once; the transitions back
+    /// often wait until it is false, so that a stable chart comes to rest.
     fn conflict_chain(&mut self) {
         let part = PartId::from_index(0);
         let links = 3 + self.random.below(5);
@@ -286,7 +286,7 @@ impl Builder<'_> {
         });
     }
 
-    /// Orders from earlier root charts to later ones, so that there is no cycle.
+    /// Generates orders from earlier root charts to later ones, so that there is no cycle.
     pub(super) fn forcing(&mut self) {
         let roots: Vec<PartId> =
             self.net.parts.iter().filter(|(_, part)| part.level == 1).map(|(id, _)| id).collect();
@@ -339,7 +339,7 @@ impl Builder<'_> {
         parts
     }
 
-    /// Closed downwards along activation links.
+    /// The steps with all steps that they activate along activation links.
     fn closed(&self, mut steps: Vec<StepId>) -> Vec<StepId> {
         for (id, step) in self.net.steps.iter() {
             if step.activation_link

@@ -11,7 +11,7 @@ use grafsynth_sim::Random;
 /// The smallest net found by removing parts of `net` such that `is_wanted` stays true for it. Every net that is tried is valid. It ends when no
 /// single change is possible any more.
 ///
-/// `is_wanted` should be true for `net` itself; if not, `net` is returned.
+/// `is_wanted` should be true for `net` itself; otherwise `net` is returned.
 #[must_use]
 pub fn shrink(net: &Valid<Net>, is_wanted: impl Fn(&Valid<Net>) -> bool) -> Valid<Net> {
     let mut best = net.clone();
@@ -51,7 +51,7 @@ pub fn weakened(net: &Net, random: &mut Random) -> Option<Valid<Net>> {
 /// The n-th way to shrink the net: `None` if there are no more, an inner `None` if this one does not apply.
 type Pass = fn(&Net, usize) -> Option<Option<Net>>;
 
-/// The order: passes that remove most come first.
+/// All passes; those that remove most come first.
 const PASSES: &[Pass] = &[
     drop_transition,
     drop_step,
@@ -290,7 +290,7 @@ fn map_leaf(keep: &Keep, leaf: &Leaf) -> Option<Leaf> {
     })
 }
 
-/// A removed item reads as 0 or false; validation rejects the wrong one of the two.
+/// The expression over the remaining items. A removed item reads as 0 or false; validation rejects the one of the wrong type.
 fn map_expr(keep: &Keep, expr: &Expr) -> Expr {
     let leaf = |old: &Leaf| map_leaf(keep, old);
     let mapped = expr.try_map(
@@ -322,7 +322,7 @@ fn map_property(
     .ok()
 }
 
-/// Statements whose target is removed are removed too.
+/// The block without the statements whose target is removed.
 fn map_block(keep: &Keep, block: &Block) -> Block {
     let expr = |old: &Expr| map_expr(keep, old);
     block
@@ -362,7 +362,7 @@ fn drop_transition(net: &Net, at: usize) -> Option<Option<Net>> {
     })
 }
 
-/// A step is removed with the transitions that would lose their last source or target.
+/// Removes a step with the transitions that would lose their last source or target.
 fn drop_step(net: &Net, at: usize) -> Option<Option<Net>> {
     (at < net.steps.len()).then(|| {
         let gone = Id::<Step>::from_index(at);
@@ -390,7 +390,7 @@ fn drop_step(net: &Net, at: usize) -> Option<Option<Net>> {
     })
 }
 
-/// A whole partial chart with everything in it.
+/// Removes a whole partial chart with everything in it.
 fn drop_part(net: &Net, at: usize) -> Option<Option<Net>> {
     (at < net.parts.len()).then(|| {
         let gone = Id::from_index(at);
@@ -420,7 +420,7 @@ fn drop_action(net: &Net, at: usize) -> Option<Option<Net>> {
     })
 }
 
-/// An output is removed with the memory of a stored one.
+/// Removes an output, with the memory of a stored one.
 fn drop_output(net: &Net, at: usize) -> Option<Option<Net>> {
     let output = net.outputs.get(Id::from_index(at))?;
     let mut keep = Keep::all(net);
@@ -450,7 +450,7 @@ fn drop_input(net: &Net, at: usize) -> Option<Option<Net>> {
     })
 }
 
-/// Timers, sends and histories; then one entry of a longer list.
+/// Removes a timer, send or history; then one entry of a longer list.
 fn drop_various(net: &Net, at: usize) -> Option<Option<Net>> {
     let mut at = at;
     for list in 0..3 {
@@ -639,7 +639,7 @@ fn simplify_expr(expr: &mut Expr, at: &mut usize) -> bool {
     }
 }
 
-/// Always fewer nodes, or a constant for a leaf, so that this terminates.
+/// Simpler expressions: always with fewer nodes, or a constant for a leaf, so that shrinking terminates.
 fn simpler(expr: &Expr) -> Vec<Expr> {
     let constants = || vec![GenericExpr::bool(true), GenericExpr::bool(false), GenericExpr::int(0)];
     match &expr.kind {
@@ -662,7 +662,8 @@ fn simpler(expr: &Expr) -> Vec<Expr> {
     }
 }
 
-/// Events, restart or priority of one transition; priority, done event or activation link of one step; priority of one part; one condition.
+/// Removes the events, restart or priority of one transition; the priority, done event or activation link of one step; the priority of one
+/// part; or one condition.
 fn simplify_transition(net: &Net, at: usize) -> Option<Option<Net>> {
     let mut new = net.clone();
     let n_transitions = net.transitions.len();
@@ -733,7 +734,7 @@ fn simplify_settings(net: &Net, at: usize) -> Option<Option<Net>> {
     Some(Some(new))
 }
 
-/// Edge operands that are no longer used.
+/// Removes edge operands that are no longer used.
 fn drop_unused_edges(net: &Net, at: usize) -> Option<Option<Net>> {
     (at < net.edges.len()).then(|| {
         let mut keep = Keep::all(net);

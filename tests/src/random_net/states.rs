@@ -102,7 +102,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Some state leads to the history of each parallel state within another one, and waits only for an event.
+    /// Adds a transition from some state to the history of each parallel state within another one; the transition waits only for
+    /// an event.
     fn moves_to_nests(&mut self, states: &[StepId]) {
         let ids: Vec<HistoryId> = self.net.histories.ids().collect();
         for id in ids {
@@ -146,7 +147,7 @@ impl Builder<'_> {
         enters
     }
 
-    /// What entering `state` enters inside it.
+    /// Adds to `enters` the states that entering `state` enters inside it.
     fn complete(&self, state: StepId, enters: &mut Vec<Enter>) {
         match self.net.steps[state].kind {
             StepKind::Composite => {

@@ -10,7 +10,7 @@ use grafsynth_ir::net::{
 
 use super::{ActionBody, Builder, action_ids};
 
-/// What an expression may read in its context.
+/// The kinds of operands that an expression may read in its context.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Place {
     edges: bool,
@@ -81,7 +81,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Something Boolean, perhaps negated.
+    /// A Boolean expression of one operand, perhaps negated.
     fn literal(&mut self, place: Place) -> Expr {
         let plain = self.plain_literal(place);
         if self.random.one_in(3) { new(ExprKind::Not(Box::new(plain))) } else { plain }
@@ -391,7 +391,7 @@ impl Builder<'_> {
         list
     }
 
-    /// A statement that shows that a list ran.
+    /// A statement whose effect shows that a list ran.
     pub(super) fn mark(&mut self) -> Option<Stmt> {
         let (var, _) = self.net.vars.iter().find(|(_, var)| var.name.text == "mark")?;
         let value = if self.random.one_in(2) {

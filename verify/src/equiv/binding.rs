@@ -27,7 +27,7 @@ pub(crate) enum Shown {
     Pin { pin: PinOutputId, mealy: bool },
     /// A flip-flop, which may store the complement.
     Flop { flop: FlopId, inverted: bool },
-    /// All the bits of a step in [`Binding::active`].
+    /// The bits of a step in [`Binding::active`], which are all set if it is active.
     Active(StepId),
     /// A function of the flip-flops: a bit of a step that shares a code with others.
     Function { node: NodeId },
@@ -74,7 +74,7 @@ impl Binding {
                     binding.inputs.push((pin, id, bit));
                 }
                 PinRole::Tick => binding.ticks.push(pin),
-                // Kept at 0: the power-up value is the reset value.
+                // This pin is kept at 0, because the power-up value is the reset value.
                 PinRole::Reset => {}
                 PinRole::Input(..)
                 | PinRole::Output(..)

@@ -254,8 +254,8 @@ impl Reads<'_> {
         self.with(&|flop| Some(bit(code, flop) == 1))
     }
 
-    /// The inputs that matter in the clocks after the first, in any state of the circuit: none, if it holds the values it has taken. Events and the tick
-    /// are 0 in those clocks, so they never matter.
+    /// The inputs that matter in the clocks after the first, in any state of the circuit: none, if it stores the values that it took in the first
+    /// clock. Events and the tick are 0 in those clocks, so they never matter.
     fn while_busy(&mut self, busy: PinOutputId) -> Inputs {
         let (read, _) = self.with_busy(busy, true);
         let mut held = Inputs::none(self.net);
@@ -267,7 +267,8 @@ impl Reads<'_> {
         held
     }
 
-    /// A mask of the flip-flops that matter when a reaction begins. Values held for the last reaction do not, because they are never read again.
+    /// A mask of the flip-flops that matter when a reaction begins. Flip-flops that store values for the last reaction do not, because they are never
+    /// read again.
     fn count_between_reactions(&mut self, busy: Option<PinOutputId>) -> Vec<u64> {
         let n_words = self.logic.flops.len().div_ceil(64);
         let Some(busy) = busy else { return vec![!0; n_words] };
@@ -283,7 +284,7 @@ impl Reads<'_> {
         mask
     }
 
-    /// In all states with this value of `busy`, if that pin shows a flip-flop; else in all states.
+    /// The inputs read in all states with this value of `busy`, if that pin shows a flip-flop; otherwise in all states.
     fn with_busy(&mut self, busy: PinOutputId, value: bool) -> (Inputs, bool) {
         let logic = self.logic;
         let flop_of = |node: NodeId| match &logic.nodes[node] {
@@ -310,7 +311,7 @@ impl Reads<'_> {
         self.with(&|flop| known.filter(|(of_busy, _)| *of_busy == flop).map(|(_, value)| value))
     }
 
-    /// The same, with the known values of the flip-flops.
+    /// The inputs read in all states with these values of the flip-flops (`None` if unknown).
     fn with(&mut self, flops: &dyn Fn(FlopId) -> Option<bool>) -> (Inputs, bool) {
         let logic = self.logic;
         for (id, node) in logic.nodes.iter() {
@@ -489,7 +490,7 @@ pub(super) fn equiv(
                     });
                 }
                 if row.open.next || row.open.row {
-                    // Everything that follows is open, so there is nothing left to compare.
+                    // Everything that follows is unspecified, so there is nothing left to compare.
                     continue;
                 }
                 let (to, is_new) =

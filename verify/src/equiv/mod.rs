@@ -2,10 +2,10 @@
 //!
 //! Two methods, in the order that suits the size of the net:
 //!
-//! - *explicit*: searches the product of the reference simulator and the circuit from reset, with all inputs. The state coding of the circuit need not be
-//!   known. The method is exact, and a difference comes with a shortest stimulus.
-//! - *symbolic*: builds the reaction as a second circuit, directly from `docs/semantics.md`; a solver proves each flip-flop and each output equal in every
-//!   state that satisfies the invariants. Together with equality after reset this is an induction.
+//! - *explicit*: searches the product of the reference simulator and the circuit from reset, with all inputs.
+//!   The state coding of the circuit need not be known. The method is exact, and a difference comes with a shortest stimulus.
+//! - *symbolic*: builds the reaction as a second circuit, directly from `docs/semantics.md`; a solver proves each
+//!   flip-flop and each output equal in every state that satisfies the invariants. Together with equality after reset this is an induction.
 //!
 //! If neither ends within its limits, the answer is open, and a comparison with random inputs runs, so that a wrong circuit is likely to be found.
 
@@ -56,7 +56,7 @@ pub fn equiv(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Limits) ->
     only_tested(net, logic, reasons, limits)
 }
 
-/// The answer without a proof, for these reasons: directed random reactions.
+/// The answer if there is no proof, for these reasons: tests with directed random reactions.
 #[must_use]
 pub fn only_tested(
     net: &Valid<Net>,

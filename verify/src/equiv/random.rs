@@ -1,4 +1,4 @@
-//! Net and circuit side by side in directed random runs, which restart often and aim at transitions that have not fired yet.
+//! Compares net and circuit in directed random runs, which restart often and aim at transitions that have not fired yet.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -77,12 +77,12 @@ struct Circuit<'a> {
     net: &'a Net,
     lanes: Lanes<'a>,
     every_flop: Vec<u64>,
-    /// By result: 0 is the state after reset, `n + 1` the state after reaction `n`.
+    /// Indexed by result: 0 is the state after reset, `n + 1` the state after reaction `n`.
     codes: Vec<Vec<u64>>,
 }
 
 impl Circuit<'_> {
-    /// Executes a batch of reactions, together where their start states are known; returns the first that differs.
+    /// Executes a batch of reactions, in parallel if their start states are known; returns the first that differs.
     fn answer(
         &mut self,
         ahead: &Ahead<'_>,
@@ -93,7 +93,7 @@ impl Circuit<'_> {
         let batch = &ahead.made()[numbers];
         self.codes.resize(first + 1 + batch.len(), Vec::new());
         let mut ready = VecDeque::new();
-        // By reaction of the batch: the reactions that start from its result.
+        // For each reaction of the batch: the reactions that start from its result.
         let mut next = vec![Vec::new(); batch.len()];
         for (at, reaction) in batch.iter().enumerate() {
             match reaction.from.checked_sub(first + 1) {

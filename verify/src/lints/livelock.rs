@@ -31,7 +31,8 @@ fn least_limit(net: &Valid<Net>, state: &State, way: &[InputRow], least: u32, mo
     high
 }
 
-/// A limit that is too small is not a livelock: with a larger limit the reaction may end.
+/// Reports a reaction that exceeds its limit. A limit that is too small is not a livelock: with a larger limit the reaction may
+/// end.
 pub(super) fn livelock(
     net: &Valid<Net>,
     way: &[InputRow],

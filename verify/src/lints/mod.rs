@@ -68,18 +68,18 @@ pub struct Checked {
 pub struct Conflict {
     /// The first step that both leave.
     pub step: StepId,
-    /// The one declared first.
+    /// The transition that is declared first.
     pub first: TransitionId,
-    /// The other one.
+    /// The other transition.
     pub second: TransitionId,
 }
 
 /// Two transitions that were fireable in one micro-step, of which the conflict policy let one fire.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Decided {
-    /// The one that fired.
+    /// The transition that fired.
     pub winner: TransitionId,
-    /// The one that did not. If either can win, the pair is listed twice.
+    /// The transition that did not fire. If either can win, the pair is listed twice.
     pub loser: TransitionId,
 }
 
@@ -92,7 +92,7 @@ pub struct Findings {
     pub conflicts: Vec<Conflict>,
     /// Conflicts that the conflict policy resolves; these are correct.
     pub decided: Vec<Decided>,
-    /// Notes about them, which are shown on request.
+    /// Notes about the resolved conflicts, which are shown on request.
     pub notes: Vec<Diagnostic>,
     /// The situations in which nothing ever fires again, although a transition leaves one of their steps.
     pub dead_ends: Vec<Vec<StepId>>,
@@ -113,7 +113,7 @@ pub fn findings(net: &Valid<Net>, facts: &Facts, limits: &Limits) -> Findings {
     findings_in(net, facts, &limits, &Explored::of(net, &limits))
 }
 
-/// The same for a net that was searched within these limits.
+/// Like [`findings`], for a net that was searched within these limits.
 pub(crate) fn findings_in(
     net: &Valid<Net>,
     facts: &Facts,
@@ -182,7 +182,7 @@ fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
         out.push(warning);
     }
     let dead = facts.dead_transitions.iter().filter(|transition| {
-        // A consequence of a step that is never active needs no finding of its own.
+        // A transition from a step that is never active needs no finding of its own.
         !net.transitions[**transition].requires.iter().any(|step| never.contains(step))
     });
     for transition in dead {

@@ -46,8 +46,8 @@ pub(crate) struct Shown<'n> {
     noticed: BTreeMap<Noticed, (Vec<InputRow>, State)>,
 }
 
-/// From, to, bit set of rivals that were fireable and did not fire, bit set of those that fired, whether anything fired, and whether it is possible from
-/// every state of the node.
+/// The nodes it leads from and to, the rivals that were fireable and did not fire (a bit set), the rivals that fired (a bit set), whether anything
+/// fired, and whether it is possible from every state of the node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Edge {
     from: u32,
@@ -111,8 +111,9 @@ pub(super) fn run(
 
 /// Answers the questions about paths: dead ends and starvation. Returns the reason for each that is open.
 ///
-/// A search with zones skips zones contained in others, so an edge may lead to a node of which only a part can follow. An edge that is sure applies to
-/// every state of its node, and a missing edge to none; if both give the same result, that is the answer. Only otherwise more nodes are distinguished.
+/// A search with zones skips zones contained in others, so an edge may lead to a node of which only a part can follow. An edge that is sure exists
+/// from every state of its node; an absent edge exists from none. If the graph of sure edges and the graph of all edges give the same result, that is
+/// the answer. Otherwise the search is repeated with more nodes.
 fn ways(
     net: &Valid<Net>,
     limits: &Limits,
@@ -147,7 +148,7 @@ fn ways(
         all.starvation(all.starving(&all_states, |_| true), out);
         return (None, None);
     }
-    // A node that represents states with different futures can hide that one of them has none.
+    // Even if a node has a successor, some of the states that it represents may have none.
     match (Shown::one_by_one(net, states, limits), all_open) {
         (Ok((each, states)), _) => {
             findings.dead_ends = each.dead_ends(&states, out);
@@ -170,7 +171,7 @@ fn ways(
 }
 
 impl<'n> Shown<'n> {
-    /// The results of the reset.
+    /// Starts with the results of the reset.
     pub(crate) fn new(net: &'n Valid<Net>) -> Self {
         let mut shown = Shown {
             net,
@@ -187,7 +188,7 @@ impl<'n> Shown<'n> {
         shown
     }
 
-    /// A search to the end, or to its limit.
+    /// A search that runs until it ends or reaches its limit.
     fn of(net: &'n Valid<Net>, limits: &Limits, times: Times) -> (Self, States, Ended<()>) {
         let mut shown = Shown::new(net);
         let (states, ended) = explore(net, limits, times, &mut |states, seen| {
@@ -606,7 +607,8 @@ impl<'n> Shown<'n> {
             for (number, members) in petgraph::algo::kosaraju_scc(&graph).into_iter().enumerate() {
                 members.into_iter().for_each(|member| component[member.index()] = number);
             }
-            // It loses on an edge within a strongly connected part, so it can lose there for ever. Something else must have fired on that edge.
+            // The transition does not fire on an edge within a strongly connected part, so it can wait there for ever. Something else must have fired
+            // on that edge.
             let loses = lost().any(|edge| {
                 edge.lost >> bit & 1 == 1
                     && edge.fires

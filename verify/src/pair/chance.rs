@@ -70,18 +70,19 @@ pub(super) fn compare(
 struct Run<'p, 'n> {
     common: &'p Common,
     rows: &'p Rows<'p, 'n>,
-    /// The leading net.
+    /// Which net leads.
     side: Side,
     directed: Directed<'n>,
     /// For inputs that only the follower has.
     random: Random,
     follower: Simulator<'n>,
-    /// The follower's state, its last row and the path to it, by the number of the leader's saved state; `None` if the follower was lost.
+    /// The follower's state, its last row and the path to it, by the number of the leader's saved state; `None` if the follower no longer gets legal
+    /// rows.
     kept: BTreeMap<usize, Option<(State, InputRow, Option<usize>)>>,
     /// Each reaction with the previous one.
     trail: Vec<(Option<usize>, RowPair)>,
     last: Option<usize>,
-    /// A row was not a legal stimulus of the follower, so nothing is compared until the next start.
+    /// True if a row was not a legal stimulus of the follower: then nothing is compared until the next start.
     is_lost: bool,
 }
 
@@ -93,7 +94,7 @@ impl<'n> Run<'_, 'n> {
         }
     }
 
-    /// Adds the values that are relevant for the follower.
+    /// Adds the values of inputs that are relevant for the follower.
     fn also_try(&mut self, leader: &Net, follower: &Net) {
         for input in &self.common.inputs {
             let (Some(own), Some(twin)) = self.sides(input) else { continue };

@@ -2,8 +2,9 @@
 //! the same names, any number of ticks.
 //!
 //! Three methods, one after the other: a breadth-first search of the product of two reference simulators, where a difference comes with a shortest
-//! stimulus (`product`); induction over state bits that are always equal; and the decision diagram of all pairs of states; both over the reaction as
-//! `symbolic` encodes it. In between, directed random runs look for a difference, so that two large nets that differ do not wait for a proof.
+//! stimulus (`product`); induction over state bits that are always equal; and the decision diagram of all pairs of states. The last two use the
+//! reaction as `symbolic` encodes it. Between the methods, directed random runs look for a difference, so that two large nets that differ do not wait
+//! for a proof.
 
 mod chance;
 mod common;
@@ -100,8 +101,8 @@ pub struct Apart {
 /// The answer about two nets.
 pub type Answer = Verdict<SameBy, Box<Apart>>;
 
-/// Proves that two nets behave the same for every stimulus that both allow, or finds one that shows a difference. An open answer reports how many random
-/// reactions showed no difference; another `seed` gives other reactions.
+/// Proves that two nets behave the same for every stimulus that both allow, or finds one that shows a difference. An open answer reports how many
+/// random reactions showed no difference; another `seed` gives other reactions.
 #[must_use]
 pub fn charts_equal(
     left: &Valid<Net>,
@@ -324,8 +325,8 @@ pub fn charts_on(
 pub struct OnStimulus {
     /// The first difference.
     pub difference: Option<Difference>,
-    /// The number of rows compared, without that of the reset; fewer than the stimulus has if a row is not legal in both or leaves everything that follows
-    /// open.
+    /// The number of rows compared, without that of the reset; fewer than the stimulus has if a row is not legal in both or leaves everything that
+    /// follows open.
     pub compared: usize,
 }
 

@@ -1,8 +1,8 @@
 //! Circuits whose flip-flops store steps as codes: the induction decodes them.
 //!
 //! The state of the net is not a separate unknown; it is *read* from the state of the circuit. Each step that shares a code is active if its decoding
-//! function is true ([`Logic::decoded`]), so the reaction is written over the flip-flops of the code. The proof then shows that the decoding commutes with
-//! the reaction:
+//! function is true ([`Logic::decoded`]), so the reaction is written over the flip-flops of the code. The proof then shows that the decoding commutes
+//! with the reaction:
 //!
 //! ```text
 //! flip-flops ──circuit──► flip-flops'
@@ -25,7 +25,7 @@ use super::{CONE, Model, import};
 
 /// The circuit's own flip-flops over the variables of the model, and the obligations about its code.
 pub(super) struct Coded {
-    /// For each flip-flop its value before the clock.
+    /// The value of each flip-flop before the clock.
     pub(super) flops: Vec<Lit>,
     /// The decoded bits of state, in the order of [`Logic::decoded`].
     pub(super) keys: Vec<Key>,

@@ -1,10 +1,10 @@
-//! Proves that the emergency dominates: in every state of a circuit, reachable or not, and under every input, assumed or not, each output pin has its safe
-//! value if the condition is true.
+//! Proves that the emergency dominates: in every state of a circuit, reachable or not, and under every input, assumed or not, each output pin has its
+//! safe value if the condition is true.
 //!
-//! Nothing is assumed, not even that the flip-flops contain a valid code; the equality proof with the net, in contrast, covers only reachable states. The
-//! condition is taken from the net and evaluated over the flip-flops that store its operands. A comparison with a number whose code is invalid has no
-//! defined value; if the rest of the condition decides without it, the condition still counts as true. Calls in lists happen at moments and are omitted
-//! (semantics §3.8).
+//! Nothing is assumed, not even that the flip-flops contain a valid code; the equality proof with the net, in contrast, covers only reachable states.
+//! The condition is taken from the net and evaluated over the flip-flops that store its operands. A comparison with a number whose code is invalid
+//! has no defined value; if the rest of the condition decides without it, the condition still counts as true. Calls in lists happen at moments and
+//! are omitted (semantics §3.8).
 
 use std::collections::BTreeMap;
 
@@ -78,7 +78,7 @@ struct Circuit<'n> {
     active: BTreeMap<StepId, Vec<Origin>>,
     /// The largest value of each counter.
     caps: BTreeMap<Origin, i64>,
-    /// A tick passes with the next clock.
+    /// True if a tick passes with the next clock.
     tick: Lit,
     /// Times are read as after Latch, as mealy outputs do (semantics §3.9, L2).
     is_latched: bool,
@@ -171,17 +171,17 @@ fn caps(net: &Valid<Net>) -> Result<BTreeMap<Origin, i64>, String> {
     Ok(program.cells.values().map(|cell| (cell.origin, cell.ty.bounds().1)).collect())
 }
 
-/// A Boolean of which an invalid code may leave the value open.
+/// A Boolean whose value is undefined if it depends on an invalid code.
 #[derive(Debug, Clone, Copy)]
 struct Flag {
-    /// It is certainly true.
+    /// The Boolean is certainly true.
     must: Lit,
-    /// It is not certainly false; `must` implies it.
+    /// The Boolean is not certainly false; `must` implies this.
     may: Lit,
 }
 
 impl Flag {
-    /// A Boolean that no invalid code leaves open.
+    /// A Boolean that does not depend on an invalid code.
     fn known(lit: Lit) -> Flag {
         Flag { must: lit, may: lit }
     }
@@ -213,7 +213,7 @@ impl Value {
 }
 
 impl Circuit<'_> {
-    /// The condition is certainly true.
+    /// A literal that is true only if the condition is certainly true.
     fn holds(&mut self, condition: &Expr, is_latched: bool) -> Result<Lit, String> {
         self.is_latched = is_latched;
         Ok(self.flag(condition)?.must)
@@ -274,12 +274,12 @@ impl Circuit<'_> {
         })
     }
 
-    /// A Boolean that is known if `fits` is true.
+    /// A Boolean that is defined if `fits` is true.
     fn known_where(&mut self, fits: Lit, holds: Lit) -> Flag {
         Flag { must: self.aig.and(fits, holds), may: self.aig.or(!fits, holds) }
     }
 
-    /// A Boolean is compared as 0 or 1.
+    /// Converts a Boolean to the number 0 or 1 for a comparison.
     fn as_number(&mut self, value: Value) -> (Number, Lit) {
         match value {
             Value::Number(number, fits) => (number, fits),
@@ -289,7 +289,7 @@ impl Circuit<'_> {
         }
     }
 
-    /// One of the two; unknown if the selector is open.
+    /// One of the two values; undefined if the selector is undefined and the values may differ.
     fn select(&mut self, c: Flag, a: Value, b: Value) -> Value {
         let known = self.aig.or(c.must, !c.may);
         match (a, b) {
@@ -341,7 +341,7 @@ impl Circuit<'_> {
         Ok(Value::Number(Number::select(&mut self.aig, grows, &later, &now), !lost))
     }
 
-    /// A counter with as many bits as the circuit has for it.
+    /// The number in a counter, with as many bits as the circuit has for it.
     fn counter(&mut self, origin: Origin) -> Result<Number, String> {
         let n_bits = (0..64).take_while(|bit| self.bits.contains_key(&(origin, 0, *bit))).count();
         if n_bits == 0 {

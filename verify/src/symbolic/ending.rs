@@ -12,7 +12,7 @@ use super::reaction::{Maker, Unsupported};
 use super::state::{State, Value, held_of};
 
 impl Maker<'_> {
-    /// E1 to E3.
+    /// Steps E1 to E3 of semantics §3.9.
     pub(super) fn end(&mut self, state: &mut State) -> Result<(), Unsupported> {
         let net = self.net;
         let mut fell = Vec::new();
@@ -42,7 +42,7 @@ impl Maker<'_> {
         self.check_size()
     }
 
-    /// Semantics §3.5.
+    /// ACTION_CONTROL of one action (semantics §3.5).
     fn action_control(&mut self, state: &mut State, id: ActionId) -> Lit {
         let net = self.net;
         let action = &net.actions[id];
@@ -137,7 +137,7 @@ impl Maker<'_> {
         self.aig.and(!reset, any)
     }
 
-    /// E2. For each index, the tasks that fit in the budget are known in advance.
+    /// Step E2. For each task index, the tasks that fit in the budget are known in advance.
     fn tasks(&mut self, state: &mut State) {
         let net = self.net;
         for (id, step) in net.steps.iter() {
@@ -182,7 +182,7 @@ impl Maker<'_> {
         }
     }
 
-    /// E4: the outputs of a state, without mealy ones. Calls in lists are those of the last reaction.
+    /// Step E4: the outputs of a state, without mealy ones. Calls in lists are those of the last reaction.
     pub(super) fn outputs(&mut self, state: &State) -> Vec<Vec<Lit>> {
         let net = self.net;
         let mut all = Vec::new();

@@ -8,7 +8,7 @@ use super::state::State;
 use crate::cover;
 
 impl Maker<'_> {
-    /// K3: transitions of a chart that an active step forces do not fire.
+    /// Step K3: transitions of a chart that an active step forces do not fire.
     pub(super) fn hold_forced(&mut self, state: &State) {
         self.free = self.fireable.clone();
         for chart in self.forced.clone() {
@@ -22,7 +22,7 @@ impl Maker<'_> {
         }
     }
 
-    /// K5: nor do those of a chart that becomes forced in this micro-step.
+    /// Step K5: transitions of a chart that becomes forced in this micro-step do not fire either.
     pub(super) fn stop_forced(&mut self, state: &State, chosen: &mut [Lit]) {
         for chart in self.forced.clone() {
             let (next, _) = self.next(state, chosen);
@@ -35,7 +35,7 @@ impl Maker<'_> {
         }
     }
 
-    /// N3: the situation of every chart that is forced now.
+    /// Step N3: the situation of every chart that is forced now.
     pub(super) fn force(&mut self, before: &[Lit], next: &mut [Lit], restarted: &mut [Lit]) {
         let net = self.net;
         for chart in self.forced.clone() {
@@ -68,7 +68,7 @@ impl Maker<'_> {
         }
     }
 
-    /// R2: the steps that are active after reset.
+    /// Step R2: the steps that are active after reset.
     pub(super) fn initial_situation(&mut self) -> Vec<StepId> {
         let net = self.net;
         let initial = cover::initial_situation(net);

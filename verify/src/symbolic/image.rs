@@ -1,13 +1,14 @@
-//! Images of sets of states under one reaction, as decision diagrams [Burch, Clarke, Long 1991]: the relation is a list of parts, each for a few bits of
-//! the next state, and each variable is quantified as soon as no later part mentions it [Ranjan, Aziz, Brayton, Plessier, Pixley 1995].
+//! Images of sets of states under one reaction, as decision diagrams [Burch, Clarke, Long 1991]: the relation is a list of parts, each for a few bits
+//! of the next state, and each variable is quantified as soon as no later part mentions it [Ranjan, Aziz, Brayton, Plessier, Pixley 1995].
 //!
 //! Levels: a bit of the state has an even level, and its value after the reaction has the next odd level; inputs have even levels.
 
 use grafsynth_logic::bdd::{Bdd, Full, Ref};
 
-/// Parts of the relation are joined up to this size. Larger parts save passes over the set, smaller ones quantify earlier; the optimum is flat.
+/// Parts of the relation are joined up to this size. Larger parts save passes over the set, smaller ones quantify earlier; the exact value matters
+/// little.
 const CLUSTER: usize = 400;
-/// Less garbage than this is not collected.
+/// The minimum number of nodes at which garbage is collected.
 const SWEEP: usize = 1 << 16;
 
 /// The level of the same bit after the reaction.
@@ -60,7 +61,7 @@ impl Machine {
         let parts = sorted(parts, n_levels);
         let mut is_state = vec![false; n_levels];
         state.iter().for_each(|level| is_state[*level as usize] = true);
-        // The last part that reads each level.
+        // For each level, the last part that reads it.
         let mut last: Vec<Option<usize>> = vec![None; n_levels];
         let mut first: Vec<Option<usize>> = vec![None; n_levels];
         for (at, part) in parts.iter().enumerate() {

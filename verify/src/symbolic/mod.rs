@@ -2,14 +2,14 @@
 //!
 //! Let S be the state of the net, in the coding of the flip-flops. If the circuit contains S(0) after power-up, and if for every S that satisfies the
 //! invariants each D function gives the same bit as the reaction, then the circuit always contains the net's state; and if each pin's function also
-//! agrees, so does the trace. The invariants are: the sequential components and caps of [`Facts`], validity of codes, timers of inactive steps at 0, and
-//! the assumptions about inputs. All of them are true in every reachable state of the *net*, so they may be assumed.
+//! agrees, so does the trace. The invariants are: the sequential components and caps of [`Facts`], validity of codes, timers of inactive steps at 0,
+//! and the assumptions about inputs. All of them are true in every reachable state of the *net*, so they may be assumed.
 //!
-//! A circuit that stores steps as codes is proved through the code (see the module `codes`). If the net leaves a cell open, the cell is not checked; if it
-//! leaves the next situation open, nothing that follows is checked.
+//! A circuit that stores steps as codes is proved through the code (see the module `codes`). If the net leaves a cell open, the cell is not checked;
+//! if it leaves the next situation open, nothing that follows is checked.
 //!
-//! Both circuits are built in one graph where equal nodes are shared, so most functions are equal before any solver is called; for the others, the solver
-//! gets only the part of the graph that the query needs.
+//! Both circuits are built in one graph where equal nodes are shared, so most functions are equal before any solver is called; for the others, the
+//! solver gets only the part of the graph that the query needs.
 
 mod aig;
 mod codes;
@@ -90,7 +90,7 @@ struct Model<'n> {
     valid_of: BTreeMap<Lit, usize>,
     /// Assumptions: their variables, and the condition that is never true.
     forbidden: Vec<(Vec<Lit>, Lit)>,
-    /// The number of assumptions that cannot be expressed over state and inputs; without them, more seems possible than is.
+    /// The number of assumptions that cannot be expressed over state and inputs. Without them, the proof also covers impossible states.
     n_passed_over: usize,
     events: Vec<Lit>,
     /// For each flip-flop of a code, the steps that it represents.
@@ -105,7 +105,7 @@ impl<'n> Model<'n> {
         Self::within(Aig::new(), net, depth, limits, &BTreeMap::new())
     }
 
-    /// The same in a graph that already contains other functions, with shared inputs.
+    /// Like [`Model::of`], in a graph that already contains other functions, with shared inputs.
     fn within(
         aig: Aig,
         net: &'n Net,
@@ -300,8 +300,8 @@ impl<'n> Model<'n> {
         }
     }
 
-    /// A point where two functions differ although the invariants are true, as the bits that are 1. The inner `None` means that they agree, the outer one
-    /// that the solver reached its limit.
+    /// A point where two functions differ although the invariants are true, as the bits that are 1. The inner `None` means that they agree, the outer
+    /// one that the solver reached its limit.
     fn difference(
         &mut self,
         facts: &Facts,
@@ -369,7 +369,7 @@ fn import(aig: &mut Aig, logic: &Logic, flops: &[Lit], inputs: &[Lit]) -> Vec<Li
     lits
 }
 
-/// The proof.
+/// The proof of one circuit by induction.
 pub(crate) fn equiv(
     net: &Valid<Net>,
     facts: &Facts,
@@ -538,9 +538,9 @@ fn prove_tied(
 
 /// The conditions under which the net leaves cells open, as functions of the state before a reaction and its inputs (semantics §3.6).
 struct OpenCells {
-    /// The next situation, and everything that follows from it.
+    /// The condition for the next situation, and for everything that follows from it.
     next: Lit,
-    /// Each output.
+    /// The condition for each output.
     outputs: Vec<Lit>,
 }
 
@@ -643,8 +643,8 @@ pub(crate) fn never(
     model.difference(facts, limits, broken, Lit::FALSE)?.is_none().then_some(ProvedBy::Induction)
 }
 
-/// A property as an expression over the state and the inputs, with outputs replaced by their drivers. `None` for properties that need more, and for times,
-/// whose caps may be below the property's constants.
+/// A property as an expression over the state and the inputs, with outputs replaced by their drivers. `None` for properties that need more, and for
+/// times, whose caps may be below the property's constants.
 fn over_state(net: &Net, property: &PropertyExpr) -> Option<Expr> {
     let mut has_time = false;
     property.for_each_leaf(&mut |leaf| match leaf {

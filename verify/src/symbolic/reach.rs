@@ -1,5 +1,5 @@
-//! The reachable situations of a net with too many states to enumerate: a decision diagram of the reachable states, computed by images of the reaction as
-//! [`super`] encodes it.
+//! The reachable situations of a net with too many states to enumerate: a decision diagram of the reachable states, computed by images of the
+//! reaction as [`super`] encodes it.
 //!
 //! The encoded reaction covers at most one tick. Here any number of ticks may pass: `dt` is one more input, as wide as the longest time that the net
 //! compares or waits for (beyond its cap no counter distinguishes one `dt` from the next).
@@ -26,7 +26,7 @@ const DEPTH: u32 = 64;
 #[derive(Debug)]
 pub(crate) struct Reached {
     machine: Machine,
-    /// Over the bits of the steps.
+    /// The reachable situations, as a function of the bits of the steps.
     situations: Ref,
     level_of: Vec<u32>,
     /// True if every counted situation is reachable.
@@ -317,8 +317,8 @@ fn too_many_bits(n_bits: usize, limits: &Limits) -> Failed {
     ))
 }
 
-/// The smallest set that contains `start` and all successors of its members. `kept` contains the possible inputs and then the condition that a reaction is
-/// longer than unrolled.
+/// The smallest set that contains `start` and all successors of its members. `kept` contains the possible inputs and then the condition that a
+/// reaction is longer than unrolled.
 fn fixpoint(machine: &mut Machine, start: Ref) -> Result<Ref, Failed> {
     let mut all = start;
     let mut frontier = start;

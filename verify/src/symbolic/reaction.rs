@@ -21,7 +21,7 @@ use crate::exclusive::entered;
 #[derive(Debug, Clone)]
 pub(crate) struct Inputs {
     pub(crate) values: Vec<Value>,
-    /// Time passes: by one tick if `dt` does not give the number.
+    /// True if time passes: by one tick if `dt` does not give the number.
     pub(crate) tick: Lit,
     /// The number of ticks that pass, never negative; `None` if a reaction lasts at most one.
     pub(crate) dt: Option<Number>,
@@ -45,15 +45,15 @@ pub(crate) struct Maker<'n> {
     pub(crate) aig: Aig,
     pub(crate) shape: Shape,
     pub(super) node_limit: usize,
-    /// Micro-steps in a reaction; further checks find nothing.
+    /// The number of micro-steps in a reaction; further checks find nothing that fires.
     pub(super) depth: u32,
-    /// The depth equals the limit of the chart, so one more check decides about the fault.
+    /// True if the depth equals the limit of the chart, so that one more check decides about the fault.
     pub(super) may_fault: bool,
     pub(super) rank: Vec<u64>,
     pub(super) step_order: Vec<StepId>,
     pub(super) transition_order: Vec<TransitionId>,
     pub(super) over_inputs: Vec<bool>,
-    /// For each part, its enclosing step.
+    /// For each part of a chart, its enclosing step.
     pub(super) around: Vec<Option<StepId>>,
     pub(super) children: Vec<Vec<StepId>>,
     pub(super) enclosing: Vec<StepId>,
@@ -67,7 +67,7 @@ pub(crate) struct Maker<'n> {
     pub(super) fireable: Vec<Lit>,
     /// The fireable transitions that no forcing order blocks at the start.
     pub(super) free: Vec<Lit>,
-    /// Forced charts, top of the hierarchy first.
+    /// The forced charts; a chart comes after those that force it.
     pub(super) forced: Vec<ForcedChart>,
     pub(super) calls: BTreeMap<OutputId, Vec<Lit>>,
     /// For the last reaction: every call with its condition.
@@ -184,7 +184,7 @@ impl<'n> Maker<'n> {
         }
     }
 
-    /// The static key: the declared priority, or P.
+    /// The static key of a transition: its declared priority, or P.
     pub(super) fn urgency(&self, transition: TransitionId) -> u64 {
         let net = self.net;
         let data = &net.transitions[transition];
@@ -372,7 +372,7 @@ impl<'n> Maker<'n> {
 
     // ---- the reaction ----
 
-    /// REACTION.
+    /// REACTION of semantics §3.9.
     pub(crate) fn reaction(
         &mut self,
         state: &State,
@@ -412,7 +412,7 @@ impl<'n> Maker<'n> {
         Ok(Reaction { state, outputs, fault })
     }
 
-    /// RESET.
+    /// RESET of semantics §3.9.
     pub(crate) fn reset(&mut self) -> Result<Reaction, Unsupported> {
         let net = self.net;
         let mut state = self.shape.before_reset(net);
@@ -453,7 +453,7 @@ impl<'n> Maker<'n> {
         Ok(Reaction { state, outputs, fault: Lit::FALSE })
     }
 
-    /// L2 without mealy outputs.
+    /// Step L2 without mealy outputs.
     fn latch(&mut self, state: &mut State) {
         let net = self.net;
         let tick = self.inputs.tick;
@@ -497,7 +497,7 @@ impl<'n> Maker<'n> {
         for (id, output) in net.outputs.iter() {
             if let Driver::Mealy(emissions) = &output.driver {
                 let value = self.emitted(state, emissions);
-                // With the state before the micro-step, like the output itself.
+                // The condition is read in the state before the micro-step, like the output itself.
                 let emergency = self.emergency(state);
                 let forced = self.forced(output, vec![value], emergency);
                 all.extend(forced.into_iter().map(|lit| (id, lit)));
@@ -519,7 +519,7 @@ impl<'n> Maker<'n> {
         self.aig.or_all(ways)
     }
 
-    /// EVOLVE; returns the fault.
+    /// EVOLVE of semantics §3.9; returns the fault.
     fn evolve(&mut self, state: &mut State) -> Result<Lit, Unsupported> {
         let net = self.net;
         let is_stable = net.settings.evolution != Evolution::Single;
@@ -558,7 +558,7 @@ impl<'n> Maker<'n> {
         Ok(Lit::FALSE)
     }
 
-    /// CHECK: for each transition, whether it is in F'.
+    /// CHECK of semantics §3.9: for each transition, whether it is in F'.
     fn check(&mut self, state: &State, now: &[Lit], fresh: Lit) -> Result<Vec<Lit>, Unsupported> {
         let net = self.net;
         for (edge, now) in now.iter().enumerate() {
@@ -591,7 +591,7 @@ impl<'n> Maker<'n> {
         Ok(chosen)
     }
 
-    /// NEXT: the situation after these transitions have fired, and the steps that restart.
+    /// NEXT of semantics §3.9: the situation after these transitions have fired, and the steps that restart.
     pub(super) fn next(&mut self, state: &State, fires: &[Lit]) -> (Vec<Lit>, Vec<Lit>) {
         let net = self.net;
         let n = net.steps.len();
@@ -654,7 +654,7 @@ impl<'n> Maker<'n> {
         (next, restarted)
     }
 
-    /// FIRE.
+    /// FIRE of semantics §3.9.
     fn fire(&mut self, state: &mut State, fires: &[Lit]) -> Result<(), Unsupported> {
         let net = self.net;
         let n = net.steps.len();

@@ -58,7 +58,7 @@ impl Maker<'_> {
         Ok(())
     }
 
-    /// Semantics §4.
+    /// For each transition, whether it fires (semantics §4).
     pub(super) fn select(&mut self, state: &State) -> Result<Vec<Lit>, Unsupported> {
         let net = self.net;
         let mut chosen = self.free.clone();
@@ -116,7 +116,7 @@ impl Maker<'_> {
         self.aig.or_all(ways)
     }
 
-    /// `a` goes before `b`.
+    /// True if `a` precedes `b` in the order of the policy.
     fn before(&mut self, state: &State, a: TransitionId, b: TransitionId) -> Lit {
         match self.key(a).cmp(&self.key(b)) {
             std::cmp::Ordering::Less => Lit::TRUE,

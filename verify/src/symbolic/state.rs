@@ -96,7 +96,7 @@ impl Shape {
         shape
     }
 
-    /// One above the largest constant that each is compared with (semantics §3.1).
+    /// Sets the cap of each counter to one above the largest constant that it is compared with (semantics §3.1).
     fn caps(&mut self, expr: &Expr<Leaf>) {
         if let ExprKind::Compare(_, a, b) = &expr.kind {
             for (timer, constant) in [(a, b), (b, a)] {

@@ -68,7 +68,7 @@ pub(crate) struct Assign {
 /// A step.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Step {
-    /// Active after reset.
+    /// True if active after reset.
     pub(crate) initial: bool,
     /// For [`Policy::Age`].
     pub(crate) priority: Option<u32>,

@@ -1,5 +1,5 @@
 //! Compares the verifier on small random charts with a brute-force search that shares no code with it or with the simulator, but is written from
-//! docs/semantics.md: every verdict, the number of situations, what never happens, each pair in conflict, each dead end, for every `dt`.
+//! docs/semantics.md: every verdict, the number of situations, what never happens, each pair in conflict, each dead end, for all `dt`.
 //!
 //! `chart` makes charts, `run` executes one reaction, and `search` tries every reaction from every state with every `dt` up to one above the largest
 //! number of ticks in the chart.
@@ -88,7 +88,7 @@ fn limits() -> Limits {
     Limits { pairs: 100_000, image_work: 1_000_000, ..Limits::default() }
 }
 
-/// The maximum number of states and latched states of the brute-force search.
+/// The maximum number of states, and of states after time has passed, in the brute-force search.
 const MOST: usize = 60_000;
 
 fn is_broken_by(net: &Valid<Net>, property: usize, stimulus: &Stimulus) -> bool {
@@ -213,7 +213,8 @@ fn the_verifier_says_what_a_brute_force_finds() {
     assert!(sum(|it| it.open) * 20 <= sum(|it| it.proved) + sum(|it| it.refuted));
 }
 
-/// Open is not an excuse: of false assertions over timed charts none is proved and most are refuted; of true ones most are proved.
+/// An open answer is allowed but counted: no false assertion over a timed chart is proved and most are refuted; most true ones are
+/// proved.
 #[test]
 fn true_assertions_are_proved_and_false_ones_refuted() {
     let wanted = rounds(6, 100) as usize;

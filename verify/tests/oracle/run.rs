@@ -24,9 +24,9 @@ pub(crate) struct State {
 pub(crate) struct Seen {
     /// The transitions of each micro-step.
     pub(crate) fired: Vec<Vec<usize>>,
-    /// A transition that fired, and one that was fireable and did not because they share a preceding step.
+    /// Pairs of transitions that share a preceding step: one that fired, and one that was fireable and therefore did not fire.
     pub(crate) contests: Vec<(usize, usize)>,
-    /// It did not become stable within the limit.
+    /// True if the reaction did not become stable within the limit.
     pub(crate) fault: bool,
 }
 
@@ -115,7 +115,7 @@ impl<'c> Runner<'c> {
         state
     }
 
-    /// The passing of time before anything else happens.
+    /// The state after `dt` ticks have passed, before anything else happens.
     pub(crate) fn latch(&self, state: &State, dt: i64) -> State {
         let mut state = state.clone();
         for step in 0..state.times.len() {
@@ -264,7 +264,7 @@ impl<'c> Runner<'c> {
         match guard {
             Guard::True => true,
             Guard::Input(at, _, number) if self.chart.inputs[*at] == 1 => {
-                // As it is written: with or without `not`.
+                // The input is compared as 0 or 1.
                 (now.inputs[*at] != 0) == (*number != 0)
             }
             Guard::Input(at, compare, number) => is(now.inputs[*at], *compare, *number),

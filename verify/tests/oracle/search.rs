@@ -31,11 +31,11 @@ pub(crate) struct Everything {
 /// A state in which time has passed.
 #[derive(Debug)]
 struct Latched {
-    /// The same state one tick later; `None` if it does not change.
+    /// The index of the same state one tick later; `None` if it does not change.
     later: Option<usize>,
     /// The states after its reactions.
     after: Vec<usize>,
-    /// One of its reactions fires something.
+    /// True if one of its reactions fires something.
     fires: bool,
 }
 
@@ -52,7 +52,7 @@ pub(crate) fn everything(chart: &Chart, most: usize) -> Option<Everything> {
     }
     let mut states: IndexMap<State, usize> = IndexMap::from([(reset, 0)]);
     let mut latched: IndexMap<State, Latched> = IndexMap::new();
-    // By state: the same state with no time passed.
+    // For each state, the index of the same state before any time passes.
     let mut first = Vec::new();
     while let Some((state, depth)) = states.get_index(first.len()) {
         let (state, depth) = (state.clone(), *depth);
@@ -67,7 +67,7 @@ pub(crate) fn everything(chart: &Chart, most: usize) -> Option<Everything> {
                 Some(before) => latched[before].later = Some(number),
             }
             if known.is_some() {
-                // States one tick later were already handled with it.
+                // The states one tick later were already handled together with that state.
                 break;
             }
             let mut here = Latched { later: None, after: Vec::new(), fires: false };

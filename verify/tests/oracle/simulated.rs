@@ -1,4 +1,5 @@
-//! The same for all features of a net (statecharts, sends, qualifiers, edges, tasks): each `dt` and each row of inputs, one by one, with the simulator.
+//! The comparison for all features of a net (statecharts, sends, qualifiers, edges, tasks): each `dt` and each row of inputs, one by one, with the
+//! simulator.
 
 use std::collections::BTreeSet;
 

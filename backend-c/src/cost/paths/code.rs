@@ -44,7 +44,7 @@ pub(in crate::cost) enum Code {
     Pointer(Box<Address>),
     /// An element of a table in ROM.
     Table(Rc<[i64]>, Box<Code>, Kind),
-    /// Only the type is known.
+    /// An unknown number of this type.
     Unknown(Kind),
     Unary(&'static str, Box<Code>),
     Binary(&'static str, Box<Code>, Box<Code>),
@@ -62,7 +62,7 @@ pub(in crate::cost) struct Address {
     pub(in crate::cost) offset: usize,
     /// Indices: each with the number of elements and the number of cells of one element.
     pub(in crate::cost) indices: Vec<(Code, usize, usize)>,
-    /// One cell represents all elements of an array.
+    /// True if one cell represents all elements of an array.
     pub(in crate::cost) is_summary: bool,
 }
 
@@ -114,10 +114,10 @@ pub(in crate::cost) enum What {
         condition: Option<Question>,
         step: Vec<Op>,
         body: Vec<Op>,
-        /// The cost of the jump back, and of the jump out.
+        /// The cost of a jump, which is the same back to the condition and out of the loop.
         jump: Price,
         rounds: u64,
-        /// The number of rounds is proved to be the maximum; otherwise the count stops there.
+        /// True if the number of rounds is proved to be the maximum; otherwise the count stops there.
         is_proved: bool,
     },
     Return(Price, Option<Code>),
@@ -140,7 +140,7 @@ pub(in crate::cost) struct Routine {
     pub(in crate::cost) entry: Price,
     /// The type of its result.
     pub(in crate::cost) gives: Option<Kind>,
-    /// The number of its cells, which follow those of its caller, and the number including everything that it calls.
+    /// The number of its cells, which follow those of its caller, and that number including everything that it calls.
     pub(in crate::cost) cells: usize,
     pub(in crate::cost) depth: usize,
     /// Its first line.

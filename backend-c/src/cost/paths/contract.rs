@@ -14,7 +14,7 @@ pub(crate) struct Contract {
     /// Members of `NAME_in_t` that are numbers: minimum and maximum value.
     pub(crate) inputs: Vec<(String, i64, i64)>,
     pub(crate) events: Vec<Event>,
-    /// Each row has at most one event.
+    /// True if each row has at most one event.
     pub(crate) is_exclusive: bool,
     /// Members of the instance that are numbers: minimum and maximum value.
     pub(crate) members: Vec<(String, i64, i64)>,

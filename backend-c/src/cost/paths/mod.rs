@@ -1,12 +1,12 @@
-//! The worst-case reaction among those that can happen: every path through `NAME_step` from every instance that the chart can reach, with the costs of the
-//! text.
+//! The worst-case reaction among those that can happen: every path through `NAME_step` from every instance that the chart can reach, with the costs
+//! of the text.
 //!
 //! # How it is found
-//! - [`Way::Each`]: from the instance after `NAME_init`, runs each reaction with any inputs until no new instance appears: all paths that values allow, one
-//!   by one. Numbers that do not select a path are intervals, and an input is unknown until a condition reads it.
-//! - [`Way::Joined`]: if that is too much work, all instances are joined into one that records the possible values of each member. Within a reaction, states
-//!   are kept apart by the flags and counters of the loop over micro-steps (which event is taken, how many are pending) and joined otherwise; so each event
-//!   of a row counts once, with the worst case of the regions.
+//! - [`Way::Each`]: from the instance after `NAME_init`, runs each reaction with any inputs until no new instance appears: all paths that values
+//!   allow, one by one. Numbers that do not select a path are intervals, and an input is unknown until a condition reads it.
+//! - [`Way::Joined`]: if that is too much work, all instances are joined into one that records the possible values of each member. Within a reaction,
+//!   states are kept apart by the flags and counters of the loop over micro-steps (which event is taken, how many are pending) and joined otherwise;
+//!   so each event of a row counts once, with the worst case of the regions.
 //!
 //! Both count every path that a processor can take. If something cannot be followed (user code, copied structures), the bound of the text applies.
 
@@ -38,7 +38,7 @@ pub enum Way {
 #[derive(Debug, Clone)]
 pub(in crate::cost) struct Found {
     pub(in crate::cost) price: Price,
-    /// The same for rows with at most one event.
+    /// The worst-case reaction for rows with at most one event.
     pub(in crate::cost) of_one_event: Price,
     /// The maximum of a reaction that ends without a fault; `None` if each path was explored separately, because a fault is then real.
     pub(in crate::cost) settled: Option<Price>,
@@ -58,11 +58,10 @@ pub(in crate::cost) struct Chart<'a> {
     pub(in crate::cost) contract: &'a Contract,
 }
 
-/// The work that all searches of a chart may take together, in statements executed by a state, including the work of creating and joining states: at most about
-/// ten seconds
-/// in an unoptimised build.
+/// The maximum work of all searches of a chart together, in statements executed by a state; creating and joining states counts as work too. It takes
+/// at most about ten seconds in an unoptimised build.
 const WORK: u64 = 10_000_000;
-/// The same for one search from instance to instance.
+/// The maximum work of one search from instance to instance.
 const WORK_OF_EACH: u64 = 3_000_000;
 /// The maximum number of instances that are examined one by one.
 const INSTANCES: usize = 4000;
@@ -111,7 +110,7 @@ struct Search<'a> {
     rows: Vec<Vec<(usize, Values)>>,
     /// The possible values of the instance members.
     ranges: Vec<Values>,
-    /// The cell of the flag for an aborted reaction.
+    /// The cell of the fault flag.
     fault: Option<usize>,
     /// The remaining work for all searches, and for the current one.
     left: u64,
@@ -151,7 +150,7 @@ pub(in crate::cost) fn worst(chart: &Chart<'_>) -> Result<Found, Stopped> {
     if !is_exclusive && single_rows.len() > 1 {
         match of(&mut search, &single_rows) {
             Ok(single) => found.of_one_event = single.price,
-            // A bound for all rows is also a bound for these.
+            // The bound for all rows also applies to these rows.
             Err(Stopped::TooMuch) => {}
             Err(why) => return Err(why),
         }
@@ -199,7 +198,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A search that may take this much work, or what is left of the total; if there are too many states, these cells keep them apart.
+    /// Runs a search that may take this much work, or what is left of the total; if there are too many states, these cells keep them
+    /// apart.
     fn within(
         &mut self,
         most: u64,
@@ -336,7 +336,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// From every instance separately. `is_wide`: numbers with many values are unknown at the start of each reaction.
+    /// Searches from every instance separately. `is_wide`: numbers with many values are unknown at the start of each reaction.
     fn each(&mut self, is_wide: bool) -> Result<Found, Stopped> {
         let mut best = Best::default();
         let mut met: BTreeSet<Vec<Values>> = BTreeSet::new();
@@ -376,7 +376,7 @@ impl<'a> Search<'a> {
         self.found(best, Way::Each(met.len()))
     }
 
-    /// From all instances joined.
+    /// Searches from all instances joined.
     fn joined(&mut self) -> Result<Found, Stopped> {
         let join = |all: Vec<Vec<Values>>| {
             all.into_iter().reduce(|a, b| a.iter().zip(&b).map(|(a, b)| a.or(*b)).collect())
@@ -396,7 +396,7 @@ impl<'a> Search<'a> {
             if next == own {
                 return self.found(best, Way::Joined);
             }
-            // What still grows after some rounds is widened to its full range.
+            // Cells that still grow after some rounds are widened to their full range.
             if round >= 3 {
                 for ((next, own), range) in next.iter_mut().zip(&own).zip(&self.ranges) {
                     if next != own {
@@ -452,7 +452,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The most expensive so far.
+/// The most expensive reaction so far.
 #[derive(Default)]
 struct Best {
     price: Price,

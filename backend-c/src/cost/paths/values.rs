@@ -65,7 +65,7 @@ impl Values {
         found
     }
 
-    /// Its values are tracked individually.
+    /// True if the values are tracked individually.
     fn is_listed(self) -> bool {
         self.hi.checked_sub(self.lo).is_some_and(|span| span < SPAN)
     }
@@ -245,7 +245,7 @@ impl Kind {
 pub(in crate::cost) struct Number {
     pub(in crate::cost) values: Values,
     pub(in crate::cost) kind: Kind,
-    /// A constant whose suffix was not kept: it may be unsigned.
+    /// True for a constant whose suffix was not kept: it may be unsigned.
     pub(in crate::cost) is_loose: bool,
 }
 
@@ -343,7 +343,7 @@ fn one(sign: &str, a: i64, b: i64) -> Option<i64> {
     }
 }
 
-/// Computed from the ends of the intervals.
+/// The result computed from the ends of the intervals.
 fn wide(sign: &str, a: Values, b: Values, kind: Kind) -> Values {
     let ends = |find: &dyn Fn(i64, i64) -> Option<i64>| {
         let all: Option<Vec<i64>> =
@@ -452,7 +452,7 @@ mod tests {
 
     #[test]
     fn sets_join_and_narrow() {
-        // Shifts against lists, with shifts across word boundaries.
+        // Shifts compared with lists, including shifts across word boundaries.
         let sets = [
             vec![0, 3, 7],
             vec![-5, 58, 59, 60, 123],

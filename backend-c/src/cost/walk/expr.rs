@@ -14,9 +14,9 @@ pub(super) struct Value {
     ty: Type,
     /// The bits that it needs, which may be fewer than its type has.
     bits: u8,
-    /// It is in ROM.
+    /// True if it is in ROM.
     rom: bool,
-    /// It is a member of a structure that is kept in registers.
+    /// True if it is a member of a structure that is kept in registers.
     is_kept: bool,
 }
 
@@ -216,7 +216,7 @@ impl Walker<'_> {
                 let (first, calls) = (self.cost, self.calls.split_off(n));
                 self.cost = before;
                 let right = self.value(no)?;
-                // The worst-case path takes the more expensive one.
+                // The worst-case path takes the more expensive arm.
                 if first.time > self.cost.time {
                     self.calls.truncate(n);
                     self.calls.extend(calls);
@@ -224,7 +224,7 @@ impl Walker<'_> {
                 self.cost = self.cost.or(first);
                 self.pay(machine.jump);
                 let value = if left.bits >= right.bits { left } else { right };
-                // The shorter operand is widened to the longer one.
+                // The narrower operand is widened to the wider one.
                 self.pay_width(&machine.widen, value.bits);
                 Ok(value)
             }

@@ -1,4 +1,4 @@
-//! What a function keeps at the same time. This decides how many registers it saves and how much stack it uses.
+//! The data that a function needs at the same time. They decide how many registers it saves and how much stack it uses.
 
 use super::super::machine::Machine;
 use super::super::memory::size;
@@ -35,12 +35,12 @@ pub(super) fn is_one_return(function: &Function) -> bool {
     matches!(function.body.as_slice(), [Stmt { kind: Kind::Return(Some(_)), .. }])
 }
 
-/// What a function keeps: bytes in registers if there are enough, and bytes in memory.
+/// The data that a function needs: bytes in registers if there are enough, and bytes in memory.
 #[derive(Debug, Default)]
 pub(super) struct Frame {
     pub(super) registers: u64,
     pub(super) memory: u64,
-    /// Of those in registers, the ones that are live at the same time.
+    /// The bytes in registers that are live at the same time.
     pub(super) live: Live,
     pub(super) pointers: u32,
     /// How often each member is read on a straight path: a compiler keeps a value that is read again.
@@ -50,7 +50,7 @@ pub(super) struct Frame {
     pub(super) calls: bool,
     /// The called functions, with the number of call sites.
     pub(super) called: BTreeMap<Rc<str>, u64>,
-    /// The arguments of each, at the last call site.
+    /// The arguments of each called function, at the last call site.
     pub(super) arguments: BTreeMap<Rc<str>, Vec<Expr>>,
 }
 
@@ -159,7 +159,7 @@ impl Frame {
         }
     }
 
-    /// Only the calls.
+    /// The called functions of a function, without the rest of its frame.
     pub(super) fn calls_of(
         unit: &Unit,
         machine: &Machine,

@@ -7,14 +7,14 @@ use super::super::tree::{Expr, Function, Kind, Stmt, Type, Unit, each_expr, each
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-/// The structure that an argument passes: the name itself if it is already a pointer.
+/// The structure that an argument passes by its address: `&name`, or `name` if it is already a pointer.
 pub(super) fn handed(argument: &Expr) -> Option<&Rc<str>> {
     let argument = if let Expr::Unary("&", inner) = argument { inner } else { argument };
     if let Expr::Name(name) = argument { Some(name) } else { None }
 }
 
-/// For each function, callees first, the names of its structures that are in registers, and of its pointers to such structures. `parts` are the functions
-/// that are part of their only caller, by name, each with its index, its caller's index, and its arguments.
+/// For each function, callees first, the names of its structures that are in registers, and of its pointers to such structures. `parts` are the
+/// functions that are part of their only caller, by name, each with its index, its caller's index, and its arguments.
 pub(super) fn kept(
     unit: &Unit,
     functions: &[&Function],
@@ -73,7 +73,7 @@ pub(super) fn bytes(unit: &Unit, ty: &Type, register: u32) -> u64 {
     members.iter().map(|it| of(&it.ty).max(u64::from(register))).sum()
 }
 
-/// A structure of numbers alone.
+/// True for a structure that contains only numbers.
 fn is_numbers(unit: &Unit, ty: &Type) -> bool {
     let is_number = |ty: &Type| matches!(ty, Type::Number { .. });
     matches!(ty, Type::Struct(_))
@@ -102,7 +102,7 @@ pub(super) fn each_local(list: &[Stmt], look: &mut dyn FnMut(&Rc<str>, &Type, bo
     }
 }
 
-/// An expression uses only its members, or passes it to a function that may receive it.
+/// True if an expression uses only the members of a structure, or passes it to a function that may receive it.
 fn asks_members(expr: &Expr, name: &Rc<str>, may_take: &dyn Fn(&str, usize) -> bool) -> bool {
     let again = |it: &Expr| asks_members(it, name, may_take);
     if let Expr::Name(it) = expr {

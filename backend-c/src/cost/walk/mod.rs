@@ -1,9 +1,8 @@
 //! The worst-case path through the functions of a chart.
 //!
-//! A statement has a cost for each way out of it: to the next statement, out of the function, out of the loop or `switch`, to the next round. Lists add them
-//! up; `if` and
-//! `switch` take the maximum of each kind; so a branch that returns early is not added to the statements after it. The path is found afterwards, by
-//! determining in reverse which part produced the result.
+//! A statement has a cost for each way out of it: to the next statement, out of the function, out of the loop or `switch`, to the next round. Lists
+//! add them up; `if` and `switch` take the maximum of each kind; so a branch that returns early is not added to the statements after it. The path is
+//! found afterwards, by determining in reverse which part produced the result.
 
 mod compile;
 mod expr;
@@ -33,7 +32,7 @@ use crate::c::print::Marks;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-/// Time, and calls of user functions; and both without the called functions of the text.
+/// Time and the number of calls of user functions; and both without the called functions of the text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Cost {
     time: u64,
@@ -102,7 +101,7 @@ impl Flow {
     }
 }
 
-/// What was found about a statement.
+/// The results of the walk for a statement.
 #[derive(Debug, Clone)]
 struct Info {
     /// Its own expressions, including their calls.
@@ -115,7 +114,7 @@ struct Info {
     rounds: u64,
 }
 
-/// What was found about a function.
+/// The results of the walk for a function.
 #[derive(Debug, Clone, Default)]
 struct Summary {
     cost: Cost,
@@ -149,7 +148,7 @@ struct Walker<'a> {
     /// Functions that are part of their only caller.
     parts: BTreeMap<&'a str, &'a Function>,
     summaries: Vec<Summary>,
-    /// For each of these, the number of call sites.
+    /// The number of call sites of each of these functions.
     call_sites: Vec<u64>,
     sites: BTreeMap<Rc<str>, u64>,
     infos: Vec<Option<Info>>,
@@ -159,13 +158,13 @@ struct Walker<'a> {
     kept: BTreeSet<Rc<str>>,
     locals: Vec<(Rc<str>, Local)>,
     spilled: bool,
-    /// Stores may use a pointer without an offset.
+    /// True if stores may use a pointer without an offset.
     far: bool,
     user_code: bool,
     /// Stack bytes of the library functions.
     helper: u64,
     // --- for path exploration (see [`compile`]):
-    /// The cost of a function that was found in another way.
+    /// The cost of a function that was computed in another way.
     known: Option<(String, Cost)>,
     routines: Vec<code::Routine>,
     ops: Vec<Option<code::Op>>,
@@ -178,7 +177,7 @@ struct Walker<'a> {
     calls: Vec<usize>,
 }
 
-/// Walks all functions that these need.
+/// Walks all functions that these roots need.
 fn walked<'a>(
     unit: &'a Unit,
     machine: &'a Machine,
@@ -220,7 +219,7 @@ fn walked<'a>(
         calls: Vec::new(),
     };
     let functions = needed(unit, machine, roots)?;
-    // Over the whole text: a function that only one of these calls may have other callers too.
+    // The whole text is searched, because a function with one caller among these functions may have other callers too.
     for function in &unit.functions {
         for (name, n) in Frame::calls_of(unit, machine, &function.body) {
             *walker.sites.entry(name).or_default() += n;
@@ -239,7 +238,7 @@ fn walked<'a>(
     Ok(walker)
 }
 
-/// If a reaction that reaches its limit costs more than this many times one that does not, the bound is useless.
+/// If a reaction that reaches its limit costs more than this many times as much as one that does not, the bound is useless.
 const FAR: u64 = 3;
 
 /// The bound of a whole chart.
@@ -352,7 +351,7 @@ pub(super) fn bound(
     })
 }
 
-/// The functions that these need, callees first.
+/// The functions that these roots need, callees first.
 fn needed<'a>(
     unit: &'a Unit,
     machine: &Machine,
@@ -361,7 +360,7 @@ fn needed<'a>(
     let by_name: BTreeMap<&str, usize> =
         unit.functions.iter().enumerate().map(|(at, it)| (&*it.name, at)).collect();
     let mut order = Vec::new();
-    // 0 not visited, 1 in progress, 2 done.
+    // The state of each function: 0 not visited, 1 in progress, 2 done.
     let mut met = vec![0_u8; unit.functions.len()];
     let mut stack: Vec<(usize, bool)> =
         roots.iter().filter_map(|name| by_name.get(name.as_str())).map(|at| (*at, false)).collect();
@@ -478,7 +477,7 @@ impl<'a> Walker<'a> {
             below = below.max(callee.stack - if is_part { callee.memory } else { 0 });
             user_code |= callee.user_code;
         }
-        // The larger of one frame and several frames.
+        // The larger of the two ways to count: as one frame, and as several frames.
         let memory = memory.max(whole.on_stack);
         let own = own(alone.saved.max(whole.saved));
         let deepest = called.keys().filter_map(|name| self.by_name.get(name));

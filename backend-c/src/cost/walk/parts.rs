@@ -1,10 +1,10 @@
 //! Finds the functions that a compiler inlines into their only caller, and what each function then keeps in registers and on the stack.
 //!
-//! gcc inlines a `static` function with one call site (`-finline-functions-called-once`, part of `-Os` and `-O2`): no call, no arguments in separate registers,
-//! no saved registers. Three things prevent it, and in these cases the model keeps the cost of a call:
+//! gcc inlines a `static` function with one call site (`-finline-functions-called-once`, part of `-Os` and `-O2`): no call, no arguments in separate
+//! registers, no saved registers. Three things prevent it, and in these cases the model keeps the cost of a call:
 //! - two functions with the same code become one (`-fipa-icf`), which then has two callers: [`shape`] finds the candidates;
-//! - the caller would become too large (`large-function-insns`, 2700) or its frame (`large-stack-frame`, 256 bytes): [`LARGE`] and [`LARGE_FRAME`] are well
-//!   below;
+//! - the caller would become too large (`large-function-insns`, 2700) or its frame (`large-stack-frame`, 256 bytes): [`LARGE`] and [`LARGE_FRAME`]
+//!   are well below;
 //! - the caller itself may be copied into several callers, and its callee with it.
 
 use super::super::machine::Machine;
@@ -24,19 +24,19 @@ const LARGE_FRAME: u64 = 128;
 /// How a function is compiled.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Setting {
-    /// It is part of its only caller.
+    /// True if it is part of its only caller.
     pub(super) is_part: bool,
     /// Bytes of registers that it saves; a part saves nothing by itself.
     pub(super) saved: u64,
-    /// Locals are on the stack because there are too few registers.
+    /// True if locals are on the stack because there are too few registers.
     pub(super) is_spilled: bool,
-    /// Stores may use a pointer without an offset.
+    /// True if stores may use a pointer without an offset.
     pub(super) is_far: bool,
     /// Bytes of locals on the stack.
     pub(super) on_stack: u64,
 }
 
-/// What a function needs at the same time.
+/// The registers and memory that a function needs at the same time.
 #[derive(Debug, Clone, Copy, Default)]
 struct Need {
     /// Bytes of all locals.
@@ -131,15 +131,16 @@ impl Need {
 /// A function as it is compiled: separately, and with what is known about its callers.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Compiled {
-    /// As if it were not part of another function and had no parts.
+    /// The setting as if it were not part of another function and had no parts.
     pub(super) alone: Setting,
-    /// As part of its caller, and with its own parts.
+    /// The setting as part of its caller, and with its own parts.
     pub(super) whole: Setting,
     /// Its structures that are in registers, and its pointers to such structures.
     pub(super) kept: BTreeSet<Rc<str>>,
 }
 
-/// How these functions are compiled, callees first. `sites` are the call sites in the whole text; `known` is a function whose cost is known without its text.
+/// How these functions are compiled, callees first. `sites` are the call sites in the whole text; `known` is a function whose cost is known without
+/// its text.
 pub(super) fn compiled(
     unit: &Unit,
     machine: &Machine,
@@ -190,7 +191,7 @@ pub(super) fn compiled(
         })
         .collect();
     let kept = kept::kept(unit, functions, &parts);
-    // What is in registers is no longer in memory, so no function becomes larger.
+    // Structures in registers are no longer in memory, so no function becomes larger.
     let needs = program.whole(&mut is_part, &kept);
     let mut all: Vec<Compiled> = (needs.iter().zip(kept))
         .enumerate()
@@ -251,7 +252,7 @@ impl Program<'_> {
             let calls = frame.calls && (!is_all_parts || has_user_code(&function.body));
             let whole = own.with(&part_needs, calls);
             if whole.names > LARGE || whole.memory > LARGE_FRAME {
-                // It is not known which of them remain functions.
+                // It is not known which of the parts remain functions.
                 for part in called_parts {
                     if let Some(part) = is_part.get_mut(part) {
                         *part = false;
@@ -300,8 +301,8 @@ fn has_user_code(list: &[Stmt]) -> bool {
     })
 }
 
-/// The names of a function in order: the value of a constant, for others the index of the first occurrence. Two functions with the same code have the same
-/// result, whatever their locals and members are called.
+/// The names of a function in order: the value of a constant, for others the index of the first occurrence. Two functions with the same code have the
+/// same result, whatever their locals and members are called.
 fn shape(unit: &Unit, function: &Function) -> Vec<i128> {
     let mut met: Vec<Rc<str>> = Vec::new();
     let mut out = vec![function.parameters.len() as i128];

@@ -296,7 +296,7 @@ impl Walker<'_> {
             Some(step) => self.measured(|it| it.effect(step))?,
             None => (Cost::default(), Vec::new()),
         };
-        // A counter that only the loop reads is not tracked: the rounds define it.
+        // A counter that only the loop reads is not tracked, because the number of rounds determines it.
         let free = compile::without_counter(stmt, condition, body);
         let question = free.unwrap_or(condition).map(|it| self.op_of_question(stmt.line, it));
         let (price, is_free) = (compile::own(asked.0), free.is_some());
@@ -338,7 +338,7 @@ impl Walker<'_> {
                 (true, [only]) => (vec![compile::paid(only)], counted.map(|it| compile::paid(&it))),
                 _ => (begin, counted),
             };
-            // The dropped condition is still evaluated: before each round, and once at the end.
+            // The condition without the counter is still evaluated: before each round, and once at the end.
             let asked = |at: u32| code::Op { line: at, what: What::Pay(left) };
             let mut init = begin;
             init.push(asked(stmt.line));
@@ -360,8 +360,8 @@ impl Walker<'_> {
         })
     }
 
-    /// The maximum number of rounds of a loop: from the emitter, or from a conjunct `counter < constant` of a counter that begins with a constant and is
-    /// incremented in every round. The flag is true if the text alone does not end the loop there.
+    /// The maximum number of rounds of a loop: from the emitter, or from a conjunct `counter < constant` of a counter that begins with a constant and
+    /// is incremented in every round. The flag is true if the text alone does not end the loop there.
     fn rounds(&self, stmt: &Stmt, condition: Option<&Expr>, body: &[Stmt]) -> Option<(u64, bool)> {
         let marked = self
             .marks

@@ -13,7 +13,7 @@ pub struct Place {
     pub objects: Vec<Object>,
     /// How often it is executed.
     pub times: u64,
-    /// Its own time for all executions together, without its callees.
+    /// The total time of all its executions, without its callees.
     pub time: u64,
 }
 
@@ -25,7 +25,8 @@ pub(super) struct Tracer<'a> {
 }
 
 impl Tracer<'_> {
-    /// The path that a run has taken: lines with their time. A line that does not come from the net belongs to the nearest line above that does.
+    /// Adds the path that a run has taken: lines with their time. A line that does not come from the net belongs to the nearest line above that
+    /// does.
     pub(super) fn gone(&mut self, path: &[(u32, u64)]) {
         for (line, time) in path {
             let objects = match self.map.binary_search_by_key(line, |(line, _)| *line) {
@@ -231,7 +232,7 @@ impl Tracer<'_> {
                 let heads: u64 = info.arms.iter().map(|(cost, _)| cost.time).sum();
                 let round = time_of(flow, on).map_or(0, |it| it.saturating_add(heads));
                 let jump = u64::from(self.walker.machine.jump.time);
-                // Either all rounds, or one round less and then the exit from the body.
+                // Either all rounds, or one round less followed by the exit from the body.
                 let out = if way == NEXT { BREAK } else { way };
                 let leaves = time_of(flow, out)
                     .filter(|last| way != NEXT || last.saturating_add(jump) > round);

@@ -68,7 +68,7 @@ impl Tree {
         outer.is_none_or(|outer| state > outer && state <= self.last[outer])
     }
 
-    /// Like `gb_domain`.
+    /// The domain of a transition, computed like `gb_domain`.
     fn domain(&self, from: usize, goal: Goal) -> Option<usize> {
         let mut up = Some(from);
         if goal.kind == Move::External {
@@ -82,7 +82,7 @@ impl Tree {
         up
     }
 
-    /// Like `gb_path`; `None` if the path does not lead to the domain.
+    /// The states on the path to a destination, computed like `gb_path`; `None` if the path does not lead to the domain.
     pub(super) fn path(&self, state: usize, domain: Option<usize>) -> Option<Vec<usize>> {
         let mut way = Vec::new();
         let mut up = Some(state);
@@ -93,7 +93,7 @@ impl Tree {
         Some(way)
     }
 
-    /// Like `gb_descend`; nothing is entered below `closed` by default.
+    /// The states entered by default, computed like `gb_descend`; nothing is entered below `closed` by default.
     pub(super) fn descend(&self, marked: &mut BTreeSet<usize>, closed: Option<usize>) {
         for state in 0..self.parent.len() {
             if !marked.contains(&state) || closed == Some(state) {

@@ -4,7 +4,7 @@
 //! length; parts are nested and never overlap. So one pass over the code can check that it stays within its bytes, its stack and its rounds,
 //! and no jump can leave the code.
 //!
-//! The engine's stack and nesting depth are small. Expressions deeper than [`HEIGHT`] are split, and their operands are stored in numbers of the
+//! The engine's stack and nesting depth are small. Expressions deeper than [`HEIGHT`] are split, and their operands are stored in temporaries of the
 //! reaction; lists deeper than [`LEVELS`] are flattened, with a flag for the branch that was taken.
 
 mod places;
@@ -96,7 +96,7 @@ pub(super) struct Assembler<'a> {
     places: &'a Places,
     /// The temps of the program, and those that hold operands.
     temps: Vec<(Type, Place)>,
-    /// Free temps for operands: flags and numbers.
+    /// Temps that are free for operands: those for flags, and those for numbers.
     free: [Vec<usize>; 2],
     /// The number of flags and numbers so far.
     pub(super) n_flags: usize,
@@ -155,7 +155,7 @@ impl<'a> Assembler<'a> {
     /// The code of the reset.
     ///
     /// # Errors
-    /// The engine cannot hold something of the net.
+    /// If the engine does not support something in the net.
     pub(super) fn reset(&mut self) -> Coded<Vec<u8>> {
         for (id, cell) in self.program.cells.iter() {
             for (index, value) in cell.init.iter().enumerate().filter(|(_, value)| **value != 0) {
@@ -192,7 +192,7 @@ impl<'a> Assembler<'a> {
     /// The code of the reaction; `eager` are the conditions that are called before it.
     ///
     /// # Errors
-    /// The engine cannot hold something of the net.
+    /// If the engine does not support something in the net.
     pub(super) fn reaction(&mut self, eager: &BTreeSet<InputId>) -> Coded<Vec<u8>> {
         for input in eager {
             self.with(Op::Ask, self.places.inputs[input]);
@@ -226,13 +226,14 @@ impl<'a> Assembler<'a> {
         }
     }
 
-    /// An instruction that contains code: the position of its length.
+    /// Emits an instruction that contains code; returns the position of its length.
     fn open(&mut self, op: Op) -> usize {
         self.with(op, 0);
         self.code.len() - 2
     }
 
-    /// Ends the contents of the instruction. A length of more than 16 bits makes the image too large, and it is rejected as a whole.
+    /// Ends the code that an instruction contains. A length of more than 16 bits makes the image too large, and it is rejected as a
+    /// whole.
     fn close(&mut self, length_at: usize) {
         let length = narrow(self.code.len() - length_at - 2);
         self.code[length_at..length_at + 2].copy_from_slice(&length.to_le_bytes());
@@ -247,7 +248,7 @@ impl<'a> Assembler<'a> {
         self.temps.len() - 1
     }
 
-    /// A temp for a short-lived value.
+    /// Takes a temp for a short-lived value.
     fn borrow(&mut self, is_bool: bool) -> usize {
         let ty = if is_bool { Type::Bool } else { Type::Int { lo: i64::MIN, hi: i64::MAX } };
         self.free[usize::from(is_bool)].pop().unwrap_or_else(|| self.new_temp(ty))
@@ -518,7 +519,7 @@ impl<'a> Assembler<'a> {
             Stmt::Call(output, arguments) => {
                 let mentioned: Vec<&Expr> = arguments.iter().collect();
                 self.ask(&mentioned, &Expr::bool(true));
-                // The stack is reserved for the arguments.
+                // The stack is reserved for the arguments, so nested operands are moved into temps first.
                 let mut lower = Vec::new();
                 for argument in arguments {
                     let value = self.low(argument, &mut kept);
@@ -574,7 +575,7 @@ impl<'a> Assembler<'a> {
         Ok(())
     }
 
-    /// An `if` whose lists are not nested in it; instead, each statement is guarded by the flag of its branch.
+    /// Emits an `if` whose lists are not nested in it; instead, each statement is guarded by the flag of its branch.
     fn flat(
         &mut self,
         condition: &Expr,
@@ -628,7 +629,7 @@ impl<'a> Assembler<'a> {
         Ok(())
     }
 
-    /// An expression that is not too deep.
+    /// The expression, changed so that it is not too deep.
     fn low(&mut self, expr: &Expr, kept: &mut Vec<usize>) -> Expr {
         if expr.height() > HEIGHT { self.lowered(expr.clone(), kept) } else { expr.clone() }
     }

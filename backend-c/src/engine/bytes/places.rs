@@ -20,7 +20,7 @@ pub(in crate::engine) enum Place {
 pub(in crate::engine) struct Places {
     /// The location of each cell.
     pub(in crate::engine) cells: IdMap<Cell, Place>,
-    /// For each row of a cell, its first number and the count.
+    /// For each row, its cell, its first number, and the count of its numbers.
     pub(in crate::engine) rows: Vec<(CellId, usize, usize)>,
     /// The position of each input or condition in the inputs of a reaction.
     pub(in crate::engine) inputs: BTreeMap<InputId, u16>,

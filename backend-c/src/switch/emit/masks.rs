@@ -1,8 +1,8 @@
 //! Outputs that are bits: a reaction collects them in a register and writes each word once.
 //!
-//! The unconditional outputs of a step are a mask. A small variable whose transitions affect no other variable adds the mask where it moves, so that the
-//! mask costs no test; a larger one, or one that forks and joins change, reads it from a table after all have moved; for one or two steps a test is
-//! cheaper than a table.
+//! The unconditional outputs of a step are a mask. A small variable whose transitions affect no other variable adds the mask in the code of its
+//! transitions, so that the mask costs no test; a larger one, or one that forks and joins change, reads it from a table after all have moved; for one
+//! or two steps a test is cheaper than a table.
 
 use super::Emit;
 use crate::Object;
@@ -39,7 +39,7 @@ impl Emit<'_> {
         masks
     }
 
-    /// Whether the masks of a variable are added where it moves.
+    /// Whether the masks of a variable are added in the code of its transitions.
     pub(super) fn lit_in_cases(&self, index: usize) -> bool {
         let machine = &self.plan.machines[index];
         self.locals

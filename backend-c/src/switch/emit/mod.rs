@@ -41,9 +41,9 @@ pub(super) struct Emit<'a> {
     timers: Vec<String>,
     edges: BTreeSet<EdgeId>,
     ticks: Option<Ticks>,
-    /// State variables are locals of the one function.
+    /// True if state variables are locals of the one function.
     locals: bool,
-    /// `Evolution::Stable`.
+    /// True for `Evolution::Stable`.
     stable: bool,
     helpers: Helpers,
     /// The data of one reaction: type, name, value at its start or at the start of each micro-step, and a comment.
@@ -52,7 +52,7 @@ pub(super) struct Emit<'a> {
     masks: masks::Masks,
     /// The tables of these masks.
     mask_tables: Vec<Node>,
-    /// Locals of one function: conditions that are called in one case only.
+    /// The conditions that are called in one case only, which are locals of one function.
     case_conditions: BTreeSet<InputId>,
 }
 
@@ -61,7 +61,7 @@ struct Scratch {
     ty: &'static str,
     name: String,
     init: String,
-    /// Set again in each micro-step.
+    /// True if it is set again in each micro-step.
     each_step: bool,
     note: String,
 }
@@ -623,7 +623,8 @@ impl<'a> Emit<'a> {
         body
     }
 
-    /// In the function `NAME_step` the shared structure is a local, in all others a parameter.
+    /// Adapts a text to the function `NAME_step`, where the shared structure is a local; in all other functions it is a
+    /// parameter.
     fn in_step(&self, text: &str) -> String {
         if self.locals { text.to_string() } else { text.replace("scan->", "scan.") }
     }

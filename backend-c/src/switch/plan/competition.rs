@@ -129,7 +129,7 @@ fn disjoint(net: &Net, earlier: TransitionId, later: TransitionId) -> bool {
         || otherwise(a, later)
 }
 
-/// Firing both has the same effect as firing either.
+/// True if firing both has the same effect as firing either.
 fn same_effect(a: &Transition, b: &Transition) -> bool {
     a.requires == b.requires
         && a.enters == b.enters

@@ -2,8 +2,8 @@
 //!
 //! A variable is *plain* if each of its transitions leads from one of its steps to another on a condition over Boolean inputs, and its steps only
 //! drive continuous outputs. Such variables need no separate code: one loop moves all of them, with a row of constants for each transition, and
-//! costs the same few instructions for each variable, however many steps it has. The inputs are first packed into one word, and the outputs of the active
-//! steps are collected in another.
+//! costs the same few instructions for each variable, however many steps it has. The inputs are first packed into one word, and the outputs of the
+//! active steps are collected in another.
 //!
 //! Variables share a *bank* if the inputs and outputs they use fit in one word each. This module assigns variables to banks; `text` writes the
 //! tables and their loops.
@@ -295,7 +295,7 @@ impl Bank {
         count_type(len(most) - 1)
     }
 
-    /// Every step waits for at most one term.
+    /// True if every step waits for at most one term.
     fn single(&self, tables: &Tables, plan: &Plan) -> bool {
         self.steps(plan).all(|step| tables.waiting.get(&step).is_none_or(|it| it.rows.len() <= 1))
     }

@@ -1,5 +1,5 @@
-//! All pairs of states that two nets reach together, as decision diagrams, ring by ring from reset: exact for any number of ticks, and a difference comes
-//! with a shortest stimulus.
+//! All pairs of states that two nets reach together, as decision diagrams, ring by ring from reset: exact for any number of ticks, and a difference
+//! comes with a shortest stimulus.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -249,8 +249,8 @@ impl Search {
     }
 }
 
-/// The order of variables: that of the first net, with each of its bits followed by the bit of the second net with the same name; a bit without a twin
-/// comes after its predecessor in its own net's order.
+/// The order of variables: that of the first net, with each of its bits followed by the bit of the second net with the same name. A bit without a
+/// counterpart comes after its predecessor in its own net's order.
 fn sequence(joint: &Joint<'_>, equal: &Equalities) -> Vec<Lit> {
     let own = |side: usize| -> Vec<Lit> {
         let model = &joint.models[side];
@@ -264,7 +264,7 @@ fn sequence(joint: &Joint<'_>, equal: &Equalities) -> Vec<Lit> {
     };
     let (left, right) = (own(0), own(1));
     let twins = twins(joint);
-    // By literal: its position among those of the first net, with a gap of one, so that a twin fits in between.
+    // By literal: its position among those of the first net, with a gap of one, so that a twin fits after it.
     let mut place: IndexMap<Lit, (usize, usize)> =
         left.iter().enumerate().map(|(at, lit)| (*lit, (at, 0))).collect();
     let mut behind = (0, 0);
@@ -278,7 +278,7 @@ fn sequence(joint: &Joint<'_>, equal: &Equalities) -> Vec<Lit> {
         behind = (base.0, n + 1);
         place.insert(*lit, behind);
     }
-    // Inputs that neither order contains: normally none, but the diagram must not fail because of it.
+    // Inputs that neither order contains: normally none, but they must be in the diagram.
     let mut lits: Vec<Lit> = place.keys().copied().collect();
     lits.sort_by_key(|lit| place[lit]);
     let missing: Vec<Lit> = joint

@@ -18,7 +18,8 @@ const MAX_PASSES: usize = 400;
 /// The maximum size of the graph: each pass adds to it.
 const MAX_NODES: usize = 4_000_000;
 
-/// The limit of solver work for all queries together, as a multiple of the limit for one: if products of numbers are compared, nearly every query is hard.
+/// The limit of solver work for all queries together, as a multiple of the limit for one: if products of numbers are compared, nearly every query is
+/// hard.
 const EFFORT: u64 = 2;
 
 /// State bits that are always equal to another one, or constant: the variable and its replacement.
@@ -60,7 +61,7 @@ pub(crate) fn induction(question: &Question<'_>, rows: Chance<'_, '_, '_>) -> In
 /// Bits that nothing has distinguished so far, as indices into [`Joint::bits`].
 #[derive(Debug, Clone)]
 struct Class {
-    /// The value, if they never had another one.
+    /// The constant value of the bits, if they never had another one.
     constant: Option<bool>,
     /// The first one represents all, unless they are constant.
     bits: Vec<usize>,
@@ -116,7 +117,7 @@ impl Search<'_> {
         self.joint.aig.spent() > EFFORT * self.joint.question.limits.conflicts
     }
 
-    /// Nothing is claimed about classes that were not confirmed.
+    /// Ends the attempt: classes that were not confirmed are not reported as equal.
     fn give_up(&mut self, text: &str) -> Result<Induction, Failed> {
         self.classes.clear();
         Ok(Induction::Open(text.to_owned(), Equalities::new()))
@@ -244,7 +245,7 @@ impl Search<'_> {
         Ok(is_stable)
     }
 
-    /// Takes a bit out of its class.
+    /// Removes a bit from its class.
     fn remove(&mut self, class: usize, bit: usize) {
         self.classes[class].bits.retain(|one| *one != bit);
         self.classes.push(Class { constant: None, bits: vec![bit] });

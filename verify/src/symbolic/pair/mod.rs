@@ -31,7 +31,7 @@ pub(crate) struct Question<'q> {
     pub(crate) left: &'q Valid<Net>,
     pub(crate) right: &'q Valid<Net>,
     pub(crate) common: &'q Common,
-    /// Components of each, from its structure.
+    /// The components of each net, from its structure.
     pub(crate) facts: (&'q Facts, &'q Facts),
     pub(crate) limits: &'q Limits,
 }
@@ -57,7 +57,7 @@ pub(crate) struct Joint<'q> {
     bits: Vec<Bit>,
     /// The next functions by name, for the order of variables.
     next: [BTreeMap<Key, Lit>; 2],
-    /// By [`Common::inputs`].
+    /// The shared inputs, in the order of [`Common::inputs`].
     inputs: Vec<SharedInput>,
     /// The number of ticks that pass, as bits.
     time: Vec<Lit>,
@@ -65,7 +65,7 @@ pub(crate) struct Joint<'q> {
     longest: i64,
     /// Conditions that every row of inputs satisfies.
     legal: Vec<Lit>,
-    /// A reaction of either net takes more micro-steps than were unrolled.
+    /// The condition that a reaction of either net takes more micro-steps than were unrolled.
     overrun: Lit,
     /// For each compared column, whether it differs after the reaction.
     differ: Vec<Lit>,
@@ -189,7 +189,7 @@ impl<'q> Joint<'q> {
     }
 }
 
-/// Arguments of calls are not encoded here.
+/// Returns an error if some call has arguments, because they are not encoded here.
 fn check_calls(question: &Question<'_>) -> Result<(), String> {
     let Common { columns, layouts, .. } = question.common;
     let has_arguments = |column: &&CommonColumn| {

@@ -5,7 +5,7 @@ use super::{Done, Run, State, Step, Stopped};
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-/// The number of states within a condition that are still kept apart by everything known about them.
+/// The number of states in the middle of a condition up to which states are merged only if they are equal.
 const ASKED: usize = 32;
 
 /// The number of copied or compared cells that counts as the work of one statement.
@@ -120,7 +120,7 @@ fn join(known: &mut State, other: State) {
     known.price = known.price.or(other.price);
 }
 
-/// States that differ in what is known, each with a value found in it.
+/// States that differ in their cells, or in a value that belongs to each; equal ones are merged.
 #[derive(Default)]
 pub(super) struct Different {
     by_memory: BTreeMap<(Values, Vec<Values>), State>,

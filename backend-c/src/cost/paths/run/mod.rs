@@ -1,8 +1,9 @@
 //! Executes a function on what is known about each number: all paths that the values allow, with the cost of each.
 //!
 //! A state is a memory with the most expensive path to it. A condition that may be true or false splits a state in two, and each half records what the
-//! condition implies for its numbers. Equal states are merged, at the cost of the more expensive one. If there would be too many, states that agree on a few
-//! cells ([`Run::keys`]) are merged, and each number then has the values of either; so every path that a processor can take is among those counted.
+//! condition implies for its numbers. Equal states are merged, at the cost of the more expensive one. If there would be too many, states that agree
+//! on a few cells ([`Run::keys`]) are merged, and each number then has the values of either; so every path that a processor can take is among those
+//! counted.
 
 mod join;
 mod numbers;
@@ -38,7 +39,7 @@ pub(in crate::cost) struct State {
 pub(in crate::cost) enum Stopped {
     /// Too many simultaneous states, or too many statements.
     TooMuch,
-    /// Something that a run can't follow.
+    /// Something that a run cannot follow.
     Lost(String),
 }
 
@@ -70,7 +71,7 @@ pub(in crate::cost) struct Run<'a> {
     pub(in crate::cost) most_states: usize,
     /// The cells that keep states apart if there are too many; `None`: a run with too many states is abandoned.
     pub(in crate::cost) keys: Option<Vec<usize>>,
-    /// Paths are recorded.
+    /// True if paths are recorded.
     pub(in crate::cost) is_traced: bool,
     /// The current line.
     pub(in crate::cost) line: u32,
