@@ -105,7 +105,7 @@ pub fn constraints(
             let finding = Diagnostic::error(codes::BAD_PIN, message);
             findings.push(match near {
                 Some(near) => finding.help(format!("did you mean `{near}`?")),
-                None => finding,
+                None => finding.help("remove the line, or write the name of an input or output"),
             });
             continue;
         };

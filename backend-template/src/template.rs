@@ -1,7 +1,7 @@
 //! Renders a user template over the JSON of a net, with bounded work.
 
 use crate::codes;
-use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::{FileId, Span};
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::{Rest, Serde, ValueKind};
@@ -86,9 +86,10 @@ pub fn render(
             let message = format!("the template writes more than {MOST_TEXT} bytes");
             let at = Span { file: template.file, ..Span::default() };
             let found = Diagnostic::error(codes::TEMPLATE_ENDLESS, message);
-            Err(vec![found.at(at, "rendered from here")])
+            let help = "write less for each step or transition, or split the template into several";
+            Err(vec![found.at(at, "rendered from here").help(help)])
         }
-        Err(error) => Err(vec![finding(&error, template)]),
+        Err(error) => Err(vec![with_near_name(finding(&error, template), json, template)]),
     }
 }
 
@@ -133,6 +134,22 @@ impl io::Write for Bounded {
     }
 }
 
+/// A finding at an unknown name, with the name that was probably meant.
+fn with_near_name(
+    finding: Diagnostic,
+    json: &serde_json::Value,
+    template: &Template<'_>,
+) -> Diagnostic {
+    let Some(span) = finding.labels.first().map(|label| label.span) else { return finding };
+    let word = template.text.get(span.start as usize..span.end as usize).unwrap_or_default();
+    let names = json.as_object().into_iter().flat_map(|all| all.keys().map(String::as_str));
+    // Only the finding at an unknown name has a help.
+    match nearest(word, names).filter(|_| finding.help.is_some()) {
+        Some(near) => finding.help(format!("did you mean `{near}`?")).fix(span, near),
+        None => finding,
+    }
+}
+
 /// The error of the template engine as a diagnostic.
 fn finding(error: &Error, template: &Template<'_>) -> Diagnostic {
     // The innermost cause describes the error; the outer ones only that it occurred in a macro.
@@ -153,7 +170,9 @@ fn finding(error: &Error, template: &Template<'_>) -> Diagnostic {
     }
     if innermost.kind() == ErrorKind::OutOfFuel {
         let message = format!("the template takes more than {FUEL} instructions");
-        return Diagnostic::error(codes::TEMPLATE_ENDLESS, message).at(span, "it was here");
+        return Diagnostic::error(codes::TEMPLATE_ENDLESS, message)
+            .at(span, "it was here")
+            .help("end the loop earlier, or loop over a list of the chart");
     }
     let kind = innermost.kind().to_string();
     let message = if said == kind { kind } else { format!("{kind}: {said}") };

@@ -161,10 +161,9 @@ fn clock(placement: &Placement) -> Result<Option<u32>, Vec<Diagnostic>> {
             match pins[..] {
                 [] => Ok(None),
                 [Some(pin)] => Ok(Some(pin)),
-                _ => Err(vec![
-                    not_synchronous("its flip-flops do not all have the same clock pin")
-                        .help("simulate the fuse map itself with `grafsynth sim`"),
-                ]),
+                _ => {
+                    Err(vec![not_synchronous("its flip-flops do not all have the same clock pin")])
+                }
             }
         }
     }
@@ -175,6 +174,7 @@ fn not_synchronous(what: &str) -> Diagnostic {
         codes::NOT_SYNCHRONOUS,
         format!("this device is not a single-clock circuit: {what}"),
     )
+    .help("simulate the fuse map itself with `grafsynth sim`")
 }
 
 struct Maker<'a> {

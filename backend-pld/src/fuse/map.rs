@@ -144,6 +144,7 @@ fn shape_for(layout: &Layout, mode: &'_ Mode, cell: &Cell) -> Option<&'static Sh
 
 fn refused(message: String) -> Diagnostic {
     Diagnostic::error(codes::CANNOT_HOLD, message)
+        .help("use another device, or change the equation")
 }
 
 struct Mapper<'a> {
