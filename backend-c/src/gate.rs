@@ -30,7 +30,7 @@ pub(crate) fn refusal(net: &Net) -> Option<Diagnostic> {
     });
     let action = net.outputs.values().find(|it| it.is_extern()).map(|it| {
         (
-            format!("the extern action `{}`, whose calls the instance does not show", it.name),
+            format!("the extern action `{}`, whose calls are not part of the instance", it.name),
             it.name.span,
         )
     });

@@ -61,7 +61,7 @@ pub(crate) fn refusal(net: &Net, options: &Options) -> Option<Diagnostic> {
     }
     if net.transitions.len() > usize::from(BEGINS) {
         let message = format!(
-            "the trace ring supports at most {BEGINS} transitions, and the chart has {}",
+            "the trace ring supports at most {BEGINS} transitions, but the chart has {}",
             net.transitions.len()
         );
         return Some(

@@ -133,7 +133,7 @@ pub fn constraints(
     }
     if pins.iter().any(Option::is_none) && findings.is_empty() {
         let message = format!(
-            "{} signals need pins, and {} has {}",
+            "{} signals need pins, but {} has only {}",
             pins.len(),
             package.name,
             package.pins.len()

@@ -185,7 +185,7 @@ impl Vectors {
             return Ok(());
         }
         let message = format!(
-            "the test vectors don't have {} inputs and {} outputs as `{}` has",
+            "the test vectors do not match: expected {} inputs and {} outputs, as in `{}`",
             logic.inputs.len(),
             logic.outputs.len(),
             logic.name

@@ -51,7 +51,11 @@ fn rules(verb: &Verb) -> Vec<Rule> {
             let is_dumped = arguments.dump_after.is_some();
             rules.extend(["certify", "notes", "proof_limit"].map(|option| Rule {
                 option,
-                taker: if is_dumped { "checks, and --dump-after does not check" } else { CHARTS },
+                taker: if is_dumped {
+                    "checks, and with --dump-after nothing is checked"
+                } else {
+                    CHARTS
+                },
                 is_taken: files.any_chart() && !is_dumped,
             }));
             rules
@@ -165,7 +169,7 @@ fn of_build(arguments: &Build) -> Vec<Rule> {
         |is_it: fn(Target) -> bool| targets().any(|name| Target::named(name).is_none_or(is_it));
     let rule = |option, taker, is_taken| Rule { option, taker, is_taken };
     let mut rules = of_reading(&files);
-    rules.push(rule("refit", "logic by others; a chart is always fitted", files.any_logic()));
+    rules.push(rule("refit", "imported logic; a chart is always fitted", files.any_logic()));
     if !files.any_chart() {
         let of_charts = OF_C.into_iter().chain(OF_CIRCUITS).chain(OF_OUTPUTS);
         rules.extend(of_charts.map(|option| rule(option, CHARTS, false)));
@@ -204,7 +208,7 @@ fn of_compare(arguments: &Compare) -> Vec<Rule> {
     let one = "one design that all engines run, not for several designs";
     rules.push(rule("engines", one, is_one));
     rules.push(rule("trust_code", one, is_one));
-    let logic = "logic by others; two charts are compared by their own names";
+    let logic = "imported logic; charts are compared by their own names";
     rules.push(rule("rename", logic, !is_one && files.any_logic()));
     rules.push(rule("no_proof", "two designs", !is_one));
     rules.push(rule("seed", "random reactions", arguments.stimulus.is_none()));

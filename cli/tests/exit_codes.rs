@@ -391,10 +391,10 @@ fn an_interrupted_check_says_what_it_found() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let chart = "chart big {\n input a, unread\n output R\n var n: int 0..60000, m: int 0..60000\n initial step s { entry { n := (n + 1) mod 59997 } }\n step t { R; entry { m := (m * 7 + n) mod 59999 } }\n s -> t when a\n t -> s when not a\n assert never (n = 59998 and m = 17)\n}\n";
     fs::write(folder.path().join("big.graf"), chart).expect("it is written");
-    for (format, wanted) in [("human", "input unread is never used"), ("json", "\"G0240\"")] {
+    for (format, wanted) in [("human", "input `unread` is never used"), ("json", "\"G0240\"")] {
         let arguments =
             ["check", "big.graf", "--proof-limit", "1000000000", "--message-format", format];
-        let doing = "stopped while exploring what big can do";
+        let doing = "stopped while exploring the states of big";
         let output = interrupted(folder.path(), &arguments, doing);
         let said = if format == "json" { &output.stdout } else { &output.stderr };
         let said = String::from_utf8_lossy(said);

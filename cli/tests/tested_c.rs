@@ -74,7 +74,8 @@ fn c_that_differs_is_not_written_and_the_style_that_is_right_is_named() {
         assert_eq!(output.status.code(), Some(3), "{said}");
         assert!(!is_written(folder.path()), "{said}");
         assert!(said.contains("differs from the chart after"), "{said}");
-        let how = if proof.len() > 2 { "is equal in what was tested" } else { "is proved equal" };
+        let how =
+            if proof.len() > 2 { "showed no difference in the tests" } else { "is proved equal" };
         assert!(said.contains(&format!("the style `bits` {how}")), "{said}");
         // The suggested style can be written.
         let output = build(folder.path(), SPOILED, &["-t", "c-bits"]);

@@ -299,7 +299,7 @@ fn a_journal_of_another_folder_completes_nothing() {
         fs::write(entry.join("journal"), &text).expect("it is written");
         let output = done(grafsynth(folder.path(), &["check", "0/lamp.graf"]));
         let said = String::from_utf8_lossy(&output.stderr);
-        assert!(said.contains("was begun in another folder"), "{said}");
+        assert!(said.contains("it was started in another folder"), "{said}");
         let now = fs::read_to_string(folder.path().join("0/Makefile")).expect("it is there");
         assert_eq!((now.as_str(), entry.exists()), ("mine\n", false));
     }

@@ -68,8 +68,10 @@ pub fn certify(
         let net = match task_costs::alone(design, index, machine) {
             Ok(net) => net,
             Err(why) => {
-                let message =
-                    format!("{} is not certified: the chart alone has errors", library.name);
+                let message = format!(
+                    "`{}` is not certified: the library chart alone has errors",
+                    library.name
+                );
                 let finding = Diagnostic::warning(codes::CERTIFICATE, message);
                 let help = "`use` it in a chart of this file and run `check` to see them";
                 certified.found.push(finding.at(library.name.span, why).help(help));
@@ -129,7 +131,7 @@ fn verdicts(
         let (name, span) = (&property.name, property.meta.span);
         if name.is_empty() {
             let message = format!(
-                "a property of {} cannot be certified because it has no name",
+                "a property of `{}` cannot be certified because it has no name",
                 library.name
             );
             found.push(
@@ -147,7 +149,10 @@ fn verdicts(
             Outcome::Open(why) => Some(why.to_string()),
         };
         if let Some(why) = why {
-            let message = format!("{name} of {} is not certified: it is not proved", library.name);
+            let message = format!(
+                "property `{name}` of `{}` is not certified, because it is not proved",
+                library.name
+            );
             let help = match verdict.outcome {
                 Outcome::Proved { .. } | Outcome::Refuted { .. } => {
                     "correct the chart or the property: `check` of a chart that uses it shows the rows"

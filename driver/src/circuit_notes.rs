@@ -93,8 +93,8 @@ pub(crate) fn codes_and_dont_cares(
     if options.dont_cares {
         let kinds = [
             (emitted.unreachable.is_empty(), "unreachable situations"),
-            (emitted.never.is_empty(), "broken assumptions"),
-            (emitted.open.is_empty(), "what the chart leaves undefined"),
+            (emitted.never.is_empty(), "violated assumptions"),
+            (emitted.open.is_empty(), "cells that the chart leaves undefined"),
         ];
         let kinds: Vec<&str> =
             kinds.into_iter().filter(|(is_none, _)| !is_none).map(|(_, kind)| kind).collect();
@@ -133,7 +133,7 @@ pub fn form(net: &Net, facts: &Facts, logic: &Logic, busy: BusyMode) -> Option<S
         None => match busy {
             BusyMode::Never | BusyMode::WhenTooLarge => "as asked".to_owned(),
             BusyMode::WhenUnproved | BusyMode::Always => {
-                format!("because none can have its own clock: {}", why_one_clock(net))
+                format!("because they cannot run in separate clocks: {}", why_one_clock(net))
             }
         },
     };
@@ -143,9 +143,9 @@ pub fn form(net: &Net, facts: &Facts, logic: &Logic, busy: BusyMode) -> Option<S
 /// Why no micro-step of a chart can have its own clock.
 fn why_one_clock(net: &Net) -> &'static str {
     if net.emergency.is_some() {
-        "with an emergency no output may wait for the end of a reaction"
+        "with an emergency, no output may be delayed until the end of a reaction"
     } else {
-        "nothing fires, or actions are called in between"
+        "no transition fires, or actions are called between micro-steps"
     }
 }
 
@@ -167,7 +167,7 @@ pub(crate) fn one_clock_all_the_same(
         )
     } else {
         (
-            "`--busy always` is ignored: nothing fires, or actions are called between micro-steps",
+            "`--busy always` is ignored: no transition fires, or actions are called between micro-steps",
             "leave out `--busy always`: a reaction takes one clock",
         )
     };

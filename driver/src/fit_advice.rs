@@ -96,10 +96,10 @@ fn advice(asked: &BuildContext<'_>, device: &'static Device) -> String {
                 options.push(format!("--encoding {}", name(coded)));
             }
             if trial.dont_cares != asked.options.dont_cares {
-                options.push("don't-cares (leave out --no-dc)".to_owned());
+                options.push("with don't-cares (omit --no-dc)".to_owned());
             }
             if trial.safe != asked.options.safe {
-                options.push("no return from illegal situations (omit --safe)".to_owned());
+                options.push("without the return from illegal situations (omit --safe)".to_owned());
             }
             let code = match trial.encoding {
                 EncodingChoice::Auto => format!(", {}", name(coded)),
@@ -116,7 +116,7 @@ fn advice(asked: &BuildContext<'_>, device: &'static Device) -> String {
     }
     let mut tried = match n_tried {
         0 => "no other device or setting is large enough".to_owned(),
-        1 => "it does not fit the one other device or setting either".to_owned(),
+        1 => "it does not fit the only other device or setting either".to_owned(),
         n if n < trials.len() => format!(
             "it does not fit any of the first {n} of {} other devices and settings either",
             trials.len()
@@ -363,7 +363,7 @@ fn encoder(net: &Net) -> Option<String> {
     let is_fewer = n_bits as usize + 1 < n;
     (net.settings.events_exclusive && is_fewer).then(|| {
         format!(
-            "by hand: its {n} events never occur together, so an external encoder can reduce them to {n_bits} pins and a strobe"
+            "outside the chip, an encoder can reduce its {n} events, which never occur together, to {n_bits} pins and a strobe"
         )
     })
 }

@@ -95,7 +95,11 @@ fn bind(net: &Net, logic: &Logic, renames: &Renames) -> Result<Bound, Vec<Diagno
                 input.role = PinRole::Reset;
             }
             Some(_) | None => {
-                let why = if known.is_some() { "not as a bit" } else { "the chart has none" };
+                let why = if known.is_some() {
+                    "but in the chart it is not a single bit"
+                } else {
+                    "but the chart has no such input"
+                };
                 found.push(
                     Diagnostic::error(
                         codes::LOGIC_DOES_NOT_FIT,

@@ -133,9 +133,9 @@ impl Reading<'_> {
             self.found.push(
                 Diagnostic::error(
                     codes::LIBRARY_FILE,
-                    format!("chart {} is in a library file", chart.name),
+                    format!("chart `{}` is in a library file", chart.name),
                 )
-                .at(chart.name.span, "runs by itself, so other files cannot use it")
+                .at(chart.name.span, "not a library chart, so other files cannot use it")
                 .at(import.span, "used here")
                 .help("declare it as `library chart`, and `use` it where it is to run"),
             );
@@ -174,7 +174,7 @@ pub fn certificates(
             found.push(
                 Diagnostic::warning(
                     codes::CERTIFICATE,
-                    format!("the certificate of {} does not match the chart", library.name),
+                    format!("the certificate of `{}` does not match the chart", library.name),
                 )
                 .at(certificate.span, format!("issued by version {}", certificate.version))
                 .at(library.name.span, "changed since then")
@@ -189,12 +189,12 @@ pub fn certificates(
             Ok(net) => net,
             Err(why) => {
                 let message = format!(
-                    "the certificate of {} is not checked: the library chart alone has errors",
+                    "the certificate of `{}` is not checked: the library chart alone has errors",
                     library.name
                 );
                 found.push(
                     Diagnostic::warning(codes::CERTIFICATE, message)
-                        .at(certificate.span, "proves nothing about it")
+                        .at(certificate.span, "this certificate proves nothing")
                         .at(library.name.span, why),
                 );
                 continue;
@@ -217,7 +217,8 @@ pub fn certificates(
                 Some(grafsynth_verify::Outcome::Open(why)) => (why.to_string(), false),
                 None => ("no property of the library chart has that name".to_owned(), true),
             };
-            let message = format!("{property} of {} is certified but not proved", library.name);
+            let message =
+                format!("property `{property}` of `{}` is certified but not proved", library.name);
             let finding = if is_wrong {
                 Diagnostic::error(codes::CERTIFICATE, message)
             } else {

@@ -96,7 +96,7 @@ fn with_phases(
         small.report,
         "phases: {}{}",
         counted(found.tries, "choice"),
-        if found.is_complete { " tried, all there are" } else { " judged" }
+        if found.is_complete { " tried, which are all" } else { " judged" }
     );
     Ok(small)
 }

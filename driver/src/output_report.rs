@@ -241,7 +241,7 @@ impl std::fmt::Display for Note {
                 let how = match outcome {
                     Outcome::Proved => "is proved equal",
                     Outcome::NotChecked | Outcome::Open | Outcome::Refuted => {
-                        "is equal in what was tested"
+                        "showed no difference in the tests"
                     }
                 };
                 write!(f, "this is a bug in grafsynth: the style `{style}` {how}")
@@ -249,7 +249,10 @@ impl std::fmt::Display for Note {
             Note::NoStyle => f.write_str("this is a bug in grafsynth"),
             Note::WithoutForeignCode => f.write_str("without the chart's own C (see --trust-code)"),
             Note::Synchronised { pins, stages } => {
-                write!(f, "{pins} inputs arrive {stages} clocks later, by synchronisers")
+                let counted =
+                    |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+                let (inputs, clocks) = (counted(*pins, "input"), counted(*stages, "clock"));
+                write!(f, "synchronisers delay {inputs} by {clocks}")
             }
         }
     }

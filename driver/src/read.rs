@@ -295,7 +295,7 @@ fn unknown_format(path: &str) -> Diagnostic {
     known.dedup();
     Diagnostic::error(
         codes::UNKNOWN_FORMAT,
-        format!("cannot tell the format of {path} from its name"),
+        format!("cannot determine the format of {path} from its name"),
     )
     .help(format!(
         "give it with --from, as in `--from graf`, or rename the file; endings: {}",

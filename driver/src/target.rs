@@ -85,7 +85,11 @@ impl Target {
         ),
         (Target::Net, "net", "the net itself, as text"),
         (Target::Json, "json", "the net and one reaction as a program, as JSON (docs/net-json.md)"),
-        (Target::Template, "template", "your own language, by --template FILE (docs/templates.md)"),
+        (
+            Target::Template,
+            "template",
+            "your own language, through a template (--template FILE, docs/templates.md)",
+        ),
     ];
 
     /// The target with that name.

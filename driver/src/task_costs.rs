@@ -56,7 +56,7 @@ pub(crate) fn lower(
         }
     }
     let message = format!(
-        "the costs of tasks still grow after {ROUNDS} rounds, because the net depends on them"
+        "the costs of the tasks still grow after {ROUNDS} rounds, because the code of the tasks depends on their costs"
     );
     let found = Diagnostic::error(TASK_NOT_COUNTED, message)
         .at(design.charts.first().map_or_else(Span::default, |chart| chart.name.span), "its tasks")

@@ -9,11 +9,11 @@ use grafsynth_ir::{Diagnostic, Span};
 pub fn unseen(net: &Net) -> Option<Diagnostic> {
     let places = net.c_texts();
     let message = format!(
-        "{} of C {} not seen by simulation, asserts, reachable situations, waiting times and bounds",
+        "{} of C code in the chart {} ignored by simulation, asserts, reachable situations, waiting times and bounds",
         counted(places.len()),
         if places.len() == 1 { "is" } else { "are" }
     );
-    let help = "what it writes to `self` or `out` affects the compiled chart only; `build --trust-code` compares that with the chart";
+    let help = "its changes to `self` and `out` affect the compiled chart only; `build --trust-code` compares the compiled chart with the chart";
     note(&places, message, help)
 }
 
@@ -22,7 +22,7 @@ pub fn unseen(net: &Net) -> Option<Diagnostic> {
 pub fn left_out(net: &Net) -> Option<Diagnostic> {
     let places = net.c_texts();
     let message = format!(
-        "{} of C {} left out of the C that is compiled and run here",
+        "{} of C code in the chart {} left out of the C that is compiled and run here",
         counted(places.len()),
         if places.len() == 1 { "is" } else { "are" }
     );
@@ -40,5 +40,5 @@ fn note(places: &[Span], message: String, help: &str) -> Option<Diagnostic> {
 }
 
 fn counted(n: usize) -> String {
-    format!("{n} text{}", if n == 1 { "" } else { "s" })
+    format!("{n} block{}", if n == 1 { "" } else { "s" })
 }

@@ -88,7 +88,7 @@ impl Explorer {
                 Trouble::Machine(format!("the compiled chart cannot be started: {error}"))
             })?;
         let (Some(input), Some(output)) = (child.stdin.take(), child.stdout.take()) else {
-            return Err(Trouble::Machine("the compiled chart has no pipes".to_owned()));
+            return Err(Trouble::Machine("cannot connect to the compiled chart".to_owned()));
         };
         let mut explorer = Explorer {
             child: Mutex::new(child),

@@ -482,7 +482,7 @@ impl Scan {
                     return refuse(
                         Diagnostic::error(
                             codes::XML_NOT_READ,
-                            format!("the element has more than {MAX_ATTRIBUTES} attributes, or more than {MAX_NAMESPACES} namespaces in force"),
+                            format!("the element has more than {MAX_ATTRIBUTES} attributes, or more than {MAX_NAMESPACES} namespaces are in scope"),
                         )
                         .at(place, ""),
                     );

@@ -237,7 +237,7 @@ fn ambiguous(cell: Cell<'_>, candidates: &[&str]) -> Diagnostic {
     let names = listed(candidates.iter().copied());
     Diagnostic::error(
         codes::AMBIGUOUS_COLUMN,
-        format!("`{}` is the short name of {} columns", cell.text, candidates.len()),
+        format!("`{}` is the short name of {} different columns", cell.text, candidates.len()),
     )
     .at(cell.span, "")
     .help(format!("write the full name: {names}"))
@@ -406,7 +406,9 @@ impl Reader<'_> {
             self.diagnostics.push(
                 Diagnostic::error(
                     codes::CELL_COUNT,
-                    format!("the row has {n_cells} cells, but the header has {n_columns}"),
+                    format!(
+                        "wrong number of cells in this row: expected {n_columns}, found {n_cells}"
+                    ),
                 )
                 .at(Span::new(self.file, start, start + line.trim_end().len()), "")
                 .help("write one cell for each column of the header"),

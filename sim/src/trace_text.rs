@@ -208,7 +208,7 @@ impl Trace {
                     Diagnostic::error(
                         codes::CELL_COUNT,
                         format!(
-                            "the row has {n_cells} cells, but the header has {}",
+                            "wrong number of cells in this row: expected {}, found {n_cells}",
                             layout.columns.len()
                         ),
                     )

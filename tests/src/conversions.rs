@@ -87,7 +87,7 @@ fn written(chart: &NetDesign, to: Format, seed: u64) -> Result<(usize, Box<NetDe
         let message = one.message.strip_suffix(" in the document").unwrap_or(&one.message);
         if let Some((old, new)) = message.split_once(" is renamed to ") {
             let old = old.strip_prefix("the event ").unwrap_or(old);
-            names.insert(old.to_owned(), new.to_owned());
+            names.insert(old.trim_matches('`').to_owned(), new.trim_matches('`').to_owned());
         }
     }
     let is_said = converted.lost.iter().any(|one| one.message.ends_with("one after the other"));

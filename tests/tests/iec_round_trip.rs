@@ -327,9 +327,9 @@ fn macro_steps_lists_timers_and_comments_come_back() {
         let (text, lost) = written(&net, format).unwrap_or_else(|why| panic!("{why:#?}"));
         let said: Vec<&str> = lost.iter().map(|one| one.message.as_str()).collect();
         for part in [
-            "macro-step wash is expanded",
-            "macro-step wash.rinse is expanded",
-            "the timer soak is written as an instance of TON",
+            "macro-step `wash` is expanded",
+            "macro-step `wash.rinse` is expanded",
+            "the timer `soak` is written as an instance of TON",
         ] {
             assert!(said.contains(&part), "{part} is not in {said:?}");
         }

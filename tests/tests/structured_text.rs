@@ -369,11 +369,11 @@ fn blocks_with_charts_do_in_a_program_what_they_do_alone() {
     assert_eq!(column(&got, "before")[1..], counted[..counted.len() - 1]);
     assert!(column(&got, "both").contains(&1));
     for (body, what) in [
-        ("red := NOT on; a(on := red);", "on of a as an expression that changes within a scan"),
-        ("IF ask THEN a(on := on); END_IF;", "a call of lights here"),
+        ("red := NOT on; a(on := red);", "`on` of `a` as an expression that changes within a scan"),
+        ("IF ask THEN a(on := on); END_IF;", "a call of `lights` here"),
         ("a(on := on); a(on := ask);", "a second call of a function block with a chart"),
-        ("a.on := ask; a(ask := ask);", "assignments to variables of a"),
-        ("IF ask THEN RETURN; END_IF; a(on := on);", "a call of lights here"),
+        ("a.on := ask; a(ask := ask);", "assignments to variables of `a`"),
+        ("IF ask THEN RETURN; END_IF; a(on := on);", "a call of `lights` here"),
     ] {
         // The design is then the block alone, and the rejections are warnings (G0451).
         let mut sources = Sources::default();

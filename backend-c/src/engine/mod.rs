@@ -212,7 +212,7 @@ impl<'a> Plan<'a> {
             Policy::All => Ok(ImageKind::All),
             Policy::Priority => {
                 if self.net.parts.values().filter(|part| part.level == 1).count() > 1 {
-                    return refuse("priorities in several charts side by side", span);
+                    return refuse("priorities in several charts of one file", span);
                 }
                 Ok(ImageKind::Priority)
             }

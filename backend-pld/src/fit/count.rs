@@ -25,7 +25,7 @@ pub(crate) fn lacks(logic: &Logic, device: &Device, options: &EmitOptions) -> Op
     let n_device = device.n_cells();
     if n_cells > n_device {
         return Some(format!(
-            "{n_flops} registers and {n_outputs} outputs need at least {n_cells} macrocells, and it has {n_device}"
+            "{n_flops} registers and {n_outputs} outputs need at least {n_cells} macrocells, but it has only {n_device}"
         ));
     }
     let is_registered =
@@ -42,7 +42,7 @@ pub(crate) fn lacks(logic: &Logic, device: &Device, options: &EmitOptions) -> Op
     let clock = if n_clocks > 0 { ", the clock" } else { "" };
     let shown = if device.blocks.is_some() { "outputs" } else { "registers and outputs" };
     Some(format!(
-        "{n_inputs} inputs{clock} and {n_shown} {shown} need at least {n_signals} pins, and it has {n_pins}"
+        "{n_inputs} inputs{clock} and {n_shown} {shown} need at least {n_signals} pins, but it has only {n_pins}"
     ))
 }
 

@@ -102,7 +102,7 @@ impl Obstacles {
         }
         if !self.functions.is_empty() {
             parts.push(format!(
-                "{} of its {} registers and outputs {} no macrocell among {} ({})",
+                "{} of its {} registers and outputs {} none of the {} macrocells ({})",
                 self.functions.len(),
                 misfit.n_functions,
                 finds(&self.functions),
@@ -141,7 +141,7 @@ impl Obstacles {
 }
 
 fn finds(names: &[String]) -> &'static str {
-    if names.len() == 1 { "finds" } else { "find" }
+    if names.len() == 1 { "gets" } else { "get" }
 }
 
 /// The first names of a list, and the number of the others.

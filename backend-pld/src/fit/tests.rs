@@ -206,11 +206,8 @@ fn the_obstacles_of_each_mode_are_named() {
     let found = emit(&builder.finish(), Dialect::Galasm, &on("gal16v8")).unwrap_err();
     assert_eq!(found.len(), 1);
     let message = &found[0].message;
-    assert!(message.contains("in its simple mode, 1 of its 13 inputs finds no pin"), "{message}");
-    assert!(
-        message.contains("in its registered mode, 3 of its 13 inputs find no pin"),
-        "{message}"
-    );
+    assert!(message.contains("in its simple mode, 1 of its 13 inputs gets no pin"), "{message}");
+    assert!(message.contains("in its registered mode, 3 of its 13 inputs get no pin"), "{message}");
 }
 
 /// Ten outputs whose sums have eight products: the simplest mode allows eight, the others seven.

@@ -197,7 +197,7 @@ impl Mapper<'_> {
         let bytes = &self.placement.signature;
         if bytes.len() > 8 {
             self.found.push(refused(format!(
-                "the signature has {} bytes, and the device holds 8",
+                "the signature has {} bytes, but the device stores only 8",
                 bytes.len()
             )));
         }
@@ -257,7 +257,7 @@ impl Mapper<'_> {
         if cell.sum.len() > limit {
             self.refuse_cell(
                 cell,
-                &format!("holds {limit} product terms, and its function needs {}", cell.sum.len()),
+                &format!("has {limit} product terms, but its function needs {}", cell.sum.len()),
             );
             return;
         }

@@ -545,7 +545,7 @@ impl<'a> Reader<'a> {
             self.report(
                 Diagnostic::warning(
                     codes::SYNTAX,
-                    format!("{said} test vectors are announced, but {n_read} were found"),
+                    format!("the file declares {said} test vectors, but {n_read} were found"),
                 )
                 .at(span, "announced here")
                 .help(format!("write `QV{n_read}`, or get the missing vectors")),

@@ -677,7 +677,7 @@ impl<'a> Parser<'a, '_> {
 /// Reads an output enable: one that is always on is redundant; any other is dropped with a warning.
 pub(crate) fn enable(draft: &mut PldAst, id: SignalId, definition: Definition) {
     if let Some(first) = draft.enables.insert(id, definition) {
-        let message = format!("`{}` has two enables", draft.signals[id as usize].name);
+        let message = format!("`{}` has two output enables", draft.signals[id as usize].name);
         let finding = Diagnostic::error(codes::DEFINED_TWICE, message)
             .at(definition.span, "here")
             .at(first.span, "and here")

@@ -297,7 +297,7 @@ impl Parser<'_, '_> {
         }
         let name = &self.draft.signals[signal as usize].name;
         let message = format!(
-            "CUPL puts the text of `{name}` here without parentheses, so the operator beside it would bind only a part of it"
+            "CUPL puts the text of `{name}` here without parentheses, so the operator next to it would apply to only a part of it"
         );
         let of = self.draft.signals[signal as usize].span;
         let finding = Diagnostic::error(codes::UNSUPPORTED, message)

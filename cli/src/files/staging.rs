@@ -391,7 +391,9 @@ impl Staging {
         if is_known {
             say("was completed");
         } else if is_there(UNDO) || is_there(JOURNAL) {
-            say("was begun in another folder, of which this is a copy: it was not completed");
+            say(
+                "was not completed, because it was started in another folder and this folder is a copy",
+            );
         }
         if let Some(journal) = self.journal(UNDO) {
             if let Err(error) = self.undo(&journal) {

@@ -48,7 +48,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop
     ];
     if let Some((option, _)) = of_one.iter().find(|(_, is_given)| *is_given) {
         return Err(Stop::Usage(format!(
-            "{option} takes one file, and {} are given",
+            "{option} accepts one file, but {} were given",
             inputs.len()
         )));
     }
@@ -155,7 +155,7 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
         Some(path) => earlier_pins(session, path)?,
         None => Vec::new(),
     };
-    progress::doing(format!("exploring what {} can do", net.name));
+    progress::doing(format!("exploring the states of {}", net.name));
     let facts = pipeline::facts(net, &limits);
     let source = input.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
     let options = BuildOptions {

@@ -61,7 +61,7 @@ fn one(session: &mut Session, arguments: &Check, input: &Input) -> Result<Exit, 
     let visited = if net.steps.len() > LARGE { limits.pairs.min(100_000) } else { limits.pairs };
     let visited = Limits { pairs: visited, ..limits.clone() };
     let name = net.name.to_string();
-    progress::doing(format!("exploring what {name} can do"));
+    progress::doing(format!("exploring the states of {name}"));
     // The guarantees of the emergency are checked in the same states as the rest.
     let (asked, refused) = match grafsynth_verify::with_emergency(net) {
         Ok(asked) => (asked, Vec::new()),
@@ -347,7 +347,8 @@ fn said(
             }
             let written = session.keep_traces(arguments.trace.as_deref(), &[&trace])?;
             let rows = session.evidence(&shown, &written);
-            let text = format!("refuted  {text}{tags} at {place}, in row {row} of\n{rows}");
+            let text =
+                format!("refuted  {text}{tags} at {place}, in row {row} of this trace:\n{rows}");
             session.answer(&answer, &text);
             Exit::Refuted
         }
@@ -392,7 +393,7 @@ fn waits(
             Wait::Bounded { turns, reactions, .. } => {
                 let counted_turns = counted(turns as usize, "turn", "turns");
                 let within = reactions.map_or_else(
-                    || "; others may keep the step for any time".to_owned(),
+                    || "; other transitions may keep the step active for any time".to_owned(),
                     |most| {
                         format!(", and fires within {most} reactions while its receptivity holds")
                     },
@@ -415,14 +416,15 @@ fn waits(
                 let mut whole = way.clone();
                 cycle.rows().for_each(|row| whole.push(&row));
                 let trace = grafsynth_sim::run(net, &whole);
-                let message = format!("after {from} over and over, in the last {last} of a trace");
+                let message = format!("after {from}, a trace repeats its last {last} for ever");
                 let answer = Answer::new(About::Bound, name.to_string(), Status::Done, message)
                     .with("starves", true)
                     .with("cycle", cycle.len())
                     .witness(&trace.to_csv());
                 let written = session.keep_traces(arguments.trace.as_deref(), &[&trace])?;
-                let mut text =
-                    format!("starves  {name}: after {from} over and over, in the last {last} of\n");
+                let mut text = format!(
+                    "starves  {name}: after {from}, this trace repeats its last {last} for ever:\n"
+                );
                 text += &session.evidence(&Evidence::of_run(net, &whole, None), &written);
                 session.answer(&Answer { place, ..answer }, &text);
             }
@@ -449,7 +451,9 @@ fn dump(session: &mut Session, input: &Input, pass: &str) -> Result<Exit, Stop> 
     let (design, found) = session.net(input)?;
     session.show(&found);
     let Some(chart) = &design.chart else {
-        return Err(Stop::Input("a .net file has passed all passes already".to_owned()));
+        return Err(Stop::Input(
+            "a .net file is already lowered, so no pass runs on it".to_owned(),
+        ));
     };
     let costs = design.counted.as_ref().map(|counted| counted.costs.clone()).unwrap_or_default();
     match grafsynth_ir::lower::dump_after(chart, &costs, pass) {

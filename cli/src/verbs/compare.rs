@@ -98,7 +98,7 @@ fn engines(session: &mut Session, arguments: &Compare, input: &Input) -> Result<
     session.show(&found);
     let Design::Net(design) = design else {
         return Err(Stop::Input(format!(
-            "{} is logic, which only its own simulation runs: give a chart or other logic to compare it with",
+            "{} is logic, which has only one engine: give a chart or other logic to compare it with",
             input.file
         )));
     };
@@ -274,7 +274,7 @@ fn explain(
     let csv = reference.to_csv();
     let mut lines = csv.lines();
     if let Some(header) = lines.next() {
-        text.push_str(&format!("  ir, the rows up to there:\n    {header}\n"));
+        text.push_str(&format!("  trace of ir up to this row:\n    {header}\n"));
         let from = row.saturating_sub(2);
         for line in lines.skip(from).take(row - from + 1) {
             text.push_str(&format!("    {line}\n"));

@@ -68,7 +68,7 @@ pub(crate) fn run(
                 let mut text = format!("no difference on this stimulus: {} rows", found.compared);
                 if found.compared < stimulus.len() {
                     text += &format!(
-                        " of {}; row {} is not allowed by both charts, or follows from something that one leaves undefined",
+                        " of {}; row {} violates an assumption of one of the charts, or depends on something that one of them leaves undefined",
                         stimulus.len(),
                         found.compared + 1
                     );

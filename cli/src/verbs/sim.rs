@@ -246,7 +246,7 @@ pub(super) fn clocked(session: &Session, net: &Valid<Net>, stimulus: &Stimulus) 
         Ok(clocked) => {
             if stimulus.long_rows() > 0 {
                 session.note(&format!(
-                    "rows with a dt above 1 run on a chip as that many ticks, one a clock ({} of {} rows; {} clocks in all)\n",
+                    "a row with dt above 1 runs on a chip as that many clocks, each with one tick ({} of {} rows; {} clocks in total)\n",
                     stimulus.long_rows(),
                     stimulus.len(),
                     clocked.stimulus.len()
@@ -275,7 +275,7 @@ fn impossible(net: &Valid<Net>, simulator: &Simulator<'_>, file: FileId) -> Vec<
         let least = if component.always { "one" } else { "at most one" };
         let are = if active.is_empty() { "none" } else { &active.join(", ") };
         let message = format!(
-            "no reaction leads to this state: of {}, {least} is active in each situation, but here {are}",
+            "no reaction leads to this state: in each situation, {least} of the steps {} is active, but here {are}",
             all.join(", ")
         );
         let finding = Diagnostic::warning(codes::BAD_STATE, message);
@@ -304,7 +304,7 @@ fn with_state(
         session.show(&impossible(net, &simulator, file));
         if !session.quiet {
             for (what, names) in [
-                ("cut to its range", &restored.cut),
+                ("limited to its range", &restored.cut),
                 ("new", &restored.new),
                 ("lost", &restored.lost),
             ] {

@@ -20,7 +20,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Trace) -> Result<Exit, Stop
     let replay = ring::replay(net, &facts, &ring);
     crate::print(&ring::to_csv(net, &replay));
     let lost = match ring.lost() {
-        0 => "all of them are here".to_owned(),
+        0 => "the ring contains all of them".to_owned(),
         n => format!("the first {n} were overwritten"),
     };
     session.note(&format!(

@@ -186,12 +186,12 @@ fn inputs(subject: &Subject<'_>, chip: &Chip, reads: &[Reads]) -> String {
         };
         let is_synchronised = chip.chains.iter().any(|chain| chain.input == input);
         let is = if is_synchronised {
-            "synchronised on the chip: free"
+            "synchronised on the chip: may change at any time"
         } else if is_declared {
             "declared `synchronous`"
         } else if readers.len() > 1 {
             is_exposed = true;
-            "must keep to the clock"
+            "must be synchronous to the clock"
         } else if readers.is_empty() {
             "read by no register"
         } else {

@@ -50,7 +50,7 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
     });
     let hidden = hidden.count();
     if hidden > 0 && chip.device.is_none() {
-        let what = super::counted(hidden, "flip-flop lies", "flip-flops lie");
+        let what = super::counted(hidden, "flip-flop is", "flip-flops are");
         text += &format!("\n{what} buried, without a pin.\n");
     }
     Some(text)

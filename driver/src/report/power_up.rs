@@ -20,7 +20,7 @@ pub(super) fn write(subject: &Subject<'_>, chip: &Chip) -> Option<String> {
             for figure in device.figures.iter().filter(|figure| figure.what.contains("power-up")) {
                 let whence = match figure.source {
                     Source::Read(source) => format!("read: {source}"),
-                    Source::Memory(source) => format!("from memory, not verified: {source}"),
+                    Source::Memory(source) => format!("data-sheet value, not verified: {source}"),
                 };
                 text += &format!("\nSource: {} ({whence}).\n", figure.what);
             }

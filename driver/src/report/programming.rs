@@ -51,7 +51,7 @@ fn fuses(chip: &Chip) -> Option<String> {
             };
             format!("\n```text\n{command}\n```\n{others}")
         }
-        None => "\nNo programmer is known to us for it.\n".to_owned(),
+        None => "\nThere is no supported programmer for this device.\n".to_owned(),
     };
     Some(text)
 }

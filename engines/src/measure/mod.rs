@@ -163,8 +163,11 @@ impl Meter for AvrMeter {
         let symbols = bench.start(&["avr-nm"], &["chart.elf"])?;
         let symbols = String::from_utf8_lossy(&symbols.stdout).into_owned();
         let prefix = bench.prefixes.first().map(String::as_str).unwrap_or_default();
-        let addresses = addresses(&symbols, prefix)
-            .ok_or_else(|| EngineError::Failed("the functions of the chart are gone".to_owned()))?;
+        let addresses = addresses(&symbols, prefix).ok_or_else(|| {
+            EngineError::Failed(
+                "the compiled program does not contain the functions of the chart".to_owned(),
+            )
+        })?;
         let host = self
             .host
             .get_or_init(|| simavr::host(HOST))

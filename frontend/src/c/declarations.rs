@@ -218,7 +218,7 @@ impl Parser<'_> {
 
     pub(super) fn not_constant(&mut self, span: Span, what: &str) {
         self.findings.report(|| {
-            Diagnostic::error(codes::C_CONSTANT, format!("{what} is not constant"))
+            Diagnostic::error(codes::C_CONSTANT, format!("{what} is not a constant"))
                 .at(span, "not a constant expression")
                 .help("use numbers, characters, and names from `#define` and `enum`")
         });

@@ -57,7 +57,7 @@ fn report(name: &str, written: Span, other: Span, findings: &mut Findings) {
     findings.report(|| {
         Diagnostic::error(
             codes::C_UNSEQUENCED,
-            format!("{name} is changed and used in one expression, without a defined order"),
+            format!("one expression changes `{name}` and uses it again, in an undefined order"),
         )
         .at(written, "changed here")
         .at(other, "used here")

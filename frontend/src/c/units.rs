@@ -242,7 +242,7 @@ impl<'s> Collector<'_, 's> {
                         || program.vars[var].reference == Reference::Scalar
                     {
                         Self::refuse(unit, span, || {
-                            format!("{name} is used as a whole, or nets do not support its type")
+                            format!("`{name}` is used as a whole, or nets do not support its type")
                         });
                     }
                 }
@@ -250,7 +250,7 @@ impl<'s> Collector<'_, 's> {
                     if !program.constants.contains_key(name)
                         && !matches!(name.as_str(), "true" | "false" | "NULL")
                     {
-                        Self::refuse(unit, span, || format!("only a C compiler knows {name}"));
+                        Self::refuse(unit, span, || format!("only a C compiler knows `{name}`"));
                     }
                 }
             },

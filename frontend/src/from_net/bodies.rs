@@ -89,7 +89,7 @@ impl Bodies {
                 };
                 let Some(parent) = parent else {
                     findings.push(cannot(
-                        format!("the macro-step {name} outside of all charts"),
+                        format!("the macro-step `{name}` outside of all charts"),
                         data.name.span,
                     ));
                     continue;
@@ -118,7 +118,9 @@ impl Bodies {
                 }
             } else {
                 findings.push(cannot(
-                    format!("the partial chart {name}, which is neither a macro-step nor enclosed"),
+                    format!(
+                        "the partial chart `{name}`, which is neither a macro-step nor enclosed"
+                    ),
                     data.name.span,
                 ));
                 continue;

@@ -142,7 +142,7 @@ impl Writer<'_> {
             Leaf::Fireable(id) => {
                 let name = &net.transitions[id].name;
                 self.findings.push(cannot(
-                    format!("whether {name} is fireable, except by `otherwise`"),
+                    format!("whether `{name}` is fireable, except by `otherwise`"),
                     span,
                 ));
                 name

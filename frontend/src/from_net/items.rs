@@ -71,7 +71,7 @@ impl Writer<'_> {
                 Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
                     if self.is_iec && !emissions.is_empty() {
                         self.findings.push(cannot(
-                            format!("the continuous output {} together with actions that need `actions iec`", output.name),
+                            format!("the continuous output `{}` together with actions that need `actions iec`", output.name),
                             output.name.span,
                         ));
                     }
@@ -92,7 +92,7 @@ impl Writer<'_> {
                     let action = &net.actions[*id];
                     if !action.body.is_empty() {
                         self.findings.push(cannot(
-                            format!("the list of action {}", action.name),
+                            format!("the list of action `{}`", action.name),
                             action.name.span,
                         ));
                     }
@@ -124,7 +124,7 @@ impl Writer<'_> {
                 None => {
                     if net.settings.policy.is_statechart() {
                         let finding =
-                            format!("the controlled action {} in a statechart", action.name);
+                            format!("the controlled action `{}` in a statechart", action.name);
                         self.findings.push(cannot(finding, action.name.span));
                     }
                     self.drawn.push(id);
@@ -173,7 +173,7 @@ impl Writer<'_> {
     fn joining(&mut self, event: net::InputId, from: BodyId) -> Name {
         let name = &self.net.inputs[event].name;
         if self.completed.contains_key(&event) {
-            let finding = format!("a list that raises {name}, the completion of a state");
+            let finding = format!("a list that raises `{name}`, the completion of a state");
             self.findings.push(cannot(finding, name.span));
         }
         self.one_name(name, from)
@@ -184,7 +184,7 @@ impl Writer<'_> {
         let mut path = self.bodies.path(full, from);
         if path.names.len() != 1 {
             self.findings.push(cannot(
-                format!("{full}, which belongs to another chart, in an action or event"),
+                format!("`{full}`, which belongs to another chart, in an action or event"),
                 full.span,
             ));
         }
@@ -237,7 +237,10 @@ impl Writer<'_> {
     fn reaction(&mut self, transition: &net::Transition) {
         let [step] = transition.requires.as_slice() else {
             self.findings.push(cannot(
-                format!("the reaction {}, which does not belong to a single step", transition.name),
+                format!(
+                    "the reaction `{}`, which does not belong to a single step",
+                    transition.name
+                ),
                 transition.meta.span,
             ));
             return;
@@ -247,7 +250,7 @@ impl Writer<'_> {
             || !transition.enters.is_empty()
         {
             self.findings.push(cannot(
-                format!("the reaction {} with more than a condition and a list", transition.name),
+                format!("the reaction `{}` with more than a condition and a list", transition.name),
                 transition.meta.span,
             ));
         }
@@ -383,7 +386,7 @@ impl Writer<'_> {
                 Enter::Step(step) => targets.push(self.end(*step, body, false)),
                 Enter::InitialContent(_) | Enter::History(_) => {
                     self.findings.push(cannot(
-                        format!("the steps that {} enters", transition.name),
+                        format!("the steps that `{}` enters", transition.name),
                         transition.meta.span,
                     ));
                 }
@@ -391,7 +394,7 @@ impl Writer<'_> {
         }
         if transition.clears != transition.requires {
             self.findings.push(cannot(
-                format!("the steps that {} clears", transition.name),
+                format!("the steps that `{}` clears", transition.name),
                 transition.meta.span,
             ));
         }

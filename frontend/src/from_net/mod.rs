@@ -38,7 +38,7 @@ pub(crate) fn design(net: &Net) -> Result<Design, Vec<Diagnostic>> {
     refuse(net, &mut findings);
     let bodies = Bodies::of(net, &mut findings);
     for name in declared(net).filter(|name| !bodies.has_home(name)) {
-        let finding = format!("{name}, whose name does not begin with the name of a chart");
+        let finding = format!("`{name}`, whose name does not begin with the name of a chart");
         findings.push(cannot(finding, name.span));
     }
     let is_statechart = net.settings.policy.is_statechart();
@@ -103,7 +103,7 @@ fn refuse(net: &Net, findings: &mut Vec<Diagnostic>) {
             findings.push(cannot(finding, step.name.span));
         }
         if step.hidden {
-            findings.push(cannot(format!("the hidden step {}", step.name), step.name.span));
+            findings.push(cannot(format!("the hidden step `{}`", step.name), step.name.span));
         }
     }
     // Parents precede their contents, so one pass is enough.
@@ -113,14 +113,14 @@ fn refuse(net: &Net, findings: &mut Vec<Diagnostic>) {
         active[id.index()] = step.is_initial || (step.activation_link && around == Some(true));
         if step.is_initial && around == Some(false) {
             findings.push(cannot(
-                format!("step {}, which is initial in an inactive step", step.name),
+                format!("step `{}`, which is initial in an inactive step", step.name),
                 step.name.span,
             ));
         }
     }
     for timer in net.timers.values().filter(|timer| timer.starts_expired) {
         findings.push(cannot(
-            format!("timer {}, which starts at its largest value", timer.name),
+            format!("timer `{}`, which starts at its largest value", timer.name),
             timer.name.span,
         ));
     }
@@ -130,7 +130,7 @@ fn refuse(net: &Net, findings: &mut Vec<Diagnostic>) {
         // Only outputs that a list writes are stored. Any other output has no memory that could be read or have an initial value.
         if !written.contains(&var) {
             findings.push(cannot(
-                format!("the stored output {}, which is never assigned", output.name),
+                format!("the stored output `{}`, which is never assigned", output.name),
                 output.name.span,
             ));
         }
@@ -392,7 +392,7 @@ impl Writer<'_> {
             let Some(name) = self.bodies.local(body, &var.name) else { continue };
             if var.origin == VarOrigin::Hidden {
                 self.findings
-                    .push(cannot(format!("the hidden variable {}", var.name), var.name.span));
+                    .push(cannot(format!("the hidden variable `{}`", var.name), var.name.span));
             }
             let is_same = var.init.windows(2).all(|pair| pair[0] == pair[1]);
             let init = match var.init.first() {

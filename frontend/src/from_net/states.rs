@@ -76,7 +76,7 @@ impl States {
             if depth[id.index()] == MAX_DEPTH {
                 findings.push(cannot(
                     format!(
-                        "the state {}, which is nested more than {MAX_DEPTH} levels deep",
+                        "the state `{}`, which is nested more than {MAX_DEPTH} levels deep",
                         step.name
                     ),
                     step.name.span,
@@ -146,7 +146,7 @@ impl States {
             Some(_) => {
                 let name = &net.steps[state].name;
                 findings.push(cannot(
-                    format!("two initial transitions of the state {name}"),
+                    format!("two initial transitions of the state `{name}`"),
                     name.span,
                 ));
             }
@@ -385,7 +385,7 @@ impl States {
 }
 
 fn order_of_states(name: &Name) -> String {
-    format!("the position of the state {name}")
+    format!("the position of the state `{name}`")
 }
 
 /// Collects the transitions whose fireability an expression refers to.
@@ -424,7 +424,7 @@ impl Writer<'_> {
         let mut expected = data.initial.as_slice();
         if self.states.goals(net, expected, &mut goals).is_none() {
             self.findings.push(cannot(
-                format!("the states that {} enters at reset", data.name),
+                format!("the states that `{}` enters at reset", data.name),
                 data.name.span,
             ));
             expected = &[];
@@ -508,7 +508,7 @@ impl Writer<'_> {
                 if let Some(history) = self.states.histories.get(&id).and_then(|all| all.first()) {
                     let name = &net.histories[*history].name;
                     self.findings.push(cannot(
-                        format!("the history {name} of a state without child states"),
+                        format!("the history `{name}` of a state without child states"),
                         name.span,
                     ));
                 }
@@ -529,7 +529,7 @@ impl Writer<'_> {
                 let is_parallel = data.kind == StepKind::Parallel;
                 if self.states.children[id.index()].is_empty() {
                     self.findings.push(cannot(
-                        format!("the composite state {} without child states", data.name),
+                        format!("the composite state `{}` without child states", data.name),
                         data.name.span,
                     ));
                 }
@@ -554,7 +554,7 @@ impl Writer<'_> {
             Some(default) => {
                 if self.states.goals(net, default, &mut goals).is_none() {
                     self.findings.push(cannot(
-                        format!("the states that {} enters by default", data.name),
+                        format!("the states that `{}` enters by default", data.name),
                         data.name.span,
                     ));
                     return None;
@@ -593,7 +593,7 @@ impl Writer<'_> {
             };
             let (Some(is_deep), Some(())) = (is_deep, known) else {
                 self.findings.push(cannot(
-                    format!("the states that the history {} records or enters", data.name),
+                    format!("the states that the history `{}` records or enters", data.name),
                     data.name.span,
                 ));
                 continue;
@@ -669,13 +669,13 @@ impl Writer<'_> {
         let (goals, is_internal) = match transition.kind {
             TransitionKind::Reaction => (Vec::new(), true),
             TransitionKind::Move => self.states.targets(net, transition).unwrap_or_else(|| {
-                let finding = format!("the states that {} leaves and enters", transition.name);
+                let finding = format!("the states that `{}` leaves and enters", transition.name);
                 self.findings.push(cannot(finding, span));
                 (Vec::new(), false)
             }),
         };
         if transition.requires.len() != 1 || transition.priority.is_some() {
-            let finding = format!("{}, which is not a transition of a state", transition.name);
+            let finding = format!("`{}`, which is not a transition of a state", transition.name);
             self.findings.push(cannot(finding, span));
         }
         let guard =
@@ -715,7 +715,7 @@ pub(super) fn completed(
         if !waited.contains(&event) || all.insert(event, id).is_some() {
             let name = &net.inputs[event].name;
             findings.push(cannot(
-                format!("the event {name}, which is not the completion of a single state or triggers no transition"),
+                format!("the event `{name}`, which is not the completion of a single state or triggers no transition"),
                 name.span,
             ));
         }

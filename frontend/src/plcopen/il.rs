@@ -376,7 +376,7 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
                 n_copied += held.size;
                 if n_copied > MAX_COPIED {
                     unit.refuse(
-                        "an instruction list that stores a long value so many times",
+                        "an instruction list that stores a long value too often",
                         span,
                         "load the variable that holds the value",
                     );

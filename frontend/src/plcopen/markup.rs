@@ -96,7 +96,9 @@ impl Reader<'_, '_> {
                     Some(first) if first == name => {
                         Some(format!("a second <{name}> in <{parent}>"))
                     }
-                    Some(first) => Some(format!("<{name}> beside <{first}> in <{parent}>")),
+                    Some(first) => Some(format!(
+                        "<{name}> next to <{first}> in <{parent}>, which accepts only one of them"
+                    )),
                 },
             };
             let span = self.span(child);
@@ -153,11 +155,13 @@ impl Reader<'_, '_> {
                 self.report(|| {
                     let finding = Diagnostic::error(
                         codes::PLC_MARKUP,
-                        format!("<{name}> has no attribute {word}"),
+                        format!("<{name}> has no attribute `{word}`"),
                     )
                     .at(span, "");
                     match near {
-                        Some(near) => finding.help(format!("did you mean {near}?")).fix(span, near),
+                        Some(near) => {
+                            finding.help(format!("did you mean `{near}`?")).fix(span, near)
+                        }
                         None => finding.help("delete it"),
                     }
                 });
@@ -186,11 +190,13 @@ impl Reader<'_, '_> {
                     self.report(|| {
                         Diagnostic::error(
                             codes::PLC_MARKUP,
-                            format!("invalid value `{value}` of the attribute {word} of <{name}>"),
+                            format!(
+                                "invalid value `{value}` of the attribute `{word}` of <{name}>"
+                            ),
                         )
                         .at(span, format!("one of {}", expected.join(", ")))
                         .help(match near {
-                            Some(near) => format!("did you mean {near}?"),
+                            Some(near) => format!("did you mean `{near}`?"),
                             None => format!("write {word}=\"{}\", or remove it", expected[0]),
                         })
                     });

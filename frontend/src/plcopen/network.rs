@@ -265,13 +265,17 @@ fn wire(
     };
     let Some(nesting) = reader.nesting.checked_sub(LEVELS) else {
         let span = reader.span(connection);
-        unit.refuse("a network with so long a chain of elements", span, "split it with variables");
+        unit.refuse(
+            "a network with such a long chain of elements",
+            span,
+            "split it with variables",
+        );
         return None;
     };
     let Some(budget) = network.budget.checked_sub(1 + from.range().len() / 64) else {
         let span = reader.span(connection);
         unit.refuse(
-            "a network whose branches meet so many times",
+            "a network whose branches meet too often",
             span,
             "assign parts of it to variables",
         );
@@ -338,7 +342,7 @@ fn output(
             let name = node.attribute("name").unwrap_or("");
             let Some(connector) = network.connectors.get(name).copied() else {
                 unit.refuse(
-                    format!("the continuation {name} without its connector"),
+                    format!("the continuation `{name}` without its connector"),
                     span,
                     "give both the same name",
                 );

@@ -92,7 +92,7 @@ impl Reader<'_, '_> {
             self.report(|| {
                 Diagnostic::warning(
                     codes::ST_LEFT_OUT,
-                    format!("`single` of task {name} is ignored: its programs run once per tick"),
+                    format!("`single` of task `{name}` is ignored: its programs run once per tick"),
                 )
                 .at(span, "")
                 .help("write an interval such as T#10ms")
@@ -191,7 +191,7 @@ impl Reader<'_, '_> {
                 Some(chart) => {
                     let span = self.span(chart);
                     unit.refuse(
-                        format!("the action {name} with its own chart"),
+                        format!("the action `{name}` with its own chart"),
                         span,
                         "make it a separate program, or a macro-step",
                     );
@@ -282,7 +282,7 @@ impl Reader<'_, '_> {
             };
             let Some(ty) = child(node, "type").and_then(|ty| self.type_in(ty, unit)) else {
                 let span = self.span(node);
-                unit.refuse(format!("the type of {name}"), span, "write a type such as <BOOL/>");
+                unit.refuse(format!("the type of `{name}`"), span, "write a type such as <BOOL/>");
                 continue;
             };
             let init = child(node, "initialValue").and_then(|one| self.initial(one, unit));

@@ -167,7 +167,7 @@ fn actions_of_blocks_are_called_or_refused_by_name() {
     assert!(net.is_some(), "{found:#?}");
     let found = parse(FileId(0), &project("<SFC/>")).diagnostics;
     let messages: Vec<&str> = found.iter().map(|one| one.message.as_str()).collect();
-    assert_eq!(messages, ["the action up with its own chart is not supported"]);
+    assert_eq!(messages, ["the action `up` with its own chart is not supported"]);
 }
 
 #[test]

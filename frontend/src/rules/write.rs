@@ -113,7 +113,7 @@ impl Writer {
                         let name = transition.name.as_ref().map_or("", |name| &name.text);
                         self.findings.push(cannot(
                             format!(
-                                "rules run the reactions of {} before the list of transition {name}",
+                                "rules run the reactions of `{}` before the list of transition `{name}`",
                                 step.name
                             ),
                             reaction.span,
@@ -140,7 +140,7 @@ impl Writer {
                         )),
                         None => self.findings.push(cannot(
                             format!(
-                                "rules cannot contain a list with several lines: {}",
+                                "rules cannot contain a list with several lines: `{}`",
                                 action.name
                             ),
                             action.name.span,
@@ -170,22 +170,23 @@ impl Writer {
                 }
                 Item::Macro(one) => self
                     .findings
-                    .push(cannot(format!("rules have no macros: {}", one.name), one.name.span)),
+                    .push(cannot(format!("rules have no macros: `{}`", one.name), one.name.span)),
                 Item::MacroStep(one) => self.findings.push(cannot(
-                    format!("rules have no macro-steps: {}", one.name),
+                    format!("rules have no macro-steps: `{}`", one.name),
                     one.name.span,
                 )),
                 Item::Enclosing(one) => {
                     self.findings.push(cannot(
-                        format!("rules have no enclosing steps: {}", one.step.name),
+                        format!("rules have no enclosing steps: `{}`", one.step.name),
                         one.step.name.span,
                     ));
                 }
-                Item::Use(one) => self
-                    .findings
-                    .push(cannot(format!("rules have no instances: {}", one.name), one.name.span)),
+                Item::Use(one) => self.findings.push(cannot(
+                    format!("rules have no instances: `{}`", one.name),
+                    one.name.span,
+                )),
                 Item::State(one) => self.findings.push(cannot(
-                    format!("rules have no states: {}", one.step.name),
+                    format!("rules have no states: `{}`", one.step.name),
                     one.step.name.span,
                 )),
             }
@@ -245,7 +246,7 @@ impl Writer {
                 | StepRole::MacroEntryExit
                 | StepRole::Final => {
                     self.findings.push(cannot(
-                        format!("rules cannot express an item of step {}", step.name),
+                        format!("rules cannot express an item of step `{}`", step.name),
                         step.name.span,
                     ));
                 }

@@ -602,7 +602,7 @@ impl<'a> Parser<'a> {
                         self.findings.report(|| {
                             Diagnostic::warning(
                                 codes::ST_LEFT_OUT,
-                                format!("`{key}` of task {name} is ignored: its programs run once per tick"),
+                                format!("`{key}` of task `{name}` is ignored: its programs run once per tick"),
                             )
                             .at(key.span, "")
                             .help("write an INTERVAL such as T#10ms")
@@ -634,7 +634,7 @@ impl<'a> Parser<'a> {
             self.findings.report(|| {
                 Diagnostic::warning(
                     codes::ST_LEFT_OUT,
-                    format!("the connections of instance {name} are ignored: the inputs and outputs of its program are those of the design"),
+                    format!("the connections of instance `{name}` are ignored: the inputs and outputs of its program are those of the design"),
                 )
                 .at(open_at, "ignored from here")
                 .help("assign machine channels on the board")

@@ -661,7 +661,7 @@ impl Parser<'_> {
         });
         Err(self.report(|| {
             let finding =
-                Diagnostic::error(codes::ST_CONSTANT, format!("{value} is not a value of {ty}"))
+                Diagnostic::error(codes::ST_CONSTANT, format!("`{value}` is not a value of {ty}"))
                     .at(span, format!("{ty} is {lo} to {hi}"));
             match wider {
                 Some(wider) => {

@@ -38,7 +38,7 @@ pub(super) fn beginnings(lowering: &mut Lowering<'_>) {
         if has_steps[index] && !starts[index] {
             let finding = Diagnostic::error(
                 codes::NO_INITIAL_STEP,
-                format!("chart {} has no initial step, so it never does anything", chart.name),
+                format!("chart `{}` has no initial step, so it never does anything", chart.name),
             )
             .at(chart.name.span, "no step of this chart is active after reset")
             .help("write `initial step` for the step that is active after reset")
@@ -69,11 +69,11 @@ fn inside_of_inactive(lowering: &mut Lowering<'_>) {
         lowering.report(
             Diagnostic::error(
                 codes::INITIAL_INSIDE,
-                format!("step {step} is initial, but its enclosing step {parent} is not active after reset"),
+                format!("step `{step}` is initial, but its enclosing step `{parent}` is not active after reset"),
             )
             .at(step.span, "initial")
             .at(parent.span, "not active after reset")
-            .help(format!("write `step {step} *` so that {parent} activates it")),
+            .help(format!("write `step {step} *` so that `{parent}` activates it")),
         );
     }
 }

@@ -67,7 +67,7 @@ fn step<'a>(lowering: &mut Lowering<'a>, scope: ScopeId, id: StepId, source: &'a
                     lowering.report(
                         Diagnostic::error(
                             codes::SETTING_TWICE,
-                            format!("step {} has two budgets", source.name),
+                            format!("step `{}` has two budgets", source.name),
                         )
                         .at(item.span, "again here")
                         .at(first, "first here")
@@ -83,7 +83,7 @@ fn step<'a>(lowering: &mut Lowering<'a>, scope: ScopeId, id: StepId, source: &'a
                     lowering.report(
                         Diagnostic::error(
                             codes::DUPLICATE_NAME,
-                            format!("step {} has two tasks {name}", source.name),
+                            format!("step `{}` has two tasks `{name}`", source.name),
                         )
                         .at(name.span, "again here")
                         .at(first, "first here")
@@ -114,9 +114,9 @@ fn step<'a>(lowering: &mut Lowering<'a>, scope: ScopeId, id: StepId, source: &'a
             lowering.report(
                 Diagnostic::warning(
                     codes::NO_EFFECT,
-                    format!("step {} has a budget but no task", source.name),
+                    format!("step `{}` has a budget but no task", source.name),
                 )
-                .plural(&source.name, "steps", "have a budget and no task")
+                .plural(format!("`{}`", source.name), "steps", "have a budget and no task")
                 .at(span, "")
                 .help("write `task NAME cost N { .. }` in it, or remove the budget"),
             );
@@ -128,7 +128,7 @@ fn step<'a>(lowering: &mut Lowering<'a>, scope: ScopeId, id: StepId, source: &'a
             lowering.report(
                 Diagnostic::error(
                     codes::TASK_WITHOUT_COST,
-                    format!("task {name} has no cost, but its step {} has a budget of {number}", source.name),
+                    format!("task `{name}` has no cost, but its step `{}` has a budget of {number}", source.name),
                 )
                 .at(name.span, "no `cost` here")
                 .at(span, "the budget")
@@ -142,7 +142,7 @@ fn step<'a>(lowering: &mut Lowering<'a>, scope: ScopeId, id: StepId, source: &'a
         let mut finding = Diagnostic::error(
             codes::BUDGET,
             format!(
-                "task {} costs {}, but its step {} has a budget of {limit}",
+                "task `{}` costs {}, but its step `{}` has a budget of {limit}",
                 task.name, task.cost, source.name
             ),
         )
@@ -193,7 +193,7 @@ pub(super) fn event_list(
         let Ok(event) = lowering.event(scope, name) else { continue };
         if events.contains(&event) {
             lowering.report(
-                Diagnostic::warning(codes::STEP_TWICE, format!("event {name} is listed twice"))
+                Diagnostic::warning(codes::STEP_TWICE, format!("event `{name}` is listed twice"))
                     .at(name.span, "again here")
                     .help("remove it"),
             );
@@ -333,9 +333,12 @@ fn steps(
         match one_step(lowering, scope, path, end) {
             Ok(step) if found.contains(&step) => {
                 lowering.report(
-                    Diagnostic::warning(codes::STEP_TWICE, format!("step {path} is listed twice"))
-                        .at(path.span(), "again here")
-                        .help("remove it: one mention is enough"),
+                    Diagnostic::warning(
+                        codes::STEP_TWICE,
+                        format!("step `{path}` is listed twice"),
+                    )
+                    .at(path.span(), "again here")
+                    .help("remove it: one mention is enough"),
                 );
             }
             Ok(step) => found.push(step),
@@ -461,10 +464,10 @@ fn priorities_without_effect(lowering: &mut Lowering<'_>) {
         lowering.report(
             Diagnostic::warning(
                 codes::PRIORITY_UNUSED,
-                format!("the priority of {what} {name} has no effect under `conflict {policy}`"),
+                format!("the priority of {what} `{name}` has no effect under `conflict {policy}`"),
             )
             .plural(
-                name,
+                format!("`{name}`"),
                 format!("the priorities of the {what}s"),
                 format!("have no effect under `conflict {policy}`"),
             )

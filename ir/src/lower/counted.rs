@@ -30,7 +30,7 @@ pub(super) fn declare(
         refuse(
             lowering,
             count.span,
-            format!("step {name} has an initial number above its maximum of {at_reset}"),
+            format!("step `{name}` has an initial number above its maximum of {at_reset}"),
             "write a smaller number after `=`, or a larger bound",
         );
     }
@@ -49,7 +49,7 @@ pub(super) fn declare(
         refuse(
             lowering,
             count.span,
-            format!("the counted step {name} is not allowed in {place}"),
+            format!("the counted step `{name}` is not allowed in {place}"),
             help,
         );
     }
@@ -62,7 +62,7 @@ pub(super) fn declare(
         refuse(
             lowering,
             count.span,
-            format!("the counted step {name} is not allowed with `{setting}`"),
+            format!("the counted step `{name}` is not allowed with `{setting}`"),
             "choose another setting: a number has no age, and several transitions change it one after the other",
         );
     }
@@ -84,7 +84,7 @@ pub(super) fn declare(
             refuse(
                 lowering,
                 item.span,
-                format!("{what} is not allowed in the counted step {name}"),
+                format!("{what} is not allowed in the counted step `{name}`"),
                 "a counted step can only drive outputs; move the rest to a plain step",
             );
         }
@@ -150,7 +150,7 @@ pub(super) fn no_time(lowering: &mut Lowering<'_>, step: StepId, span: Span) {
     refuse(
         lowering,
         span,
-        format!("the counted step {name} has no time of activation"),
+        format!("the counted step `{name}` has no time of activation"),
         "write `timer T while NAME.active` to measure the time since its number became positive",
     );
 }

@@ -49,11 +49,11 @@ pub(super) fn declarations(lowering: &mut Lowering<'_>) {
                             Diagnostic::warning(
                                 codes::NO_EFFECT,
                                 format!(
-                                    "the initial value of output {} has no effect",
+                                    "the initial value of output `{}` has no effect",
                                     source.name
                                 ),
                             )
-                            .plural(&source.name, "the initial values of outputs", "have no effect")
+                            .plural(format!("`{}`", source.name), "the initial values of outputs", "have no effect")
                             .at(
                                 init.span,
                                 "no list assigns this output, so its steps determine its value from the start",
@@ -96,7 +96,10 @@ fn initial_values(
             lowering.report(
                 Diagnostic::error(
                     codes::INITIAL_VALUE,
-                    format!("{name} has {n_elements} elements but {} initial values", values.len()),
+                    format!(
+                        "`{name}` has {n_elements} elements but {} initial values",
+                        values.len()
+                    ),
                 )
                 .at(span, "")
                 .help("give one value for all, or one for each element"),
@@ -131,13 +134,13 @@ fn fixed_value(
             return Ok(value);
         }
         (Value::Int(value), Type::Int { lo, hi }) => {
-            format!("the {what} value {value} of {name} is outside {lo}..{hi}")
+            format!("the {what} value {value} of `{name}` is outside {lo}..{hi}")
         }
         (Value::Int(_) | Value::Duration(_), Type::Bool) => {
-            format!("the {what} value of {name} must be `true` or `false`")
+            format!("the {what} value of `{name}` must be `true` or `false`")
         }
         (Value::Bool(_) | Value::Duration(_), Type::Int { lo, hi }) => {
-            format!("the {what} value of {name} must be a number in {lo}..{hi}")
+            format!("the {what} value of `{name}` must be a number in {lo}..{hi}")
         }
     };
     Err(lowering.report(

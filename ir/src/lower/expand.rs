@@ -63,7 +63,7 @@ pub(super) fn expand(lowering: &mut Lowering<'_>) {
             lowering.report(
                 Diagnostic::error(
                     codes::DUPLICATE_NAME,
-                    format!("two charts are called {}", chart.name),
+                    format!("two charts are called `{}`", chart.name),
                 )
                 .at(chart.name.span, "again here")
                 .at(first, "first here")
@@ -145,8 +145,8 @@ fn unused_macros(lowering: &mut Lowering<'_>) {
         lowering.macros.iter().filter(|one| !one.is_used).map(|one| &one.source.name).collect();
     for name in unused {
         lowering.report(
-            Diagnostic::warning(codes::UNUSED_MACRO, format!("macro {name} is never used"))
-                .plural(name, "macros", "are never used")
+            Diagnostic::warning(codes::UNUSED_MACRO, format!("macro `{name}` is never used"))
+                .plural(format!("`{name}`"), "macros", "are never used")
                 .at(name.span, "")
                 .help(format!("use it with `macro step m1 = {name}`, or remove it")),
         );
@@ -316,7 +316,7 @@ impl<'a> Expansion<'_, 'a> {
                     ),
                 )
                 .at(span, "reached in the expansion of this macro-step")
-                .help("use fewer levels: macros that use other macros several times multiply"),
+                .help("use fewer levels: if macros use other macros several times, the number of copies multiplies"),
             );
         }
         false
@@ -351,7 +351,7 @@ impl<'a> Expansion<'_, 'a> {
             self.lowering.report(
                 Diagnostic::error(
                     codes::SETTING_TWICE,
-                    format!("step {} has two priorities", source.name),
+                    format!("step `{}` has two priorities", source.name),
                 )
                 .at(again, "again here")
                 .at(first, "first here")
@@ -420,7 +420,7 @@ impl<'a> Expansion<'_, 'a> {
                     "`deadline` is not supported: designs are not partitioned between chip and CPU yet",
                 )
                 .at(source.meta.span, "has no effect")
-                .help("remove it; `check --for MACHINE` shows the worst-case time of a reaction"),
+                .help("remove it; `build --target c --report` shows the worst-case time of a reaction"),
             );
         }
         transition.deadline_ns = source.deadline_ns;
@@ -536,9 +536,9 @@ impl<'a> Expansion<'_, 'a> {
         let mut cycle: Vec<&str> =
             self.open[start..].iter().map(|open| open.name.text.as_str()).collect();
         cycle.push(&name.text);
-        let message = format!("{} {name} contains itself: {}", open.kind, cycle.join(" -> "));
+        let message = format!("{} `{name}` contains itself: {}", open.kind, cycle.join(" -> "));
         let mut finding = Diagnostic::error(codes::MACRO_RECURSION, message)
-            .at(span, format!("expands {name} again"));
+            .at(span, format!("expands `{name}` again"));
         for open in &self.open[start + 1..] {
             finding = finding.at(open.span, "expanded here");
         }
@@ -588,7 +588,7 @@ impl<'a> Expansion<'_, 'a> {
                 self.lowering.report(
                     Diagnostic::error(
                         codes::MACRO_SHAPE,
-                        format!("macro {name} has no {word} step"),
+                        format!("macro `{name}` has no {word} step"),
                     )
                     .at(name.span, "")
                     .help(format!(
@@ -603,7 +603,7 @@ impl<'a> Expansion<'_, 'a> {
                     self.lowering.report(
                         Diagnostic::error(
                             codes::MACRO_SHAPE,
-                            format!("macro {name} has more than one {word} step"),
+                            format!("macro `{name}` has more than one {word} step"),
                         )
                         .at(again.span, "again here")
                         .at(first.span, "first here")

@@ -264,7 +264,7 @@ impl Lowering<'_> {
         self.report(
             Diagnostic::error(
                 codes::CONSTANT_NEEDED,
-                format!("expected a constant, but {path} is {kind}"),
+                format!("expected a constant, but `{path}` is {kind}"),
             )
             .at(path.span(), "its value is not known before the chart runs")
             .help("write a number, or a name declared with `const` above"),
@@ -287,7 +287,7 @@ impl Lowering<'_> {
                     return Err(self.report(
                         Diagnostic::error(
                             codes::CONSTANT_NEEDED,
-                            format!("{path} is not a constant"),
+                            format!("`{path}` is not a constant"),
                         )
                         .at(span, "its value is not known before the chart runs"),
                     ));
@@ -325,12 +325,12 @@ impl Lowering<'_> {
                     Diagnostic::error(
                         codes::WRONG_KIND,
                         format!(
-                            "{} {path} cannot be used as a value",
+                            "{} `{path}` cannot be used as a value",
                             kind.trim_start_matches("a ")
                         ),
                     )
                     .at(span, "")
-                    .help(format!("write {path}.active to test whether it is active"))
+                    .help(format!("write `{path}.active` to test whether it is active"))
                     .fix(span, format!("{path}.active")),
                 ));
             }
@@ -360,7 +360,7 @@ impl Lowering<'_> {
             return Err(self.report(
                 Diagnostic::error(
                     codes::ARGUMENT,
-                    format!("the argument for {path} refers to itself"),
+                    format!("the argument for `{path}` refers to itself"),
                 )
                 .at(syntax.span, "this argument")
                 .help("write the argument with names of the chart that contains the `use`"),
@@ -374,7 +374,7 @@ impl Lowering<'_> {
                     format!("arguments replace parameters in more than {MAX_MENTIONS} places"),
                 )
                 .at(syntax.span, "reached here")
-                .help("use fewer levels: arguments that contain parameters multiply"),
+                .help("use fewer levels: if arguments contain parameters, the number of copies multiplies"),
             ));
         }
         self.open_aliases.push(alias);
@@ -387,7 +387,7 @@ impl Lowering<'_> {
         self.report(
             Diagnostic::error(
                 codes::TIME_ALONE,
-                format!("the time {path} can only be compared with a constant"),
+                format!("the time `{path}` can only be compared with a constant"),
             )
             .at(path.span(), "")
             .help(format!("write a comparison such as `{path} >= 3 s`; to count, use a variable")),
@@ -405,7 +405,7 @@ impl Lowering<'_> {
             return Err(self.report(
                 Diagnostic::error(
                     codes::PULSE_PLACE,
-                    format!("the event {path} is not allowed in a condition of a statechart"),
+                    format!("the event `{path}` is not allowed in a condition of a statechart"),
                 )
                 .at(path.span(), "")
                 .help(format!("write `on {path}`: a statechart processes one event at a time")),
@@ -418,7 +418,7 @@ impl Lowering<'_> {
             return Ok(());
         }
         Err(self.report(
-            Diagnostic::error(codes::PULSE_PLACE, format!("the event {path} is not allowed in {}", place.what))
+            Diagnostic::error(codes::PULSE_PLACE, format!("the event `{path}` is not allowed in {}", place.what))
                 .at(path.span(), "an event is true for one micro-step only")
                 .help("use it in a transition or with `on` in a step, and store its effect in a step or variable"),
         ))
@@ -453,7 +453,7 @@ impl Lowering<'_> {
                 let word = if role == Role::Mealy { "mealy" } else { "continuous" };
                 let mut finding = Diagnostic::error(
                     codes::OUTPUT_UNREADABLE,
-                    format!("{path} is a {word} output and cannot be read"),
+                    format!("`{path}` is a {word} output and cannot be read"),
                 )
                 .at(span, "");
                 let by = self.uses.get(output.index()).and_then(|uses| uses.first());
@@ -462,7 +462,7 @@ impl Lowering<'_> {
                         let step = self.net.steps[by.step].name.text.clone();
                         finding
                             .at(by.span, "driven here")
-                            .help(format!("read the step instead: {step}.active"))
+                            .help(format!("read the step instead: `{step}.active`"))
                     }
                     None => finding.help("read the steps that drive it instead"),
                 };

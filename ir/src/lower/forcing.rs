@@ -48,7 +48,7 @@ fn order_of(
     let parts = lowering.chart_bodies[chart].1.clone();
     if parts.contains(&lowering.net.steps[step].part.index()) {
         return Err(lowering.report(
-            Diagnostic::error(codes::FORCING, format!("chart {target} forces itself"))
+            Diagnostic::error(codes::FORCING, format!("chart `{target}` forces itself"))
                 .at(item.span, "")
                 .help("force it from another chart"),
         ));
@@ -62,7 +62,9 @@ fn order_of(
         return Err(lowering.report(
             Diagnostic::error(
                 codes::FORCING,
-                format!("chart {target} contains the counted step {name}, which cannot be forced"),
+                format!(
+                    "chart `{target}` contains the counted step `{name}`, which cannot be forced"
+                ),
             )
             .at(item.span, "")
             .help("move the counted step to a chart that is not forced"),
@@ -104,7 +106,7 @@ fn forced_step(lowering: &mut Lowering<'_>, forced: ScopeId, path: &Path) -> Out
     if !lowering.chart_bodies[chart].1.contains(&lowering.net.steps[step].part.index()) {
         let name = &lowering.design.charts[chart].name;
         return Err(lowering.report(
-            Diagnostic::error(codes::FORCING, format!("step {path} is not in chart {name}"))
+            Diagnostic::error(codes::FORCING, format!("step `{path}` is not in chart `{name}`"))
                 .at(path.span(), ""),
         ));
     }

@@ -134,7 +134,7 @@ fn too_many(lowering: &mut Lowering<'_>, one: Inner, state: StepId, span: Span) 
     lowering.report(
         Diagnostic::error(
             codes::EXPANSION_SIZE,
-            format!("the history {history} of a state that contains this transition's source can restore more than {MAX_SITUATIONS} situations in {state}"),
+            format!("the history `{history}` of a state that contains this transition's source can restore more than {MAX_SITUATIONS} situations in `{state}`"),
         )
         .at(span, "the states that it leaves depend on them")
         .help("target a state instead, or start the transition at the state that has the history"),

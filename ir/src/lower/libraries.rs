@@ -98,7 +98,7 @@ pub(super) fn duplicates(lowering: &mut Lowering<'_>) {
             lowering.report(
                 Diagnostic::error(
                     codes::DUPLICATE_NAME,
-                    format!("two library charts are called {}", library.name),
+                    format!("two library charts are called `{}`", library.name),
                 )
                 .at(library.name.span, "again here")
                 .at(earlier, "first here")
@@ -148,7 +148,7 @@ impl<'a> Expansion<'_, 'a> {
             self.lowering.report(
                 Diagnostic::error(
                     codes::CHART_KIND,
-                    format!("an instance is not allowed in state {name}: in a statechart it runs in parallel with the chart"),
+                    format!("an instance is not allowed in state `{name}`: in a statechart it runs in parallel with the chart"),
                 )
                 .at(source.meta.span, "")
                 .help("move it outside all states; use events to communicate"),
@@ -187,10 +187,10 @@ impl<'a> Expansion<'_, 'a> {
         let names = libraries.iter().map(|library| library.name.text.as_str());
         let near = nearest(&name.text, names);
         let finding =
-            Diagnostic::error(codes::UNKNOWN_NAME, format!("there is no library chart {name}"))
+            Diagnostic::error(codes::UNKNOWN_NAME, format!("there is no library chart `{name}`"))
                 .at(name.span, "not declared");
         self.lowering.report(match near {
-            Some(near) => finding.help(format!("did you mean {near}?")).fix(name.span, near),
+            Some(near) => finding.help(format!("did you mean `{near}`?")).fix(name.span, near),
             None => finding.help(
                 "declare it with `library chart`, or import its file: `use \"FILE.graf\"` at the top",
             ),
@@ -206,7 +206,7 @@ impl<'a> Expansion<'_, 'a> {
             if let Some((_, first)) = given.iter().find(|(other, _)| *other == name) {
                 let finding = Diagnostic::error(
                     codes::ARGUMENT,
-                    format!("two arguments for the parameter {name}"),
+                    format!("two arguments for the parameter `{name}`"),
                 )
                 .at(argument.span, "again here")
                 .at(first.span, "first here")
@@ -215,12 +215,12 @@ impl<'a> Expansion<'_, 'a> {
             } else if !names.clone().any(|other| other == name) {
                 let finding = Diagnostic::error(
                     codes::ARGUMENT,
-                    format!("library chart {} has no parameter {name}", library.name),
+                    format!("library chart `{}` has no parameter `{name}`", library.name),
                 )
                 .at(argument.parameter.span, "not a parameter");
                 let finding = match nearest(name, names.clone()) {
                     Some(near) => finding
-                        .help(format!("did you mean {near}?"))
+                        .help(format!("did you mean `{near}`?"))
                         .fix(argument.parameter.span, near),
                     None => {
                         let known: Vec<&str> = names.collect();
@@ -274,7 +274,7 @@ impl<'a> Expansion<'_, 'a> {
                 self.lowering.report(
                     Diagnostic::error(
                         codes::ARGUMENT,
-                        format!("no argument for the input {name} of {}", source.library),
+                        format!("no argument for the input `{name}` of `{}`", source.library),
                     )
                     .at(source.meta.span, "used here")
                     .at(name.span, "has no default")
@@ -310,7 +310,7 @@ impl<'a> Expansion<'_, 'a> {
 
     fn driven_constant(&mut self, span: Span, name: &Name) {
         self.lowering.report(
-            Diagnostic::error(codes::ARGUMENT, format!("the constant {name} cannot be driven"))
+            Diagnostic::error(codes::ARGUMENT, format!("the constant `{name}` cannot be driven"))
                 .at(span, "")
                 .help(format!("give it a value: `{name} = ..`")),
         );
@@ -343,7 +343,7 @@ fn reads(
                 return drives(lowering, scope, parameter, path);
             }
             return Err(lowering.report(
-                Diagnostic::error(codes::ARGUMENT, format!("{name} is an event"))
+                Diagnostic::error(codes::ARGUMENT, format!("`{name}` is an event"))
                     .at(drawn.span, "the name of an event is needed here"),
             ));
         }
@@ -351,7 +351,7 @@ fn reads(
             return Err(lowering.report(
                 Diagnostic::error(
                     codes::ARGUMENT,
-                    format!("the instance drives {name}; it does not read it"),
+                    format!("the instance drives `{name}`; it does not read it"),
                 )
                 .at(drawn.span, "an expression cannot be driven")
                 .help(format!("write `{name} -> NAME` with the output or variable that it drives")),
@@ -371,7 +371,7 @@ fn reads(
         return Err(lowering.report(
             Diagnostic::error(
                 codes::ARGUMENT,
-                format!("the parameter {name} is an input, but {path} is an event"),
+                format!("the parameter `{name}` is an input, but `{path}` is an event"),
             )
             .at(drawn.span, "")
             .help("declare the parameter with `event`: a statechart processes one event at a time"),
@@ -395,7 +395,7 @@ fn reads(
         Diagnostic::error(
             codes::ARGUMENT,
             format!(
-                "the argument for {name} is {}, but the parameter is {}",
+                "the argument for `{name}` is {}, but the parameter is {}",
                 text(ty),
                 text(wanted)
             ),
@@ -433,7 +433,7 @@ fn drives(
             return Err(lowering.report(
                 Diagnostic::error(
                     codes::ARGUMENT,
-                    format!("the instance reads {name}; it does not drive it"),
+                    format!("the instance reads `{name}`; it does not drive it"),
                 )
                 .at(path.span(), "")
                 .help(format!("write `{name} = {path}`")),
@@ -452,9 +452,12 @@ fn drives(
     }
     let kind = lowering.kind(symbol);
     Err(lowering.report(
-        Diagnostic::error(codes::ARGUMENT, format!("{path} is {kind}, but {name} needs {wanted}"))
-            .at(path.span(), format!("{wanted} is needed here"))
-            .at(name.span, "the parameter"),
+        Diagnostic::error(
+            codes::ARGUMENT,
+            format!("`{path}` is {kind}, but `{name}` needs {wanted}"),
+        )
+        .at(path.span(), format!("{wanted} is needed here"))
+        .at(name.span, "the parameter"),
     ))
 }
 

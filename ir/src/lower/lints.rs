@@ -63,7 +63,7 @@ fn stays_active(net: &Net, out: &mut Vec<Diagnostic>) {
             let what = if !data.entry.is_empty() || !data.exit.is_empty() {
                 "its entry and exit lists do not run"
             } else if timed[step] {
-                "its time runs on"
+                "its time continues"
             } else if pulsed[step] {
                 "it gives no new pulse"
             } else if !data.tasks.is_empty() {
@@ -75,7 +75,7 @@ fn stays_active(net: &Net, out: &mut Vec<Diagnostic>) {
             out.push(
                 Diagnostic::warning(
                     codes::STAYS_ACTIVE,
-                    format!("{step} stays active when {name} fires: {what}"),
+                    format!("`{step}` stays active when `{name}` fires: {what}"),
                 )
                 .at(place(net, id), "leaves the step and enters it")
                 .help("write `restart` after the transition to enter the step again, or go through another step")
@@ -122,11 +122,11 @@ fn one_pulse(net: &Net, out: &mut Vec<Diagnostic>) {
                         Diagnostic::warning(
                             codes::ONE_PULSE,
                             format!(
-                                "{} gives only one {qualifier:?} pulse for {before} and the following step {after}",
+                                "`{}` gives only one {qualifier:?} pulse for `{before}` and the following step `{after}`",
                                 action.name
                             ),
                         )
-                        .at(*second, format!("no separate pulse when {before} is left for {after}"))
+                        .at(*second, format!("no separate pulse when `{before}` is left for `{after}`"))
                         .at(*first, "pulses here")
                         .help("add a step without the action between them, or use a separate action for each step"),
                     );
@@ -144,11 +144,14 @@ fn beyond_emergency(net: &Net, out: &mut Vec<Diagnostic>) {
         out.push(
             Diagnostic::warning(
                 codes::BEYOND_EMERGENCY,
-                format!("lists call {name} even during the emergency"),
+                format!("statement lists call `{name}` even during the emergency"),
             )
-            .plural(name, "lists call", "during the emergency too")
+            .plural(format!("`{name}`"), "statement lists call", "even during the emergency")
             .at(at, "called here")
-            .at(emergency.meta.span, "forces outputs and calls in step actions only")
+            .at(
+                emergency.meta.span,
+                "affects outputs and the calls of active steps, but not statement lists",
+            )
             .help("move the call to a step action, or test the emergency condition in the list"),
         );
     }
@@ -164,8 +167,8 @@ fn unused(net: &Net, out: &mut Vec<Diagnostic>) {
     seen.net(net);
     let mut report = |what: &str, name: &crate::span::Name, help: &str| {
         out.push(
-            Diagnostic::warning(codes::UNUSED, format!("{what} {name} is never used"))
-                .plural(name, format!("{what}s"), "are never used")
+            Diagnostic::warning(codes::UNUSED, format!("{what} `{name}` is never used"))
+                .plural(format!("`{name}`"), format!("{what}s"), "are never used")
                 .at(name.span, "")
                 .help(help),
         );
@@ -348,9 +351,9 @@ fn duplicates(net: &Net, out: &mut Vec<Diagnostic>) {
         out.push(
             Diagnostic::warning(
                 codes::DUPLICATE_TRANSITION,
-                format!("transition {again} is the same as {first}"),
+                format!("transition `{again}` is the same as `{first}`"),
             )
-            .plural(again, "transitions", "are the same as earlier ones")
+            .plural(format!("`{again}`"), "transitions", "are the same as earlier ones")
             .at(place(net, id), "again here")
             .at(place(net, earlier), "first here")
             .help("remove one of them"),
@@ -413,10 +416,10 @@ fn unreached(net: &Net, out: &mut Vec<Diagnostic>) {
         } else {
             ("no transition leads to it", "no transition leads to them")
         };
-        let message = format!("step {name} can never be active: {why}");
+        let message = format!("step `{name}` can never be active: {why}");
         out.push(
             Diagnostic::warning(codes::UNREACHED_STEP, message)
-                .plural(name, "steps", format!("can never be active: {of_each}"))
+                .plural(format!("`{name}`"), "steps", format!("can never be active: {of_each}"))
                 .at(name.span, "")
                 .help("make it an initial step, add a transition to it, or remove it"),
         );
@@ -512,10 +515,13 @@ fn no_way_out(net: &Net, out: &mut Vec<Diagnostic>) {
             None => ("step", &step.name, step.name.span),
         };
         out.push(
-            Diagnostic::warning(codes::NO_WAY_OUT, format!("{what} {name} has no way out"))
-                .plural(name, format!("{what}s"), "have no way out")
-                .at(span, "no transition leaves it: once active, it stays active for ever")
-                .help("add a transition that leaves it"),
+            Diagnostic::warning(
+                codes::NO_WAY_OUT,
+                format!("{what} `{name}` has no outgoing transition"),
+            )
+            .plural(format!("`{name}`"), format!("{what}s"), "have no outgoing transition")
+            .at(span, "no transition leaves it: once active, it stays active for ever")
+            .help("add a transition that leaves it"),
         );
     }
 }
@@ -602,10 +608,14 @@ fn constants(net: &Net, out: &mut Vec<Diagnostic>) {
                     constant(
                         &transition.guard,
                         place(net, id),
-                        format!("the condition of {name} is always true"),
+                        format!("the condition of `{name}` is always true"),
                         "remove the condition if this is intended",
                     )
-                    .plural(name, "the conditions of", "are always true"),
+                    .plural(
+                        format!("`{name}`"),
+                        "the conditions of",
+                        "are always true",
+                    ),
                 );
             }
             Some(false) => {
@@ -613,11 +623,11 @@ fn constants(net: &Net, out: &mut Vec<Diagnostic>) {
                     constant(
                         &transition.guard,
                         place(net, id),
-                        format!("the condition of {name} is never true, so it never fires"),
+                        format!("the condition of `{name}` is never true, so it never fires"),
                         "check the ranges of its variables, or remove the transition",
                     )
                     .plural(
-                        name,
+                        format!("`{name}`"),
                         "the conditions of",
                         "are never true, so these transitions never fire",
                     ),
@@ -643,7 +653,7 @@ fn constants(net: &Net, out: &mut Vec<Diagnostic>) {
                 out.push(constant(
                     condition,
                     emission.span,
-                    format!("the condition of {} in {step} is always {value}", output.name),
+                    format!("the condition of `{}` in `{step}` is always {value}", output.name),
                     "check the ranges of its variables",
                 ));
             }
@@ -703,9 +713,9 @@ fn never_taken(net: &Net, out: &mut Vec<Diagnostic>) {
         out.push(
             Diagnostic::warning(
                 codes::NEVER_TAKEN,
-                format!("transition {name} is never taken: {winner_name} always fires first"),
+                format!("transition `{name}` is never taken: `{winner_name}` always fires first"),
             )
-            .plural(name, "transitions", "are never taken: others always fire first")
+            .plural(format!("`{name}`"), "transitions", "are never taken: others always fire first")
             .at(place(net, id), "")
             .at(place(net, winner), "its condition is always true")
             .help(

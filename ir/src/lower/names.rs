@@ -76,7 +76,7 @@ impl<'a> Lowering<'a> {
                 }
             };
             self.report(
-                Diagnostic::error(codes::DUPLICATE_NAME, format!("{name} is declared twice"))
+                Diagnostic::error(codes::DUPLICATE_NAME, format!("`{name}` is declared twice"))
                     .at(name.span, "declared again here")
                     .at(first, "first declared here")
                     .help(help),
@@ -325,16 +325,17 @@ impl<'a> Lowering<'a> {
                 let kind = self.kind(symbol);
                 let is_time = at + 1 == names.len() && matches!(name.text.as_str(), "t" | "T");
                 let message = if is_time {
-                    format!("{owner} is {kind} and has no time")
+                    format!("`{owner}` is {kind} and has no time")
                 } else {
-                    format!("{owner} is {kind} and has no part named {name}")
+                    format!("`{owner}` is {kind} and has no part named `{name}`")
                 };
                 let mut finding = Diagnostic::error(codes::WRONG_KIND, message)
                     .at(name.span, "")
                     .at(owner.span, kind);
                 if matches!(symbol, Symbol::Step(_)) {
-                    finding = finding
-                        .help(format!("a step has {owner}.active, {owner}.t and {owner}.done"));
+                    finding = finding.help(format!(
+                        "a step has `{owner}.active`, `{owner}.t` and `{owner}.done`"
+                    ));
                 } else if is_time {
                     finding = self.time_of_another(finding, symbol, owner, name);
                 }
@@ -343,8 +344,8 @@ impl<'a> Lowering<'a> {
             Unknown::Name(at, inside) => {
                 let name = &names[at];
                 let message = match inside {
-                    Some(_) => format!("{} contains no {name}", names[at - 1]),
-                    None => format!("unknown name {name}"),
+                    Some(_) => format!("`{}` contains no `{name}`", names[at - 1]),
+                    None => format!("unknown name `{name}`"),
                 };
                 let mut finding =
                     Diagnostic::error(codes::UNKNOWN_NAME, message).at(name.span, "not declared");
@@ -378,17 +379,17 @@ impl<'a> Lowering<'a> {
             }
         }
         let written: Vec<String> =
-            steps.iter().take(SHOWN).map(|step| format!("{step}.{name}")).collect();
+            steps.iter().take(SHOWN).map(|step| format!("`{step}.{name}`")).collect();
         match &written[..] {
             [] => finding.help("only steps and timers have a time, as in `s.t >= 3 s`"),
             [only] if steps.len() == 1 => finding
                 .help(format!(
-                    "only steps and timers have a time; step {} drives {owner}, so write {only}",
+                    "only steps and timers have a time; step `{}` drives `{owner}`, so write {only}",
                     steps[0]
                 ))
                 .fix(owner.span, steps[0]),
             several => finding.help(format!(
-                "only steps and timers have a time; write the time of a step that drives {owner}: {}",
+                "only steps and timers have a time; write the time of a step that drives `{owner}`: {}",
                 several.join(" or ")
             )),
         }
@@ -407,7 +408,7 @@ impl<'a> Lowering<'a> {
             });
             if let Some((chart, _)) = owner {
                 return finding
-                    .help(format!("chart {chart} declares it: write {chart}.{name}"))
+                    .help(format!("chart `{chart}` declares it: write `{chart}.{name}`"))
                     .fix(name.span, format!("{chart}.{name}"));
             }
         }
@@ -422,7 +423,7 @@ impl<'a> Lowering<'a> {
         }
         self.suggestions += candidates.len();
         match nearest(&name.text, candidates) {
-            Some(near) => finding.help(format!("did you mean {near}?")).fix(name.span, near),
+            Some(near) => finding.help(format!("did you mean `{near}`?")).fix(name.span, near),
             None => finding,
         }
     }
@@ -475,7 +476,7 @@ impl<'a> Lowering<'a> {
         }
         let kind = self.kind(symbol);
         self.report(
-            Diagnostic::error(codes::WRONG_KIND, format!("{name} is {kind}, not {wanted}"))
+            Diagnostic::error(codes::WRONG_KIND, format!("`{name}` is {kind}, not {wanted}"))
                 .at(span, format!("{wanted} is needed here")),
         )
     }

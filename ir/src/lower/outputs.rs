@@ -32,11 +32,11 @@ pub(super) fn outputs(lowering: &mut Lowering<'_>) {
             lowering.report(
                 Diagnostic::error(
                     codes::CALL_ARGUMENTS,
-                    format!("{name} is an action, which takes no arguments"),
+                    format!("`{name}` is an action, which takes no arguments"),
                 )
                 .at(one.span, "")
                 .at(name.span, "declared here")
-                .help(format!("write {name} without parentheses")),
+                .help(format!("write `{name}` without parentheses")),
             );
         }
         if let Some(id) = id {
@@ -135,11 +135,13 @@ fn no_arguments(lowering: &mut Lowering<'_>, id: OutputId, one: &Use<'_>) {
         lowering.report(
             Diagnostic::error(
                 codes::CALL_ARGUMENTS,
-                format!("{name} is an output, which takes no arguments"),
+                format!("`{name}` is an output, which takes no arguments"),
             )
             .at(one.span, "")
             .at(name.span, "declared here")
-            .help(format!("write {name} without parentheses, or declare `extern action {name}()`")),
+            .help(format!(
+                "write `{name}` without parentheses, or declare `extern action {name}()`"
+            )),
         );
     }
 }
@@ -239,7 +241,7 @@ fn controlled(lowering: &mut Lowering<'_>, action: ActionId, uses: &[Use<'_>]) {
                     lowering.report(
                         Diagnostic::error(
                             codes::ACTION_DURATION,
-                            format!("action {name} stores with two durations, {} and {}", duration(first), duration(ns)),
+                            format!("action `{name}` stores with two durations, {} and {}", duration(first), duration(ns)),
                         )
                         .at(one.span, format!("{} here", duration(ns)))
                         .at(first_span, format!("{} here", duration(first)))

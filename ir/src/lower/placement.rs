@@ -97,7 +97,7 @@ pub(super) fn board(lowering: &mut Lowering<'_>, scope: ScopeId, source: &chart:
             && !is_repeatable
         {
             lowering.report(
-                Diagnostic::error(codes::BOARD, format!("{name} has two pins"))
+                Diagnostic::error(codes::BOARD, format!("`{name}` has two pins"))
                     .at(name.span, "again here")
                     .at(first, "first here"),
             );
@@ -107,7 +107,7 @@ pub(super) fn board(lowering: &mut Lowering<'_>, scope: ScopeId, source: &chart:
             lowering.report(
                 Diagnostic::error(
                     codes::BOARD,
-                    format!("pin {number} is assigned to both {other} and {name}"),
+                    format!("pin {number} is assigned to both `{other}` and `{name}`"),
                 )
                 .at(name.span, "again here")
                 .at(first, "first here"),

@@ -101,9 +101,9 @@ fn drawn_action(lowering: &mut Lowering<'_>, action: usize, source: &chart::Acti
         lowering.report(
             Diagnostic::warning(
                 codes::OUTPUT_UNDRIVEN,
-                format!("no step uses action {}", source.name),
+                format!("no step uses action `{}`", source.name),
             )
-            .plural(&source.name, "no step uses actions", "")
+            .plural(format!("`{}`", source.name), "no step uses actions", "")
             .at(source.name.span, "it never runs")
             .help("use it in the body of a step, or remove it"),
         );
@@ -266,7 +266,7 @@ impl<'a> Collected<'a> {
                         lowering.report(
                             Diagnostic::error(
                                 codes::SEND_SLOT,
-                                format!("two different sends have the name {slot}"),
+                                format!("two different sends have the name `{slot}`"),
                             )
                             .at(slot.span, "different event or delay")
                             .at(first.span, "first used here")
@@ -293,7 +293,7 @@ fn not_an_output(lowering: &mut Lowering<'_>, target: &crate::span::Name, symbol
     }
     let kind = lowering.kind(symbol);
     let mut finding =
-        Diagnostic::error(codes::WRONG_KIND, format!("{target} is {kind}, not an output"))
+        Diagnostic::error(codes::WRONG_KIND, format!("`{target}` is {kind}, not an output"))
             .at(target.span, "a step can only drive outputs and call extern actions");
     if matches!(symbol, Symbol::Var(_)) {
         finding = finding
@@ -332,7 +332,7 @@ fn role(
         lowering.report(
             Diagnostic::error(
                 codes::OUTPUT_ROLES,
-                format!("output {name} is driven {way} and assigned in lists"),
+                format!("output `{name}` is driven {way} and assigned in lists"),
             )
             .at(assigned, "assigned here, so it keeps its value")
             .at(first_use, format!("driven {way} here"))
@@ -345,7 +345,7 @@ fn role(
         lowering.report(
             Diagnostic::error(
                 codes::OUTPUT_ROLES,
-                format!("the mealy output {name} cannot have memory"),
+                format!("the mealy output `{name}` cannot have memory"),
             )
             .at(place, "this needs memory")
             .at(name.span, "declared `mealy` here")
@@ -357,7 +357,7 @@ fn role(
         lowering.report(
             Diagnostic::error(
                 codes::TYPE,
-                format!("output {name} is a number ({lo}..{hi}) but is used as a Boolean"),
+                format!("output `{name}` is a number ({lo}..{hi}) but is used as a Boolean"),
             )
             .at(place, "switched on and off here")
             .at(name.span, "declared here")
@@ -367,8 +367,8 @@ fn role(
     }
     if assigned.is_none() && first_use.is_none() {
         lowering.report(
-            Diagnostic::warning(codes::OUTPUT_UNDRIVEN, format!("nothing drives output {name}"))
-                .plural(name, "nothing drives outputs", "")
+            Diagnostic::warning(codes::OUTPUT_UNDRIVEN, format!("nothing drives output `{name}`"))
+                .plural(format!("`{name}`"), "nothing drives outputs", "")
                 .at(name.span, "it keeps its initial value")
                 .help("use it in the body of a step, or remove it"),
         );
@@ -408,7 +408,7 @@ fn extern_role(
             lowering.report(
                 Diagnostic::error(
                     codes::OUTPUT_ROLES,
-                    format!("extern action {name} is called in lists and while a step is active"),
+                    format!("extern action `{name}` is called in lists and while a step is active"),
                 )
                 .at(called, "called here, once")
                 .at(used, "called here, in every reaction")
@@ -420,9 +420,9 @@ fn extern_role(
             lowering.report(
                 Diagnostic::warning(
                     codes::OUTPUT_UNDRIVEN,
-                    format!("nothing calls extern action {name}"),
+                    format!("nothing calls extern action `{name}`"),
                 )
-                .plural(name, "nothing calls extern actions", "")
+                .plural(format!("`{name}`"), "nothing calls extern actions", "")
                 .at(name.span, "")
                 .help("use it in the body of a step, `call` it in a list, or remove it"),
             );

@@ -239,7 +239,7 @@ fn mealy_needs_single(lowering: &mut Lowering<'_>, said: &[Said]) {
                 let name = &declaration.name;
                 let mut finding = Diagnostic::error(
                     codes::SETTING_CONFLICT,
-                    format!("the mealy output {name} needs `evolution single`"),
+                    format!("the mealy output `{name}` needs `evolution single`"),
                 )
                 .at(name.span, "declared `mealy` here");
                 finding = match said.evolution {

@@ -26,7 +26,7 @@ pub(super) fn sharing(lowering: &mut Lowering<'_>) {
                     lowering.report(
                         Diagnostic::error(
                             codes::SETTING_TWICE,
-                            format!("`shared` is set twice for {path}"),
+                            format!("`shared` is set twice for `{path}`"),
                         )
                         .at(path.span(), "again here")
                         .at(first, "first here")

@@ -103,10 +103,10 @@ pub(super) fn prepare(lowering: &mut Lowering<'_>) {
             lowering.report(
                 Diagnostic::error(
                     codes::WRONG_KIND,
-                    format!("the initial transition of {name} leaves the state"),
+                    format!("the initial transition of `{name}` leaves the state"),
                 )
                 .at(paths.first().map_or(name.span, Path::span), "")
-                .help(format!("name a state inside {name}")),
+                .help(format!("name a state inside `{name}`")),
             );
             continue;
         }
@@ -277,7 +277,7 @@ pub(super) fn entered(
         lowering.report(
             Diagnostic::error(
                 codes::CHART_KIND,
-                format!("{name} and another target cannot be active at once"),
+                format!("`{name}` and another target cannot be active at once"),
             )
             .at(span, "")
             .help("move the targets to different regions of one parallel state"),
@@ -327,7 +327,7 @@ pub(super) fn transition<'a>(
         lowering.report(
             Diagnostic::error(
                 codes::CHART_KIND,
-                format!("a transition leads to {name}, which is in another chart"),
+                format!("a transition leads to `{name}`, which is in another chart"),
             )
             .at(source.meta.span, "")
             .help("raise an event here and react to it with `on` in the other chart"),
@@ -577,7 +577,7 @@ pub(super) fn statecharts(lowering: &mut Lowering<'_>) {
                 codes::CHART_KIND,
                 "the priority of a step is not allowed in a statechart",
             )
-            .at(span, format!("step {name}")),
+            .at(span, format!("step `{name}`")),
         );
     }
     queues(lowering);
@@ -601,7 +601,7 @@ fn initial_goals(lowering: &mut Lowering<'_>, part: PartId) -> Outcome<Vec<Goal>
             Err(lowering.report(
                 Diagnostic::error(
                     codes::WRONG_KIND,
-                    format!("reset cannot enter {name}, which is in another chart"),
+                    format!("reset cannot enter `{name}`, which is in another chart"),
                 )
                 .at(span, "")
                 .help("use states of this chart"),

@@ -127,7 +127,7 @@ impl<'a> Lowering<'a> {
             }
         };
         let (value, value_type) = value?;
-        self.fits(&value, value_type, ty, &format!("{target}"))?;
+        self.fits(&value, value_type, ty, &format!("`{target}`"))?;
         Ok(StmtKind::Assign { var, index, value })
     }
 
@@ -169,7 +169,7 @@ impl<'a> Lowering<'a> {
                 Err(self.report(
                     Diagnostic::error(
                         codes::WRONG_KIND,
-                        format!("cannot assign to {target}: it is {kind}"),
+                        format!("cannot assign to `{target}`: it is {kind}"),
                     )
                     .at(target.span(), "a variable or an output is needed here")
                     .help(help),
@@ -252,7 +252,7 @@ impl<'a> Lowering<'a> {
             return Err(self.report(
                 Diagnostic::error(
                     codes::CALL_ARGUMENTS,
-                    format!("{name} takes {}, found {}", count(params.len()), count(drawn.len())),
+                    format!("`{name}` takes {}, found {}", count(params.len()), count(drawn.len())),
                 )
                 .at(span, "")
                 .at(declared, "declared here"),
@@ -262,9 +262,9 @@ impl<'a> Lowering<'a> {
         let mut failed = None;
         for (index, (argument, param)) in lowered.into_iter().zip(&params).enumerate() {
             let label = if param.name.is_empty() {
-                format!("argument {} of {name}", index + 1)
+                format!("argument {} of `{name}`", index + 1)
             } else {
-                format!("{} of {name}", param.name)
+                format!("`{}` of `{name}`", param.name)
             };
             match argument
                 .and_then(|(value, ty)| self.fits(&value, ty, param.ty, &label).map(|()| value))
@@ -321,10 +321,10 @@ impl<'a> Lowering<'a> {
         }
         let known: Vec<&str> = self.slots.keys().map(|(_, name)| *name).collect();
         let mut finding =
-            Diagnostic::error(codes::UNKNOWN_NAME, format!("no send is called {name}"))
+            Diagnostic::error(codes::UNKNOWN_NAME, format!("no send is called `{name}`"))
                 .at(name.span, "");
         finding = match nearest(&name.text, known) {
-            Some(near) => finding.help(format!("did you mean {near}?")).fix(name.span, near),
+            Some(near) => finding.help(format!("did you mean `{near}`?")).fix(name.span, near),
             None => finding.help(format!("name the send: `send e after 2 s as {name}`")),
         };
         Err(self.report(finding))

@@ -130,7 +130,7 @@ impl Lowering<'_> {
                 return Err(self.report(
                     Diagnostic::error(
                         codes::WRONG_KIND,
-                        format!("a macro-step has no `T`, so {path} does not exist"),
+                        format!("a macro-step has no `T`, so `{path}` does not exist"),
                     )
                     .at(path.span(), "")
                     .help("use `t`, or the time of one of its steps"),
@@ -141,7 +141,7 @@ impl Lowering<'_> {
         };
         if place.constant {
             return Err(self.report(
-                Diagnostic::error(codes::CONSTANT_NEEDED, format!("{path} is not a constant"))
+                Diagnostic::error(codes::CONSTANT_NEEDED, format!("`{path}` is not a constant"))
                     .at(path.span(), "its value is not known before the chart runs"),
             ));
         }
@@ -230,7 +230,7 @@ impl Lowering<'_> {
             self.report(
                 Diagnostic::warning(
                     codes::MACRO_TIME,
-                    format!("{name}.t is not reset when {name} is left and entered again within one reaction"),
+                    format!("`{name}.t` is not reset when `{name}` is left and entered again within one reaction"),
                 )
                 .at(span, "")
                 .help("use the time of one of its steps if that can happen, or write `evolution single`"),

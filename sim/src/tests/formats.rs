@@ -61,8 +61,8 @@ fn each_error_of_a_stimulus() {
     assert_eq!(
         problems(&chart, "n,load\n1\n1,1,1\n"),
         [
-            "G0504@1: the row has 1 cells, but the header has 2 (write one cell for each column of the header)",
-            "G0504@1,1,1: the row has 3 cells, but the header has 2 (write one cell for each column of the header)",
+            "G0504@1: wrong number of cells in this row: expected 2, found 1 (write one cell for each column of the header)",
+            "G0504@1,1,1: wrong number of cells in this row: expected 2, found 3 (write one cell for each column of the header)",
         ]
     );
     assert_eq!(
@@ -263,7 +263,8 @@ fn traces_come_back_and_differences_are_found() {
         "G0512: `-3:y;7:0` is not valid in column `tell`"
     );
     assert!(
-        message(&(csv + "1,2\n")).starts_with("G0504: the row has 2 cells, but the header has 14")
+        message(&(csv + "1,2\n"))
+            .starts_with("G0504: wrong number of cells in this row: expected 14, found 2")
     );
 }
 

@@ -207,7 +207,7 @@ fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
             warning = warning
                 .help("its preceding steps are never all active while its receptivity is true");
         } else {
-            warning = warning.help("its receptivity is never true while its step is active, or another transition always wins");
+            warning = warning.help("its receptivity is never true while its preceding step is active, or another transition always wins");
         }
         out.push(warning);
     }

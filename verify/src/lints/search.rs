@@ -753,8 +753,8 @@ fn shown(net: &Net, stimulus: &Stimulus) -> String {
     }
     match stimulus.len() {
         0 => " (after reset)".to_owned(),
-        n if n <= ROWS => format!(" (after the rows {})", rows.join("; ")),
-        n => format!(" (after {n} rows, beginning {})", rows.join("; ")),
+        n if n <= ROWS => format!(" (after the input rows {})", rows.join("; ")),
+        n => format!(" (after {n} input rows, which begin with {})", rows.join("; ")),
     }
 }
 

@@ -467,7 +467,7 @@ fn prove_tied(
             reset_bits.get(&key).and_then(|lit| lit.as_constant())
         };
         if first.is_some_and(|first| first != (flop.init != holds.inverted)) {
-            return Err(format!("flip-flop `{}` has another value after power-up", flop.name));
+            return Err(format!("flip-flop `{}` has a different value after power-up", flop.name));
         }
         let given = nodes[flop.next.index()].negate_if(holds.inverted);
         proof.show(wanted, given, open.next, &format!("flip-flop `{}`", flop.name))?;
@@ -485,7 +485,7 @@ fn prove_tied(
             compared += 1;
             let first = reset_bits.get(key).copied().unwrap_or(Lit::FALSE);
             if woken[bit.node.index()] != first {
-                return Err(format!("{what} has another value after power-up"));
+                return Err(format!("{what} has a different value after power-up"));
             }
             let wanted = next_bits.get(key).copied().unwrap_or(Lit::FALSE);
             proof.show(wanted, composed[bit.node.index()], open.next, &what)?;

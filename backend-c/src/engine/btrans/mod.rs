@@ -60,7 +60,7 @@ pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Tabled<Sty
         return refuse("a trace ring", span);
     }
     if net.parts.len() > 1 {
-        return refuse("charts side by side", span);
+        return refuse("several charts in one file", span);
     }
     let plan = Plan::of(net)?;
     let kind = plan.kind()?;

@@ -170,7 +170,7 @@ impl<'c> Writer<'c> {
             [only] => {
                 if let Some(value) = self.constants.get(only.text.as_str()).copied() {
                     if level > 64 {
-                        self.refuse("constants that refer to each other so often", span);
+                        self.refuse("constants that refer to each other too often", span);
                         return String::new();
                     }
                     return format!("({})", self.expr(value, level + 1));

@@ -257,7 +257,7 @@ impl Elaborator<'_> {
         }
         let Some(limit) = limit else {
             return Some(Err(self.report(
-                Diagnostic::error(codes::ST_TIMER, format!("ET of {prefix} is read before its PT is known"))
+                Diagnostic::error(codes::ST_TIMER, format!("ET of `{prefix}` is read before its PT is known"))
                     .at(span, "")
                     .help("give PT in the declaration, as in `t : TON := (PT := T#3s);`, or call the block before"),
             )));
@@ -287,7 +287,7 @@ impl Elaborator<'_> {
                 self.report(
                     Diagnostic::warning(
                         codes::ST_TIMER,
-                        format!("{prefix} is called in several places"),
+                        format!("`{prefix}` is called in several places"),
                     )
                     .at(span, "called again here")
                     .help("a timer that stops and restarts within one scan keeps running; call each timer once"),
@@ -329,7 +329,7 @@ impl Elaborator<'_> {
                         return Err(self.report(
                             Diagnostic::error(
                                 codes::ST_TIMER,
-                                format!("PT of {prefix} can have any value"),
+                                format!("PT of `{prefix}` can have any value"),
                             )
                             .at(at, "computed at run time")
                             .help("give a constant, or a TIME variable to which only constants are assigned"),

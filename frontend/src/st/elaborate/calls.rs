@@ -108,7 +108,7 @@ impl Elaborator<'_> {
         };
         if in_chart.iter().any(|one| upper(&one.name.text) == key) {
             return Some(Err(self.refused(
-                &format!("a call of {name}, an action of a function block with a chart"),
+                &format!("a call of `{name}`, an action of a function block with a chart"),
                 span,
                 "make the block the design, or make it a program that runs in parallel",
             )));
@@ -116,7 +116,7 @@ impl Elaborator<'_> {
         let action = pou.actions.iter().find(|one| upper(&one.name.text) == key)?;
         if !arguments.is_empty() {
             return Some(Err(self.refused(
-                &format!("a call of the action {name} with arguments"),
+                &format!("a call of the action `{name}` with arguments"),
                 span,
                 "an action has no parameters; assign to variables of the block first",
             )));
@@ -173,7 +173,7 @@ impl Elaborator<'_> {
         }
         if self.library.pous.iter().any(|pou| upper(&pou.name.text) == key) {
             return Err(self.refused(
-                &format!("a call of the program {name}"),
+                &format!("a call of the program `{name}`"),
                 span,
                 "make it a function block, or let both programs run in parallel",
             ));
@@ -316,7 +316,7 @@ impl Elaborator<'_> {
         let pou = &library.pous[index];
         let Body::Statements(body) = &pou.body else {
             return Err(self.refused(
-                &format!("a call of {} here, a function block with its own chart", pou.name),
+                &format!("a call of `{}` here, a function block with its own chart", pou.name),
                 span,
                 "call it once in each scan, in a program without a chart and without RETURN or a condition around the call; or make it a program",
             ));
@@ -353,7 +353,7 @@ impl Elaborator<'_> {
                         return Err(self.report(
                             Diagnostic::error(
                                 codes::ST_CALL,
-                                format!("the in-out parameter {} needs a variable", var.name),
+                                format!("the in-out parameter `{}` needs a variable", var.name),
                             )
                             .at(span, "in this call"),
                         ));
@@ -382,7 +382,7 @@ impl Elaborator<'_> {
                             Diagnostic::error(
                                 codes::ST_TIMER,
                                 format!(
-                                    "parameter {} is given a TIME variable that changes",
+                                    "parameter `{}` is given a TIME variable that changes",
                                     var.name
                                 ),
                             )

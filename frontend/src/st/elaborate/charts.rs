@@ -130,7 +130,7 @@ impl<'a> Elaborator<'a> {
         self.check_arguments(object, &arguments)?;
         if pou.options != ast::Options::default() {
             return Err(self.refused(
-                &format!("a call of {}, a block with settings in its chart", pou.name),
+                &format!("a call of `{}`, a block with settings in its chart", pou.name),
                 span,
                 "make the block the design, or move the settings to the program",
             ));
@@ -138,7 +138,7 @@ impl<'a> Elaborator<'a> {
         let prefix = self.objects[object].prefix.clone();
         if usage.assigned.contains(&upper(&prefix)) {
             return Err(self.refused(
-                &format!("assignments to variables of {prefix}, a block with a chart"),
+                &format!("assignments to variables of `{prefix}`, a block with a chart"),
                 span,
                 "pass them as inputs in the call",
             ));
@@ -154,7 +154,7 @@ impl<'a> Elaborator<'a> {
         if let Some(shared) = shared {
             return Err(self.refused(
                 &format!(
-                    "a call of {}, whose chart reads {shared}, which the program changes",
+                    "a call of `{}`, whose chart reads `{shared}`, which the program changes",
                     pou.name
                 ),
                 span,
@@ -183,7 +183,7 @@ impl<'a> Elaborator<'a> {
                 matches!(self.frames[inside].names.get(&key), None | Some(Binding::Value(_)));
             if !is_bound || !self.is_input(&value) {
                 return Err(self.refused(
-                    &format!("{} of {prefix} as an expression that changes within a scan", var.name),
+                    &format!("`{}` of `{prefix}` as an expression that changes within a scan", var.name),
                     argument.value.span,
                     "the chart runs at the beginning of the scan: pass only inputs of the program and constants",
                 ));

@@ -24,7 +24,7 @@ impl<'a> Elaborator<'a> {
             self.report(
                 Diagnostic::warning(
                     codes::ST_LEFT_OUT,
-                    format!("the text declares no global variable {}", var.name),
+                    format!("the text declares no global variable `{}`", var.name),
                 )
                 .at(var.name.span, "external")
                 .help("it becomes an input; add it to a VAR_GLOBAL block to give it a value"),
@@ -81,7 +81,7 @@ impl<'a> Elaborator<'a> {
             self.report(
                 Diagnostic::error(
                     codes::ST_CONSTANT,
-                    format!("the constant {} has no value", var.name),
+                    format!("the constant `{}` has no value", var.name),
                 )
                 .at(var.name.span, "")
                 .help("write one, as in `n : INT := 5;`"),
@@ -124,7 +124,7 @@ impl<'a> Elaborator<'a> {
             self.report(
                 Diagnostic::error(
                     codes::ST_TYPE,
-                    format!("{} is an input, but the program assigns it", var.name),
+                    format!("`{}` is an input, but the program assigns it", var.name),
                 )
                 .at(var.name.span, "declared here")
                 .help("assign to a separate variable"),
@@ -211,7 +211,7 @@ impl<'a> Elaborator<'a> {
             self.report(
                 Diagnostic::error(
                     codes::ST_SIZE,
-                    format!("{name} contains too many nested function blocks"),
+                    format!("`{name}` contains too many nested function blocks"),
                 )
                 .at(name.span, ""),
             );

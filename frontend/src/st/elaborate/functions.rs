@@ -182,7 +182,7 @@ impl Elaborator<'_> {
         self.report(
             Diagnostic::error(
                 codes::ST_CALL,
-                format!("{function} has no parameter {}", unknown.text),
+                format!("{function} has no parameter `{}`", unknown.text),
             )
             .at(unknown.span, "")
             .help("standard functions have the parameters IN, IN0, IN1 and so on, G, K, N, MN and MX; your own functions have those of their VAR_INPUT"),

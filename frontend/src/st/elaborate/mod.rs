@@ -250,9 +250,9 @@ impl<'a> Elaborator<'a> {
 
     fn declared_twice(&mut self, name: &Name) {
         self.report(
-            Diagnostic::error(codes::ST_DUPLICATE, format!("{name} is declared twice"))
+            Diagnostic::error(codes::ST_DUPLICATE, format!("`{name}` is declared twice"))
                 .at(name.span, "again here")
-                .help("rename one of them; upper and lower case are the same"),
+                .help("rename one of them; names that differ only in letter case are the same"),
         );
     }
 
@@ -264,14 +264,14 @@ impl<'a> Elaborator<'a> {
         candidates: &[String],
         help: &str,
     ) -> ErrorReported {
-        let finding = Diagnostic::error(codes::ST_UNKNOWN_NAME, format!("unknown {what} {name}"))
+        let finding = Diagnostic::error(codes::ST_UNKNOWN_NAME, format!("unknown {what} `{name}`"))
             .at(span, "not declared");
         // A file with thousands of unknown names has no simple typing errors, so the search for similar names stops.
         let near = (self.found.len() < 200)
             .then(|| nearest(&upper(name), candidates.iter().map(String::as_str)))
             .flatten();
         self.report(match near {
-            Some(near) => finding.help(format!("did you mean {near}?")).fix(span, near),
+            Some(near) => finding.help(format!("did you mean `{near}`?")).fix(span, near),
             None => finding.help(help),
         })
     }
@@ -347,7 +347,7 @@ impl<'a> Elaborator<'a> {
             };
         }
         Err(self.refused(
-            &format!("the direct address {address}"),
+            &format!("the direct address `{address}`"),
             span,
             "declare a variable at this address, as in `m AT %IX0.0 : BOOL;`",
         ))
@@ -421,7 +421,7 @@ impl<'a> Elaborator<'a> {
             self.report(
                 Diagnostic::warning(
                     codes::ST_LEFT_OUT,
-                    format!("program {name} is ignored; the design is {blocks} alone"),
+                    format!("program `{name}` is ignored; the design is {blocks} alone"),
                 )
                 .at(name.span, "calls a function block with a chart")
                 .help("the inputs and outputs of the design are those of the block"),
@@ -490,7 +490,7 @@ impl<'a> Elaborator<'a> {
                     Diagnostic::warning(
                         codes::ST_LEFT_OUT,
                         format!(
-                            "program {} is ignored: the configuration has no instance of it",
+                            "program `{}` is ignored: the configuration has no instance of it",
                             pou.name
                         ),
                     )

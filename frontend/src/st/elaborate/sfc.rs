@@ -98,9 +98,9 @@ impl Elaborator<'_> {
 
     fn twice(&mut self, what: &str, name: &Name) {
         self.report(
-            Diagnostic::error(codes::ST_DUPLICATE, format!("{what} {name} is declared twice"))
+            Diagnostic::error(codes::ST_DUPLICATE, format!("{what} `{name}` is declared twice"))
                 .at(name.span, "again here")
-                .help("rename one of them; upper and lower case are the same"),
+                .help("rename one of them; names that differ only in letter case are the same"),
         );
     }
 
@@ -177,7 +177,7 @@ impl Elaborator<'_> {
                 self.report(
                     Diagnostic::error(
                         codes::ST_TYPE,
-                        format!("{name} is neither an action nor a Boolean variable"),
+                        format!("`{name}` is neither an action nor a Boolean variable"),
                     )
                     .at(name.span, "used as an action"),
                 );
@@ -203,7 +203,7 @@ impl Elaborator<'_> {
                 self.report(
                     Diagnostic::error(
                         codes::ST_TYPE,
-                        format!("{name} is not a Boolean variable, so an action cannot set it"),
+                        format!("`{name}` is not a Boolean variable, so an action cannot set it"),
                     )
                     .at(name.span, "used as an action"),
                 );
@@ -216,10 +216,10 @@ impl Elaborator<'_> {
             self.report(
             Diagnostic::warning(
                 codes::ST_MIXED,
-                format!("{name} is used as a step action and also assigned by statements"),
+                format!("`{name}` is used as a step action and also assigned by statements"),
             )
             .at(span, "used as an action")
-            .help("drive it in one way only; in each scan, S and R write it first, then statements do"),
+            .help("drive it in one way only; in each scan, S and R write it first, and statements write it after them"),
         );
         }
         let base = &place.name.text;

@@ -432,7 +432,7 @@ impl Elaborator<'_> {
         match self.access(frame, target)? {
             Access::Place(place) if self.inputs.contains(&upper(&place.name.text)) => {
                 Err(self.report(
-                    Diagnostic::error(codes::ST_TYPE, format!("{} is an input and cannot be assigned", place.name))
+                    Diagnostic::error(codes::ST_TYPE, format!("`{}` is an input and cannot be assigned", place.name))
                         .at(target.span, "")
                         .help("assign to a separate variable"),
                 ))
@@ -465,9 +465,12 @@ impl Elaborator<'_> {
         self.objects[object].preset = Some(*ns);
         if changed {
             self.report(
-                Diagnostic::error(codes::ST_TIMER, format!("PT of {name} is assigned two values"))
-                    .at(target.span, "second value")
-                    .help("use two timers"),
+                Diagnostic::error(
+                    codes::ST_TIMER,
+                    format!("PT of `{name}` is assigned two values"),
+                )
+                .at(target.span, "second value")
+                .help("use two timers"),
             );
         }
         true

@@ -310,7 +310,7 @@ impl Elaborator<'_> {
             self.report(
                 Diagnostic::error(
                     codes::ST_TYPE,
-                    format!("{} is an input, but the program assigns it", var.name),
+                    format!("`{}` is an input, but the program assigns it", var.name),
                 )
                 .at(var.name.span, "declared here")
                 .help("assign to a separate variable"),
@@ -403,7 +403,7 @@ impl Elaborator<'_> {
             return Err(self.report(
                 Diagnostic::error(
                     codes::ST_TIMER,
-                    format!("{} is assigned a time that its own unit never assigns", place.name),
+                    format!("`{}` is assigned a time that its own unit never assigns", place.name),
                 )
                 .at(span, "assigned from outside")
                 .help("assign all values of a TIME variable in one unit"),

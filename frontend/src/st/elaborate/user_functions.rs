@@ -36,7 +36,7 @@ impl Elaborator<'_> {
         let pou = &library.pous[index];
         let PouKind::Function(Some(result)) = &pou.kind else {
             return Err(self.report(
-                Diagnostic::error(codes::ST_CALL, format!("{} returns no value", pou.name))
+                Diagnostic::error(codes::ST_CALL, format!("`{}` returns no value", pou.name))
                     .at(span, "expected a value"),
             ));
         };
@@ -179,7 +179,7 @@ impl Elaborator<'_> {
                     return Err(self.report(
                         Diagnostic::error(
                             codes::ST_CALL,
-                            format!("a function cannot change {name}, which it does not declare"),
+                            format!("a function cannot change `{name}`, which it does not declare"),
                         )
                         .at(target.span, "")
                         .help("make it a function block"),

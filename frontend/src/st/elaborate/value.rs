@@ -736,10 +736,13 @@ impl Elaborator<'_> {
                 Err(self.type_error("expected a value, found a block or a structure", span))
             }
             Access::Step(step) => Err(self.report(
-                Diagnostic::error(codes::ST_TYPE, format!("step {step} cannot be used as a value"))
-                    .at(span, "")
-                    .help(format!("write {step}.X to test whether it is active"))
-                    .fix(span, format!("{step}.X")),
+                Diagnostic::error(
+                    codes::ST_TYPE,
+                    format!("step `{step}` cannot be used as a value"),
+                )
+                .at(span, "")
+                .help(format!("write `{step}.X` to test whether it is active"))
+                .fix(span, format!("{step}.X")),
             )),
         }
     }

@@ -38,7 +38,7 @@ pub(crate) fn flat(net: &Net) -> (Net, Vec<Diagnostic>) {
         let Some(around) = around.map(|(_, new)| *new).or(first) else { continue };
         moved.insert(id, around);
         lost.push(
-            Diagnostic::warning(codes::ST_LOST, format!("macro-step {} is expanded", part.name))
+            Diagnostic::warning(codes::ST_LOST, format!("macro-step `{}` is expanded", part.name))
                 .at(part.name.span, "this")
                 .help("its steps are steps of the chart, under their full names"),
         );

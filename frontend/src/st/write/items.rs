@@ -138,7 +138,7 @@ fn cannot_write(target: &str, lacks: &[Lack]) -> Option<Diagnostic> {
         if first.is_empty() { last.clone() } else { format!("{} and {last}", first.join(", ")) };
     let mut finding = Diagnostic::error(
         codes::ST_CANNOT_WRITE,
-        format!("{target} cannot express this chart: it has {said}"),
+        format!("{target} has {said}, but this chart uses them"),
     );
     for (what, places) in &kinds {
         for place in places.iter().take(SHOWN) {
@@ -295,7 +295,7 @@ impl<'a> Maker<'a> {
             n += 1;
         }
         if written != name.text {
-            self.lose(format!("{} is renamed to {written}", name.text), name.span);
+            self.lose(format!("`{}` is renamed to `{written}`", name.text), name.span);
         }
         self.names.insert(&name.text, written.clone());
         written
@@ -483,7 +483,7 @@ impl<'a> Maker<'a> {
         if let Some(name) = super::lists::asks_for(list, &self.controlled) {
             self.cannot(
                 format!(
-                    "lists that run when steps change and that read the previous value of {name}"
+                    "lists that run when steps change and that read the previous value of `{name}`"
                 ),
                 span,
             );
@@ -587,11 +587,11 @@ impl<'a> Maker<'a> {
             }
             DeclarationKind::Output { ty, init, registered, safe, .. } => {
                 if safe.is_some() {
-                    self.lose(format!("the safe value of {} is omitted", declaration.name), span);
+                    self.lose(format!("the safe value of `{}` is omitted", declaration.name), span);
                 }
                 if *registered {
                     self.lose(
-                        format!("the property `registered` of {} is omitted", declaration.name),
+                        format!("the property `registered` of `{}` is omitted", declaration.name),
                         span,
                     );
                 }
@@ -608,7 +608,7 @@ impl<'a> Maker<'a> {
                 // Its clock is that of an on-delay timer.
                 let name = self.declare(&declaration.name);
                 self.names.insert(&declaration.name.text, format!("{name}.ET"));
-                self.lose(format!("the timer {name} is written as an instance of TON"), span);
+                self.lose(format!("the timer `{name}` is written as an instance of TON"), span);
                 return None;
             }
             DeclarationKind::ExternCondition { .. } | DeclarationKind::ExternAction { .. } => {

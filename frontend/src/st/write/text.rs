@@ -196,7 +196,7 @@ pub(crate) fn block(
             StmtKind::Assign { target, index, value } => {
                 let target = names
                     .signal(target)
-                    .ok_or_else(|| (format!("the assignment to {target}"), stmt.span))?;
+                    .ok_or_else(|| (format!("the assignment to `{target}`"), stmt.span))?;
                 let index = match index {
                     Some(index) => format!("[{}]", expr(names, index)?),
                     None => String::new(),

@@ -126,9 +126,9 @@ impl<'a> Expansion<'_, 'a> {
         let mut check = |ty: &Type, lowering: &mut Lowering<'a>| {
             let Type::Int { lo, hi } = *ty else { return };
             let message = if lo > hi {
-                format!("the range {lo}..{hi} of {} is empty", source.name)
+                format!("the range {lo}..{hi} of `{}` is empty", source.name)
             } else if lo < i64::from(i32::MIN) || hi > i64::from(i32::MAX) {
-                format!("the range {lo}..{hi} of {} needs more than 32 bits", source.name)
+                format!("the range {lo}..{hi} of `{}` needs more than 32 bits", source.name)
             } else {
                 return;
             };
@@ -155,7 +155,7 @@ impl<'a> Expansion<'_, 'a> {
                     self.lowering.report(
                         Diagnostic::error(
                             codes::RANGE,
-                            format!("the array {} has {len} elements", source.name),
+                            format!("the array `{}` has {len} elements", source.name),
                         )
                         .at(source.name.span, "declared here")
                         .help(format!("use 1 to {MAX_LENGTH} elements")),

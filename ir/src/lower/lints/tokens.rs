@@ -87,10 +87,11 @@ impl<'n> Flow<'n> {
 }
 
 fn names(net: &Net, steps: impl IntoIterator<Item = StepId>, last: &str) -> String {
-    let all: Vec<&str> = steps.into_iter().map(|step| net.steps[step].name.text.as_str()).collect();
+    let all: Vec<String> =
+        steps.into_iter().map(|step| format!("`{}`", net.steps[step].name)).collect();
     match all.split_last() {
         None => String::new(),
-        Some((only, [])) => (*only).to_owned(),
+        Some((only, [])) => only.clone(),
         Some((_, before)) if before.len() >= SHOWN => {
             format!("{} and {} more", all[..SHOWN].join(", "), all.len() - SHOWN)
         }
@@ -137,9 +138,9 @@ fn sources(flow: &Flow<'_>, out: &mut Vec<Diagnostic>) {
         let (name, target) = (&transition.name, names(net, targets.iter().copied(), "and"));
         let mut finding = Diagnostic::warning(
             codes::SOURCE_ADDS,
-            format!("transition {name} leaves no step: it activates {target}, and all other steps stay active"),
+            format!("transition `{name}` leaves no step: it activates {target}, and all other steps stay active"),
         )
-        .plural(name, "transitions", "leave no step: they activate a step, and all others stay active")
+        .plural(format!("`{name}`"), "transitions", "leave no step: they activate a step, and all others stay active")
         .at(place(net, id), "no step before the transition");
         if left().next().is_some() {
             finding = finding.help(format!(
@@ -255,10 +256,10 @@ fn report(
                 Diagnostic::warning(
                     codes::NO_JOIN,
                     format!(
-                        "{again} becomes active again before all of its branches have ended: {left} and {right} lead to it separately"
+                        "`{again}` becomes active again before all of its branches have ended: `{left}` and `{right}` lead to it separately"
                     ),
                 )
-                .at(place(net, first), format!("activates {again} while the other branch may still be active"))
+                .at(place(net, first), format!("activates `{again}` while the other branch may still be active"))
                 .at(place(net, second), "also activates it")
                 .at(
                     place(net, fork),

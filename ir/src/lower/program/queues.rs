@@ -99,7 +99,7 @@ impl Builder<'_> {
         let n_of_rows = u32::try_from(of_rows.len()).unwrap_or(u32::MAX);
         let bound = net.settings.queue.unwrap_or(n_of_rows);
         if (bound as usize) > LONGEST {
-            let message = format!("the queues have {bound} places each; the maximum is {LONGEST}");
+            let message = format!("each queue has {bound} entries; the maximum is {LONGEST}");
             let help = "declare the number of events that can really wait at the same time";
             let place = net.name.span;
             let finding =

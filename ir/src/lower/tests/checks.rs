@@ -46,31 +46,31 @@ fn every_unknown_name_is_told_with_a_near_one() {
     assert_eq!(
         told(&found),
         [
-            "G0201 unknown name p2",
-            "G0201 unknown name moter",
-            "G0201 unknown name nothing_like_it",
-            "G0203 p1 is a step and has no part named activ"
+            "G0201 unknown name `p2`",
+            "G0201 unknown name `moter`",
+            "G0201 unknown name `nothing_like_it`",
+            "G0203 `p1` is a step and has no part named `activ`"
         ]
     );
-    let near = found.iter().find(|one| one.message.ends_with("moter")).unwrap();
-    assert_eq!(near.help.as_deref(), Some("did you mean motor?"));
+    let near = found.iter().find(|one| one.message.ends_with("`moter`")).unwrap();
+    assert_eq!(near.help.as_deref(), Some("did you mean `motor`?"));
     assert_eq!(near.fix.as_ref().unwrap().replacement, "motor");
 }
 
 #[test]
 fn wrong_kinds_are_named() {
-    assert_eq!(about(v("p1")), ["G0203 step p1 cannot be used as a value"]);
-    assert_eq!(about(v("go")), ["G0203 go is an extern action, not a value"]);
-    assert_eq!(about(v("c")), ["G0203 c is a chart, not a value"]);
-    assert_eq!(about(v("R")), ["G0217 R is a continuous output and cannot be read"]);
-    assert_eq!(about(v("p1.t")), ["G0212 the time p1.t can only be compared with a constant"]);
+    assert_eq!(about(v("p1")), ["G0203 step `p1` cannot be used as a value"]);
+    assert_eq!(about(v("go")), ["G0203 `go` is an extern action, not a value"]);
+    assert_eq!(about(v("c")), ["G0203 `c` is a chart, not a value"]);
+    assert_eq!(about(v("R")), ["G0217 `R` is a continuous output and cannot be read"]);
+    assert_eq!(about(v("p1.t")), ["G0212 the time `p1.t` can only be compared with a constant"]);
     assert_eq!(about(v("3s")), ["G0212 3 s must be compared with the time of a step or timer"]);
-    assert_eq!(about(ge("p1.t", "n")), ["G0209 expected a constant, but n is a variable"]);
+    assert_eq!(about(ge("p1.t", "n")), ["G0209 expected a constant, but `n` is a variable"]);
     assert_eq!(about(v("n")), ["G0208 expected a condition, found a number (0..9)"]);
     assert_eq!(about(ge("v", "1")), ["G0236 an array is read without an index"]);
     assert_eq!(about(element("n", v("0"))).len(), 1);
     assert_eq!(about(rise(rise(v("motor")))), ["G0213 an edge is not allowed in an edge"]);
-    assert_eq!(about(rise(v("E"))), ["G0213 the event E is not allowed in an edge"]);
+    assert_eq!(about(rise(v("E"))), ["G0213 the event `E` is not allowed in an edge"]);
     assert_eq!(about(v("c.p1.active")), Vec::<String>::new());
 }
 
@@ -80,14 +80,14 @@ fn a_transition_needs_steps_at_its_ends() {
         inputs("m"),
         vec![initial("p", vec![]), go("m -> p", v("m")), go("p -> p & p", v("m"))],
     ]);
-    assert_eq!(found, ["G0203 m is an input, not a step", "G0235 step p is listed twice"]);
+    assert_eq!(found, ["G0203 `m` is an input, not a step", "G0235 step `p` is listed twice"]);
 }
 
 #[test]
 fn names_are_declared_once() {
     let (_, found) =
         lower(&design(vec![chart("c", vec![inputs("p"), vec![initial("p", vec![])]])]));
-    assert_eq!(told(&found), ["G0202 p is declared twice"]);
+    assert_eq!(told(&found), ["G0202 `p` is declared twice"]);
     assert_eq!(found[0].labels.len(), 2, "both places");
 }
 
@@ -97,19 +97,19 @@ fn an_output_has_one_kind() {
     assert_eq!(
         findings(vec![vec![output("R"), output("U"), initial("p", both)]]),
         [
-            "G0215 output R is driven while a step is active and assigned in lists",
-            "G0216 nothing drives output U"
+            "G0215 output `R` is driven while a step is active and assigned in lists",
+            "G0216 nothing drives output `U`"
         ]
     );
     let mealy = vec![single(), output_of("R", Type::Bool, true)];
     let set = act("R", ActionHow::Qualified(Qualifier::S, None), None);
     assert_eq!(
         findings(vec![mealy, vec![initial("p", vec![set])]]),
-        ["G0215 the mealy output R cannot have memory"]
+        ["G0215 the mealy output `R` cannot have memory"]
     );
     assert_eq!(
         findings(vec![vec![output_of("N", int(0, 3), false), initial("p", vec![action("N")])]]),
-        ["G0208 output N is a number (0..3) but is used as a Boolean"]
+        ["G0208 output `N` is a number (0..3) but is used as a Boolean"]
     );
 }
 
@@ -122,7 +122,7 @@ fn mealy_needs_single() {
             mealy,
             initial("p", vec![action("R")])
         ]]),
-        ["G0207 the mealy output R needs `evolution single`"]
+        ["G0207 the mealy output `R` needs `evolution single`"]
     );
 }
 
@@ -140,7 +140,7 @@ fn pulses_stand_in_receptivities_and_lists_only() {
         findings(vec![vec![single()], inputs("m"), items]),
         [
             "G0213 an edge is not allowed in the condition of an output",
-            "G0213 the event E is not allowed in the condition of an output"
+            "G0213 the event `E` is not allowed in the condition of an output"
         ]
     );
     let misplaced = item(StepItemKind::Entry(vec![stmt(StmtKind::If {
@@ -163,8 +163,8 @@ fn durations_fit_and_are_rounded_aloud() {
         about(ge("p1.t", "25ms")),
         [
             "G0210 25 ms is rounded up to 30 ms",
-            "G0256 p1 stays active when p1_p1 fires: its time runs on",
-            "G0256 p1 stays active when p1_p1_2 fires: its time runs on",
+            "G0256 `p1` stays active when `p1_p1` fires: its time continues",
+            "G0256 `p1` stays active when `p1_p1_2` fires: its time continues",
         ]
     );
     assert_eq!(
@@ -191,7 +191,7 @@ fn a_controlled_action_stores_with_one_duration() {
     assert_eq!(
         findings(vec![vec![output("R"), initial("p", body)]]),
         [
-            "G0218 action R stores with two durations, 20 ms and 30 ms",
+            "G0218 action `R` stores with two durations, 20 ms and 30 ms",
             "G0218 qualifier SL needs a duration",
             "G0218 qualifier S takes no duration"
         ]
@@ -235,17 +235,17 @@ fn assignments_and_calls_fit_their_targets() {
     assert_eq!(
         found,
         [
-            "G0226 w has 4 elements but 2 initial values",
-            "G0223 n always becomes 9: the value is 10, but the range is 0..9",
+            "G0226 `w` has 4 elements but 2 initial values",
+            "G0223 `n` always becomes 9: the value is 10, but the range is 0..9",
             "G0208 expected a number, found a Boolean",
             "G0208 expected a condition, found a number (3..3)",
-            "G0203 cannot assign to m: it is an input",
-            "G0203 cannot assign to E: it is an event",
+            "G0203 cannot assign to `m`: it is an input",
+            "G0203 cannot assign to `E`: it is an event",
             "G0236 an array is read without an index",
             "G0236 the index is in 4..4, but the array has elements 0..3",
-            "G0219 speed takes 1 argument, found no arguments",
-            "G0223 argument 1 of speed always becomes 9: the value is 10, but the range is 0..9",
-            "G0203 m is an input, not an event",
+            "G0219 `speed` takes 1 argument, found no arguments",
+            "G0223 argument 1 of `speed` always becomes 9: the value is 10, but the range is 0..9",
+            "G0203 `m` is an input, not an event",
             "G0222 `send` is allowed only in a statechart"
         ]
     );
@@ -265,7 +265,7 @@ fn tasks_fit_their_budget() {
         findings(vec![vec![event("E"), initial("p", body)]]),
         [
             "G0225 a task can only contain assignments and calls",
-            "G0224 task large costs 120, but its step p has a budget of 100"
+            "G0224 task `large` costs 120, but its step `p` has a budget of 100"
         ]
     );
 }
@@ -289,9 +289,9 @@ fn macros_have_an_entry_and_an_exit() {
     assert_eq!(
         found,
         [
-            "G0205 macro m has more than one entry step",
-            "G0205 macro m has no exit step",
-            "G0203 p is a step, not a macro"
+            "G0205 macro `m` has more than one entry step",
+            "G0205 macro `m` has no exit step",
+            "G0203 `p` is a step, not a macro"
         ]
     );
 }
@@ -314,7 +314,7 @@ fn signals_of_the_environment_belong_to_the_chart() {
         found,
         [
             "G0237 an input belongs to the chart, not to a body in it",
-            "G0238 the range 5..1 of n is empty",
+            "G0238 the range 5..1 of `n` is empty",
             "G0237 this setting belongs to the chart, not to a body in it"
         ]
     );
@@ -348,16 +348,16 @@ fn lints_see_what_is_probably_not_meant() {
     assert_eq!(
         found,
         [
-            "G0240 input unused is never used",
-            "G0241 transition q_p_2 is the same as q_p",
-            "G0242 step lost can never be active: no transition leads to it",
-            "G0242 step lost2 can never be active: the steps before it are never active",
-            "G0244 the condition of q_q is always true",
-            "G0244 the condition of q_q_2 is never true, so it never fires",
-            "G0244 the condition of q_q_3 is never true, so it never fires",
-            "G0245 transition p_q_2 is never taken: p_q always fires first",
-            "G0245 transition q_q_2 is never taken: q_q always fires first",
-            "G0245 transition q_q_3 is never taken: q_q always fires first"
+            "G0240 input `unused` is never used",
+            "G0241 transition `q_p_2` is the same as `q_p`",
+            "G0242 step `lost` can never be active: no transition leads to it",
+            "G0242 step `lost2` can never be active: the steps before it are never active",
+            "G0244 the condition of `q_q` is always true",
+            "G0244 the condition of `q_q_2` is never true, so it never fires",
+            "G0244 the condition of `q_q_3` is never true, so it never fires",
+            "G0245 transition `p_q_2` is never taken: `p_q` always fires first",
+            "G0245 transition `q_q_2` is never taken: `q_q` always fires first",
+            "G0245 transition `q_q_3` is never taken: `q_q` always fires first"
         ]
     );
 }
@@ -373,8 +373,8 @@ fn priorities_that_nothing_asks_for_are_told() {
     assert_eq!(
         found,
         [
-            "G0231 the priority of transition p_p has no effect under `conflict all`",
-            "G0231 the priority of step p has no effect under `conflict all`"
+            "G0231 the priority of transition `p_p` has no effect under `conflict all`",
+            "G0231 the priority of step `p` has no effect under `conflict all`"
         ]
     );
 }
@@ -407,11 +407,11 @@ fn boards_and_places_name_what_is_there() {
     assert_eq!(
         found,
         [
-            "G0228 pin 2 is assigned to both m and R",
-            "G0201 unknown name Q",
-            "G0228 m has two pins",
+            "G0228 pin 2 is assigned to both `m` and `R`",
+            "G0201 unknown name `Q`",
+            "G0228 `m` has two pins",
             "G0255 `place` is not supported: designs are not partitioned between chip and CPU yet",
-            "G0201 unknown name zz"
+            "G0201 unknown name `zz`"
         ]
     );
 }
@@ -420,7 +420,7 @@ fn boards_and_places_name_what_is_there() {
 fn a_chart_begins_somewhere() {
     assert_eq!(
         findings(vec![inputs("a"), vec![step("p", vec![]), go("p -> p", v("a"))]]),
-        ["G0230 chart c has no initial step, so it never does anything"]
+        ["G0230 chart `c` has no initial step, so it never does anything"]
     );
 }
 

@@ -195,7 +195,7 @@ fn names_in_states_are_those_of_the_chart() {
     );
     assert_eq!(
         findings(drawn(vec![state("more", vec![step("a", vec![]), var("n", int(0, 3))])])),
-        ["G0202 a is declared twice", "G0202 n is declared twice"]
+        ["G0202 `a` is declared twice", "G0202 `n` is declared twice"]
     );
     // Histories are not part of a trace: each state may have its own.
     let history = |owner: &str| {
@@ -210,7 +210,7 @@ fn names_in_states_are_those_of_the_chart() {
     let net = lower(&design(vec![chart("c", two("y.H"))])).0.unwrap();
     let names: Vec<&str> = net.histories.values().map(|one| one.name.text.as_str()).collect();
     assert_eq!(names, ["playing.H", "x.H", "y.H"]);
-    assert!(findings(two("H")).contains(&"G0201 unknown name H".to_owned()));
+    assert!(findings(two("H")).contains(&"G0201 unknown name `H`".to_owned()));
 }
 
 #[test]
@@ -300,7 +300,7 @@ fn statecharts_refuse_what_only_a_grafcet_has() {
     );
     assert_eq!(
         more(vec![event("E"), go("p -> q", v("E"))]),
-        ["G0213 the event E is not allowed in a condition of a statechart"]
+        ["G0213 the event `E` is not allowed in a condition of a statechart"]
     );
     let grafcet = findings(vec![vec![state("s", vec![]), initial("p", vec![])]]);
     assert_eq!(grafcet, ["G0222 a state is allowed only in a statechart"]);
@@ -408,8 +408,8 @@ fn forcing_orders_name_steps_of_the_forced_chart() {
     assert_eq!(
         told(&found),
         [
-            "G0201 unknown name h",
-            "G0234 chart g forces itself",
+            "G0201 unknown name `h`",
+            "G0234 chart `g` forces itself",
             "G0234 charts force each other in a cycle: top -> g -> top"
         ]
     );

@@ -49,7 +49,7 @@ fn the_misprint_of_the_seed_is_told() {
     let mut items = truck();
     items[3].pop();
     items[3].push(named("t4", "p1 -> p1", v("a")));
-    assert_eq!(findings(items), ["G0243 step p4 has no way out"]);
+    assert_eq!(findings(items), ["G0243 step `p4` has no outgoing transition"]);
 }
 
 fn fill() -> Item {
@@ -199,7 +199,7 @@ fn a_macro_in_itself_is_refused_with_the_way_there() {
         go("p -> m", v("true")),
         go("m -> p", v("true")),
     ]]);
-    assert_eq!(found, ["G0204 macro b contains itself: b -> c -> b"]);
+    assert_eq!(found, ["G0204 macro `b` contains itself: b -> c -> b"]);
 }
 
 #[test]
@@ -272,7 +272,7 @@ fn mistakes_in_an_unused_macro_are_found_too() {
             go("p -> p", v("a")),
         ],
     ]);
-    assert_eq!(found, ["G0232 macro m is never used", "G0201 unknown name aa"]);
+    assert_eq!(found, ["G0232 macro `m` is never used", "G0201 unknown name `aa`"]);
 }
 
 #[test]

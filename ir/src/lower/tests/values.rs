@@ -296,9 +296,9 @@ fn properties_are_added_to_a_finished_net_by_full_names() {
     assert_eq!(
         told(&found.unwrap_err()),
         [
-            "G0201 unknown name LL",
+            "G0201 unknown name `LL`",
             "G0213 an edge is not allowed in a property",
-            "G0203 step p cannot be used as a value"
+            "G0203 step `p` cannot be used as a value"
         ]
     );
 }
@@ -311,7 +311,7 @@ fn a_property_may_ask_whether_an_extern_action_is_called() {
     let net = chart_with(vec![go_, speed], vec![action("fw"), call_of("speed", vec![v("5")])]);
     assert_eq!(properties(&net, &[assert_never(v("fw"))]).map(|all| all.len()), Ok(1));
     let found = properties(&net, &[assert_never(v("speed"))]).unwrap_err();
-    assert_eq!(told(&found), ["G0203 speed is an extern action, not a value"]);
+    assert_eq!(told(&found), ["G0203 `speed` is an extern action, not a value"]);
 }
 
 #[test]

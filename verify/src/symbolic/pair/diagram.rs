@@ -43,7 +43,7 @@ pub(crate) fn diagram(question: &Question<'_>, equal: &Equalities) -> Diagram {
             Err(Failed::Full(Full { of: LimitExceeded::Work, .. })) => {
                 let limit = question.limits.image_work;
                 return Diagram::Open(format!(
-                    "the decision diagram of both needs more than {limit} steps of work"
+                    "the decision diagram of both designs needs more than {limit} steps of work"
                 ));
             }
             Err(failed) => return Diagram::Open(why(failed)),
