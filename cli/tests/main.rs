@@ -9,6 +9,7 @@ mod names;
 mod new;
 mod packages;
 mod pages;
+mod printed;
 mod reports;
 mod tested_c;
 mod traced;

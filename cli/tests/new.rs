@@ -1,4 +1,4 @@
-//! Every kind of project that `grafsynth new` writes builds and passes its own tests, and the tour of the README runs as printed.
+//! Every kind of project that `grafsynth new` writes builds and passes its own tests.
 
 #![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]
 
@@ -69,48 +69,4 @@ fn each_kind_of_project_builds_and_passes_its_tests() {
             }
         }
     }
-}
-
-/// Lines of the tour that need more than this test has, with the reason.
-const NOT_RUN: [(&str, &str); 2] = [
-    ("grafsynth trace", "needs a dump from a controller: cli/tests/traced.rs"),
-    ("--engines c-avr", "needs simulators: scripts/acceptance"),
-];
-
-/// Runs each line of the tour of the README in order, in a folder with the files that the reader is supposed to have.
-#[test]
-fn the_tour_of_the_readme_runs_as_printed() {
-    let readme = include_str!("../../README.md");
-    let tour = readme.split_once("## A tour").expect("the README has a tour").1;
-    let block = tour.split("```").nth(1).expect("a block of commands");
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let old = "chart door {\n    input button\n    output open\n    initial step shut\n    step wide { open }\n    shut -> wide when button\n    wide -> shut when not button\n}\n";
-    let new = old.replace("when not button", "when not button after 50 ms");
-    let plant = include_str!("../../examples/gravel/gravel.st");
-    for (name, text) in [
-        ("old.graf", old),
-        ("new.graf", &new),
-        ("plant.st", plant),
-        ("table.pla", ".i 2\n.o 1\n.ilb a b\n.ob y\n01 1\n10 1\n11 1\n.e\n"),
-    ] {
-        fs::write(folder.path().join(name), text).expect("it is written");
-    }
-    let drawn = grafsynth(folder.path(), &["convert", "plant.st", "plant.xml"]);
-    assert!(drawn.status.success(), "{}", text(&drawn));
-    let mut n_run = 0;
-    for line in block.lines().filter(|line| !line.trim().is_empty()) {
-        let command = line.split(" # ").next().unwrap_or_default().trim();
-        let mut words = command.split_whitespace();
-        assert_eq!(words.next(), Some("grafsynth"), "{line}");
-        if NOT_RUN.iter().any(|(part, _)| command.contains(part)) {
-            continue;
-        }
-        let arguments: Vec<&str> = words.collect();
-        let output = grafsynth(folder.path(), &arguments);
-        // `diff` ends with 3 because the files of the tour do differ.
-        let expected = if arguments.first() == Some(&"diff") { 3 } else { 0 };
-        assert_eq!(output.status.code(), Some(expected), "{command}:\n{}", text(&output));
-        n_run += 1;
-    }
-    assert!(n_run >= 10, "{n_run} lines of the tour were run");
 }
