@@ -113,7 +113,7 @@ impl Diagnostic {
         Diagnostic {
             code,
             severity,
-            message: message.into(),
+            message: with_short_words(message.into()),
             labels: Vec::new(),
             help: None,
             help_in: Vec::new(),
@@ -125,21 +125,21 @@ impl Diagnostic {
     /// Adds a label.
     #[must_use]
     pub fn at(mut self, span: Span, text: impl Into<String>) -> Self {
-        self.labels.push(Label { span, text: text.into() });
+        self.labels.push(Label { span, text: with_short_words(text.into()) });
         self
     }
 
     /// Sets the help text.
     #[must_use]
     pub fn help(mut self, text: impl Into<String>) -> Self {
-        self.help = Some(text.into());
+        self.help = Some(with_short_words(text.into()));
         self
     }
 
     /// Sets the help text for one notation.
     #[must_use]
     pub fn help_in(mut self, notation: Notation, text: impl Into<String>) -> Self {
-        self.help_in.push((notation, text.into()));
+        self.help_in.push((notation, with_short_words(text.into())));
         self
     }
 
@@ -180,6 +180,31 @@ impl Diagnostic {
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error
     }
+}
+
+/// The longest word of a finding, in bytes. Longer ones are names in broken files, where one "name" can be the whole file.
+const LONGEST_WORD: usize = 200;
+
+/// The text with each word that is longer than [`LONGEST_WORD`] cut and ended with `…`.
+fn with_short_words(text: String) -> String {
+    if text.len() <= LONGEST_WORD {
+        return text;
+    }
+    let mut short = String::new();
+    for word in text.split_inclusive(char::is_whitespace) {
+        if word.len() <= LONGEST_WORD {
+            short.push_str(word);
+            continue;
+        }
+        let end = (0..=LONGEST_WORD).rev().find(|at| word.is_char_boundary(*at)).unwrap_or(0);
+        short.push_str(&word[..end]);
+        short.push('…');
+        if word.trim_end().ends_with('`') {
+            short.push('`');
+        }
+        short.extend(word.chars().next_back().filter(|last| last.is_whitespace()));
+    }
+    short
 }
 
 /// True if at least one of them is an error.
@@ -242,7 +267,19 @@ fn distance(a: &[char], b: &[char]) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::nearest;
+    use super::{nearest, with_short_words};
+
+    #[test]
+    fn long_words_of_a_finding_are_cut() {
+        let same = "a short text".to_owned();
+        assert_eq!(with_short_words(same.clone()), same);
+        let lines = format!("first {}\nsecond", "x".repeat(500));
+        assert_eq!(with_short_words(lines), format!("first {}…\nsecond", "x".repeat(200)));
+        let name = format!("`{}` is unknown", "x".repeat(500));
+        assert_eq!(with_short_words(name), format!("`{}…` is unknown", "x".repeat(199)));
+        let wide = format!("a{}", "é".repeat(500));
+        assert_eq!(with_short_words(wide), format!("a{}…", "é".repeat(99)));
+    }
 
     #[test]
     fn nearest_finds_slips_and_nothing_far() {
