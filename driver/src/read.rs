@@ -370,7 +370,11 @@ fn chart_design(
     let (net, more, counted) = task_costs::lower(&design, texts.machine);
     // After an error of the reader, parts of the design are missing, so warnings about the rest could be wrong.
     let is_whole = !any_error(found);
-    found.extend(more.into_iter().filter(|finding| is_whole || finding.is_error()));
+    // So could the error that there is no initial step: its declaration may be what the reader refused.
+    let is_kept = |finding: &Diagnostic| {
+        is_whole || finding.is_error() && finding.code != lower::codes::NO_INITIAL_STEP
+    };
+    found.extend(more.into_iter().filter(is_kept));
     let mut design = with_properties(sources, texts, limits, Some(design), net?, found)?;
     if let Design::Net(design) = &mut design {
         design.counted = counted;

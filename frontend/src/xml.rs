@@ -29,6 +29,12 @@ const ATTRIBUTE: usize = 80;
 /// Limit for the memory of the tree: this multiple of the text, plus an allowance for small files.
 const TREE_FACTOR: usize = 18;
 const TREE_FREE: usize = 1 << 20;
+/// The usual prefixes of the documents that are read here, with their namespaces.
+const PREFIXES: [(&str, &str); 3] = [
+    ("g", "urn:grafsynth:scxml:1"),
+    ("xhtml", "http://www.w3.org/1999/xhtml"),
+    ("xsi", "http://www.w3.org/2001/XMLSchema-instance"),
+];
 
 /// Parses XML. The tree borrows from `text`; its ranges are byte ranges in it.
 ///
@@ -591,7 +597,14 @@ fn malformed(file: FileId, text: &str, error: &Error, unclosed: Option<Span>) ->
         Error::DuplicatedAttribute(name, _) => finding(format!("duplicate attribute {name}"), here),
         Error::UnknownNamespace(prefix, _) => {
             finding(format!("undeclared namespace prefix {prefix}"), here)
-                .help(format!("declare it at the outermost element: xmlns:{prefix}=\"...\""))
+                .help(match PREFIXES.iter().find(|(known, _)| *known == prefix) {
+                    Some((_, space)) => {
+                        format!("declare it at the outermost element: xmlns:{prefix}=\"{space}\"")
+                    }
+                    None => format!(
+                        "remove the prefix, or declare it at the outermost element with the namespace of its tool: xmlns:{prefix}=\"..\""
+                    ),
+                })
         }
         Error::InvalidXmlPrefixUri(_)
         | Error::UnexpectedXmlUri(_)

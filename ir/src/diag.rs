@@ -215,7 +215,7 @@ pub fn any_error(diagnostics: &[Diagnostic]) -> bool {
 
 /// The candidate nearest to `word` in edit distance (insert, delete, replace, swap of neighbours; a difference in case counts half), if it is a likely
 /// typing error: the distance is at most a third of the word's length, but one edit is always allowed. A candidate that shares no letter with `word` never
-/// matches.
+/// matches, nor does one that differs only in its digits: `s2` is another step than `s1`.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let wanted: Vec<char> = word.chars().collect();
     let budget = (wanted.len().max(3) / 3) * 2;
@@ -224,6 +224,7 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .filter(|candidate| *candidate != word)
         .filter(|candidate| candidate.chars().count().abs_diff(wanted.len()) * 2 <= budget)
         .filter(|candidate| shares_a_letter(&wanted, candidate))
+        .filter(|candidate| !differs_in_digits(word, candidate))
         .map(|candidate| (distance(&wanted, &candidate.chars().collect::<Vec<_>>()), candidate))
         .filter(|(distance, _)| *distance <= budget)
         .min_by_key(|(distance, _)| *distance)
@@ -234,6 +235,18 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
 fn shares_a_letter(word: &[char], candidate: &str) -> bool {
     let mut letters = candidate.chars().filter(|c| c.is_alphanumeric());
     letters.any(|c| word.iter().any(|own| own.to_lowercase().eq(c.to_lowercase())))
+}
+
+/// True if the two names are the same but for their numbers.
+fn differs_in_digits(word: &str, candidate: &str) -> bool {
+    let digits = |text: &str| text.chars().filter(char::is_ascii_digit).collect::<String>();
+    let others = |text: &str| {
+        text.chars()
+            .filter(|c| !c.is_ascii_digit())
+            .flat_map(char::to_lowercase)
+            .collect::<String>()
+    };
+    digits(word) != digits(candidate) && others(word) == others(candidate)
 }
 
 /// Twice the optimal string alignment distance, with 1 for a change of letter case.
@@ -288,5 +301,7 @@ mod tests {
         assert_eq!(nearest("request", ["a", "b"]), None);
         assert_eq!(nearest("b", ["L", "R"]), None);
         assert_eq!(nearest(".z", [".i", ".o"]), None);
+        assert_eq!(nearest("s2", ["s1", "s10"]), None);
+        assert_eq!(nearest("srv2", ["src2"]), Some("src2"));
     }
 }

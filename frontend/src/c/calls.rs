@@ -16,13 +16,19 @@ impl Resolver<'_, '_> {
                 program.entry = *id;
                 return Some(());
             }
-            let near = nearest(wanted, program.by_name.keys().map(String::as_str))
-                .map(|near| format!("did you mean {near}?"));
+            let near = nearest(wanted, program.by_name.keys().map(String::as_str)).map_or_else(
+                || {
+                    let known: Vec<&str> =
+                        program.by_name.keys().take(10).map(String::as_str).collect();
+                    format!("give one of its functions with --entry, such as {}", known.join(", "))
+                },
+                |near| format!("did you mean {near}?"),
+            );
             self.findings.report(|| {
                 let finding =
                     Diagnostic::error(codes::C_NO_FUNCTION, format!("unknown function {wanted}"))
                         .at(Span::new(program.file, 0, 0), "");
-                near.into_iter().fold(finding, Diagnostic::help)
+                finding.help(near)
             });
             return None;
         }

@@ -186,6 +186,7 @@ impl Parser<'_> {
                         self.findings.report(|| {
                             Diagnostic::error(codes::C_SYNTAX, "this `{` is not closed")
                                 .at(open, "opened here")
+                                .help("write `};` at its end")
                         });
                         return Err(ErrorReported);
                     }

@@ -63,6 +63,7 @@ impl Parser<'_> {
             self.findings.report(|| {
                 Diagnostic::error(codes::C_DIRECTIVE, "this conditional has no `#endif`")
                     .at(one.span, "begins here")
+                    .help("write `#endif` at its end")
             });
         }
         if absent.is_empty() {
@@ -129,8 +130,13 @@ impl Parser<'_> {
                             codes::C_DIRECTIVE,
                             format!("#{word} after the `#else` of its conditional"),
                         )
-                        .at(line.span, "")
+                        .at(line.span, "never reached")
                         .at(first, "the conditional")
+                        .help(if word == "else" {
+                            "remove one of the two `#else`"
+                        } else {
+                            "move it with its lines before the `#else`"
+                        })
                     });
                     return;
                 }
@@ -194,7 +200,8 @@ impl Parser<'_> {
     fn without_if(&mut self, word: &str, line: Line) {
         self.findings.report(|| {
             Diagnostic::error(codes::C_DIRECTIVE, format!("#{word} without an `#if` before it"))
-                .at(line.span, "")
+                .at(line.span, "no conditional is open here")
+                .help(format!("write `#if` before it, or remove this line; an `#endif` before it may be one too many"))
         });
     }
 
@@ -233,7 +240,9 @@ impl Parser<'_> {
             let asked = parser.replace_defined();
             if parser.here().kind == Kind::End {
                 parser.findings.report(|| {
-                    Diagnostic::error(codes::C_DIRECTIVE, "missing condition").at(line.span, "")
+                    Diagnostic::error(codes::C_DIRECTIVE, "missing condition")
+                        .at(line.span, "nothing follows")
+                        .help("write a condition, as in `#if FAST > 0`")
                 });
                 return false;
             }

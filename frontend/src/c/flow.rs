@@ -420,13 +420,18 @@ impl<'s> Flow<'_, 's> {
             StmtKind::Default(inner) => {
                 let node = self.join(inner.span);
                 match self.switches.last_mut() {
-                    None => self.jump_error(span, "`default` outside of a switch"),
+                    None => self.jump_error(
+                        span,
+                        "`default` outside of a switch",
+                        "move it into a `switch`, or remove it",
+                    ),
                     Some(Switch { default: Some((_, first)), .. }) => {
                         let first = *first;
                         self.findings.report(|| {
                             Diagnostic::error(codes::C_JUMP, "two defaults in one switch")
                                 .at(span, "again here")
                                 .at(first, "first here")
+                                .help("remove one of them")
                         });
                     }
                     Some(switch) => switch.default = Some((node, span)),
@@ -447,11 +452,19 @@ impl<'s> Flow<'_, 's> {
             }
             StmtKind::Break => match self.breaks.last().copied() {
                 Some(node) => self.end_with(Next::Goto(node)),
-                None => self.jump_error(span, "`break` outside of a loop or switch"),
+                None => self.jump_error(
+                    span,
+                    "`break` outside of a loop or switch",
+                    "remove it, or write `return` to leave the function",
+                ),
             },
             StmtKind::Continue => match self.continues.last().copied() {
                 Some(node) => self.end_with(Next::Goto(node)),
-                None => self.jump_error(span, "`continue` outside of a loop"),
+                None => self.jump_error(
+                    span,
+                    "`continue` outside of a loop",
+                    "remove it, or move it into a loop",
+                ),
             },
             StmtKind::Return(value) => self.return_statement(span, &text, value.as_ref()),
         }
@@ -596,6 +609,7 @@ impl<'s> Flow<'_, 's> {
                     )
                     .at(at, "again here")
                     .at(first, "first here")
+                    .help("remove one of them, or write another value")
                 });
             }
             ways.push(Way { guard: selected.equals(folded, at), text, to: node });
@@ -624,12 +638,16 @@ impl<'s> Flow<'_, 's> {
         let text = format!("case {}", one_line(self.program().text_of(value.span)));
         match self.switches.last_mut() {
             Some(switch) => switch.cases.push((constant, node, value.span, text)),
-            None => self.jump_error(value.span, "`case` outside of a switch"),
+            None => self.jump_error(
+                value.span,
+                "`case` outside of a switch",
+                "move it into a `switch`, or remove it",
+            ),
         }
     }
 
-    fn jump_error(&mut self, span: Span, message: &str) {
-        self.findings.report(|| Diagnostic::error(codes::C_JUMP, message).at(span, ""));
+    fn jump_error(&mut self, span: Span, message: &str, help: &str) {
+        self.findings.report(|| Diagnostic::error(codes::C_JUMP, message).at(span, "").help(help));
     }
 
     fn label(&mut self, name: &Name, is_definition: bool) -> NodeId {
@@ -639,6 +657,7 @@ impl<'s> Flow<'_, 's> {
                     Diagnostic::error(codes::C_JUMP, format!("duplicate label {name}"))
                         .at(name.span, "again here")
                         .at(first, "first here")
+                        .help("rename one of them, with each `goto` that means it")
                 });
             }
             if is_definition {
@@ -667,14 +686,21 @@ impl<'s> Flow<'_, 's> {
                 .iter()
                 .filter(|(_, (_, is_defined, _))| *is_defined)
                 .map(|(name, _)| name.as_str());
-            let near = nearest(&name, known).map(|near| format!("did you mean {near}?"));
+            let near = nearest(&name, known).map(str::to_owned);
             self.findings.report(|| {
                 let finding = Diagnostic::error(
                     codes::C_JUMP,
                     format!("there is no label {name} in this function"),
                 )
-                .at(span, "");
-                near.into_iter().fold(finding, Diagnostic::help)
+                .at(span, "no statement has this label");
+                match near {
+                    Some(near) => {
+                        finding.help(format!("did you mean {near}?")).fix(span, near)
+                    }
+                    None => finding.help(format!(
+                        "write `{name}:` before the statement to continue with; a label cannot be in another function"
+                    )),
+                }
             });
         }
     }

@@ -289,6 +289,7 @@ fn initial_values(
                         format!("the initial value of {} is not constant", var.name),
                     )
                     .at(span, "not a constant expression")
+                    .help("use numbers, characters, and names from `#define` and `enum`, or assign it in a function")
                 });
                 constant_expr(0, scalar, span)
             }
@@ -317,6 +318,7 @@ fn initial_values(
                 findings.report(|| {
                     Diagnostic::error(codes::C_TYPE, format!("{n} values for {length} elements"))
                         .at(*span, "")
+                        .help(format!("remove values, or declare {n} elements"))
                 });
             }
             exprs.resize_with(length as usize, || constant_expr(0, scalar, *span));

@@ -93,8 +93,10 @@ impl Lexer<'_, '_> {
         Span::new(self.file, start, self.at.min(self.end))
     }
 
-    fn refuse(&mut self, span: Span, message: impl FnOnce() -> String) {
-        self.findings.report(|| Diagnostic::error(codes::C_CHARACTERS, message()).at(span, ""));
+    fn refuse(&mut self, span: Span, message: impl FnOnce() -> String, label: &str, help: &str) {
+        self.findings.report(|| {
+            Diagnostic::error(codes::C_CHARACTERS, message()).at(span, label).help(help)
+        });
     }
 
     /// Reads to the end of a line; a backslash before the line break continues it.
@@ -123,7 +125,12 @@ impl Lexer<'_, '_> {
         } else {
             self.at = self.end;
             let open = Span::new(self.file, start, start + 2);
-            self.refuse(open, || "unterminated comment".to_owned());
+            self.refuse(
+                open,
+                || "unterminated comment".to_owned(),
+                "begins here",
+                "write `*/` at its end",
+            );
         }
         lexed.comments.push(self.span(start));
     }
@@ -173,7 +180,18 @@ impl Lexer<'_, '_> {
                     let letter = self.text[start..].chars().next().unwrap_or('?');
                     self.at += letter.len_utf8();
                     let span = self.span(start);
-                    self.refuse(span, || format!("unexpected character {letter:?}"));
+                    let help = match letter {
+                        '“' | '”' | '„' => "write a straight quote `\"`",
+                        '‘' | '’' => "write a straight quote `'`",
+                        '–' | '—' | '−' => "write `-`",
+                        _ => "remove it, or put it into a comment",
+                    };
+                    self.refuse(
+                        span,
+                        || format!("unexpected character {letter:?}"),
+                        "no part of C",
+                        help,
+                    );
                     return self.token_behind(lexed);
                 }
             }
@@ -238,7 +256,15 @@ impl Lexer<'_, '_> {
             _ => {
                 let span = self.span(start);
                 let word = word.to_owned();
-                self.refuse(span, || format!("{word} is not a valid C number"));
+                self.refuse(
+                    span,
+                    || format!("{word} is not a valid C number"),
+                    match radix {
+                        8 => "a leading 0 makes it octal: its digits are 0 to 7",
+                        _ => "not digits and a suffix such as `u` or `L`",
+                    },
+                    "write digits only, as in 15, 0x0F or 017; a name begins with a letter",
+                );
                 0
             }
         };
@@ -294,7 +320,8 @@ impl Lexer<'_, '_> {
                     self.text.get(self.at..).and_then(|rest| rest.chars().next()).unwrap_or('?');
                 self.at = (self.at + letter.len_utf8()).min(self.end);
                 let span = self.span(start);
-                self.refuse(span, || format!("unknown escape \\{letter}"));
+                let help = format!("write `\\\\` for a backslash, or `{letter}` alone");
+                self.refuse(span, || format!("unknown escape \\{letter}"), "", &help);
                 0
             }
         })
@@ -313,9 +340,25 @@ impl Lexer<'_, '_> {
                 self.at += 1;
             }
             let span = self.span(start);
-            self.refuse(span, || {
-                "a character constant must contain one character and end with '".to_owned()
-            });
+            let written = self.text.get(start + 1..self.at).unwrap_or_default();
+            let is_closed = written.ends_with('\'');
+            let n = written.trim_end_matches('\'').chars().count();
+            let label = match (is_closed, n) {
+                (false, _) => "no closing `'`".to_owned(),
+                (true, 0) => "no character".to_owned(),
+                (true, n) => format!("{n} characters"),
+            };
+            let help = if is_closed && n > 1 {
+                "write one character, as in 'a', or a string in double quotes"
+            } else {
+                "write one character between two quotes, as in 'a'"
+            };
+            self.refuse(
+                span,
+                || "a character constant must contain one character and end with '".to_owned(),
+                &label,
+                help,
+            );
         }
         let value = value.unwrap_or(0);
         Kind::Char(if value > 127 && value < 256 && !self.is_unsigned_char {
@@ -330,7 +373,12 @@ impl Lexer<'_, '_> {
         while self.byte(0) != b'"' || self.at >= self.end {
             if self.escaped().is_none() {
                 let span = self.span(start);
-                self.refuse(span, || "unterminated string".to_owned());
+                self.refuse(
+                    span,
+                    || "unterminated string".to_owned(),
+                    "no closing quote in this line",
+                    "write `\"` at its end",
+                );
                 return Kind::Text;
             }
         }

@@ -156,12 +156,32 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits, options: &Options
     if any_error(&findings.kept) || drawn.is_none() {
         if !any_error(&findings.kept) {
             findings.report(|| {
-                Diagnostic::error(codes::C_NO_FUNCTION, "no function in this file")
-                    .at(Span::new(file, 0, 0), "")
+                let finding =
+                    Diagnostic::error(codes::C_NO_FUNCTION, "no function with a body in this file");
+                match first_prototype(&source) {
+                    Some(name) => finding.at(name.span, "only declared").help(format!(
+                        "write the body `{{ .. }}` of {name}, or give the file that contains it"
+                    )),
+                    None => finding
+                        .at(Span::new(file, 0, 0), "")
+                        .help("give a file with a function, as in `int f(int a) { return a; }`"),
+                }
             });
         }
         return Parsed { diagnostics: graf::sorted(findings.finish()), ..Parsed::default() };
     }
     let (design, library) = drawn.map_or((None, None), |(design, library)| (Some(design), library));
     Parsed { design, diagnostics: graf::sorted(findings.finish()), library }
+}
+
+/// The first function that is declared without a body.
+fn first_prototype(source: &ast::Source) -> Option<&grafsynth_ir::Name> {
+    source.items.iter().find_map(|item| match item {
+        ast::External::Function(_) => None,
+        ast::External::Declaration(declaration) => declaration
+            .declared
+            .iter()
+            .find(|(declarator, _)| declarator.is_function && !declarator.is_opaque)
+            .map(|(declarator, _)| &declarator.name),
+    })
 }

@@ -166,11 +166,49 @@ impl<'t> Parser<'t> {
                 format!("`{}`", self.word_of(token))
             }
         };
-        self.findings.report(|| {
-            Diagnostic::error(codes::C_SYNTAX, format!("expected {wanted}, found {found}"))
+        let before = self.at.checked_sub(1).map(|at| self.tokens[at]);
+        let message = format!("expected {wanted}, found {found}");
+        let finding = Diagnostic::error(codes::C_SYNTAX, message);
+        let finding = match before {
+            Some(before) if wanted == "an expression" && before.kind == Kind::Sign => {
+                let sign = self.word_of(before).to_owned();
+                let label = format!("nothing follows `{sign}`");
+                finding.at(token.span, label).help(match sign.as_str() {
+                    "(" => "write an expression between the parentheses".to_owned(),
+                    ";" | "{" | "}" => format!("write an expression before {found}"),
+                    _ => format!("write an expression after `{sign}`, or remove `{sign}`"),
+                })
+            }
+            // The end of a statement is missing at the end of its line, not at the beginning of the next one.
+            Some(before)
+                if wanted == "`;`" && self.is_on_another_line(before.span, token.span) =>
+            {
+                let end = Span { start: before.span.end, ..before.span };
+                finding
+                    .at(before.span, "expected `;` after this")
+                    .help("write `;`")
+                    .fix(end, ";")
+            }
+            _ if token.kind == Kind::End => finding
                 .at(token.span, format!("expected {wanted}"))
-        });
+                .help(format!("write {wanted} at the end, or remove what the file does not complete")),
+            _ if wanted == "a type" => finding.at(token.span, "expected a type").help(
+                "write a type such as `int` before it; a type from a header that is not read needs its `typedef` in this file",
+            ),
+            _ if wanted == "a name" => finding
+                .at(token.span, "expected a name")
+                .help("write a name that begins with a letter and is not a word of C"),
+            _ => finding
+                .at(token.span, format!("expected {wanted}"))
+                .help(format!("write {wanted} before {found}, or remove {found}")),
+        };
+        self.findings.report(|| finding);
         Err(ErrorReported)
+    }
+
+    fn is_on_another_line(&self, before: Span, after: Span) -> bool {
+        let between = before.end as usize..after.start as usize;
+        self.text.get(between).is_some_and(|text| text.contains('\n'))
     }
 
     pub(super) fn expect(&mut self, sign: &str) -> Read<Span> {
@@ -327,6 +365,7 @@ impl<'t> Parser<'t> {
                                 ),
                             )
                             .at(name.span, "not in the list of parameters")
+                            .help(format!("add {name} to the parameters in the parentheses, or move its declaration into the body"))
                         });
                     }
                 }
@@ -405,6 +444,7 @@ impl<'t> Parser<'t> {
                 self.findings.report(|| {
                     Diagnostic::error(codes::C_SYNTAX, "this `{` is not closed")
                         .at(open, "opened here")
+                        .help("write `}` at the end of this block")
                 });
                 return Err(ErrorReported);
             }
@@ -436,7 +476,14 @@ impl<'t> Parser<'t> {
             "switch" => self.switch_statement(),
             "case" => self.case_statement(),
             "default" => self.default_statement(),
-            "else" => self.unexpected("a statement (this `else` has no `if`)"),
+            "else" => {
+                self.findings.report(|| {
+                    Diagnostic::error(codes::C_SYNTAX, "`else` without an `if`")
+                        .at(start, "no `if` ends before it")
+                        .help("put the statements between the `if` and the `else` into `{` and `}`, or remove a `;` after them")
+                });
+                Err(ErrorReported)
+            }
             _ if self.is_name(token) && self.word_of(self.ahead(1)) == ":" => {
                 self.label_statement()
             }

@@ -260,6 +260,7 @@ impl<'s> Resolver<'s, '_> {
                             )
                             .at(def.name.span, "again here")
                             .at(first, "first here")
+                            .help("rename or remove one of them")
                         });
                         continue;
                     }
@@ -279,14 +280,17 @@ impl<'s> Resolver<'s, '_> {
         for name in &self.program.options.keep {
             if !self.program.by_name.contains_key(name) {
                 let near = nearest(name, self.program.by_name.keys().map(String::as_str))
-                    .map(|near| format!("did you mean {near}?"));
+                    .map_or_else(
+                        || "give the name of a function with a body in this file".to_owned(),
+                        |near| format!("did you mean {near}?"),
+                    );
                 self.findings.report(|| {
                     let finding = Diagnostic::error(
                         codes::C_NO_FUNCTION,
                         format!("unknown function {name} in --keep"),
                     )
                     .at(Span::new(self.program.file, 0, 0), "");
-                    near.into_iter().fold(finding, Diagnostic::help)
+                    finding.help(near)
                 });
             }
         }
@@ -450,6 +454,7 @@ impl<'s> Resolver<'s, '_> {
                     Diagnostic::error(codes::C_TYPE, format!("{name} is declared twice"))
                         .at(name.span, "again here")
                         .at(first, "first here")
+                        .help("rename one of them, or remove it if both mean the same")
                 });
             }
         }
@@ -728,11 +733,6 @@ impl<'s> Resolver<'s, '_> {
         // With more names than fit a readable line, each gets its own finding.
         for names in unknown.chunks(if unknown.len() > 8 { 1 } else { 8 }) {
             let shown: Vec<String> = names.iter().map(|(name, _)| format!("`{name}`")).collect();
-            let message = match shown.split_last() {
-                Some((last, [])) => format!("{last} is not declared"),
-                Some((last, rest)) => format!("{} and {last} are not declared", rest.join(", ")),
-                None => continue,
-            };
             let values: Vec<String> = names
                 .iter()
                 .filter_map(|(name, _)| {
@@ -741,9 +741,22 @@ impl<'s> Resolver<'s, '_> {
                 })
                 .collect();
             let first = names.first().map_or("NAME", |(name, _)| name);
-            let help = if values.len() == names.len() {
+            let is_arduino = values.len() == names.len();
+            let message = match shown.split_last() {
+                Some((last, [])) if is_arduino => {
+                    format!("{last} is not declared: it belongs to Arduino.h, which is not read")
+                }
+                Some((last, [])) => format!("{last} is not declared"),
+                Some((last, rest)) => format!(
+                    "{} and {last} are not declared{}",
+                    rest.join(", "),
+                    if is_arduino { ": they belong to Arduino.h, which is not read" } else { "" }
+                ),
+                None => continue,
+            };
+            let help = if is_arduino {
                 format!(
-                    "they are constants of Arduino.h, which is not part of this text: give their values with {}",
+                    "give the values with {}; the calls of Arduino.h, such as `digitalRead`, are then left to the C library, so replace each pin by an `extern volatile bool` variable to see it in traces and proofs",
                     values.join(" ")
                 )
             } else {

@@ -136,8 +136,9 @@ impl<'s> Flow<'_, 's> {
         );
     }
 
-    fn error(&mut self, span: Span, message: impl FnOnce() -> String) -> Value {
-        self.findings.report(|| Diagnostic::error(codes::C_TYPE, message()).at(span, ""));
+    fn error(&mut self, span: Span, message: impl FnOnce() -> String, help: &str) -> Value {
+        self.findings
+            .report(|| Diagnostic::error(codes::C_TYPE, message()).at(span, "").help(help));
         Value::int(0, self.int_type(), span)
     }
 
@@ -145,11 +146,28 @@ impl<'s> Flow<'_, 's> {
     fn place(&mut self, expr: &'s Expr) -> Option<Place> {
         let span = expr.span;
         let Some((base, indices)) = element(expr) else {
-            self.error(span, || "expected a variable or an array element".to_owned());
+            if matches!(expr.kind, ExprKind::Index(..) | ExprKind::Deref(_)) {
+                self.error(
+                    span,
+                    || "only a named array or parameter has elements".to_owned(),
+                    "write the name of the array before the brackets",
+                );
+            } else {
+                self.error(
+                    span,
+                    || "only a variable or an array element can be changed".to_owned(),
+                    "write a single variable here; to compare, write `==`",
+                );
+            }
             return None;
         };
         let Some(var) = self.program().var_at(base.span) else {
-            self.error(span, || format!("{} is not a variable", one_line("a constant")));
+            let shown = one_line(self.program().text_of(base.span));
+            self.error(
+                span,
+                || format!("{shown} is a constant, not a variable"),
+                "declare a variable for a value that changes",
+            );
             return None;
         };
         let path = self.path(var, base.span);
@@ -185,13 +203,17 @@ impl<'s> Flow<'_, 's> {
                         .num();
                 }
                 if flat.lo == flat.hi && !(0..length).contains(&flat.lo) {
-                    self.error(span, || {
-                        format!(
-                            "element {} of {what} does not exist; its elements are 0..{}",
-                            flat.lo,
-                            length - 1
-                        )
-                    });
+                    self.error(
+                        span,
+                        || {
+                            format!(
+                                "element {} of {what} does not exist; its elements are 0..{}",
+                                flat.lo,
+                                length - 1
+                            )
+                        },
+                        "write an index in this range, or declare a longer array",
+                    );
                     return None;
                 }
                 let index = if flat.lo >= 0 && flat.hi < length {
@@ -206,7 +228,11 @@ impl<'s> Flow<'_, 's> {
                 Some(Place { path, index: Some(index), ty })
             }
             Type::Void | Type::Pointer(_) | Type::Opaque => {
-                self.error(span, || "nets do not support variables of this type".to_owned());
+                self.error(
+                    span,
+                    || "nets do not support variables of this type".to_owned(),
+                    "use an integer or an array of integers, or keep the function as C with --keep",
+                );
                 None
             }
         }
@@ -248,9 +274,17 @@ impl<'s> Flow<'_, 's> {
             ExprKind::Call(name, arguments) => match self.program().callee(&name.text) {
                 Some(callee) => match self.call(callee, arguments, span) {
                     Some(value) => value,
-                    None => self.error(span, || format!("{name} returns nothing")),
+                    None => self.error(
+                        span,
+                        || format!("{name} returns nothing, so it has no value"),
+                        "call it in a statement, or declare the type of its result",
+                    ),
                 },
-                None => self.error(span, || format!("this chart has no function {name}")),
+                None => self.error(
+                    span,
+                    || format!("this chart has no function {name}"),
+                    "write the function in this file",
+                ),
             },
             ExprKind::Step { operand, by, is_prefix } => self.step(operand, *by, *is_prefix, span),
             ExprKind::Unary(op, operand) => {
@@ -290,9 +324,12 @@ impl<'s> Flow<'_, 's> {
                 before.iter().for_each(|one| self.discard(one));
                 self.eval(last)
             }
-            ExprKind::Float | ExprKind::Text | ExprKind::Opaque(_) | ExprKind::AddressOf(_) => {
-                self.error(span, || "nets do not support this value".to_owned())
-            }
+            ExprKind::Float | ExprKind::Text | ExprKind::Opaque(_) | ExprKind::AddressOf(_) => self
+                .error(
+                    span,
+                    || "nets do not support this value".to_owned(),
+                    "use integers, or keep the function as C with --keep",
+                ),
         }
     }
 
@@ -548,8 +585,16 @@ impl<'s> Flow<'_, 's> {
                     codes::C_ARGUMENTS,
                     format!("{name} takes {wanted} arguments, not {given}"),
                 )
-                .at(span, "")
+                .at(span, format!("{given} given here"))
                 .at(name.span, "the function")
+                .help(if given < wanted {
+                    format!(
+                        "write {} more in this call, or remove parameters of {name}",
+                        wanted - given
+                    )
+                } else {
+                    format!("remove {} of this call, or add parameters to {name}", given - wanted)
+                })
             });
         }
         let shared = self.context.shared.get(&callee).cloned();
@@ -691,9 +736,16 @@ impl<'s> Flow<'_, 's> {
             if self.program().uses.range(body.start..body.end).any(|(_, used)| *used == var) {
                 let name = self.program().vars[var].name.text.clone();
                 let function = info.def.name.text.clone();
-                self.error(span, || {
-                    format!("{name} is passed by its address, but {function} also uses it by name")
-                });
+                let help = format!("use only one way in {function}: its parameter, or {name}");
+                self.error(
+                    span,
+                    || {
+                        format!(
+                            "{name} is passed by its address, but {function} also uses it by name"
+                        )
+                    },
+                    &help,
+                );
                 return;
             }
             for (next, _) in &info.calls {
@@ -721,7 +773,8 @@ impl<'s> Flow<'_, 's> {
                 flatten(all, rest, &mut values);
                 if values.len() > length as usize {
                     let n = values.len();
-                    self.error(span, || format!("{n} values for {length} elements"));
+                    let help = format!("remove values, or declare {n} elements");
+                    self.error(span, || format!("{n} values for {length} elements"), &help);
                     return;
                 }
                 // Missing values are 0.

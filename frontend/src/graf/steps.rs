@@ -352,16 +352,16 @@ impl Parser<'_> {
                 Diagnostic::error(
                     codes::MISPLACED,
                     format!(
-                        "an output of a step is named without a value: `{shown} {sign} {value}`"
+                        "an output that is on is named without a value: `{shown} {sign} {value}`"
                     ),
                 )
                 .plural(
                     format!("`{shown} {sign} {value}`"),
-                    "outputs of a step are named without a value:",
+                    "outputs that are on are named without a value:",
                     "",
                 )
                 .at(span, "on while the step is active")
-                .help(format!("write `{shown}`"))
+                .help("write only the name of the output")
                 .fix(span, shown)
             });
             return Some(target.map(|names| {
@@ -383,15 +383,15 @@ impl Parser<'_> {
         self.report(|| {
             Diagnostic::error(
                 codes::MISPLACED,
-                format!("an output of a step is named without a value: `{shown} {sign} {value}`"),
+                format!("an output that is off is not named in a step: `{shown} {sign} {value}`"),
             )
             .plural(
                 format!("`{shown} {sign} {value}`"),
-                "outputs of a step are named without a value:",
+                "outputs that are off are not named in a step:",
                 "",
             )
             .at(place, "off unless an active step names it")
-            .help(format!("remove `{shown} {sign} {value}`"))
+            .help("remove the name with its value")
             .fix(span, "")
         });
         Some(Err(ErrorReported))

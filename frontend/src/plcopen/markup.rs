@@ -9,7 +9,7 @@ use super::reader::{Reader, Unit, children, tag};
 use super::rules::{self, FREE, OTHERS, Rule, Times, Value};
 use super::sfc;
 use crate::codes;
-use crate::xml;
+use crate::xml::{self, Mapped};
 
 /// The name of an elementary type that was wrongly written as the text of `type` or `baseType` instead of as an element.
 pub(super) fn type_name<'n>(node: Node<'n, '_>) -> Option<&'n str> {
@@ -128,16 +128,37 @@ impl Reader<'_, '_> {
         let is_known = all.any(|(one, ..)| *one == name);
         let allowed = rule.children.iter().copied().flatten().map(|(one, ..)| *one);
         let near = nearest(name, allowed).filter(|_| !is_known);
+        let everywhere =
+            || rules::RULES.iter().flat_map(|rule| rule.children).copied().flatten().copied();
+        let meant =
+            if is_known { Some(name) } else { nearest(name, everywhere().map(|(one, ..)| one)) };
+        // An element that belongs to several others is not moved by advice.
+        let homes = meant.and_then(|meant| {
+            let mut kinds = rules::RULES.iter().filter(|rule| {
+                rule.children.iter().copied().flatten().any(|(one, ..)| *one == meant)
+            });
+            let kind = kinds.next().filter(|_| kinds.next().is_none())?.kind;
+            let mut homes: Vec<&str> =
+                everywhere().filter(|(_, of, _)| *of == kind).map(|(home, ..)| home).collect();
+            homes.sort_unstable();
+            homes.dedup();
+            let [home] = homes.as_slice() else { return None };
+            Some((meant, *home))
+        });
         self.report(|| {
             let message = if is_known {
                 format!("<{name}> is not allowed in <{}>", tag(parent))
             } else {
                 format!("unknown PLCopen element <{name}> in <{}>", tag(parent))
             };
-            let help = match near {
-                Some(near) => format!("did you mean <{near}>?"),
-                None => "delete it, or move it into <addData>, which is for the data of tools"
-                    .to_owned(),
+            let help = match (near, homes) {
+                (Some(near), _) => format!("did you mean <{near}>?"),
+                (None, Some((meant, home))) if meant == name => format!("move it into <{home}>"),
+                (None, Some((meant, home))) => format!("did you mean <{meant}> in <{home}>?"),
+                (None, None) => {
+                    "delete it, or move it into <addData>, which is for the data of tools"
+                        .to_owned()
+                }
             };
             Diagnostic::error(codes::PLC_MARKUP, message).at(span, "").help(help)
         });
@@ -180,25 +201,49 @@ impl Reader<'_, '_> {
             };
             match place {
                 Some(place) if place >= n_read => {
-                    let help = "remove it, and draw separate elements instead";
+                    let help = match word {
+                        "negated" => {
+                            "remove it, and negate the variable in a contact or an expression instead"
+                        }
+                        "storage" => "remove it, and store the value with a <coil>",
+                        "edge" => {
+                            "remove it, and read the edge with a <contact>, or with R_TRIG or F_TRIG"
+                        }
+                        _ => "remove it",
+                    };
                     unit.refuse(format!("{word}=\"{value}\" of <{name}>"), span, help);
                 }
                 None if !value.is_empty() => {
                     let near = nearest(value, expected.iter().copied());
                     let lower = value.to_ascii_lowercase();
-                    let near = expected.iter().copied().find(|one| *one == lower).or(near);
+                    let near = expected
+                        .iter()
+                        .copied()
+                        .find(|one| *one == lower)
+                        .or_else(|| synonym(word, &lower))
+                        .or(near);
+                    let place = Mapped::value(self.file, self.text, attribute).whole();
                     self.report(|| {
-                        Diagnostic::error(
+                        let finding = Diagnostic::error(
                             codes::PLC_MARKUP,
                             format!(
                                 "invalid value `{value}` of the attribute `{word}` of <{name}>"
                             ),
                         )
-                        .at(span, format!("one of {}", expected.join(", ")))
-                        .help(match near {
-                            Some(near) => format!("did you mean `{near}`?"),
-                            None => format!("write {word}=\"{}\", or remove it", expected[0]),
-                        })
+                        .at(span, format!("one of {}", expected.join(", ")));
+                        match near {
+                            Some(near) => {
+                                finding.help(format!("did you mean `{near}`?")).fix(place, near)
+                            }
+                            None if word == "edge" => finding.help("write edge=\"rising\" or edge=\"falling\"; for both edges draw two contacts in parallel"),
+                            None => {
+                                let others: Vec<String> = expected[1..]
+                                    .iter()
+                                    .map(|one| format!("{word}=\"{one}\""))
+                                    .collect();
+                                finding.help(format!("write {}, or remove it", others.join(" or ")))
+                            }
+                        }
                     });
                 }
                 Some(_) | None => {}
@@ -227,6 +272,13 @@ impl Reader<'_, '_> {
                 });
             }
         }
+        let mut ids: Vec<&str> =
+            seen.keys().filter(|(key, _)| *key == "localId").map(|(_, id)| *id).collect();
+        ids.sort_by_key(|id| (id.len(), *id));
+        if ids.len() > 12 {
+            ids.truncate(12);
+            ids.push("..");
+        }
         // Charts are read from the elements at the other ends of wires; in other networks every wire is followed.
         for node in picture.children().filter(|one| sfc::is_part(*one)) {
             let points = children(node, "connectionPointIn");
@@ -240,11 +292,22 @@ impl Reader<'_, '_> {
                             format!("connection from unknown element {id}"),
                         )
                         .at(span, format!("in this <{}>", tag(node)))
-                        .help("connect it to an existing element")
+                        .help(format!("write the localId of another element: {}", ids.join(", ")))
                     });
                 }
             }
         }
+    }
+}
+
+/// Words of other tools for the values of an attribute.
+fn synonym(attribute: &str, value: &str) -> Option<&'static str> {
+    match (attribute, value) {
+        ("storage", "latch" | "s") => Some("set"),
+        ("storage", "unlatch" | "r") => Some("reset"),
+        ("edge", "positive" | "rise" | "p") => Some("rising"),
+        ("edge", "negative" | "fall" | "n") => Some("falling"),
+        _ => None,
     }
 }
 

@@ -84,7 +84,7 @@ impl Reader<'_, '_> {
                     format!("the task interval `{text}` is ignored: it is not a positive time"),
                 )
                 .at(span, "the tick is 10 ms")
-                .help("write an interval such as T#10ms")
+                .help("write a positive time, as in interval=\"T#10ms\"")
             });
         }
         if node.attribute("single").is_some_and(|single| !single.trim().is_empty()) {
@@ -95,7 +95,7 @@ impl Reader<'_, '_> {
                     format!("`single` of task `{name}` is ignored: its programs run once per tick"),
                 )
                 .at(span, "")
-                .help("write an interval such as T#10ms")
+                .help("remove single, and write interval=\"T#10ms\" for the period; to wait for its variable, test it in the program")
             });
         }
         library.tasks.push(Task { name, interval });

@@ -6,7 +6,7 @@ use grafsynth_ir::chart::{
     self, Chart, Declaration, DeclarationKind, Design, Expr, Item, Leaf, Path, Setting,
     SettingKind, Step, StepItem, StepItemKind, StepRole, Stmt, StmtKind,
 };
-use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::net::{Meta, Policy};
 use grafsynth_ir::{Name, Span};
@@ -142,7 +142,8 @@ impl<'m> Builder<'m, '_> {
         if machine.states.is_empty() {
             self.found.report(|| {
                 Diagnostic::error(codes::SCXML_ELEMENT, "the document has no state")
-                    .at(machine.span, "")
+                    .at(machine.span, "no <state>, <parallel> or <final> in it")
+                    .help("add a state, as in <state id=\"idle\"/>")
             });
         }
         let mut items = self.settings();
@@ -407,13 +408,18 @@ impl<'m> Builder<'m, '_> {
                         push(StmtKind::Cancel(Name::new(name.as_str(), id.span)));
                     }
                 }
-                None => self.found.report(|| {
-                    Diagnostic::warning(
-                        codes::SCXML_NEVER,
-                        format!("no <send> with the identifier {id} is ever executed"),
-                    )
-                    .at(id.span, "has no effect")
-                }),
+                None => {
+                    let mut dead = None;
+                    self.machine.each_act(&mut |act| {
+                        if let ActKind::Send { slot: Some(slot), .. } = &act.kind
+                            && slot.text == id.text
+                        {
+                            dead.get_or_insert(act.span);
+                        }
+                    });
+                    let near = nearest(&id.text, self.slots.keys().copied()).map(str::to_owned);
+                    self.found.report(|| never_sent(id, dead, near));
+                }
             },
             ActKind::Assign { target, target_span, index, value } => {
                 if let Some(kind) = self.assign(target, *target_span, index.as_ref(), value) {
@@ -477,6 +483,7 @@ impl<'m> Builder<'m, '_> {
                     format!("{target} is an input and cannot be assigned"),
                 )
                 .at(target_span, "")
+                .help(format!("assign another data element, or remove g:role=\"input\" from the <data> of {target}"))
             });
             return None;
         }
@@ -499,6 +506,7 @@ impl<'m> Builder<'m, '_> {
                             ),
                         )
                         .at(target_span, "")
+                        .help("write an index in this range, or add elements to the array")
                     });
                     return None;
                 }
@@ -555,6 +563,7 @@ impl<'m> Builder<'m, '_> {
                         format!("{item} gets numbers from one array and Booleans from another"),
                     )
                     .at(array.span, "")
+                    .help("write another name for the item of this loop")
                 });
                 return;
             }
@@ -734,5 +743,25 @@ fn blocks_of<'s>(item: &'s Item, out: &mut Vec<&'s [Stmt]>) {
         | Item::Property(_)
         | Item::Place(_)
         | Item::Board(_) => {}
+    }
+}
+
+/// The finding about a <cancel> of an event that is never on its way. `dead` is a <send> with this identifier that is never executed.
+fn never_sent(id: &Name, dead: Option<Span>, near: Option<String>) -> Diagnostic {
+    let finding = |message: String| {
+        Diagnostic::warning(codes::SCXML_NEVER, message).at(id.span, "has no effect")
+    };
+    match (dead, near) {
+        (Some(send), _) => {
+            finding(format!("the <send> with the identifier {id} is never executed"))
+                .at(send, "its transition waits for an event that never occurs")
+                .help("mend the event of that transition, or remove this <cancel>")
+        }
+        (None, Some(near)) => finding(format!("no <send> has the identifier {id}"))
+            .help(format!("did you mean {near}?"))
+            .fix(id.span, near),
+        (None, None) => finding(format!("no <send> has the identifier {id}")).help(format!(
+            "give the <send> that it cancels the attribute id=\"{id}\", or remove this <cancel>"
+        )),
     }
 }

@@ -262,10 +262,18 @@ impl Alphabet {
             .at(descriptor.span, "never matches");
             match head(text) {
                 "error" => finding.help(
-                    "a document that could raise an error event is rejected, so error events never occur",
+                    "remove this transition: a document that could raise an error event is rejected, so error events never occur",
                 ),
-                "done" => finding.help("only a state with a <final> child completes"),
-                _ => finding,
+                "done" => match text.strip_prefix("done.state.") {
+                    Some(id) => finding.help(format!(
+                        "only a state with a <final> child completes: add <final id=\"{id}_end\"/> to {id}, and a transition to it"
+                    )),
+                    None => finding
+                        .help("write done.state. and the identifier of a state with a <final> child"),
+                },
+                _ => finding.help(format!(
+                    "write the name of an event that a <send> or <raise> names, or declare this one as an event from outside: g:input=\"{text}\" in <scxml>"
+                )),
             }
         });
     }

@@ -12,6 +12,9 @@ use super::refuse;
 use crate::codes;
 use crate::xml::Mapped;
 
+/// What to do about a number that does not fit.
+const TOO_LARGE: &str = "write a number from -2147483648 to 2147483647";
+
 /// The data model of a document, which decides the expression syntax.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Language {
@@ -183,7 +186,11 @@ impl Parser<'_, '_> {
         let start = self.at;
         let span = self.here();
         let Some(first) = self.peek() else {
-            return self.error(span, "the expression ends too early", None);
+            return self.error(
+                span,
+                "the expression ends too early",
+                Some("write what follows its last operator, or remove that operator"),
+            );
         };
         match first {
             '"' | '\'' => refuse(span, "a string", "only integers and Booleans are supported"),
@@ -209,9 +216,9 @@ impl Parser<'_, '_> {
             c if is_start(c) => {
                 let word = self.word();
                 let span = self.text.span(start..self.at);
-                self.error(span, &format!("unexpected `{word}`"), None)
+                self.error(span, &format!("unexpected `{word}`"), Some("write an operator such as `&&` or `+` before it, or remove it"))
             }
-            c => self.error(span, &format!("unexpected `{c}`"), None),
+            c => self.error(span, &format!("unexpected `{c}`"), Some("remove it; an expression has data elements, numbers, `In('state')`, operators and parentheses")),
         }
     }
 
@@ -468,16 +475,20 @@ impl Parser<'_, '_> {
         };
         match value {
             Some(value) if value <= i64::from(u32::MAX) => self.node(AstKind::Int(value), span, 0),
-            Some(_) => Err(self.error(span, &format!("{word} exceeds 32 bits"), None)),
+            Some(_) => Err(self.error(span, &format!("{word} exceeds 32 bits"), Some(TOO_LARGE))),
             None if word.bytes().all(|byte| byte.is_ascii_digit()) => {
-                Err(self.error(span, &format!("{word} exceeds 32 bits"), None))
+                Err(self.error(span, &format!("{word} exceeds 32 bits"), Some(TOO_LARGE)))
             }
             None if word.contains(['.', 'e', 'E']) && hex.is_none() => Err(refuse(
                 span,
                 &format!("the fraction {word}"),
                 "use an integer in a smaller unit, such as tenths",
             )),
-            None => Err(self.error(span, &format!("invalid number {word}"), None)),
+            None => Err(self.error(
+                span,
+                &format!("invalid number {word}"),
+                Some("write digits only, as in 15 or 0x0F"),
+            )),
         }
     }
 
@@ -539,7 +550,7 @@ impl Parser<'_, '_> {
             | "break" | "continue" | "switch" | "case" | "throw" | "try" => self.error(
                 span,
                 &format!("expected an expression, found the statement `{word}`"),
-                None,
+                Some("write statements as elements: <assign>, <if>, <foreach>"),
             ),
             _ => return None,
         })
@@ -556,7 +567,11 @@ impl Parser<'_, '_> {
             Some(quote) => {
                 let inside = &self.rest()[1..];
                 let Some(end) = inside.find(quote) else {
-                    return Err(self.error(self.here(), "missing closing quote", None));
+                    return Err(self.error(
+                        self.here(),
+                        "missing closing quote",
+                        Some("write In('state')"),
+                    ));
                 };
                 let id = inside[..end].to_owned();
                 self.at += end + 2;

@@ -162,7 +162,9 @@ impl Names {
                 .at(span, "");
         match nearest(id, self.states.keys().take(10_000).map(String::as_str)) {
             Some(near) => finding.help(format!("did you mean {near}?")).fix(span, near),
-            None => finding,
+            None => finding.help(format!(
+                "add it, as in <state id=\"{id}\"/>, or write the identifier of another state"
+            )),
         }
     }
 }

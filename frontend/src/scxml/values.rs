@@ -126,6 +126,7 @@ impl Data {
                             datum.id
                         ),
                     )
+                    .help("write only numbers or only true and false, or use two arrays")
                 });
             }
             if let Some((lo, hi)) = datum.range {
@@ -140,6 +141,7 @@ impl Data {
                                 ),
                             )
                             .at(datum.id.span, "")
+                            .help(format!("write an initial value in this range, or a range that contains it, as in g:range=\"{}..{}\"", lo.min(value), hi.max(value)))
                         });
                     }
                 }
@@ -244,7 +246,9 @@ impl Data {
             | ExprKind::Neg(_)
             | ExprKind::Arith(..)
             | ExprKind::Select(..) => {
-                Err(Box::new(kind_error(ast.span, "not a constant expression".to_owned())))
+                Err(Box::new(kind_error(ast.span, "not a constant expression".to_owned()).help(
+                    "write a number, true or false here, and assign the expression in an <onentry>",
+                )))
             }
         }
     }
@@ -479,7 +483,10 @@ impl Data {
             AstKind::Element(name, index) => {
                 let var = self.get(name).ok_or_else(|| self.unknown(name, span, names))?;
                 if !var.is_array {
-                    return Err(Box::new(kind_error(span, format!("{name} is not an array"))));
+                    return Err(Box::new(
+                        kind_error(span, format!("{name} is not an array"))
+                            .help(format!("write `{name}` without an index")),
+                    ));
                 }
                 let index = self.number(index, names, known)?;
                 let folded = grafsynth_ir::simplify::simplify(&index);
@@ -489,12 +496,15 @@ impl Data {
                     }
                     if !(0..var.init.len() as i64).contains(&at) {
                         let last = var.init.len().saturating_sub(1);
-                        return Err(Box::new(kind_error(
-                            index.span,
-                            format!(
-                                "index {at} is out of range: {name} has the elements 0..{last}"
-                            ),
-                        )));
+                        return Err(Box::new(
+                            kind_error(
+                                index.span,
+                                format!(
+                                    "index {at} is out of range: {name} has the elements 0..{last}"
+                                ),
+                            )
+                            .help("write an index in this range, or add elements to the array"),
+                        ));
                     }
                     if !var.is_assigned
                         && let Some(value) =
@@ -565,7 +575,10 @@ impl Data {
                 if matches!(op, ArithOp::Div | ArithOp::Mod)
                     && matches!(grafsynth_ir::simplify::simplify(&b).kind, ExprKind::Int(0))
                 {
-                    return Err(Box::new(kind_error(b.span, "the divisor is 0".to_owned())));
+                    return Err(Box::new(
+                        kind_error(b.span, "the divisor is 0".to_owned())
+                            .help("write another divisor"),
+                    ));
                 }
                 made(ExprKind::Arith(*op, a, b), Kind::Int)
             }

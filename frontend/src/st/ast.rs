@@ -3,6 +3,8 @@
 //! The reader of PLCopen XML builds the same tree and turns ladders and function block diagrams into statements. So [`super::elaborate`]
 //! defines the meaning of both.
 
+use std::collections::BTreeSet;
+
 use grafsynth_ir::{Name, Span};
 
 /// A whole source.
@@ -15,6 +17,8 @@ pub(crate) struct Library {
     /// `PROGRAM g WITH t : gravel` of a configuration.
     pub(crate) programs: Vec<Instance>,
     pub(crate) tasks: Vec<Task>,
+    /// Names, in capitals, whose declarations have syntax errors: their uses are not errors of their own.
+    pub(crate) lost: BTreeSet<String>,
 }
 
 /// An instance of a program in a resource.

@@ -64,7 +64,7 @@ fn conditions_of<'a>(sfc: &'a Sfc, out: &mut Vec<&'a Expr>) {
 
 /// Reports assignments that a later one in the same list overwrites, if nothing between them can read the value or leave the list.
 fn overwritten(list: &[Stmt], aliases: &BTreeSet<String>, out: &mut Vec<Diagnostic>) {
-    let mut open: BTreeMap<String, Span> = BTreeMap::new();
+    let mut open: BTreeMap<String, (Span, &Expr)> = BTreeMap::new();
     for stmt in list {
         let mut seen = Mentions::default();
         match &stmt.kind {
@@ -76,7 +76,14 @@ fn overwritten(list: &[Stmt], aliases: &BTreeSet<String>, out: &mut Vec<Diagnost
                     if aliases.contains(&key) {
                         continue;
                     }
-                    if let Some(first) = open.insert(key, stmt.span) {
+                    if let Some((first, lost)) = open.insert(key, (stmt.span, value)) {
+                        let help = match (shown(lost, true), shown(value, true)) {
+                            (Some(a), Some(b)) => format!(
+                                "combine both, as in `{name} := {a} OR {b};`, or remove the first one"
+                            ),
+                            _ => "combine both values in one assignment, or remove the first one"
+                                .to_owned(),
+                        };
                         out.push(
                             Diagnostic::warning(
                                 codes::ST_OVERWRITTEN,
@@ -84,7 +91,7 @@ fn overwritten(list: &[Stmt], aliases: &BTreeSet<String>, out: &mut Vec<Diagnost
                             )
                             .at(first, "this value is lost")
                             .at(stmt.span, "assigned again here")
-                            .help(format!("combine both in one assignment, as in `{name} := a OR b;`, or remove the first one")),
+                            .help(help),
                         );
                     }
                     continue;
@@ -121,8 +128,35 @@ fn overwritten(list: &[Stmt], aliases: &BTreeSet<String>, out: &mut Vec<Diagnost
     }
 }
 
+/// The text of a Boolean expression of names, if it is short; an inner one has parentheses.
+fn shown(expr: &Expr, is_inner: bool) -> Option<String> {
+    let chain = |all: &[Expr], op: &str| {
+        let parts: Option<Vec<String>> = all.iter().map(|one| shown(one, true)).collect();
+        let text = parts?.join(op);
+        Some(if is_inner { format!("({text})") } else { text })
+    };
+    let text = match &expr.kind {
+        ExprKind::Name(name) => name.text.clone(),
+        ExprKind::Field(inner, field) => format!("{}.{field}", shown(inner, true)?),
+        ExprKind::Not(inner) => format!("NOT {}", shown(inner, true)?),
+        ExprKind::And(all) => chain(all, " AND ")?,
+        ExprKind::Or(all) => chain(all, " OR ")?,
+        ExprKind::Bool(_)
+        | ExprKind::Int(_)
+        | ExprKind::Time(_)
+        | ExprKind::Bit(..)
+        | ExprKind::Index(..)
+        | ExprKind::Address(_)
+        | ExprKind::Neg(_)
+        | ExprKind::Binary(..)
+        | ExprKind::Call(..)
+        | ExprKind::Refused(_) => return None,
+    };
+    (text.len() <= 80).then_some(text)
+}
+
 /// Removes assignments that are read or may be read: a call can read everything that its unit sees, and a jump makes the value final.
-fn forget(open: &mut BTreeMap<String, Span>, seen: &Mentions) {
+fn forget<T>(open: &mut BTreeMap<String, T>, seen: &Mentions) {
     if seen.leaves || !seen.called.is_empty() || seen.has_function {
         open.clear();
     } else {

@@ -6,6 +6,8 @@
     reason = "a parser matches the tokens that it accepts; all others are one case"
 )]
 
+use std::collections::BTreeSet;
+
 use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::{Name, Span};
@@ -77,6 +79,8 @@ pub(crate) struct Parser<'a> {
     pub(crate) limit: u32,
     /// Whether the text is a single body, in which the keywords of charts are names.
     pub(crate) is_body: bool,
+    /// Names whose declarations have syntax errors.
+    pub(crate) lost: BTreeSet<String>,
 }
 
 impl<'a> Parser<'a> {
@@ -99,6 +103,7 @@ impl<'a> Parser<'a> {
             height: 0,
             limit,
             is_body: false,
+            lost: BTreeSet::new(),
         };
         for error in std::mem::take(&mut parser.list.errors) {
             match error {
@@ -111,6 +116,12 @@ impl<'a> Parser<'a> {
                             format!("unexpected character `{shown}` in structured text"),
                         )
                         .at(span, "")
+                        .help(match shown.as_str() {
+                            "“" | "”" | "„" | "‘" | "’" | "\\u{201c}" | "\\u{201d}" => {
+                                "write a straight quote `'`"
+                            }
+                            _ => "remove it, or put it into a comment: (* .. *)",
+                        })
                     });
                 }
                 LexError::Foreign(start, end, instead) => {
@@ -139,6 +150,13 @@ impl<'a> Parser<'a> {
                     parser.findings.report(|| {
                         Diagnostic::error(codes::ST_CHARACTER, format!("this {what} is not closed"))
                             .at(span, "begins here")
+                            .help(match text.get(start..start + 1) {
+                                Some("(") => "write `*)` at its end",
+                                Some("/") => "write `*/` at its end",
+                                Some("{") => "write `}` at its end",
+                                Some("\"") => "write `\"` at its end",
+                                _ => "write `'` at its end",
+                            })
                     });
                 }
             }
@@ -235,9 +253,33 @@ impl<'a> Parser<'a> {
 
     pub(crate) fn expected(&mut self, what: &str) -> ErrorReported {
         let (span, found) = (self.here(), self.found());
-        self.report(|| {
-            Diagnostic::error(codes::ST_UNEXPECTED, format!("expected {what}, found {found}"))
+        let is_end = self.kind(0) == Kind::End;
+        let before = self.at.checked_sub(1).and_then(|at| self.list.tokens.get(at)).copied();
+        let word = self.word(0);
+        let opener = word.strip_prefix("END_").filter(|_| !word.is_empty()).map(str::to_owned);
+        let finding =
+            Diagnostic::error(codes::ST_UNEXPECTED, format!("expected {what}, found {found}"));
+        let places = self.places;
+        self.report(|| match before {
+            // The end of a statement is missing after the token before.
+            Some(before) if what == "`;`" => finding
+                .at(places.span(before.start, before.end), "expected `;` after this")
+                .help("write `;`")
+                .fix(places.span(before.end, before.end), ";"),
+            _ if is_end => finding
                 .at(span, format!("expected {what}"))
+                .help(format!("write {what} at the end of the text")),
+            _ => {
+                let finding = finding.at(span, format!("expected {what}"));
+                match opener {
+                    Some(opener) if what.contains("statement") => finding
+                        .help(format!("remove {found}, or write the `{opener}` that it closes")),
+                    _ if what.contains(" or ") => {
+                        finding.help(format!("write {what} before {found}, or remove {found}"))
+                    }
+                    _ => finding.help(format!("write {what} before {found}")),
+                }
+            }
         })
     }
 
@@ -309,6 +351,43 @@ impl<'a> Parser<'a> {
         }
     }
 
+    /// Recovers from an error in a statement that began at the token `start`: skips to its end, including the end of each list that it opened.
+    pub(crate) fn skip_statement_from(&mut self, start: usize) {
+        let depth = |token: Token, text: &str| match text.to_ascii_uppercase().as_str() {
+            _ if token.kind != Kind::Word => 0,
+            "IF" | "CASE" | "FOR" | "WHILE" | "REPEAT" => 1,
+            "END_IF" | "END_CASE" | "END_FOR" | "END_WHILE" | "END_REPEAT" => -1,
+            _ => 0,
+        };
+        let mut open: i32 = (start..self.at)
+            .filter_map(|at| self.list.tokens.get(at))
+            .map(|token| depth(*token, self.slice(*token)))
+            .sum();
+        while open > 0 {
+            let (token, word) = (self.peek(0), self.word(0));
+            let change = depth(token, self.slice(token));
+            let is_outside = self.ends_list(&word)
+                && change == 0
+                && !matches!(word.as_str(), "ELSE" | "ELSIF" | "UNTIL");
+            if token.kind == Kind::End || is_outside {
+                return;
+            }
+            open += change;
+            self.advance();
+        }
+        self.skip_statement();
+    }
+
+    /// Remembers that the declaration of the name at this token has an error.
+    pub(crate) fn lose(&mut self, at: usize) {
+        if let Some(token) = self.list.tokens.get(at)
+            && token.kind == Kind::Word
+        {
+            let name = self.slice(*token).to_uppercase();
+            self.lost.insert(name);
+        }
+    }
+
     /// Whether a list of statements ends here.
     pub(crate) fn at_end_of_list(&self) -> bool {
         self.kind(0) == Kind::End || self.ends_list(&self.word(0))
@@ -366,12 +445,14 @@ impl<'a> Parser<'a> {
                 _ => Err(self.no_unit()),
             };
             if result.is_err() {
+                self.lose(before + 1);
                 if self.at == before {
                     self.advance();
                 }
                 self.skip_to_unit();
             }
         }
+        library.lost = std::mem::take(&mut self.lost);
         self.unread_pragmas();
         library
     }
@@ -385,8 +466,13 @@ impl<'a> Parser<'a> {
                 "expected a program, function block, function or configuration",
             );
             match near {
-                Some(near) => finding.at(span, format!("did you mean `{near}`?")).fix(span, near),
-                None => finding.at(span, "found this"),
+                Some(near) => finding
+                    .at(span, "unknown word")
+                    .help(format!("did you mean `{near}`?"))
+                    .fix(span, near),
+                None => finding.at(span, "outside of every unit").help(
+                    "remove it, or write `PROGRAM name` before it and `END_PROGRAM` at its end",
+                ),
             }
         })
     }
@@ -453,6 +539,7 @@ impl<'a> Parser<'a> {
                 Diagnostic::error(codes::ST_UNEXPECTED, format!("missing `{end}`"))
                     .at(span, "expected here at the latest")
                     .at(name_span, "begins here")
+                    .help(format!("write `{end}` at the end of this unit"))
             });
             self.skip_to_unit();
         }

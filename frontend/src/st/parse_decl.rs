@@ -57,6 +57,14 @@ impl Parser<'_> {
             }
             let before = self.at;
             if self.declaration(section, is_constant, vars).is_err() {
+                // The names come first.
+                let mut at = before;
+                while at < self.at
+                    && self.list.tokens.get(at).is_some_and(|token| token.kind != Kind::Colon)
+                {
+                    self.lose(at);
+                    at += 1;
+                }
                 if self.at == before {
                     self.advance();
                 }

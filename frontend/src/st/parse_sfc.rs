@@ -62,14 +62,20 @@ impl Parser<'_> {
                         let known = ["INITIAL_STEP", "STEP", "TRANSITION", "ACTION"];
                         match nearest(&word, known) {
                             Some(near) => {
-                                finding.at(span, format!("did you mean `{near}`?")).fix(span, near)
+                                finding
+                                    .at(span, "unknown word")
+                                    .help(format!("did you mean `{near}`?"))
+                                    .fix(span, near)
                             }
-                            None => finding.at(span, "not allowed here"),
+                            None => finding.at(span, "not allowed here").help(
+                                "move statements into an `ACTION name: .. END_ACTION`, or remove this",
+                            ),
                         }
                     }))
                 }
             };
             if result.is_err() {
+                self.lose(before + 1);
                 if self.at == before {
                     self.advance();
                 }
@@ -178,6 +184,9 @@ impl Parser<'_> {
                     self.findings.report(|| {
                         Diagnostic::warning(codes::ST_LEFT_OUT, "the indicator variable is ignored")
                             .at(value.span, "has no effect")
+                            .help(
+                                "remove it; to see when the action runs, read its Boolean variable",
+                            )
                     });
                 }
             }

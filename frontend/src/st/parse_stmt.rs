@@ -31,7 +31,7 @@ impl Parser<'_> {
                     if self.at == before {
                         self.advance();
                     }
-                    self.skip_statement();
+                    self.skip_statement_from(before);
                 }
             }
         }
@@ -156,6 +156,7 @@ impl Parser<'_> {
             )
             .at(span, format!("expected `{word}`"))
             .at(opened, format!("this `{opener}` is not closed"))
+            .help(format!("write `{word};` at the end of its statements"))
         }))
     }
 
@@ -458,14 +459,21 @@ impl Parser<'_> {
 
     fn time_constant(&mut self, token: Token, span: Span) -> Parse<Expr> {
         self.advance();
-        match self.time(token) {
-            Some(ns) => Ok(Expr::new(ExprKind::Time(ns), span)),
-            None => Err(self.report(|| {
-                Diagnostic::error(codes::ST_CONSTANT, "invalid duration").at(span, "").help(
-                    "write days, hours, minutes, seconds and milliseconds in this order, as in T#1h30m or T#2.5s",
-                )
-            })),
-        }
+        let ns = match self.time(token) {
+            Some(ns) => ns,
+            None => {
+                let written = self.slice(token).split_once('#').map_or("", |(_, rest)| rest);
+                let (label, help) = why_no_duration(written);
+                self.report(|| {
+                    Diagnostic::error(codes::ST_CONSTANT, "invalid duration")
+                        .at(span, label)
+                        .help(help)
+                });
+                // The place of the value is kept, so that what follows is read.
+                1_000_000_000
+            }
+        };
+        Ok(Expr::new(ExprKind::Time(ns), span))
     }
 
     /// Parses the suffixes of a value: arguments, indices, fields.
@@ -598,11 +606,14 @@ impl Parser<'_> {
     fn number(&mut self, token: Token, span: Span) -> Parse<i64> {
         match number(self.slice(token)) {
             Some(value) => Ok(value),
-            None => Err(self.report(|| {
-                Diagnostic::error(codes::ST_CONSTANT, "invalid number")
-                    .at(span, "")
-                    .help("write a number of at most 63 bits in base 2, 8, 10 or 16, as in 16#FF")
-            })),
+            None => {
+                self.report(|| {
+                    Diagnostic::error(codes::ST_CONSTANT, "invalid number").at(span, "").help(
+                        "write a number of at most 63 bits in base 2, 8, 10 or 16, as in 16#FF",
+                    )
+                });
+                Ok(0)
+            }
         }
     }
 
@@ -620,7 +631,7 @@ impl Parser<'_> {
                 self.advance();
                 let value = self.number(token, span)?;
                 let value = if negative { -value } else { value };
-                self.within(&ty, value, start)?;
+                let value = self.within(&ty, value, start);
                 if ty == "BOOL" { ExprKind::Bool(value != 0) } else { ExprKind::Int(value) }
             }
             Kind::Word if ty == "BOOL" => match self.word(0).as_str() {
@@ -650,16 +661,16 @@ impl Parser<'_> {
         Ok(Expr::new(kind, self.span_from(start)))
     }
 
-    /// Reports a number outside the range of its type: `INT#70000`.
-    fn within(&mut self, ty: &str, value: i64, start: usize) -> Parse<()> {
+    /// Reports a number outside the range of its type: `INT#70000`. Returns a value of the type.
+    fn within(&mut self, ty: &str, value: i64, start: usize) -> i64 {
         let Some((lo, hi)) = range_of(ty).filter(|(lo, hi)| !(*lo..=*hi).contains(&value)) else {
-            return Ok(());
+            return value;
         };
         let span = self.span_from(start);
         let wider = WIDER.into_iter().find(|wider| {
             range_of(wider).is_some_and(|(from, to)| from <= lo && (from..=to).contains(&value))
         });
-        Err(self.report(|| {
+        self.report(|| {
             let finding =
                 Diagnostic::error(codes::ST_CONSTANT, format!("`{value}` is not a value of {ty}"))
                     .at(span, format!("{ty} is {lo} to {hi}"));
@@ -669,7 +680,8 @@ impl Parser<'_> {
                 }
                 None => finding.help("write a value in this range"),
             }
-        }))
+        });
+        value.clamp(lo, hi)
     }
 
     /// Nanoseconds of `T#1h2m3.5s`.
@@ -753,17 +765,55 @@ fn range_of(ty: &str) -> Option<(i64, i64)> {
     })
 }
 
+/// The units of a duration with their nanoseconds; a unit that begins with another one comes first.
+const UNITS: [(&str, i128); 7] = [
+    ("ms", 1_000_000),
+    ("us", 1_000),
+    ("ns", 1),
+    ("d", 86_400_000_000_000),
+    ("h", 3_600_000_000_000),
+    ("m", 60_000_000_000),
+    ("s", 1_000_000_000),
+];
+
+/// Why a text is not a duration, for the label at it, and what to write instead.
+fn why_no_duration(text: &str) -> (String, String) {
+    let general = "write days, hours, minutes, seconds and milliseconds in this order, as in T#1h30m or T#2.5s".to_owned();
+    let lower = text.to_ascii_lowercase();
+    let mut rest = lower.as_str();
+    let mut before: Option<(&str, i128)> = None;
+    while !rest.is_empty() {
+        let number =
+            rest.trim_start_matches(|c: char| c.is_ascii_digit() || matches!(c, '.' | '_'));
+        if number.is_empty() {
+            return (format!("no unit after `{rest}`"), format!("write `T#{lower}s` for seconds"));
+        }
+        if number.len() == rest.len() {
+            return (format!("expected a number before `{number}`"), general);
+        }
+        let Some((word, unit)) = UNITS.iter().find(|(word, _)| number.starts_with(word)) else {
+            return (format!("`{number}` begins with no unit"), general);
+        };
+        match before {
+            Some((first, _)) if first == *word => return (format!("`{word}` twice"), general),
+            Some((first, longer)) if *unit > longer => {
+                return (format!("`{word}` after `{first}`"), general);
+            }
+            _ => before = Some((word, *unit)),
+        }
+        rest = &number[word.len()..];
+    }
+    match before {
+        None => ("no number".to_owned(), general),
+        Some(_) if lower.contains('.') => {
+            ("only the last number can have a fraction".to_owned(), general)
+        }
+        Some(_) => ("too long".to_owned(), "write a shorter duration".to_owned()),
+    }
+}
+
 /// Nanoseconds of `1h2m3.5s`: the units from the longest to the shortest, each at most once; only the last one may have a fraction.
 pub(crate) fn duration(text: &str) -> Option<i64> {
-    const UNITS: [(&str, i128); 7] = [
-        ("ms", 1_000_000),
-        ("us", 1_000),
-        ("ns", 1),
-        ("d", 86_400_000_000_000),
-        ("h", 3_600_000_000_000),
-        ("m", 60_000_000_000),
-        ("s", 1_000_000_000),
-    ];
     let lower = text.to_ascii_lowercase();
     let (negative, mut rest) = match lower.strip_prefix('-') {
         Some(rest) => (true, rest),

@@ -46,9 +46,13 @@ fn stays_active(net: &Net, out: &mut Vec<Diagnostic>) {
             }
         });
     }
-    let mut pulsed: IdMap<Step, bool> = IdMap::filled(&net.steps, false);
-    for one in net.actions.values().flat_map(|action| &action.uses) {
-        pulsed[one.step] |= matches!(one.qualifier, Qualifier::P | Qualifier::P1 | Qualifier::P0);
+    let mut pulsed: IdMap<Step, Option<&crate::Name>> = IdMap::filled(&net.steps, None);
+    for action in net.actions.values() {
+        for one in &action.uses {
+            if matches!(one.qualifier, Qualifier::P | Qualifier::P1 | Qualifier::P0) {
+                pulsed[one.step].get_or_insert(&action.name);
+            }
+        }
     }
     for (id, transition) in net.transitions.iter() {
         if transition.restart || transition.kind == TransitionKind::Reaction {
@@ -61,13 +65,13 @@ fn stays_active(net: &Net, out: &mut Vec<Diagnostic>) {
             }
             let data = &net.steps[step];
             let what = if !data.entry.is_empty() || !data.exit.is_empty() {
-                "its entry and exit lists do not run"
+                "its entry and exit lists do not run".to_owned()
             } else if timed[step] {
-                "its time continues"
-            } else if pulsed[step] {
-                "it gives no new pulse"
+                "its time continues".to_owned()
+            } else if let Some(action) = pulsed[step] {
+                format!("`{action}` gets no new pulse from it")
             } else if !data.tasks.is_empty() {
-                "its tasks do not start again"
+                "its tasks do not start again".to_owned()
             } else {
                 continue;
             };
@@ -77,7 +81,7 @@ fn stays_active(net: &Net, out: &mut Vec<Diagnostic>) {
                     codes::STAYS_ACTIVE,
                     format!("`{step}` stays active when `{name}` fires: {what}"),
                 )
-                .at(place(net, id), "leaves the step and enters it")
+                .at(place(net, id), format!("from {step} to {step}"))
                 .help("write `restart` after the transition to enter the step again, or go through another step")
                 .help_in(
                     Notation::Iec,
@@ -170,7 +174,14 @@ fn unused(net: &Net, out: &mut Vec<Diagnostic>) {
             Diagnostic::warning(codes::UNUSED, format!("{what} `{name}` is never used"))
                 .plural(format!("`{name}`"), format!("{what}s"), "are never used")
                 .at(name.span, "")
-                .help(help),
+                .help(help)
+                .help_in(
+                    Notation::Iec,
+                    help.replace(
+                        "use it in a condition,",
+                        "use it in a condition or as an input of a call,",
+                    ),
+                ),
         );
     };
     for (_, input) in net.inputs.iter().filter(|(id, _)| !seen.inputs[id.index()]) {

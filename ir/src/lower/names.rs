@@ -424,7 +424,14 @@ impl<'a> Lowering<'a> {
         self.suggestions += candidates.len();
         match nearest(&name.text, candidates) {
             Some(near) => finding.help(format!("did you mean `{near}`?")).fix(name.span, near),
-            None => finding,
+            None => finding
+                .help(format!(
+                    "declare it, as in `input {name}` or `step {name}`, or write another name"
+                ))
+                .help_in(
+                    crate::diag::Notation::Iec,
+                    format!("declare `{name}`, or write another name"),
+                ),
         }
     }
 

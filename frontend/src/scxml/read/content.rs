@@ -33,7 +33,8 @@ impl<'t> Reader<'_, 't> {
                             codes::SCXML_IGNORED,
                             "<log> is ignored: a controller has no log",
                         )
-                        .at(span, "first used here"),
+                        .at(span, "first used here")
+                        .help("keep it for other tools, or delete it; to make a value visible, assign it to a <data> with g:role=\"output\""),
                     );
                 }
                 return None;
@@ -56,7 +57,8 @@ impl<'t> Reader<'_, 't> {
                     codes::SCXML_ATTRIBUTE,
                     format!("expected one event, found {event}, which matches several"),
                 )
-                .at(event.span, ""),
+                .at(event.span, "`*` is only for the events of a <transition>")
+                .help("write the complete name of one event"),
             );
             return None;
         }
@@ -226,7 +228,12 @@ impl<'t> Reader<'_, 't> {
                                 codes::SCXML_ELEMENT,
                                 format!("<{word}> after the <else> of its <if>"),
                             )
-                            .at(span, ""),
+                            .at(span, "never reached")
+                            .help(if word == "else" {
+                                "remove one of the two <else/>, or write <elseif cond=\"..\"/> for the first one"
+                            } else {
+                                "move it with its branch before <else/>"
+                            }),
                         );
                     } else if word == "else" {
                         otherwise = Some(Vec::new());

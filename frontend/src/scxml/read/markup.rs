@@ -10,6 +10,10 @@ use crate::scxml::expr::{self, Ast, AstKind};
 use crate::scxml::{GRAFSYNTH, SCXML, refuse};
 use crate::xml::{self, Mapped};
 
+/// What to do about elements and attributes that are only read by other tools.
+const FOREIGN: &str =
+    "keep them for the tool that reads them, or delete them: the chart is the same";
+
 impl<'t> Reader<'_, 't> {
     pub(super) fn report(&mut self, finding: impl Into<Box<Diagnostic>>) {
         let finding: Box<Diagnostic> = finding.into();
@@ -63,7 +67,8 @@ impl<'t> Reader<'_, 't> {
                             codes::SCXML_ELEMENT,
                             format!("unexpected text in <{name}>"),
                         )
-                        .at(span, ""),
+                        .at(span, "no text is allowed here")
+                        .help("delete it, or write it as a comment: <!-- .. -->"),
                     );
                 }
                 continue;
@@ -77,7 +82,7 @@ impl<'t> Reader<'_, 't> {
                 continue;
             }
             if !allowed.contains(&tag) {
-                self.misplaced(child, name, allowed);
+                self.misplaced(child, node, allowed);
                 continue;
             }
             if let Some((what, help)) = REFUSED.iter().find(|(refused, _)| *refused == tag) {
@@ -91,9 +96,17 @@ impl<'t> Reader<'_, 't> {
         kept
     }
 
-    pub(super) fn misplaced(&mut self, child: N<'_, 't>, parent: &str, allowed: &[&str]) {
+    pub(super) fn misplaced(&mut self, child: N<'_, 't>, around: N<'_, 't>, allowed: &[&str]) {
         let tag = child.tag_name().name();
         let span = self.tag(child);
+        let parent = around.tag_name().name();
+        if matches!(parent, "else" | "elseif") {
+            // Said once, at the branch: its other children are in the wrong place for the same reason.
+            if child.prev_sibling_element().is_none() {
+                self.branch_with_body(around, span);
+            }
+            return;
+        }
         if let Some((what, help)) = REFUSED.iter().find(|(refused, _)| *refused == tag) {
             self.report(refuse(span, &format!("<{what}>"), help));
             return;
@@ -107,14 +120,50 @@ impl<'t> Reader<'_, 't> {
         let mut finding = Diagnostic::error(codes::SCXML_ELEMENT, message).at(span, "");
         if let Some(near) = nearest(tag, allowed.iter().copied()).filter(|_| !is_known) {
             finding = finding.help(format!("did you mean <{near}>?"));
-        } else if matches!(parent, "else" | "elseif") {
-            finding = finding.help(format!(
-                "write <{parent}/> as an empty element; its branch follows it, up to the next <elseif/>, <else/> or </if>"
-            ));
-        } else if allowed.is_empty() {
-            finding = finding.help(format!("<{parent}> has no child elements"));
         } else {
-            finding = finding.help(format!("<{parent}> can contain {}", allowed.join(", ")));
+            let homes: Vec<String> = RULES
+                .iter()
+                .filter(|rule| rule.children.contains(&tag))
+                .map(|rule| format!("<{}>", rule.name))
+                .collect();
+            let can = if allowed.is_empty() {
+                format!("<{parent}> has no child elements")
+            } else {
+                format!("<{parent}> can contain {}", allowed.join(", "))
+            };
+            finding = finding.help(if homes.is_empty() {
+                format!("{can}; remove it")
+            } else {
+                format!("{can}; move <{tag}> into {}", homes.join(" or "))
+            });
+        }
+        self.report(finding);
+    }
+
+    /// Reports a branch of <if> that encloses its statements; the edit moves its end before them.
+    fn branch_with_body(&mut self, branch: N<'_, 't>, first: Span) {
+        let name = branch.tag_name().name();
+        let tag = self.tag(branch);
+        let mut finding =
+            Diagnostic::error(codes::SCXML_ELEMENT, format!("<{name}> must be empty"))
+                .at(tag, "only a mark between two branches")
+                .at(first, format!("belongs after <{name}/>"));
+        let whole = branch.range();
+        let text = self.source.get(whole.clone()).unwrap_or_default();
+        let tag_text = self.source.get(tag.range()).unwrap_or_default();
+        let help = format!(
+            "write <{name}/> as an empty element; its branch follows it, up to the next <elseif/>, <else/> or </if>"
+        );
+        finding = finding.help(help);
+        if let Some(opened) = tag_text.strip_suffix('>')
+            && let Some(inside) =
+                text.strip_prefix(tag_text).and_then(|rest| rest.rsplit_once("</"))
+        {
+            let (inside, _) = inside;
+            finding = finding.fix(
+                Span::new(self.file, whole.start, whole.end),
+                format!("{}/>{}", opened.trim_end(), inside.trim_end()),
+            );
         }
         self.report(finding);
     }
@@ -140,7 +189,10 @@ impl<'t> Reader<'_, 't> {
                     codes::SCXML_ELEMENT,
                     format!("unknown grafsynth element <{}>", tag.name()),
                 )
-                .at(span, ""),
+                .at(span, "")
+                .help(
+                    "remove it: grafsynth adds only attributes to SCXML, such as g:role of <data>",
+                ),
             );
         } else if self.foreign.insert(space.to_owned()) {
             self.report(
@@ -148,7 +200,8 @@ impl<'t> Reader<'_, 't> {
                     codes::SCXML_IGNORED,
                     format!("elements and attributes of the namespace {space} are ignored"),
                 )
-                .at(span, "first used here"),
+                .at(span, "first used here")
+                .help(FOREIGN),
             );
         }
     }
@@ -176,7 +229,10 @@ impl<'t> Reader<'_, 't> {
                     if let Some(near) = nearest(word, known.iter().copied()) {
                         finding = finding.help(format!("did you mean {near}?")).fix(span, near);
                     } else if !known.is_empty() {
-                        finding = finding.help(format!("it has {}", known.join(", ")));
+                        finding = finding
+                            .help(format!("write one of {}, or remove it", known.join(", ")));
+                    } else {
+                        finding = finding.help("remove it: this element has no attributes");
                     }
                     self.report(finding);
                 }
@@ -193,9 +249,13 @@ impl<'t> Reader<'_, 't> {
                             format!("unknown grafsynth attribute {word} of <{name}>"),
                         )
                         .at(span, "");
-                        if !ours.is_empty() {
-                            finding = finding.help(format!("it has {}", ours.join(", ")));
-                        }
+                        finding = if let Some(near) = nearest(word, ours.iter().copied()) {
+                            finding.help(format!("did you mean {near}?"))
+                        } else if ours.is_empty() {
+                            finding.help("remove it: grafsynth adds no attribute to this element")
+                        } else {
+                            finding.help(format!("write one of {}, or remove it", ours.join(", ")))
+                        };
                         self.report(finding);
                     }
                 }
@@ -211,7 +271,8 @@ impl<'t> Reader<'_, 't> {
                                     "elements and attributes of the namespace {space} are ignored"
                                 ),
                             )
-                            .at(span, "first used here"),
+                            .at(span, "first used here")
+                            .help(FOREIGN),
                         );
                     }
                 }
@@ -258,7 +319,19 @@ impl<'t> Reader<'_, 't> {
                     codes::SCXML_ATTRIBUTE,
                     format!("the {attribute} of <{tag}> is not a single name: {:?}", value.text),
                 )
-                .at(value.whole(), ""),
+                .at(value.whole(), "expected one name")
+                .help(
+                    match value.words().map(|(word, _)| word).collect::<Vec<_>>().join("_") {
+                        joined if joined.is_empty() => {
+                            format!(
+                                "write a name, as in {attribute}=\"name\", or remove the attribute"
+                            )
+                        }
+                        joined => {
+                            format!("write it without spaces, as in {attribute}=\"{joined}\"")
+                        }
+                    },
+                ),
             );
             return None;
         }
@@ -281,7 +354,15 @@ impl<'t> Reader<'_, 't> {
                 codes::SCXML_ATTRIBUTE,
                 format!("<{tag}> needs the attribute {attribute}"),
             )
-            .at(span, ""),
+            .at(span, format!("no {attribute}"))
+            .help(format!(
+                "add it, as in <{tag} {attribute}=\"{}\">",
+                match attribute {
+                    "expr" => "0",
+                    "cond" => "n == 0",
+                    _ => "name",
+                }
+            )),
         );
     }
 

@@ -75,6 +75,32 @@ fn is_parameter(name: &str) -> bool {
         || matches!(name, "EN" | "G" | "K" | "L" | "N" | "P" | "MN" | "MX")
 }
 
+/// The parameters of the standard functions with parameters of their own.
+const STANDARD_PARAMETERS: &str = "IN, or IN1 and IN2; G, IN0 and IN1 of SEL; K and IN0 of MUX; MN, IN and MX of LIMIT; IN and N of shifts";
+
+/// Whether a standard function, in capitals, has only numbered inputs.
+fn is_like_and(name: &str) -> bool {
+    matches!(
+        name,
+        "AND"
+            | "OR"
+            | "XOR"
+            | "ADD"
+            | "SUB"
+            | "MUL"
+            | "DIV"
+            | "MOD"
+            | "MIN"
+            | "MAX"
+            | "GT"
+            | "GE"
+            | "EQ"
+            | "LE"
+            | "LT"
+            | "NE"
+    )
+}
+
 impl Elaborator<'_> {
     /// Elaborates a call in an expression.
     pub(super) fn call_function(
@@ -94,7 +120,12 @@ impl Elaborator<'_> {
         let named = arguments.iter().filter_map(|one| one.name.as_ref());
         if let Some(unknown) = named.clone().find(|name| !is_parameter(&upper(&name.text))) {
             let unknown = unknown.clone();
-            return Err(self.no_parameter(name, &unknown));
+            let known = if is_like_and(&key) {
+                "IN1, IN2 and so on".to_owned()
+            } else {
+                STANDARD_PARAMETERS.to_owned()
+            };
+            return Err(self.no_parameter(name, &unknown, &known));
         }
         let mut values = self.values(frame, arguments.iter().map(|one| &one.value))?;
         // `SEL(G := c, IN0 := a, IN1 := b)` in any order.
@@ -178,14 +209,24 @@ impl Elaborator<'_> {
         self.report(finding.help(help))
     }
 
-    pub(super) fn no_parameter(&mut self, function: &Name, unknown: &Name) -> ErrorReported {
+    /// Reports an unknown parameter of a function; `known` lists its parameters.
+    pub(super) fn no_parameter(
+        &mut self,
+        function: &Name,
+        unknown: &Name,
+        known: &str,
+    ) -> ErrorReported {
         self.report(
             Diagnostic::error(
                 codes::ST_CALL,
                 format!("{function} has no parameter `{}`", unknown.text),
             )
-            .at(unknown.span, "")
-            .help("standard functions have the parameters IN, IN0, IN1 and so on, G, K, N, MN and MX; your own functions have those of their VAR_INPUT"),
+            .at(unknown.span, "unknown parameter")
+            .help(if known.is_empty() {
+                format!("write no arguments: {function} has no VAR_INPUT")
+            } else {
+                format!("write one of its inputs: {known}")
+            }),
         )
     }
 

@@ -264,6 +264,10 @@ impl<'a> Elaborator<'a> {
         candidates: &[String],
         help: &str,
     ) -> ErrorReported {
+        // Its declaration has an error, which the parser reported.
+        if self.library.lost.contains(&upper(name)) {
+            return ErrorReported;
+        }
         let finding = Diagnostic::error(codes::ST_UNKNOWN_NAME, format!("unknown {what} `{name}`"))
             .at(span, "not declared");
         // A file with thousands of unknown names has no simple typing errors, so the search for similar names stops.
@@ -495,7 +499,10 @@ impl<'a> Elaborator<'a> {
                         ),
                     )
                     .at(pou.name.span, "")
-                    .help("declare one, as in `PROGRAM name : type;`, or remove the configuration"),
+                    .help(format!(
+                        "in ST: add `PROGRAM main : {0};` to the resource; in PLCopen XML: add <pouInstance name=\"main\" typeName=\"{0}\"/> to a <task>; or remove the configuration",
+                        pou.name
+                    )),
                 );
             }
         }

@@ -41,6 +41,28 @@ struct Build {
     steps: BTreeMap<String, Name>,
     /// The action that runs in every scan.
     always: Option<String>,
+    /// The first assignment to each variable, by name in capitals.
+    assigned: BTreeMap<String, Span>,
+}
+
+/// What can be an action of a step.
+const OTHER_ACTION: &str =
+    "write the name of a BOOL variable, or of an `ACTION name: .. END_ACTION` that assigns it";
+
+/// Adds the first assignment in these statements to each variable.
+fn assignments(list: &[ast::Stmt], found: &mut BTreeMap<String, Span>) {
+    for stmt in list {
+        if let ast::StmtKind::Assign { target, .. } = &stmt.kind
+            && let ast::ExprKind::Name(name) = &target.kind
+        {
+            found.entry(upper(&name.text)).or_insert(stmt.span);
+        }
+        for part in stmt.kind.parts() {
+            if let ast::Part::List(list) = part {
+                assignments(list, found);
+            }
+        }
+    }
 }
 
 fn at(kind: StmtKind, span: Span) -> Stmt {
@@ -56,7 +78,12 @@ impl Elaborator<'_> {
             targets: BTreeMap::new(),
             steps: BTreeMap::new(),
             always: None,
+            assigned: BTreeMap::new(),
         };
+        assignments(&sfc.always, &mut build.assigned);
+        for action in &sfc.actions {
+            assignments(&action.body, &mut build.assigned);
+        }
         self.declare_steps(&mut build, sfc);
         for action in &sfc.actions {
             let key = upper(&action.name.text);
@@ -179,7 +206,8 @@ impl Elaborator<'_> {
                         codes::ST_TYPE,
                         format!("`{name}` is neither an action nor a Boolean variable"),
                     )
-                    .at(name.span, "used as an action"),
+                    .at(name.span, "used as an action")
+                    .help(OTHER_ACTION),
                 );
                 return Target::Broken;
             }
@@ -205,7 +233,8 @@ impl Elaborator<'_> {
                         codes::ST_TYPE,
                         format!("`{name}` is not a Boolean variable, so an action cannot set it"),
                     )
-                    .at(name.span, "used as an action"),
+                    .at(name.span, "used as an action")
+                    .help(OTHER_ACTION),
                 );
                 return Target::Broken;
             }
@@ -213,14 +242,17 @@ impl Elaborator<'_> {
         let span = name.span;
         // A variable of an instance never becomes an action itself.
         if self.prefix.is_empty() {
-            self.report(
-            Diagnostic::warning(
+            let mut finding = Diagnostic::warning(
                 codes::ST_MIXED,
                 format!("`{name}` is used as a step action and also assigned by statements"),
             )
-            .at(span, "used as an action")
-            .help("drive it in one way only; in each scan, S and R write it first, and statements write it after them"),
-        );
+            .at(span, "used as an action");
+            if let Some(assigned) = build.assigned.get(key) {
+                finding = finding.at(*assigned, "assigned here");
+            }
+            self.report(finding.help(format!(
+                "remove the assignment and write `{name}(S)` and `{name}(R)` in the steps, or remove the step action; now S and R write it first in each scan, then the statements"
+            )));
         }
         let base = &place.name.text;
         let set = self.free_name(&format!("{base}.set"));
@@ -444,7 +476,10 @@ impl Elaborator<'_> {
                             &name.text,
                             name.span,
                             &known,
-                            "no step has this name",
+                            &format!(
+                                "add it: `STEP {}: END_STEP`, or write the name of another step",
+                                name.text
+                            ),
                         );
                     }
                 }

@@ -29,7 +29,8 @@ impl Elaborator<'_> {
             let name = self.library.pous[index].name.clone();
             return Err(self.report(
                 Diagnostic::error(codes::ST_CALL, format!("{name} calls itself"))
-                    .at(span, "in this call"),
+                    .at(span, "in this call")
+                    .help("write a FOR loop instead of the recursion"),
             ));
         }
         let library = self.library;
@@ -37,7 +38,11 @@ impl Elaborator<'_> {
         let PouKind::Function(Some(result)) = &pou.kind else {
             return Err(self.report(
                 Diagnostic::error(codes::ST_CALL, format!("`{}` returns no value", pou.name))
-                    .at(span, "expected a value"),
+                    .at(span, "expected a value")
+                    .help(format!(
+                        "declare its type, as in `FUNCTION {} : BOOL`, and assign {0} in its body",
+                        pou.name
+                    )),
             ));
         };
         for refusal in &pou.refused {
@@ -49,7 +54,13 @@ impl Elaborator<'_> {
         };
         let mut named = arguments.iter().filter_map(|one| one.name.as_ref());
         if let Some(unknown) = named.find(|name| !is_input(name)) {
-            return Err(self.no_parameter(&pou.name, unknown));
+            let known: Vec<&str> = pou
+                .vars
+                .iter()
+                .filter(|var| var.section == Section::Input)
+                .map(|var| var.name.text.as_str())
+                .collect();
+            return Err(self.no_parameter(&pou.name, unknown, &known.join(", ")));
         }
         let inside = self.new_frame(Some(self.globals));
         let result_type = self.ty(inside, result);

@@ -7,8 +7,10 @@ use super::super::codes;
 use super::place;
 use crate::arena::IdMap;
 use crate::diag::{Diagnostic, Notation};
-use crate::expr::Expr;
-use crate::net::{Enter, Leaf, Net, Step, StepId, Transition, TransitionId, TransitionKind};
+use crate::expr::{Expr, ExprKind};
+use crate::net::{
+    Enter, Leaf, Net, Policy, Step, StepId, Transition, TransitionId, TransitionKind,
+};
 
 /// The maximum number of steps that a message names.
 const SHOWN: usize = 4;
@@ -143,8 +145,12 @@ fn sources(flow: &Flow<'_>, out: &mut Vec<Diagnostic>) {
         .plural(format!("`{name}`"), "transitions", "leave no step: they activate a step, and all others stay active")
         .at(place(net, id), "no step before the transition");
         if left().next().is_some() {
+            let order = match net.settings.policy {
+                Policy::Priority => ", before the other transitions of that step",
+                Policy::All | Policy::PriorityAge | Policy::InnerFirst | Policy::OuterFirst => "",
+            };
             finding = finding.help(format!(
-                "to leave {}, write one transition to {target} for each of them",
+                "to leave {}, write one transition to {target} for each of them{order}",
                 names(net, left(), "or")
             ));
         }
@@ -265,13 +271,53 @@ fn report(
                     place(net, fork),
                     format!("{} become active together here", names(net, targets.iter().copied(), "and")),
                 )
-                .help(format!("replace these transitions by one that joins the branches: `{left} & {right} -> {again}`"))
+                .help(match both(net, first, second, "and", "not") {
+                    Some(both) => format!("replace both transitions by one that joins the branches: `{left} & {right} -> {again} when {both}`"),
+                    None => format!("replace both transitions by one that joins the branches: `{left} & {right} -> {again} when a and b`, with their receptivities for a and b"),
+                })
                 .help_in(
                     Notation::Iec,
-                    format!("replace these transitions by one that joins the branches: `FROM ({left}, {right}) TO {again}`"),
+                    match both(net, first, second, "AND", "NOT") {
+                        Some(both) => format!("replace both transitions by one that joins the branches: `TRANSITION FROM ({left}, {right}) TO {again} := {both}; END_TRANSITION`"),
+                        None => format!("replace both transitions by one that joins the branches: `TRANSITION FROM ({left}, {right}) TO {again} := a AND b; END_TRANSITION`, with their conditions for a and b"),
+                    },
                 ),
             );
             return;
         }
     }
+}
+
+/// The receptivities of two transitions as one, if they are simple: names and their negations.
+fn both(net: &Net, a: TransitionId, b: TransitionId, and: &str, not: &str) -> Option<String> {
+    fn text(net: &Net, expr: &Expr<Leaf>, and: &str, not: &str) -> Option<String> {
+        Some(match &expr.kind {
+            ExprKind::Leaf(Leaf::Input(input)) => net.inputs[*input].name.text.clone(),
+            ExprKind::Leaf(Leaf::Var(var)) => net.vars[*var].name.text.clone(),
+            ExprKind::Not(inner) => match &inner.kind {
+                ExprKind::Leaf(_) => format!("{not} {}", text(net, inner, and, not)?),
+                _ => return None,
+            },
+            ExprKind::And(all) if !all.is_empty() => {
+                let parts: Option<Vec<String>> =
+                    all.iter().map(|one| text(net, one, and, not)).collect();
+                parts?.join(&format!(" {and} "))
+            }
+            ExprKind::Bool(_)
+            | ExprKind::Int(_)
+            | ExprKind::Leaf(_)
+            | ExprKind::Element(..)
+            | ExprKind::And(_)
+            | ExprKind::Or(_)
+            | ExprKind::Compare(..)
+            | ExprKind::Neg(_)
+            | ExprKind::Arith(..)
+            | ExprKind::Select(..) => return None,
+        })
+    }
+    let one = |id: TransitionId| {
+        let transition = &net.transitions[id];
+        if transition.events.is_empty() { text(net, &transition.guard, and, not) } else { None }
+    };
+    Some(format!("{} {and} {}", one(a)?, one(b)?))
 }
