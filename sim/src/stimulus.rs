@@ -410,7 +410,14 @@ impl Reader<'_> {
                         "wrong number of cells in this row: expected {n_columns}, found {n_cells}"
                     ),
                 )
-                .at(Span::new(self.file, start, start + line.trim_end().len()), "")
+                .at(
+                    Span::new(self.file, start, start + line.trim_end().len()),
+                    if n_cells < n_columns {
+                        format!("{} missing", n_columns - n_cells)
+                    } else {
+                        format!("{} too many", n_cells - n_columns)
+                    },
+                )
                 .help("write one cell for each column of the header"),
             );
             self.stimulus.values.resize(first_value + self.stimulus.columns.len(), 0);

@@ -212,7 +212,8 @@ impl Trace {
                             layout.columns.len()
                         ),
                     )
-                    .at(Span::new(file, start, start + line.len()), ""),
+                    .at(Span::new(file, start, start + line.len()), "")
+                    .help("write one cell for each column of the header"),
                 );
             }
             if errors.len() >= MAX_ERRORS {

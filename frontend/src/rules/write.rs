@@ -42,8 +42,8 @@ pub fn write_design(design: &Design) -> Result<String, Vec<Diagnostic>> {
 
 fn cannot(message: impl Into<String>, span: Span) -> Diagnostic {
     Diagnostic::error(codes::CANNOT_WRITE, message)
-        .at(span, "this")
-        .help("write it as a chart (`.graf`)")
+        .at(span, "no rule can express this")
+        .help("convert it to `.graf` or `.net`, which can express every chart")
 }
 
 struct Writer {
@@ -168,25 +168,23 @@ impl Writer {
                         pins.join("  ")
                     ));
                 }
-                Item::Macro(one) => self
-                    .findings
-                    .push(cannot(format!("rules have no macros: `{}`", one.name), one.name.span)),
-                Item::MacroStep(one) => self.findings.push(cannot(
-                    format!("rules have no macro-steps: `{}`", one.name),
-                    one.name.span,
-                )),
+                // Reported at the macro-step that uses it.
+                Item::Macro(_) => {}
+                Item::MacroStep(one) => self.findings.push(
+                    cannot(format!("rules cannot express macro-step `{}`", one.name), one.name.span)
+                        .help("write the steps of the macro in its place, or convert it to `.graf` or `.net`"),
+                ),
                 Item::Enclosing(one) => {
                     self.findings.push(cannot(
-                        format!("rules have no enclosing steps: `{}`", one.step.name),
+                        format!("rules cannot express enclosing step `{}`", one.step.name),
                         one.step.name.span,
                     ));
                 }
-                Item::Use(one) => self.findings.push(cannot(
-                    format!("rules have no instances: `{}`", one.name),
-                    one.name.span,
-                )),
+                Item::Use(one) => self
+                    .findings
+                    .push(cannot(format!("rules cannot express instance `{}` of a library chart", one.name), one.name.span)),
                 Item::State(one) => self.findings.push(cannot(
-                    format!("rules have no states: `{}`", one.step.name),
+                    format!("rules cannot express state `{}` of a statechart", one.step.name),
                     one.step.name.span,
                 )),
             }

@@ -350,7 +350,7 @@ fn steps(
 }
 
 fn one_step(lowering: &mut Lowering<'_>, scope: ScopeId, path: &Path, end: End) -> Outcome<StepId> {
-    let symbol = lowering.symbol(scope, path)?;
+    let symbol = lowering.wanting("step", |lowering| lowering.symbol(scope, path))?;
     if let Symbol::Step(step) = symbol {
         return Ok(step);
     }

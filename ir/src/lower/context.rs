@@ -251,6 +251,8 @@ pub(super) struct Lowering<'a> {
     pub(super) max_objects: usize,
     /// Number of candidates examined for name suggestions.
     pub(super) suggestions: usize,
+    /// How the name that is looked up now would be declared, up to the name: messages about unknown names show it.
+    pub(super) wanted: &'static str,
     /// The source steps of the transition whose receptivity is being lowered: messages suggest them first.
     pub(super) left: Vec<StepId>,
     /// The states of statecharts.
@@ -310,6 +312,7 @@ impl<'a> Lowering<'a> {
             otherwise_mentions: 0,
             max_objects: MAX_OBJECTS,
             suggestions: 0,
+            wanted: "input",
             left: Vec::new(),
             flat: None,
             tree: Tree::default(),

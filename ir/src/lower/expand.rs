@@ -469,7 +469,7 @@ impl<'a> Expansion<'_, 'a> {
 
     /// The macro that a macro-step uses.
     fn macro_of(&mut self, scope: ScopeId, source: &chart::MacroStep) -> Option<MacroId> {
-        match self.lowering.symbol_of(scope, &source.body) {
+        match self.lowering.wanting("macro", |lowering| lowering.symbol_of(scope, &source.body)) {
             Ok(Symbol::Macro(id)) => Some(id),
             Ok(other) => {
                 self.lowering.wrong_kind(source.body.span, &source.body, other, "a macro");

@@ -6,7 +6,7 @@ use super::context::{
 };
 use crate::chart::{Leaf, Path};
 use crate::diag::ErrorReported;
-use crate::diag::{Diagnostic, nearest};
+use crate::diag::{Diagnostic, Notation, nearest};
 use crate::expr::ExprKind;
 use crate::net::{Driver, InputKind, StepId};
 use crate::span::{Name, Span};
@@ -306,6 +306,18 @@ impl<'a> Lowering<'a> {
             .map_err(|unknown| self.report_unknown(scope, &path.names, &unknown))
     }
 
+    /// Looks up names that would be declared like this, as in `step`.
+    pub(super) fn wanting<T>(
+        &mut self,
+        wanted: &'static str,
+        find: impl FnOnce(&mut Self) -> T,
+    ) -> T {
+        let before = std::mem::replace(&mut self.wanted, wanted);
+        let found = find(self);
+        self.wanted = before;
+        found
+    }
+
     /// Like [`Lowering::symbol`], for a name without dots.
     pub(super) fn symbol_of(&mut self, scope: ScopeId, name: &Name) -> Outcome<Symbol> {
         let names = std::slice::from_ref(name);
@@ -424,14 +436,10 @@ impl<'a> Lowering<'a> {
         self.suggestions += candidates.len();
         match nearest(&name.text, candidates) {
             Some(near) => finding.help(format!("did you mean `{near}`?")).fix(name.span, near),
+            None if inside.is_some() => finding.help("declare it there, or write another name"),
             None => finding
-                .help(format!(
-                    "declare it, as in `input {name}` or `step {name}`, or write another name"
-                ))
-                .help_in(
-                    crate::diag::Notation::Iec,
-                    format!("declare `{name}`, or write another name"),
-                ),
+                .help(format!("declare it, as in `{} {name}`, or write another name", self.wanted))
+                .help_in(Notation::Iec, format!("declare `{name}`, or write another name")),
         }
     }
 

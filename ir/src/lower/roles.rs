@@ -176,7 +176,9 @@ impl<'a> Collected<'a> {
                 for item in &source.body {
                     match &item.kind {
                         StepItemKind::Action { target, arguments, how, condition } => {
-                            let found = match lowering.symbol_of(scope, target) {
+                            let found = match lowering
+                                .wanting("output", |lowering| lowering.symbol_of(scope, target))
+                            {
                                 Ok(Symbol::Output(output)) => UseOf::Output(output.index()),
                                 Ok(Symbol::Action(action)) => UseOf::Action(action),
                                 Ok(other) => {

@@ -47,7 +47,8 @@ impl<'a> Lowering<'a> {
                 self.assign(place, target, index.as_ref(), value)?
             }
             chart::StmtKind::Call { function, arguments } => {
-                let symbol = self.symbol_of(place.scope, function)?;
+                let symbol =
+                    self.wanting("action", |lowering| lowering.symbol_of(place.scope, function))?;
                 let output = if let Symbol::Output(output) = symbol
                     && self.net.outputs[output].is_extern()
                 {
@@ -144,7 +145,7 @@ impl<'a> Lowering<'a> {
 
     /// The variable that an assignment changes.
     fn assigned(&mut self, scope: ScopeId, target: &chart::Path) -> Outcome<VarId> {
-        match self.symbol(scope, target)? {
+        match self.wanting("var", |lowering| lowering.symbol(scope, target))? {
             Symbol::Var(var) => Ok(var),
             Symbol::Output(output) => match self.roles[output.index()] {
                 Role::Stored(var) => Ok(var),
@@ -283,7 +284,7 @@ impl<'a> Lowering<'a> {
         {
             return done;
         }
-        let symbol = self.symbol_of(scope, name)?;
+        let symbol = self.wanting("event", |lowering| lowering.symbol_of(scope, name))?;
         if let Symbol::Input(input) = symbol
             && self.net.inputs[input].kind.is_event()
         {

@@ -107,8 +107,8 @@ struct Lack {
 /// The maximum number of locations and names that a finding shows for each unsupported kind of part; the others are counted.
 const SHOWN: usize = 4;
 
-/// The findings about all parts that the target cannot express, in the order of the chart.
-fn cannot_write(target: &str, lacks: &[Lack]) -> Option<Diagnostic> {
+/// One finding for each kind of thing that the target lacks, in the order of the chart.
+fn cannot_write(target: &str, lacks: &[Lack]) -> Vec<Diagnostic> {
     let mut kinds: Vec<(&str, Vec<&Lack>)> = Vec::new();
     for lack in lacks {
         match kinds.iter_mut().find(|(what, _)| *what == lack.what) {
@@ -116,38 +116,30 @@ fn cannot_write(target: &str, lacks: &[Lack]) -> Option<Diagnostic> {
             None => kinds.push((&lack.what, vec![lack])),
         }
     }
-    let said: Vec<String> = kinds
-        .iter()
-        .map(|(what, places)| {
-            let names: Vec<&str> = places.iter().filter_map(|one| one.name.as_deref()).collect();
-            let more = names.len().saturating_sub(SHOWN);
-            let names = names.iter().take(SHOWN).map(|name| format!("`{name}`"));
-            let mut names = names.collect::<Vec<_>>().join(", ");
-            if more > 0 {
-                names.push_str(&format!(" and {more} more"));
-            }
-            match (names.is_empty(), places.len()) {
-                (false, _) => format!("no {what} ({names})"),
-                (true, 1) => format!("no {what}"),
-                (true, n) => format!("no {what} ({n} places)"),
-            }
-        })
-        .collect();
-    let (last, first) = said.split_last()?;
-    let said =
-        if first.is_empty() { last.clone() } else { format!("{} and {last}", first.join(", ")) };
-    let mut finding = Diagnostic::error(
-        codes::ST_CANNOT_WRITE,
-        format!("{target} has {said}, but this chart uses them"),
-    );
-    for (what, places) in &kinds {
-        for place in places.iter().take(SHOWN) {
-            finding = finding.at(place.span, format!("no {what}"));
-        }
+    kinds.into_iter().map(|(what, places)| cannot_write_kind(target, what, &places)).collect()
+}
+
+fn cannot_write_kind(target: &str, what: &str, places: &[&Lack]) -> Diagnostic {
+    let names: Vec<&str> = places.iter().filter_map(|one| one.name.as_deref()).collect();
+    let more = names.len().saturating_sub(SHOWN);
+    let shown = names.iter().take(SHOWN).map(|name| format!("`{name}`"));
+    let mut names = shown.collect::<Vec<_>>().join(", ");
+    if more > 0 {
+        names.push_str(&format!(" and {more} more"));
     }
-    Some(finding.help(
+    let names = match (names.is_empty(), places.len()) {
+        (false, _) => format!(" ({names})"),
+        (true, 1) => String::new(),
+        (true, n) => format!(" ({n} places)"),
+    };
+    let mut finding =
+        Diagnostic::error(codes::ST_CANNOT_WRITE, format!("{target} cannot express {what}{names}"));
+    for (index, place) in places.iter().take(SHOWN).enumerate() {
+        finding = finding.at(place.span, if index == 0 { "used here" } else { "" });
+    }
+    finding.help(
         "convert it to `.graf` or `.net`, which can express every chart, or generate C with `build --target c`",
-    ))
+    )
 }
 
 struct Maker<'a> {
@@ -357,7 +349,10 @@ impl<'a> Maker<'a> {
                         program.pragmas.push("final scan".to_owned());
                     }
                     SettingKind::Conflict(policy) if policy.is_statechart() => {
-                        self.cannot("statecharts", setting.span);
+                        // The setting of a text in another language has no place of its own.
+                        let is_placed = setting.span != Span::default();
+                        let place = if is_placed { setting.span } else { chart.name.span };
+                        self.cannot("statecharts", place);
                     }
                     SettingKind::Conflict(_)
                     | SettingKind::EvolutionStable(_)
@@ -476,20 +471,19 @@ impl<'a> Maker<'a> {
         list: &grafsynth_ir::chart::Block,
         span: Span,
     ) -> Action {
-        self.ordered("lists that run when steps change", span);
+        self.ordered("`entry` and `exit` lists", span);
         if super::lists::asks_for_steps(list) {
-            self.cannot("lists that run when steps change and that read steps", span);
+            self.cannot("`entry` and `exit` lists that read steps", span);
         }
         if let Some(name) = super::lists::asks_for(list, &self.controlled) {
             self.cannot(
-                format!(
-                    "lists that run when steps change and that read the previous value of `{name}`"
-                ),
+                format!("an `entry` or `exit` list that reads the previous value of `{name}`"),
                 span,
             );
         }
         if self.renewed.contains(step.text.as_str()) {
-            self.cannot("lists of steps that `restart` leaves and enters at once", span);
+            let name = step.clone();
+            self.cannot_name("`entry` and `exit` lists of a step that a transition with `restart` leaves and enters at once", &name, span);
         }
         let mut body = Vec::new();
         if let Err((what, span)) = text::block(self, list, 0, &mut body) {
