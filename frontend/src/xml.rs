@@ -490,7 +490,8 @@ impl Scan {
                             codes::XML_NOT_READ,
                             format!("the element has more than {MAX_ATTRIBUTES} attributes, or more than {MAX_NAMESPACES} namespaces are in scope"),
                         )
-                        .at(place, ""),
+                        .at(place, "")
+                        .help("remove attributes that no tool reads"),
                     );
                 }
                 if !tag.ends_with(b"/>") {
@@ -574,11 +575,15 @@ fn malformed(file: FileId, text: &str, error: &Error, unclosed: Option<Span>) ->
             codes::XML_NOT_READ,
             "the file has too many elements, attributes or namespaces",
         )
-        .at(here, ""),
-        Error::NoRootNode => finding("it contains no element".to_owned(), end),
+        .at(here, "the limit is reached here")
+        .help("split the file"),
+        Error::NoRootNode => finding("it contains no element".to_owned(), end)
+            .help("write one outermost element, such as <scxml> or <project>"),
         Error::UnclosedRootNode | Error::UnexpectedEndOfStream => match unclosed {
-            Some(place) => finding("this element is not closed".to_owned(), place),
-            None => finding("unexpected end of the file".to_owned(), end),
+            Some(place) => finding("this element is not closed".to_owned(), place)
+                .help("write its end tag, or `/>` at its end if it is empty"),
+            None => finding("unexpected end of the file".to_owned(), end)
+                .help("write the rest of the file: its last element is not complete"),
         },
         Error::UnexpectedCloseTag(expected, actual, _) => {
             finding(format!("</{actual}> closes <{expected}>"), here)
@@ -594,7 +599,8 @@ fn malformed(file: FileId, text: &str, error: &Error, unclosed: Option<Span>) ->
             finding("`<` is not allowed in an attribute value".to_owned(), here)
                 .help("write &lt; for the sign itself, as in `n &lt; 3`")
         }
-        Error::DuplicatedAttribute(name, _) => finding(format!("duplicate attribute {name}"), here),
+        Error::DuplicatedAttribute(name, _) => finding(format!("duplicate attribute {name}"), here)
+            .help("remove one of them"),
         Error::UnknownNamespace(prefix, _) => {
             finding(format!("undeclared namespace prefix {prefix}"), here)
                 .help(match PREFIXES.iter().find(|(known, _)| *known == prefix) {
@@ -626,7 +632,7 @@ fn malformed(file: FileId, text: &str, error: &Error, unclosed: Option<Span>) ->
             // The message of the parser ends with the position, which the label already shows.
             let words = error.to_string();
             let words = words.rsplit_once(" at ").map_or(words.as_str(), |(words, _)| words);
-            finding(words.to_owned(), here)
+            finding(words.to_owned(), here).help("correct this place, or write the file again with the tool that made it")
         }
     }
 }

@@ -142,7 +142,10 @@ impl Parser<'_> {
                 format!("this file has no library chart `{}`", certificate.of),
             );
             match near {
-                Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
+                Some(near) => finding
+                    .at(span, "unknown here")
+                    .help(format!("did you mean `{near}`?"))
+                    .fix(span, near),
                 None => finding
                     .at(span, "unknown here")
                     .help("move the certificate to the file that declares its library chart"),
@@ -169,6 +172,7 @@ impl Parser<'_> {
             self.report(|| {
                 Diagnostic::error(codes::UNCLOSED_BLOCK, "unmatched closing brace")
                     .at(span, "no block is open here")
+                    .help("remove it, or look for a `}` before it that closes a block too early")
             });
         } else {
             self.unexpected("`chart NAME {`");
@@ -186,6 +190,7 @@ impl Parser<'_> {
             self.report(|| {
                 Diagnostic::error(codes::EDITION, format!("unknown edition {number}"))
                     .at(span, "the only edition is 1")
+                    .help("write `edition 1`, or use a newer grafsynth")
             });
         }
         Some((number, span))

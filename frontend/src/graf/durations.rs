@@ -126,6 +126,7 @@ impl Parser<'_> {
                         "a duration must be a whole number of nanoseconds below 2^63",
                     )
                     .at(span, "too long, or with a fraction of a nanosecond")
+                    .help("write a shorter duration, or fewer digits after the point")
                 });
                 1
             }

@@ -140,7 +140,8 @@ impl<'a> Parser<'a> {
                         codes::AMBIGUOUS,
                         "signs between Booleans inside a comparison are ambiguous",
                     )
-                    .at(span, "put this, or the comparison, in parentheses")
+                    .at(span, "belongs to the comparison, or joins it?")
+                    .help("put this, or the comparison, in parentheses")
                 });
             }
         }
@@ -379,7 +380,8 @@ impl<'a> Parser<'a> {
                                 codes::AMBIGUOUS,
                                 "`not` before operands joined by signs is ambiguous",
                             )
-                            .at(span, "put this in parentheses, or negate the first part with `/`")
+                            .at(span, "all of this, or only its first part?")
+                            .help("put this in parentheses, or negate the first part with `/`")
                         });
                     }
                     self.negated(token, operand)
@@ -524,6 +526,7 @@ impl<'a> Parser<'a> {
             self.report(|| {
                 Diagnostic::error(codes::NUMBER, "number beyond 64 bits")
                     .at(span, "the largest number is 9223372036854775807")
+                    .help("write a smaller number")
             });
             0
         });

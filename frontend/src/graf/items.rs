@@ -200,6 +200,7 @@ impl Parser<'_> {
                 self.report(|| {
                     Diagnostic::error(codes::TWICE, "a second label")
                         .at(span, "the item already has a label")
+                        .help("remove one of them, or write both in one text")
                 });
             }
             return Ok(true);
@@ -453,6 +454,7 @@ impl Parser<'_> {
             self.report(|| {
                 Diagnostic::error(codes::RANGE, format!("the range {lo}..{hi} is empty"))
                     .at(span, "the smaller bound must come first")
+                    .help(format!("write {hi}..{lo}"))
                     .fix(span, format!("{hi}..{lo}"))
             });
             return Ok(Type::Int { lo: hi, hi: lo });
@@ -467,7 +469,9 @@ impl Parser<'_> {
         let value = value.unwrap_or_else(|| {
             let span = self.span(token);
             self.report(|| {
-                Diagnostic::error(codes::NUMBER, "number beyond 64 bits").at(span, "too large")
+                Diagnostic::error(codes::NUMBER, "number beyond 64 bits")
+                    .at(span, "too large")
+                    .help("write a number from -2147483648 to 2147483647")
             });
             0
         });
@@ -485,6 +489,7 @@ impl Parser<'_> {
                 self.report(|| {
                     Diagnostic::error(codes::NUMBER, "an array needs at least one element")
                         .at(span, "none")
+                        .help("write the number of elements, 1 or more")
                 });
             }
             len = Some(n.max(1));

@@ -251,8 +251,16 @@ impl<'a> Parser<'a> {
             && !matches!(slice(self.text, token), "&&" | "||" | "|" | "!")
         {
             self.findings.report(|| {
-                Diagnostic::error(codes::UNEXPECTED, format!("expected {what}, found {found}"))
-                    .at(span, format!("expected {what}"))
+                let finding =
+                    Diagnostic::error(codes::UNEXPECTED, format!("expected {what}, found {found}"))
+                        .at(span, format!("expected {what}"));
+                if token.kind == Kind::End {
+                    finding.help(format!("write {what} at the end of the text"))
+                } else if token.new_line {
+                    finding.help(format!("write {what} at the end of this line"))
+                } else {
+                    finding.help(format!("write {what} before {found}, or replace {found}"))
+                }
             });
         }
         ErrorReported
@@ -372,6 +380,7 @@ impl<'a> Parser<'a> {
                 self.report(|| {
                     Diagnostic::error(codes::NUMBER, format!("{what} is too large"))
                         .at(span, format!("more than {}", u32::MAX))
+                        .help("write a smaller number")
                 });
                 // The token is a number, so parsing continues with another value.
                 Ok(u32::MAX)
@@ -567,6 +576,7 @@ impl<'a> Parser<'a> {
             Diagnostic::error(codes::UNCLOSED_BLOCK, format!("{what} is not closed"))
                 .at(open, "opened here")
                 .at(here, "expected `}` here or earlier")
+                .help("write `}` where the block ends")
                 .fix(here, "\n}")
         });
     }
@@ -711,7 +721,7 @@ fn lex_finding(text: &str, file: FileId, error: LexError) -> Diagnostic {
                 "'" | "‘" | "’" => {
                     finding.help("write texts in double quotes and names in backquotes")
                 }
-                _ => finding,
+                _ => finding.help("remove it, or put it into a text in double quotes or a comment"),
             }
         }
         LexError::Operator(start, end) => {
@@ -767,10 +777,12 @@ fn lex_finding(text: &str, file: FileId, error: LexError) -> Diagnostic {
             codes::UNCLOSED_QUOTE,
             "a name in backquotes needs at least one character",
         )
-        .at(span_of(file, start, end), "empty name"),
+        .at(span_of(file, start, end), "empty name")
+        .help("write a name between the backquotes"),
         LexError::Name(start, end) => {
             Diagnostic::error(codes::UNCLOSED_QUOTE, "name without its closing backquote")
                 .at(span_of(file, start, end), "begins here")
+                .help("write a backquote at the end of the name")
         }
     }
 }

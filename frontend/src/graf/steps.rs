@@ -163,6 +163,7 @@ impl Parser<'_> {
             self.report(|| {
                 Diagnostic::error(codes::RANGE, "the number of activations must begin at 0")
                     .at(bounds, "an inactive step has 0")
+                    .help("write 0")
                     .fix(bounds, "0")
             });
         }
@@ -173,6 +174,7 @@ impl Parser<'_> {
             self.report(|| {
                 Diagnostic::error(codes::RANGE, "a step with at most 0 activations is never active")
                     .at(most, "at least 1")
+                    .help("write 1 or more, or remove the step")
             });
             max = 1;
         }
@@ -427,7 +429,8 @@ impl Parser<'_> {
                     codes::UNKNOWN_WORD,
                     format!("unknown qualifier `{}`", short(word)),
                 )
-                .at(span, format!("meant `{near}`?"))
+                .at(span, "unknown word")
+                .help(format!("did you mean `{near}`?"))
                 .fix(span, near)
             });
             return Err(ErrorReported);
@@ -605,6 +608,7 @@ impl Parser<'_> {
             self.report(|| {
                 Diagnostic::error(codes::UNEXPECTED, "expected `:=`, found `=`")
                     .at(span, "`=` compares, `:=` assigns")
+                    .help("write `:=`")
                     .fix(span, ":=")
             });
             self.advance();

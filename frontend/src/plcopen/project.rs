@@ -137,6 +137,7 @@ impl Reader<'_, '_> {
                 self.report(|| {
                     Diagnostic::error(codes::PLC_PROJECT, format!("unknown pouType `{other}`"))
                         .at(span, "expected program, functionBlock or function")
+                        .help("write pouType=\"program\", \"functionBlock\" or \"function\"")
                 });
                 return None;
             }

@@ -70,6 +70,7 @@ pub(super) fn chart(
             reader.report(|| {
                 Diagnostic::error(codes::PLC_CHART, format!("<{}> without a name", tag(node)))
                     .at(span, "")
+                    .help("give it the name of the step that it leads to: name=\"..\" of a <step>, targetName=\"..\" of a <jumpStep>")
             });
             continue;
         };
@@ -485,7 +486,8 @@ fn uses(
             if action.attribute("indicator").is_some_and(|one| !one.trim().is_empty()) {
                 reader.report(|| {
                     Diagnostic::warning(codes::ST_LEFT_OUT, "the indicator variable is ignored")
-                        .at(span, "")
+                        .at(span, "has no effect")
+                        .help("remove it; to see when the action runs, read its Boolean variable")
                 });
             }
             let time = time(reader, action, span);

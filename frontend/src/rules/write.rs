@@ -43,7 +43,7 @@ pub fn write_design(design: &Design) -> Result<String, Vec<Diagnostic>> {
 fn cannot(message: impl Into<String>, span: Span) -> Diagnostic {
     Diagnostic::error(codes::CANNOT_WRITE, message)
         .at(span, "no rule can express this")
-        .help("convert it to `.graf` or `.net`, which can express every chart")
+        .help("use `.graf` or `.net`, which can express every chart")
 }
 
 struct Writer {
@@ -171,8 +171,11 @@ impl Writer {
                 // Reported at the macro-step that uses it.
                 Item::Macro(_) => {}
                 Item::MacroStep(one) => self.findings.push(
-                    cannot(format!("rules cannot express macro-step `{}`", one.name), one.name.span)
-                        .help("write the steps of the macro in its place, or convert it to `.graf` or `.net`"),
+                    cannot(
+                        format!("rules cannot express macro-step `{}`", one.name),
+                        one.name.span,
+                    )
+                    .help("write the steps of the macro in its place, or use `.graf` or `.net`"),
                 ),
                 Item::Enclosing(one) => {
                     self.findings.push(cannot(
@@ -180,9 +183,10 @@ impl Writer {
                         one.step.name.span,
                     ));
                 }
-                Item::Use(one) => self
-                    .findings
-                    .push(cannot(format!("rules cannot express instance `{}` of a library chart", one.name), one.name.span)),
+                Item::Use(one) => self.findings.push(cannot(
+                    format!("rules cannot express instance `{}` of a library chart", one.name),
+                    one.name.span,
+                )),
                 Item::State(one) => self.findings.push(cannot(
                     format!("rules cannot express state `{}` of a statechart", one.step.name),
                     one.step.name.span,

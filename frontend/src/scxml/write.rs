@@ -66,7 +66,7 @@ fn cannot(what: impl std::fmt::Display, span: Span) -> Diagnostic {
     let finding =
         Diagnostic::error(codes::SCXML_CANNOT_WRITE, format!("SCXML cannot express {what}"));
     let finding = if span == Span::default() { finding } else { finding.at(span, "") };
-    finding.help("convert it to `.graf`, which can express every chart")
+    finding.help("use `.graf`, which can express every chart")
 }
 
 mod content;

@@ -40,6 +40,7 @@ impl Parser<'_> {
                             ),
                         )
                         .at(span, "")
+                        .help("remove the word, or keep it for other tools")
                     });
                 }
                 "NON_RETAIN" | "PUBLIC" | "PRIVATE" | "PROTECTED" | "INTERNAL" => {}

@@ -107,6 +107,7 @@ impl Parser<'_> {
                     return Err(self.report(|| {
                         Diagnostic::error(codes::ST_UNEXPECTED, "expected `:=` for an assignment")
                             .at(span, "here")
+                            .help("write `:=`")
                             .fix(span, ":=")
                     }));
                 }

@@ -144,6 +144,9 @@ fn fixed_value(
         }
     };
     Err(lowering.report(
-        Diagnostic::error(called.code, mistake).at(syntax.span, "").at(name.span, "declared here"),
+        Diagnostic::error(called.code, mistake)
+            .at(syntax.span, "")
+            .at(name.span, "declared here")
+            .help("write such a value, or change the type in the declaration"),
     ))
 }

@@ -158,7 +158,8 @@ impl Lowering<'_> {
             | ExprKind::Arith(..)
             | ExprKind::Select(..) => Err(self.report(
                 Diagnostic::error(codes::CONSTANT_NEEDED, "this is not a constant expression")
-                    .at(syntax.span, "a constant is needed here"),
+                    .at(syntax.span, "a constant is needed here")
+                    .help("use only numbers, `true`, `false` and names declared with `const`"),
             )),
         }
     }
@@ -289,7 +290,8 @@ impl Lowering<'_> {
                             codes::CONSTANT_NEEDED,
                             format!("`{path}` is not a constant"),
                         )
-                        .at(span, "its value is not known before the chart runs"),
+                        .at(span, "its value is not known before the chart runs")
+                        .help("write a value, or the name of a `const`"),
                     ));
                 }
                 return self.attribute_value(path, like, attribute, span);

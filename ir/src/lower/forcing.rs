@@ -107,7 +107,8 @@ fn forced_step(lowering: &mut Lowering<'_>, forced: ScopeId, path: &Path) -> Out
         let name = &lowering.design.charts[chart].name;
         return Err(lowering.report(
             Diagnostic::error(codes::FORCING, format!("step `{path}` is not in chart `{name}`"))
-                .at(path.span(), ""),
+                .at(path.span(), "")
+                .help(format!("write a step of chart `{name}`, or force the chart of this step")),
         ));
     }
     Ok(step)

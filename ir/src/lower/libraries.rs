@@ -344,7 +344,8 @@ fn reads(
             }
             return Err(lowering.report(
                 Diagnostic::error(codes::ARGUMENT, format!("`{name}` is an event"))
-                    .at(drawn.span, "the name of an event is needed here"),
+                    .at(drawn.span, "the name of an event is needed here")
+                    .help("write the name of an `event` of this chart"),
             ));
         }
         DeclarationKind::Output { .. } | DeclarationKind::Var { .. } => {
@@ -452,12 +453,10 @@ fn drives(
     }
     let kind = lowering.kind(symbol);
     Err(lowering.report(
-        Diagnostic::error(
-            codes::ARGUMENT,
-            format!("`{path}` is {kind}, but `{name}` needs {wanted}"),
-        )
-        .at(path.span(), format!("{wanted} is needed here"))
-        .at(name.span, "the parameter"),
+        Diagnostic::error(codes::ARGUMENT, format!("`{path}` is {kind}, but `{name}` needs {wanted}"))
+            .at(path.span(), format!("{wanted} is needed here"))
+            .at(name.span, "the parameter")
+            .help(format!("write the name of {wanted}, or change the parameter")),
     ))
 }
 

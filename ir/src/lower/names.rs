@@ -492,7 +492,13 @@ impl<'a> Lowering<'a> {
         let kind = self.kind(symbol);
         self.report(
             Diagnostic::error(codes::WRONG_KIND, format!("`{name}` is {kind}, not {wanted}"))
-                .at(span, format!("{wanted} is needed here")),
+                .at(span, format!("{wanted} is needed here"))
+                .help(match (symbol, wanted) {
+                    (Symbol::Step(_) | Symbol::MacroStep(_), "a value") => {
+                        format!("write `{name}.active` for its activity")
+                    }
+                    _ => format!("write the name of {wanted}, or declare one"),
+                }),
         )
     }
 }

@@ -99,7 +99,8 @@ pub(super) fn board(lowering: &mut Lowering<'_>, scope: ScopeId, source: &chart:
             lowering.report(
                 Diagnostic::error(codes::BOARD, format!("`{name}` has two pins"))
                     .at(name.span, "again here")
-                    .at(first, "first here"),
+                    .at(first, "first here")
+                    .help("remove one of them"),
             );
         }
         if let Some(first) = by_number.insert(*number, name) {
@@ -110,7 +111,8 @@ pub(super) fn board(lowering: &mut Lowering<'_>, scope: ScopeId, source: &chart:
                     format!("pin {number} is assigned to both `{other}` and `{name}`"),
                 )
                 .at(name.span, "again here")
-                .at(first, "first here"),
+                .at(first, "first here")
+                .help("use another pin for one of them"),
             );
         }
         let full = if BOARD_SIGNALS.contains(&name.text.as_str()) {

@@ -308,7 +308,8 @@ pub(super) fn transition<'a>(
             let span = source.sources.first().map_or(source.meta.span, Path::span);
             Err(lowering.report(
                 Diagnostic::error(codes::WRONG_KIND, "a transition cannot leave a history")
-                    .at(span, "a state is needed here"),
+                    .at(span, "a state is needed here")
+                    .help("write the state that contains the history"),
             ))
         }
         Err(reported) => Err(*reported),
@@ -577,7 +578,8 @@ pub(super) fn statecharts(lowering: &mut Lowering<'_>) {
                 codes::CHART_KIND,
                 "the priority of a step is not allowed in a statechart",
             )
-            .at(span, format!("step `{name}`")),
+            .at(span, format!("step `{name}`"))
+            .help("remove it: the order of the transitions decides"),
         );
     }
     queues(lowering);

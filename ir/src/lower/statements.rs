@@ -256,7 +256,8 @@ impl<'a> Lowering<'a> {
                     format!("`{name}` takes {}, found {}", count(params.len()), count(drawn.len())),
                 )
                 .at(span, "")
-                .at(declared, "declared here"),
+                .at(declared, "declared here")
+                .help("write one argument for each parameter of the declaration"),
             ));
         }
         let mut arguments = Vec::with_capacity(drawn.len());

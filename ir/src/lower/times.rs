@@ -142,7 +142,8 @@ impl Lowering<'_> {
         if place.constant {
             return Err(self.report(
                 Diagnostic::error(codes::CONSTANT_NEEDED, format!("`{path}` is not a constant"))
-                    .at(path.span(), "its value is not known before the chart runs"),
+                    .at(path.span(), "its value is not known before the chart runs")
+                    .help("write a value, or the name of a `const`"),
             ));
         }
         Ok(Some(time))
@@ -176,7 +177,8 @@ impl Lowering<'_> {
                         codes::DURATION_TOO_LONG,
                         format!("{ticks} ticks, but a timer counts at most {MAX_TICKS}"),
                     )
-                    .at(syntax.span, ""),
+                    .at(syntax.span, "")
+                    .help("write a shorter time, or a longer `tick`"),
                 )),
             },
             Value::Bool(_) => Err(self

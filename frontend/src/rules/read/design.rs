@@ -112,6 +112,9 @@ impl Builder<'_> {
                             "a receptivity belongs to the rule, not to an option",
                         )
                         .at(span, "not allowed here")
+                        .help(
+                            "move it to the left side of the rule: `t1: step*receptivity |- @next`",
+                        )
                     });
                 }
                 self.options.transitions.insert(name.text.clone(), transition);
@@ -188,9 +191,10 @@ impl Builder<'_> {
                 format!("`{shown}` is not in the list `{list}`"),
             );
             match nearest(&name.text, listed.iter().map(String::as_str)) {
-                Some(near) => {
-                    finding.at(name.span, format!("meant `{near}`?")).fix(name.span, near)
-                }
+                Some(near) => finding
+                    .at(name.span, "not listed")
+                    .help(format!("did you mean `{near}`?"))
+                    .fix(name.span, near),
                 None => finding
                     .at(name.span, "not listed")
                     .help(format!("add it to the line that begins with `{list}`")),
@@ -286,6 +290,7 @@ impl Builder<'_> {
                                 format!("`{}` is declared twice", short(&name.text)),
                             )
                             .at(name.span, "again here")
+                            .help("rename or remove one of them")
                         }),
                     }
                 }
@@ -338,6 +343,7 @@ impl Builder<'_> {
                         )
                         .at(span, "declared here")
                         .at(name.span, "listed here")
+                        .help(format!("remove it from the list `{list}`, or rename one of them"))
                     });
                 }
                 items.extend(before.remove(&name.text).unwrap_or_default());

@@ -34,7 +34,8 @@ impl Elaborator<'_> {
         let Access::Object(object) = self.access(frame, target)? else {
             return Err(self.report(
                 Diagnostic::error(codes::ST_CALL, "not a function block")
-                    .at(target.span, "called here"),
+                    .at(target.span, "called here")
+                    .help("call an instance of a function block, or an action; a function is called in an expression"),
             ));
         };
         let kind = self.objects[object].kind;
@@ -59,7 +60,8 @@ impl Elaborator<'_> {
             ObjectKind::Struct => {
                 return Err(self.report(
                     Diagnostic::error(codes::ST_CALL, "a structure cannot be called")
-                        .at(target.span, "called here"),
+                        .at(target.span, "called here")
+                        .help("assign its fields, as in `name.field := ..;`"),
                 ));
             }
         }
@@ -142,7 +144,9 @@ impl Elaborator<'_> {
         let key = (frame, key.to_owned());
         if self.open_bodies.contains(&key) {
             return Err(self.report(
-                Diagnostic::error(codes::ST_CALL, format!("{name} calls itself")).at(span, ""),
+                Diagnostic::error(codes::ST_CALL, format!("{name} calls itself"))
+                    .at(span, "in this call")
+                    .help("write a FOR loop instead of the recursion"),
             ));
         }
         self.spend(span, 1)?;
@@ -226,7 +230,8 @@ impl Elaborator<'_> {
                         order.len()
                     ),
                 )
-                .at(span, ""),
+                .at(span, "")
+                .help(format!("remove {} of them", arguments.len() - order.len())),
             ));
         }
         let mut named = Vec::new();
@@ -355,7 +360,8 @@ impl Elaborator<'_> {
                                 codes::ST_CALL,
                                 format!("the in-out parameter `{}` needs a variable", var.name),
                             )
-                            .at(span, "in this call"),
+                            .at(span, "in this call")
+                            .help(format!("add `{} := variable` to the call", var.name)),
                         ));
                     }
                 }

@@ -213,7 +213,8 @@ impl<'a> Elaborator<'a> {
                     codes::ST_SIZE,
                     format!("`{name}` contains too many nested function blocks"),
                 )
-                .at(name.span, ""),
+                .at(name.span, "")
+                .help("declare fewer instances inside each other: at most 16 levels"),
             );
             return None;
         }

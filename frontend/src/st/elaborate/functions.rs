@@ -403,7 +403,12 @@ impl Elaborator<'_> {
         if KNOWN.contains(&key) {
             return self.report(
                 Diagnostic::error(codes::ST_CALL, format!("{key} does not take {n} arguments"))
-                    .at(name.span, ""),
+                    .at(name.span, "")
+                    .help(if n < 2 {
+                        "add the missing arguments"
+                    } else {
+                        "write as many arguments as the function has inputs"
+                    }),
             );
         }
         if REFUSED.contains(&key) || key.contains("_TO_") {

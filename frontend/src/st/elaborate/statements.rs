@@ -326,7 +326,8 @@ impl Elaborator<'_> {
     pub(super) fn leaves(&mut self, span: Span) -> ErrorReported {
         self.report(
             Diagnostic::error(codes::ST_UNEXPECTED, "EXIT and CONTINUE are only allowed in a loop")
-                .at(span, "not inside a loop"),
+                .at(span, "not inside a loop")
+                .help("remove it, or write RETURN to leave the unit"),
         )
     }
 
@@ -355,7 +356,9 @@ impl Elaborator<'_> {
         let (first, last, step) = (first?, last?, step?);
         if step == 0 {
             return Err(self.report(
-                Diagnostic::error(codes::ST_LOOP, "a loop with step 0 never ends").at(span, ""),
+                Diagnostic::error(codes::ST_LOOP, "a loop with step 0 never ends")
+                    .at(span, "")
+                    .help("write another step after BY, such as 1"),
             ));
         }
         let rounds = if (step > 0) == (last >= first) || last == first {
@@ -369,7 +372,8 @@ impl Elaborator<'_> {
                     codes::ST_LOOP,
                     format!("the loop has {rounds} iterations; the limit is {MAX_ROUNDS}"),
                 )
-                .at(span, ""),
+                .at(span, "")
+                .help("loops are unrolled: iterate over fewer values"),
             ));
         }
         let rounds = i64::try_from(rounds).unwrap_or(0);
@@ -445,7 +449,8 @@ impl Elaborator<'_> {
             )),
             Access::Value(_) => Err(self.report(
                 Diagnostic::error(codes::ST_TYPE, "a constant, an input or a loop variable cannot be assigned")
-                    .at(target.span, ""),
+                    .at(target.span, "")
+                    .help("assign to a separate variable of VAR or VAR_OUTPUT"),
             )),
             Access::Object(_) => Err(self.type_error("a whole block or structure cannot be assigned", target.span)),
             Access::Step(_) => Err(self.type_error("a step cannot be assigned", target.span)),

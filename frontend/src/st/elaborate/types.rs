@@ -80,7 +80,9 @@ impl Elaborator<'_> {
     fn ty_within(&mut self, frame: FrameId, syntax: &TypeRef, depth: usize) -> Ty {
         if depth > 64 {
             self.report(
-                Diagnostic::error(codes::ST_TYPE, "this type contains itself").at(syntax.span, ""),
+                Diagnostic::error(codes::ST_TYPE, "this type contains itself")
+                    .at(syntax.span, "")
+                    .help("use another type for this element"),
             );
             return Ty::Broken;
         }
@@ -98,7 +100,8 @@ impl Elaborator<'_> {
                             codes::ST_TYPE,
                             format!("{lo}..{hi} is not a valid range of {base} within 32 bits"),
                         )
-                        .at(syntax.span, ""),
+                        .at(syntax.span, "")
+                        .help("write the smaller bound first, and both within the base type and -2147483648..2147483647"),
                     );
                     return Ty::Broken;
                 }
@@ -118,7 +121,8 @@ impl Elaborator<'_> {
                                 codes::ST_TYPE,
                                 format!("the range {lo}..{hi} of an array has no elements or more than 65536"),
                             )
-                            .at(syntax.span, ""),
+                            .at(syntax.span, "")
+                            .help("write the smaller bound first, as in ARRAY [0..9], and at most 65536 elements"),
                         );
                         return Ty::Broken;
                     }
@@ -282,7 +286,9 @@ impl Elaborator<'_> {
                 _,
                 Init::Value(ast::Expr { span, .. }) | Init::List(_, span) | Init::Fields(_, span),
             ) => Err(self
-                .report(Diagnostic::error(codes::ST_TYPE, "invalid initial value").at(*span, ""))),
+                .report(Diagnostic::error(codes::ST_TYPE, "invalid initial value")
+                    .at(*span, "does not fit the type")
+                    .help("write a value for a simple variable, `[1, 2]` for an array, and `(field := 1)` for a structure or block"))),
         }
     }
 
@@ -313,7 +319,8 @@ impl Elaborator<'_> {
             Init::Fields(_, span) => {
                 return Err(self.report(
                     Diagnostic::error(codes::ST_TYPE, "invalid initial value of an element")
-                        .at(*span, ""),
+                        .at(*span, "fields of a structure")
+                        .help("write one value for each element, as in `[1, 2]`"),
                 ));
             }
         }
@@ -333,7 +340,7 @@ impl Elaborator<'_> {
     /// Converts `value` for a target of this type; wraps it if the type wraps around.
     pub(super) fn fit(&mut self, value: Value, ty: &Ty, what: &str) -> Outcome<Value> {
         let span = value.expr.span;
-        let wrong = match (ty, &value.kind) {
+        let (wrong, help) = match (ty, &value.kind) {
             (Ty::Bool, Kind::Bool) | (Ty::Time, Kind::Time(_)) => return Ok(value),
             // 0 and 1 are also literals of BOOL.
             (Ty::Bool, Kind::Int(lo, hi)) if lo == hi && (0..=1).contains(lo) => {
@@ -346,17 +353,31 @@ impl Elaborator<'_> {
                 }
                 return Ok(value.wrapped(*lo, *hi));
             }
-            (Ty::Bool, Kind::Int(..)) => "expected a Boolean, found a number",
-            (Ty::Bool, Kind::Time(_)) => "expected a Boolean, found a time",
-            (Ty::Int { .. }, Kind::Bool) => "expected a number, found a Boolean",
-            (Ty::Int { .. }, Kind::Time(_)) => "expected a number, found a time",
-            (Ty::Time, Kind::Bool | Kind::Int(..)) => "expected a time",
-            (Ty::Broken, _) => return Err(ErrorReported),
-            (Ty::Array(..) | Ty::Block(_) | Ty::User(_) | Ty::Struct(_), _) => {
-                "a whole array, structure or block cannot be assigned"
+            (Ty::Bool, Kind::Int(..)) => {
+                ("expected a Boolean, found a number", "compare it, as in `n <> 0`")
             }
+            (Ty::Bool, Kind::Time(_)) => {
+                ("expected a Boolean, found a time", "compare it, as in `t.ET >= T#3s`")
+            }
+            (Ty::Int { .. }, Kind::Bool) => {
+                ("expected a number, found a Boolean", "write SEL(b, 0, 1) for a Boolean b")
+            }
+            (Ty::Int { .. }, Kind::Time(_)) => (
+                "expected a number, found a time",
+                "write a number, or declare the variable as TIME",
+            ),
+            (Ty::Time, Kind::Bool | Kind::Int(..)) => {
+                ("expected a time", "write a time, as in T#3s")
+            }
+            (Ty::Broken, _) => return Err(ErrorReported),
+            (Ty::Array(..) | Ty::Block(_) | Ty::User(_) | Ty::Struct(_), _) => (
+                "a whole array, structure or block cannot be assigned",
+                "assign its elements or fields one by one",
+            ),
         };
-        Err(self.report(Diagnostic::error(codes::ST_TYPE, wrong).at(span, format!("for {what}"))))
+        Err(self.report(
+            Diagnostic::error(codes::ST_TYPE, wrong).at(span, format!("for {what}")).help(help),
+        ))
     }
 }
 

@@ -112,7 +112,8 @@ impl Elaborator<'_> {
                     codes::ST_CALL,
                     format!("{} takes {position} arguments, found {}", pou.name, arguments.len()),
                 )
-                .at(span, ""),
+                .at(span, "")
+                .help(format!("remove {} of them", arguments.len() - position)),
             ));
         }
         let Body::Statements(body) = &pou.body else {

@@ -138,7 +138,7 @@ fn cannot_write_kind(target: &str, what: &str, places: &[&Lack]) -> Diagnostic {
         finding = finding.at(place.span, if index == 0 { "used here" } else { "" });
     }
     finding.help(
-        "convert it to `.graf` or `.net`, which can express every chart, or generate C with `build --target c`",
+        "use `.graf` or `.net`, which can express every chart, or generate C with `build --target c`",
     )
 }
 
