@@ -320,7 +320,9 @@ impl<'a> Parser<'a> {
             Some(near) => {
                 diagnostic.help(format!("did you mean `{near}`?")).fix(token.span(self.file), near)
             }
-            None => diagnostic,
+            None => diagnostic.help(
+                "write the name of an earlier line of this net, or declare it in a line before",
+            ),
         });
     }
 
