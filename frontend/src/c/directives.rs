@@ -201,7 +201,7 @@ impl Parser<'_> {
         self.findings.report(|| {
             Diagnostic::error(codes::C_DIRECTIVE, format!("#{word} without an `#if` before it"))
                 .at(line.span, "no conditional is open here")
-                .help(format!("write `#if` before it, or remove this line; an `#endif` before it may be one too many"))
+                .help("write `#if` before it, or remove this line; an `#endif` before it may be one too many")
         });
     }
 

@@ -296,7 +296,16 @@ fn both(net: &Net, a: TransitionId, b: TransitionId, and: &str, not: &str) -> Op
             ExprKind::Leaf(Leaf::Var(var)) => net.vars[*var].name.text.clone(),
             ExprKind::Not(inner) => match &inner.kind {
                 ExprKind::Leaf(_) => format!("{not} {}", text(net, inner, and, not)?),
-                _ => return None,
+                ExprKind::Bool(_)
+                | ExprKind::Int(_)
+                | ExprKind::Element(..)
+                | ExprKind::Not(_)
+                | ExprKind::And(_)
+                | ExprKind::Or(_)
+                | ExprKind::Compare(..)
+                | ExprKind::Neg(_)
+                | ExprKind::Arith(..)
+                | ExprKind::Select(..) => return None,
             },
             ExprKind::And(all) if !all.is_empty() => {
                 let parts: Option<Vec<String>> =
