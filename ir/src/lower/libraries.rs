@@ -453,10 +453,13 @@ fn drives(
     }
     let kind = lowering.kind(symbol);
     Err(lowering.report(
-        Diagnostic::error(codes::ARGUMENT, format!("`{path}` is {kind}, but `{name}` needs {wanted}"))
-            .at(path.span(), format!("{wanted} is needed here"))
-            .at(name.span, "the parameter")
-            .help(format!("write the name of {wanted}, or change the parameter")),
+        Diagnostic::error(
+            codes::ARGUMENT,
+            format!("`{path}` is {kind}, but `{name}` needs {wanted}"),
+        )
+        .at(path.span(), format!("{wanted} is needed here"))
+        .at(name.span, "the parameter")
+        .help(format!("write the name of {wanted}, or change the parameter")),
     ))
 }
 
