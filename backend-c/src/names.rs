@@ -190,7 +190,7 @@ pub(crate) fn library(net: &Net, names: &Names) -> Vec<String> {
 fn edge_name(net: &Net, edge: &EdgeOperand) -> String {
     use grafsynth_ir::net::Leaf;
     let mut words: Vec<&str> = Vec::new();
-    edge.expr.for_each_leaf(&mut |leaf| {
+    for leaf in edge.expr.leaves() {
         if words.len() < 3 {
             words.push(match *leaf {
                 Leaf::Input(input) => &net.inputs[input].name.text,
@@ -204,7 +204,7 @@ fn edge_name(net: &Net, edge: &EdgeOperand) -> String {
                 Leaf::Rise(_) | Leaf::Fall(_) | Leaf::Fireable(_) => "edge",
             });
         }
-    });
+    }
     words.join("_")
 }
 

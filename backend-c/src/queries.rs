@@ -8,8 +8,7 @@ pub(crate) use grafsynth_ir::net::is_c;
 /// The steps that assign an output under a condition: only while one of them is active, the output calls its extern conditions. `None` if `value`,
 /// the new value of the output, reads no input: then nothing is called.
 pub(crate) fn carriers(net: &Net, output: OutputId, value: &Expr) -> Vec<StepId> {
-    let mut reads = false;
-    value.for_each_leaf(&mut |leaf| reads |= matches!(leaf, Leaf::Input(_)));
+    let reads = value.leaves().any(|leaf| matches!(leaf, Leaf::Input(_)));
     match &net.outputs[output].driver {
         Driver::Continuous(emissions) | Driver::Mealy(emissions) if reads => {
             emissions.iter().filter(|it| it.condition.is_some()).map(|it| it.step).collect()

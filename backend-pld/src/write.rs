@@ -1,4 +1,6 @@
 //! The writers: they only print what was decided before.
+// A variant that a writer forgets is a miscompile.
+#![warn(clippy::wildcard_enum_match_arm)]
 
 pub(crate) mod bench;
 pub(crate) mod blif;

@@ -127,6 +127,11 @@ impl<T> Arena<T> {
         self.items.iter()
     }
 
+    /// All items, mutable, in order of creation.
+    pub fn values_mut(&mut self) -> std::slice::IterMut<'_, T> {
+        self.items.iter_mut()
+    }
+
     /// The item with this id, or `None` if the arena is too short.
     #[must_use]
     pub fn get(&self, id: Id<T>) -> Option<&T> {

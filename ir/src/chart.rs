@@ -400,6 +400,20 @@ pub enum StepItemKind {
     },
 }
 
+impl StepItemKind {
+    /// The statement list of an item that has one.
+    #[must_use]
+    pub fn list(&self) -> Option<&Block> {
+        match self {
+            StepItemKind::Entry(list)
+            | StepItemKind::Exit(list)
+            | StepItemKind::On { actions: list, .. }
+            | StepItemKind::Task { body: list, .. } => Some(list),
+            _ => None,
+        }
+    }
+}
+
 /// How a step uses an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ActionHow {
@@ -711,4 +725,35 @@ pub enum StmtKind {
     },
     /// `code c "..."`.
     Code(Verbatim),
+}
+
+impl Stmt {
+    /// The expressions that the statement itself evaluates, in this order; those of its lists are not included.
+    pub fn exprs(&self) -> impl Iterator<Item = &Expr> {
+        let (few, many): ([Option<&Expr>; 2], &[Expr]) = match &self.kind {
+            StmtKind::Assign { index, value, .. } => ([index.as_ref(), Some(value)], &[]),
+            StmtKind::Call { arguments, .. } => ([None; 2], arguments),
+            StmtKind::If { condition, .. } => ([Some(condition), None], &[]),
+            StmtKind::Raise(_)
+            | StmtKind::Send { .. }
+            | StmtKind::Cancel(_)
+            | StmtKind::Code(_) => ([None; 2], &[]),
+        };
+        few.into_iter().flatten().chain(many)
+    }
+
+    /// Both branches of a choice; empty for any other statement.
+    #[must_use]
+    pub fn lists(&self) -> [&[Stmt]; 2] {
+        if let StmtKind::If { then, otherwise, .. } = &self.kind {
+            [then, otherwise]
+        } else {
+            [&[]; 2]
+        }
+    }
+}
+
+/// All statements of a list in the order of the text, each before those inside it.
+pub fn statements(list: &[Stmt]) -> impl Iterator<Item = &Stmt> {
+    crate::walk::nested(list, Stmt::lists)
 }

@@ -228,6 +228,12 @@ impl<L> Expr<L> {
         matches!(self.kind, ExprKind::Bool(false))
     }
 
+    /// The leaf, if the expression is one.
+    #[must_use]
+    pub fn as_leaf(&self) -> Option<&L> {
+        if let ExprKind::Leaf(leaf) = &self.kind { Some(leaf) } else { None }
+    }
+
     /// The negation, with constants and double negation removed.
     #[must_use]
     #[expect(
@@ -239,17 +245,7 @@ impl<L> Expr<L> {
         match self.kind {
             ExprKind::Bool(value) => Expr::new(ExprKind::Bool(!value), span),
             ExprKind::Not(inner) => *inner,
-            kind @ (ExprKind::Int(_)
-            | ExprKind::Leaf(_)
-            | ExprKind::Element(..)
-            | ExprKind::And(_)
-            | ExprKind::Or(_)
-            | ExprKind::Compare(..)
-            | ExprKind::Neg(_)
-            | ExprKind::Arith(..)
-            | ExprKind::Select(..)) => {
-                Expr::new(ExprKind::Not(Box::new(Expr::new(kind, span))), span)
-            }
+            kind => Expr::new(ExprKind::Not(Box::new(Expr::new(kind, span))), span),
         }
     }
 
@@ -356,15 +352,7 @@ impl<L> Expr<L> {
     pub fn leaves(&self) -> impl Iterator<Item = &L> {
         self.subexpressions().filter_map(|expr| match &expr.kind {
             ExprKind::Leaf(leaf) | ExprKind::Element(leaf, _) => Some(leaf),
-            ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Not(_)
-            | ExprKind::And(_)
-            | ExprKind::Or(_)
-            | ExprKind::Compare(..)
-            | ExprKind::Neg(_)
-            | ExprKind::Arith(..)
-            | ExprKind::Select(..) => None,
+            _ => None,
         })
     }
 
@@ -391,24 +379,9 @@ impl<L> Expr<L> {
         self.children_mut().for_each(Expr::erase_spans);
     }
 
-    /// Calls `visit` on every leaf, including arrays of elements, left to right. The recursion is as deep as the expression (at most 256 levels in
-    /// source).
+    /// Calls `visit` on every leaf, including arrays of elements, left to right.
     pub fn for_each_leaf(&self, visit: &mut impl FnMut(&L)) {
-        match &self.kind {
-            ExprKind::Leaf(leaf) | ExprKind::Element(leaf, _) => visit(leaf),
-            ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Not(_)
-            | ExprKind::And(_)
-            | ExprKind::Or(_)
-            | ExprKind::Compare(..)
-            | ExprKind::Neg(_)
-            | ExprKind::Arith(..)
-            | ExprKind::Select(..) => {}
-        }
-        for child in self.children() {
-            child.for_each_leaf(visit);
-        }
+        self.leaves().for_each(visit);
     }
 
     /// The same expression over other leaves. `leaf` maps a plain leaf to an expression; `array` maps the array of an element.

@@ -102,6 +102,24 @@ impl Leaf {
     pub fn is_time(&self) -> bool {
         matches!(self, Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_))
     }
+
+    /// The step whose bit, time or tasks it reads.
+    #[must_use]
+    pub fn step(&self) -> Option<StepId> {
+        match *self {
+            Leaf::Active(step)
+            | Leaf::Elapsed(step)
+            | Leaf::LastElapsed(step)
+            | Leaf::TasksDone(step) => Some(step),
+            _ => None,
+        }
+    }
+
+    /// The operand of an edge.
+    #[must_use]
+    pub fn edge(&self) -> Option<EdgeId> {
+        if let Leaf::Rise(edge) | Leaf::Fall(edge) = self { Some(*edge) } else { None }
+    }
 }
 
 /// The whole net.

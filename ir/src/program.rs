@@ -227,36 +227,30 @@ impl Stmt {
         few.into_iter().flatten().chain(many)
     }
 
+    /// The temporary or cell that the statement itself sets.
+    #[must_use]
+    pub fn target(&self) -> Option<Leaf> {
+        match self {
+            Stmt::Set(temp, _) => Some(Leaf::Temp(*temp)),
+            Stmt::Store(cell, ..) => Some(Leaf::Cell(*cell)),
+            _ => None,
+        }
+    }
+
     /// The statement lists inside: both branches of a choice, or the body of a loop.
     #[must_use]
     pub fn lists(&self) -> [&[Stmt]; 2] {
         match self {
             Stmt::If(_, then, otherwise) => [then, otherwise],
             Stmt::Repeat { body, .. } => [body, &[]],
-            Stmt::Set(..)
-            | Stmt::Store(..)
-            | Stmt::Output(..)
-            | Stmt::Call(..)
-            | Stmt::Code(_)
-            | Stmt::Fault(_) => [&[]; 2],
+            _ => [&[]; 2],
         }
     }
 }
 
 /// All statements of a list in the order of the text, each before those inside it.
 pub fn statements(list: &[Stmt]) -> impl Iterator<Item = &Stmt> {
-    let mut open = vec![list.iter()];
-    std::iter::from_fn(move || {
-        while let Some(rest) = open.last_mut() {
-            if let Some(stmt) = rest.next() {
-                let [first, second] = stmt.lists();
-                open.extend([second.iter(), first.iter()]);
-                return Some(stmt);
-            }
-            open.pop();
-        }
-        None
-    })
+    crate::walk::nested(list, Stmt::lists)
 }
 
 /// All expressions of a list and of the lists inside, without their operands.

@@ -20,6 +20,7 @@ use crate::net::{
     VarId, VarOrigin,
 };
 use crate::span::{Name, Span};
+use crate::walk::{change_statements, expressions, statements};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The variables that an object reads and writes.
@@ -38,42 +39,29 @@ impl Accesses {
     }
 
     fn expr_at(&mut self, net: &Net, expr: &Expr, seen: &mut BTreeSet<TransitionId>) {
-        expr.for_each_leaf(&mut |leaf| match *leaf {
-            Leaf::Var(var) => {
-                self.reads.insert(var);
-            }
-            Leaf::Rise(edge) | Leaf::Fall(edge) => self.expr_at(net, &net.edges[edge].expr, seen),
-            // Only earlier transitions can be named, so there is no cycle; each is visited once, so the time is linear.
-            Leaf::Fireable(transition) => {
-                if seen.insert(transition) {
+        for leaf in expr.leaves() {
+            match *leaf {
+                Leaf::Var(var) => {
+                    self.reads.insert(var);
+                }
+                Leaf::Rise(edge) | Leaf::Fall(edge) => {
+                    self.expr_at(net, &net.edges[edge].expr, seen);
+                }
+                // Only earlier transitions can be named, so there is no cycle; each is visited once, so the time is linear.
+                Leaf::Fireable(transition) if seen.insert(transition) => {
                     self.expr_at(net, &net.transitions[transition].guard, seen);
                 }
+                _ => {}
             }
-            Leaf::Input(_)
-            | Leaf::Active(_)
-            | Leaf::Elapsed(_)
-            | Leaf::LastElapsed(_)
-            | Leaf::TasksDone(_)
-            | Leaf::Timer(_)
-            | Leaf::Controlled(_) => {}
-        });
+        }
     }
 
     /// Adds the accesses of a statement list.
     pub fn block(&mut self, net: &Net, list: &Block) {
-        crate::walk::for_each_in_block(list, &mut |expr| self.expr(net, expr));
-        let mut todo: Vec<&Stmt> = list.iter().collect();
-        while let Some(stmt) = todo.pop() {
-            match &stmt.kind {
-                StmtKind::Assign { var, .. } => {
-                    self.writes.insert(*var);
-                }
-                StmtKind::If { then, otherwise, .. } => todo.extend(then.iter().chain(otherwise)),
-                StmtKind::Raise(_)
-                | StmtKind::Send(_)
-                | StmtKind::Cancel(_)
-                | StmtKind::Call { .. }
-                | StmtKind::Code(_) => {}
+        expressions(list).for_each(|expr| self.expr(net, expr));
+        for stmt in statements(list) {
+            if let StmtKind::Assign { var, .. } = stmt.kind {
+                self.writes.insert(var);
             }
         }
     }
@@ -247,45 +235,19 @@ fn copied(net: &Net, to: VarId, from: VarId, out: &mut Block) {
 
 fn on_copies(list: &Block, copies: &BTreeMap<VarId, VarId>) -> Block {
     let copy = |var: VarId| copies.get(&var).copied().unwrap_or(var);
-    let map_leaf = |leaf: &Leaf| match *leaf {
-        Leaf::Var(var) => Leaf::Var(copy(var)),
-        other @ (Leaf::Input(_)
-        | Leaf::Active(_)
-        | Leaf::Elapsed(_)
-        | Leaf::LastElapsed(_)
-        | Leaf::TasksDone(_)
-        | Leaf::Timer(_)
-        | Leaf::Rise(_)
-        | Leaf::Fall(_)
-        | Leaf::Fireable(_)
-        | Leaf::Controlled(_)) => other,
-    };
-    let map = |expr: &Expr| expr.map_leaves(&map_leaf);
-    list.iter()
-        .map(|stmt| Stmt {
-            span: stmt.span,
-            kind: match &stmt.kind {
-                StmtKind::Assign { var, index, value } => StmtKind::Assign {
-                    var: copy(*var),
-                    index: index.as_ref().map(map),
-                    value: map(value),
-                },
-                StmtKind::Call { output, arguments } => StmtKind::Call {
-                    output: *output,
-                    arguments: arguments.iter().map(map).collect(),
-                },
-                StmtKind::If { condition, then, otherwise } => StmtKind::If {
-                    condition: map(condition),
-                    then: on_copies(then, copies),
-                    otherwise: on_copies(otherwise, copies),
-                },
-                StmtKind::Raise(_)
-                | StmtKind::Send(_)
-                | StmtKind::Cancel(_)
-                | StmtKind::Code(_) => stmt.kind.clone(),
-            },
-        })
-        .collect()
+    let mut list = list.clone();
+    change_statements(&mut list, &mut |stmt| {
+        if let StmtKind::Assign { var, .. } = &mut stmt.kind {
+            *var = copy(*var);
+        }
+        for expr in stmt.exprs_mut() {
+            *expr = expr.map_leaves(&|leaf| match *leaf {
+                Leaf::Var(var) => Leaf::Var(copy(var)),
+                other => other,
+            });
+        }
+    });
+    list
 }
 
 /// Carries out `shared protect`: halting steps lock the variables that their tasks access, and transitions and tasks of others wait.

@@ -1,82 +1,150 @@
-//! Visits every expression and every statement of a net, for analyses.
+//! Walks over a net: every list, statement and expression of it, for analyses and for passes that change all of them.
 
-use crate::net::{Block, Driver, Expr, Net, OutputId, Stmt, StmtKind};
+use crate::net::{Block, Driver, Expr, Net, OutputId, Param, Stmt, StmtKind};
 use crate::span::Span;
 use std::collections::BTreeMap;
 
-/// Calls `visit` with every expression of the net except those of properties.
-pub fn for_each_expr(net: &Net, visit: &mut impl FnMut(&Expr)) {
-    net.outputs.values().for_each(|output| for_each_in_driver(&output.driver, visit));
-    net.emergency.iter().for_each(|emergency| visit(&emergency.condition));
-    net.timers.values().for_each(|timer| visit(&timer.condition));
-    net.edges.values().for_each(|edge| visit(&edge.expr));
-    for step in net.steps.values() {
-        for list in [&step.entry, &step.exit, &step.initial_content] {
-            for_each_in_block(list, visit);
-        }
-        step.tasks.iter().for_each(|task| for_each_in_block(&task.body, visit));
-    }
-    for transition in net.transitions.values() {
-        visit(&transition.guard);
-        for_each_in_block(&transition.actions, visit);
-    }
-    for action in net.actions.values() {
-        action.uses.iter().filter_map(|one| one.condition.as_ref()).for_each(&mut *visit);
-        for_each_in_block(&action.body, visit);
-    }
-    net.histories.values().for_each(|history| for_each_in_block(&history.default_content, visit));
-    net.unspecified.iter().for_each(|open| visit(&open.when));
-}
-
-/// Calls `visit` with the conditions of an output, and with the arguments of its calls.
-pub fn for_each_in_driver(driver: &Driver, visit: &mut impl FnMut(&Expr)) {
-    match driver {
-        Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
-            let conditions = emissions.iter().filter_map(|emission| emission.condition.as_ref());
-            conditions.for_each(visit);
-        }
-        Driver::Extern { calls, .. } => {
-            for call in calls {
-                call.condition.iter().chain(&call.arguments).for_each(&mut *visit);
+impl Stmt {
+    /// The expressions that the statement itself evaluates, in this order; those of its lists are not included.
+    pub fn exprs(&self) -> impl Iterator<Item = &Expr> {
+        let (few, many): ([Option<&Expr>; 2], &[Expr]) = match &self.kind {
+            StmtKind::Assign { index, value, .. } => ([index.as_ref(), Some(value)], &[]),
+            StmtKind::Call { arguments, .. } => ([None; 2], arguments),
+            StmtKind::If { condition, .. } => ([Some(condition), None], &[]),
+            StmtKind::Raise(_) | StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::Code(_) => {
+                ([None; 2], &[])
             }
+        };
+        few.into_iter().flatten().chain(many)
+    }
+
+    /// Like [`Stmt::exprs`], to change them.
+    pub fn exprs_mut(&mut self) -> impl Iterator<Item = &mut Expr> {
+        let (few, many): ([Option<&mut Expr>; 2], &mut [Expr]) = match &mut self.kind {
+            StmtKind::Assign { index, value, .. } => ([index.as_mut(), Some(value)], &mut []),
+            StmtKind::Call { arguments, .. } => ([None, None], arguments),
+            StmtKind::If { condition, .. } => ([Some(condition), None], &mut []),
+            StmtKind::Raise(_) | StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::Code(_) => {
+                ([None, None], &mut [])
+            }
+        };
+        few.into_iter().flatten().chain(many)
+    }
+
+    /// Both branches of a choice; empty for any other statement.
+    #[must_use]
+    pub fn lists(&self) -> [&[Stmt]; 2] {
+        if let StmtKind::If { then, otherwise, .. } = &self.kind {
+            [then, otherwise]
+        } else {
+            [&[]; 2]
         }
-        Driver::Stored(_) | Driver::Controlled(_) => {}
     }
 }
 
-/// Calls `visit` with every expression of a statement list, including those in both branches of an `if`.
-pub fn for_each_in_block(list: &Block, visit: &mut impl FnMut(&Expr)) {
+/// All statements of a list in the order of the text, each before those inside it.
+pub fn statements(list: &[Stmt]) -> impl Iterator<Item = &Stmt> {
+    nested(list, Stmt::lists)
+}
+
+/// All expressions of a list and of the lists inside, without their operands.
+pub fn expressions(list: &[Stmt]) -> impl Iterator<Item = &Expr> {
+    statements(list).flat_map(Stmt::exprs)
+}
+
+/// Calls `change` with every statement of a list, each before those inside it.
+pub fn change_statements(list: &mut [Stmt], change: &mut impl FnMut(&mut Stmt)) {
     for stmt in list {
-        match &stmt.kind {
-            StmtKind::Assign { index, value, .. } => {
-                index.iter().chain([value]).for_each(&mut *visit)
-            }
-            StmtKind::Call { arguments, .. } => arguments.iter().for_each(&mut *visit),
-            StmtKind::If { condition, then, otherwise } => {
-                visit(condition);
-                for_each_in_block(then, visit);
-                for_each_in_block(otherwise, visit);
-            }
-            StmtKind::Raise(_) | StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::Code(_) => {}
+        change(stmt);
+        if let StmtKind::If { then, otherwise, .. } = &mut stmt.kind {
+            change_statements(then, change);
+            change_statements(otherwise, change);
         }
     }
 }
 
-/// Calls `visit` with every statement of the net, including those inside `if`.
-pub fn for_each_stmt<'a>(net: &'a Net, visit: &mut impl FnMut(&'a Stmt)) {
-    let mut todo: Vec<&'a Stmt> = Vec::new();
-    for step in net.steps.values() {
-        todo.extend(step.entry.iter().chain(&step.exit).chain(&step.initial_content));
-        step.tasks.iter().for_each(|task| todo.extend(&task.body));
-    }
-    net.transitions.values().for_each(|transition| todo.extend(&transition.actions));
-    net.actions.values().for_each(|action| todo.extend(&action.body));
-    net.histories.values().for_each(|history| todo.extend(&history.default_content));
-    while let Some(stmt) = todo.pop() {
-        visit(stmt);
-        if let StmtKind::If { then, otherwise, .. } = &stmt.kind {
-            todo.extend(then.iter().chain(otherwise));
+/// The statements of a list and of all lists inside, in the order of the text; `lists` returns the lists of a statement.
+pub(crate) fn nested<'a, S>(
+    list: &'a [S],
+    lists: impl Fn(&'a S) -> [&'a [S]; 2],
+) -> impl Iterator<Item = &'a S> {
+    let mut open = vec![list.iter()];
+    std::iter::from_fn(move || {
+        while let Some(rest) = open.last_mut() {
+            if let Some(stmt) = rest.next() {
+                let [first, second] = lists(stmt);
+                open.extend([second.iter(), first.iter()]);
+                return Some(stmt);
+            }
+            open.pop();
         }
+        None
+    })
+}
+
+impl Driver {
+    /// The parameters of an extern action; empty for any other output.
+    #[must_use]
+    pub fn params(&self) -> &[Param] {
+        if let Driver::Extern { params, .. } = self { params } else { &[] }
+    }
+
+    /// The conditions of an output, and the arguments of its calls.
+    pub fn exprs(&self) -> impl Iterator<Item = &Expr> {
+        let emissions = match self {
+            Driver::Continuous(emissions) | Driver::Mealy(emissions) => emissions.as_slice(),
+            Driver::Stored(_) | Driver::Controlled(_) | Driver::Extern { .. } => &[],
+        };
+        let calls = if let Driver::Extern { calls, .. } = self { calls.as_slice() } else { &[] };
+        let conditions = emissions.iter().filter_map(|emission| emission.condition.as_ref());
+        conditions.chain(calls.iter().flat_map(|call| call.condition.iter().chain(&call.arguments)))
+    }
+}
+
+impl Net {
+    /// Every statement list: of steps, tasks, transitions, actions and histories.
+    pub fn lists(&self) -> impl Iterator<Item = &Block> {
+        let steps = self.steps.values().flat_map(|step| {
+            let tasks = step.tasks.iter().map(|task| &task.body);
+            [&step.entry, &step.exit, &step.initial_content].into_iter().chain(tasks)
+        });
+        steps
+            .chain(self.transitions.values().map(|transition| &transition.actions))
+            .chain(self.actions.values().map(|action| &action.body))
+            .chain(self.histories.values().map(|history| &history.default_content))
+    }
+
+    /// Like [`Net::lists`], to change them.
+    pub fn lists_mut(&mut self) -> impl Iterator<Item = &mut Block> {
+        let steps = self.steps.values_mut().flat_map(|step| {
+            let tasks = step.tasks.iter_mut().map(|task| &mut task.body);
+            [&mut step.entry, &mut step.exit, &mut step.initial_content].into_iter().chain(tasks)
+        });
+        steps
+            .chain(self.transitions.values_mut().map(|transition| &mut transition.actions))
+            .chain(self.actions.values_mut().map(|action| &mut action.body))
+            .chain(self.histories.values_mut().map(|history| &mut history.default_content))
+    }
+
+    /// Every statement, including those inside `if`.
+    pub fn statements(&self) -> impl Iterator<Item = &Stmt> {
+        self.lists().flat_map(|list| statements(list))
+    }
+
+    /// Every expression except those of properties.
+    pub fn expressions(&self) -> impl Iterator<Item = &Expr> {
+        (self.outputs.values().flat_map(|output| output.driver.exprs()))
+            .chain(self.emergency.iter().map(|emergency| &emergency.condition))
+            .chain(self.timers.values().map(|timer| &timer.condition))
+            .chain(self.edges.values().map(|edge| &edge.expr))
+            .chain(self.transitions.values().map(|transition| &transition.guard))
+            .chain(
+                self.actions
+                    .values()
+                    .flat_map(|action| action.uses.iter().filter_map(|one| one.condition.as_ref())),
+            )
+            .chain(self.statements().flat_map(Stmt::exprs))
+            .chain(self.unspecified.iter().map(|open| &open.when))
     }
 }
 
@@ -85,10 +153,10 @@ pub fn for_each_stmt<'a>(net: &'a Net, visit: &mut impl FnMut(&'a Stmt)) {
 #[must_use]
 pub fn called_in_lists(net: &Net) -> BTreeMap<OutputId, Span> {
     let mut called: BTreeMap<OutputId, Span> = BTreeMap::new();
-    for_each_stmt(net, &mut |stmt| {
+    for stmt in net.statements() {
         if let StmtKind::Call { output, .. } = stmt.kind {
             called.entry(output).and_modify(|at| *at = (*at).min(stmt.span)).or_insert(stmt.span);
         }
-    });
+    }
     called
 }

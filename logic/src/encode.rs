@@ -13,6 +13,8 @@
 //! as a function of the new state. An output with the second form is combinational. An output without it (a call in a statement list, the fault flag)
 //! gets its own flip-flop, whose D function is its function of the old state; its pin shows the same value after the clock edge. A `mealy` output is
 //! combinational in the old state and is sampled before the clock edge.
+// A variant that the encoding forgets is a miscompile.
+#![warn(clippy::wildcard_enum_match_arm)]
 
 mod multicycle;
 mod refused;

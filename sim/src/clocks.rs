@@ -7,7 +7,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::expr::{CompareOp, Expr, ExprKind};
 use grafsynth_ir::net::{Leaf, Net, PropertyLeaf};
-use grafsynth_ir::walk;
 
 use crate::constants::constant_value;
 use crate::layout::Cell;
@@ -161,7 +160,9 @@ impl Simulator<'_> {
 /// For each time that an expression or a property reads, the values at which a comparison changes.
 fn leaf_cuts(net: &Net) -> BTreeMap<Leaf, BTreeSet<i64>> {
     let mut cuts = BTreeMap::new();
-    walk::for_each_expr(net, &mut |expr| collect(expr, &mut cuts, &|leaf| Some(*leaf)));
+    for expr in net.expressions() {
+        collect(expr, &mut cuts, &|leaf| Some(*leaf));
+    }
     for property in &net.properties {
         collect(&property.never, &mut cuts, &|leaf| match leaf {
             PropertyLeaf::Net(leaf) => Some(*leaf),

@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::{Expr, ExprKind};
 use grafsynth_ir::net::{Leaf, Net, PropertyLeaf};
-use grafsynth_ir::walk;
 
 /// For each `s.t`, `s.T` and free timer that some expression reads: one above the largest constant it is compared with.
 pub(crate) fn timer_caps(net: &Net) -> BTreeMap<Leaf, i64> {
     let mut caps = BTreeMap::new();
-    walk::for_each_expr(net, &mut |expr| collect(expr, &mut caps, &|leaf| Some(*leaf)));
+    for expr in net.expressions() {
+        collect(expr, &mut caps, &|leaf| Some(*leaf));
+    }
     for property in &net.properties {
         collect(&property.never, &mut caps, &|leaf| match leaf {
             PropertyLeaf::Net(leaf) => Some(*leaf),

@@ -33,7 +33,9 @@ pub(crate) struct Rows<'n> {
 impl<'n> Rows<'n> {
     pub(crate) fn new(net: &'n Net, seed: u64) -> Self {
         let mut interesting: Vec<BTreeSet<i64>> = vec![BTreeSet::new(); net.inputs.len()];
-        grafsynth_ir::walk::for_each_expr(net, &mut |expr| collect(expr, &mut interesting));
+        for expr in net.expressions() {
+            collect(expr, &mut interesting);
+        }
         let clip = |(id, values): (usize, BTreeSet<i64>)| {
             let (lo, hi) = net.inputs[InputId::from_index(id)].ty.bounds();
             values.into_iter().filter(|value| (lo..=hi).contains(value)).collect()

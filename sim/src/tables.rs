@@ -167,26 +167,28 @@ impl Tables {
             .collect();
         for edge in net.edges.values() {
             let mut over_inputs = true;
-            edge.expr.for_each_leaf(&mut |leaf| match leaf {
-                Leaf::Input(input) => {
-                    if net.inputs[*input].kind == InputKind::Extern
-                        && !self.always_called.contains(input)
-                    {
-                        self.always_called.push(*input);
+            for leaf in edge.expr.leaves() {
+                match leaf {
+                    Leaf::Input(input) => {
+                        if net.inputs[*input].kind == InputKind::Extern
+                            && !self.always_called.contains(input)
+                        {
+                            self.always_called.push(*input);
+                        }
+                        over_inputs &= !net.inputs[*input].kind.is_event();
                     }
-                    over_inputs &= !net.inputs[*input].kind.is_event();
+                    Leaf::Var(_)
+                    | Leaf::Active(_)
+                    | Leaf::Elapsed(_)
+                    | Leaf::LastElapsed(_)
+                    | Leaf::TasksDone(_)
+                    | Leaf::Timer(_)
+                    | Leaf::Rise(_)
+                    | Leaf::Fall(_)
+                    | Leaf::Fireable(_)
+                    | Leaf::Controlled(_) => over_inputs = false,
                 }
-                Leaf::Var(_)
-                | Leaf::Active(_)
-                | Leaf::Elapsed(_)
-                | Leaf::LastElapsed(_)
-                | Leaf::TasksDone(_)
-                | Leaf::Timer(_)
-                | Leaf::Rise(_)
-                | Leaf::Fall(_)
-                | Leaf::Fireable(_)
-                | Leaf::Controlled(_) => over_inputs = false,
-            });
+            }
             self.edge_over_inputs.push(over_inputs);
         }
         self.always_called.sort_unstable();
@@ -276,13 +278,13 @@ pub(crate) fn extern_conditions(
     if matches!(expr.kind, ExprKind::Bool(_) | ExprKind::Int(_)) {
         return;
     }
-    expr.for_each_leaf(&mut |leaf| {
+    for leaf in expr.leaves() {
         if let Leaf::Input(input) = leaf
             && net.inputs[*input].kind == InputKind::Extern
         {
             visit(*input);
         }
-    });
+    }
 }
 
 fn counts(net: &Net) -> Vec<bool> {

@@ -1,4 +1,8 @@
 //! Traces as text: CSV, JSON Lines and VCD, and CSV read back (semantics §11).
+#![allow(
+    clippy::wildcard_enum_match_arm,
+    reason = "a column is text, a number or one of few special kinds"
+)]
 
 use std::collections::BTreeMap;
 use std::fmt::Write;

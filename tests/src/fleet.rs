@@ -459,9 +459,7 @@ pub const PROPERTIES: &[(&str, Has)] = &[
 
 fn reads_states(stmt: &Stmt) -> bool {
     let StmtKind::If { condition, .. } = &stmt.kind else { return false };
-    let mut reads = false;
-    condition.for_each_leaf(&mut |leaf| reads |= matches!(leaf, Leaf::Active(_)));
-    reads
+    condition.leaves().any(|leaf| matches!(leaf, Leaf::Active(_)))
 }
 
 fn has_kind(net: &Net, kind: StepKind) -> bool {
@@ -470,13 +468,13 @@ fn has_kind(net: &Net, kind: StepKind) -> bool {
 
 /// Visits every part of every expression.
 fn for_each_part(net: &Net, visit: &mut impl FnMut(&Expr)) {
-    grafsynth_ir::walk::for_each_expr(net, &mut |expr| {
+    for expr in net.expressions() {
         let mut todo = vec![expr];
         while let Some(part) = todo.pop() {
             visit(part);
             todo.extend(part.children());
         }
-    });
+    }
 }
 
 fn waits_long(net: &Net) -> bool {

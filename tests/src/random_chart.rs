@@ -3,11 +3,6 @@
 //!
 //! Features that are impossible in a chart are left out of it, so that every resulting text is a chart without errors.
 
-#![expect(
-    clippy::wildcard_enum_match_arm,
-    reason = "it changes the known variants and leaves the rest unchanged"
-)]
-
 use grafsynth_ir::chart::{
     ActionHow, Chart, Design, Expr, Item, Leaf, Length, Macro, MacroStep, Setting, SettingKind,
     Step, StepCount, StepItem, StepItemKind, StepRole, Transition,

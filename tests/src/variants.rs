@@ -304,8 +304,8 @@ fn is_plain(transition: &Transition) -> bool {
 
 fn can_double(net: &Net, step: StepId) -> bool {
     let mut is_asked = false;
-    grafsynth_ir::walk::for_each_expr(net, &mut |expr| {
-        expr.for_each_leaf(&mut |leaf| {
+    for expr in net.expressions() {
+        for leaf in expr.leaves() {
             is_asked |= match leaf {
                 Leaf::Active(one)
                 | Leaf::Elapsed(one)
@@ -320,8 +320,8 @@ fn can_double(net: &Net, step: StepId) -> bool {
                 | Leaf::Fall(_)
                 | Leaf::Controlled(_) => false,
             };
-        });
-    });
+        }
+    }
     let has_calls = net.outputs.values().any(|output| match &output.driver {
         Driver::Extern { calls, .. } => calls.iter().any(|call| call.step == step),
         Driver::Continuous(_) | Driver::Mealy(_) | Driver::Stored(_) | Driver::Controlled(_) => {

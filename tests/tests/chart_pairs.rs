@@ -98,7 +98,7 @@ fn values(nets: [&Net; 2], ty: Type) -> Vec<i64> {
     }
     let mut values: BTreeSet<i64> = [lo, hi, 0].into();
     for net in nets {
-        grafsynth_ir::walk::for_each_expr(net, &mut |expr| {
+        for expr in net.expressions() {
             let mut todo = vec![expr];
             while let Some(expr) = todo.pop() {
                 if let ExprKind::Int(value) = expr.kind {
@@ -106,7 +106,7 @@ fn values(nets: [&Net; 2], ty: Type) -> Vec<i64> {
                 }
                 todo.extend(expr.children());
             }
-        });
+        }
     }
     values.into_iter().filter(|value| (lo..=hi).contains(value)).collect()
 }
@@ -115,7 +115,7 @@ fn values(nets: [&Net; 2], ty: Type) -> Vec<i64> {
 fn ticks(nets: [&Net; 2]) -> Vec<u32> {
     let mut constants: BTreeSet<i64> = BTreeSet::new();
     for net in nets {
-        grafsynth_ir::walk::for_each_expr(net, &mut |expr| {
+        for expr in net.expressions() {
             let mut todo = vec![expr];
             while let Some(expr) = todo.pop() {
                 if let ExprKind::Compare(_, a, b) = &expr.kind {
@@ -130,7 +130,7 @@ fn ticks(nets: [&Net; 2]) -> Vec<u32> {
                 }
                 todo.extend(expr.children());
             }
-        });
+        }
         constants.extend(net.actions.values().map(|action| i64::from(action.duration)));
         constants.extend(net.sends.values().map(|send| i64::from(send.delay)));
     }

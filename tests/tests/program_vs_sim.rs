@@ -134,13 +134,13 @@ fn run(net: &Valid<Net>, seed: u64, options: &ProgramOptions) -> Option<String> 
 fn unset(program: &Program, body: &[Stmt], set: &mut BTreeSet<TempId>) -> Option<String> {
     let reads = |expr: &Expr, set: &BTreeSet<TempId>| {
         let mut found = None;
-        expr.for_each_leaf(&mut |leaf| {
+        for leaf in expr.leaves() {
             if let Leaf::Temp(temp) = leaf
                 && !set.contains(temp)
             {
                 found = Some(format!("{} may be read before it is set", program.temps[*temp].name));
             }
-        });
+        }
         found
     };
     for statement in body {

@@ -62,11 +62,11 @@ impl<'n> Alphabet<'n> {
             net.properties.iter().filter(|property| property.role == PropertyRole::Assume)
         {
             let mut set = Inputs::none(net);
-            property.never.for_each_leaf(&mut |leaf| {
+            for leaf in property.never.leaves() {
                 if let PropertyLeaf::Net(Leaf::Input(input)) = leaf {
                     set.insert(*input);
                 }
-            });
+            }
             constrained.add(&set);
             assumed.push(set);
         }
@@ -154,9 +154,9 @@ impl<'n> Alphabet<'n> {
 pub(crate) fn cuts(net: &Net, input: InputId, lo: i64, hi: i64) -> Option<Vec<i64>> {
     let mut cuts: Vec<i64> = vec![lo];
     let mut only_compared = true;
-    grafsynth_ir::walk::for_each_expr(net, &mut |expr| {
+    for expr in net.expressions() {
         collect(expr, input, &mut cuts, &mut only_compared)
-    });
+    }
     for property in &net.properties {
         match net_expr(&property.never) {
             Some(expr) => collect(&expr, input, &mut cuts, &mut only_compared),

@@ -309,16 +309,18 @@ impl<'a> Guards<'a> {
         {
             // Only assumptions whose inputs all occur here can exclude anything, and only small ones are worth the effort.
             let mut known = true;
-            property.never.for_each_leaf(&mut |leaf| match leaf {
-                // The chart itself may have raised an event of a receptivity; the assumption applies only to the row.
-                PropertyLeaf::Net(Leaf::Input(input))
-                    if self.net.inputs[*input].kind.is_event() =>
-                {
-                    known = false
+            for leaf in property.never.leaves() {
+                match leaf {
+                    // The chart itself may have raised an event of a receptivity; the assumption applies only to the row.
+                    PropertyLeaf::Net(Leaf::Input(input))
+                        if self.net.inputs[*input].kind.is_event() =>
+                    {
+                        known = false
+                    }
+                    PropertyLeaf::Net(leaf) => known &= self.mentions(leaf, &atoms),
+                    PropertyLeaf::Output(_) => known = false,
                 }
-                PropertyLeaf::Net(leaf) => known &= self.mentions(leaf, &atoms),
-                PropertyLeaf::Output(_) => known = false,
-            });
+            }
             if known && let Some(never) = net_expr(&property.never) {
                 let never = self.function(&never)?;
                 parts.push(self.bdd.not(never)?);
@@ -330,11 +332,7 @@ impl<'a> Guards<'a> {
     fn mentions(&self, leaf: &Leaf, atoms: &[Atom]) -> bool {
         atoms.iter().any(|atom| match atom {
             Atom::Leaf(own) => own == leaf,
-            Atom::AtLeast(expr, _) | Atom::Opaque(expr) => {
-                let mut found = false;
-                expr.for_each_leaf(&mut |own| found |= own == leaf);
-                found
-            }
+            Atom::AtLeast(expr, _) | Atom::Opaque(expr) => expr.leaves().any(|own| own == leaf),
         })
     }
 

@@ -453,9 +453,9 @@ fn add_components(net: &Net, found: Vec<(Vec<StepId>, bool)>, by: Proof, facts: 
 
 fn raises_anything(net: &Net) -> bool {
     let mut raises = net.steps.values().any(|step| step.done_event.is_some());
-    grafsynth_ir::walk::for_each_stmt(net, &mut |stmt| {
+    for stmt in net.statements() {
         raises |= matches!(stmt.kind, StmtKind::Raise(_) | StmtKind::Send(_))
-    });
+    }
     raises
 }
 

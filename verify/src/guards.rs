@@ -6,13 +6,13 @@ use grafsynth_sim::{InputRow, Situation};
 /// True if the receptivity reads no event and only input levels and step activity.
 pub(crate) fn reads_inputs_only(net: &Net, transition: &Transition) -> bool {
     let mut only = transition.events.is_empty();
-    transition.guard.for_each_leaf(&mut |leaf| {
+    for leaf in transition.guard.leaves() {
         only &= if let Leaf::Input(input) = leaf {
             !net.inputs[*input].kind.is_event()
         } else {
             matches!(leaf, Leaf::Active(_))
         };
-    });
+    }
     only
 }
 

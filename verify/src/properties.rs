@@ -57,8 +57,7 @@ pub enum Outcome {
 /// Reasons why the condition cannot be read in a property. A property may read everything that an emergency may, so there are none.
 pub fn with_emergency(net: &Valid<Net>) -> Result<Valid<Net>, Vec<Diagnostic>> {
     let Some(emergency) = &net.emergency else { return Ok(net.clone()) };
-    let mut over_inputs = true;
-    emergency.condition.for_each_leaf(&mut |leaf| over_inputs &= matches!(leaf, Leaf::Input(_)));
+    let over_inputs = emergency.condition.leaves().all(|leaf| matches!(leaf, Leaf::Input(_)));
     let span = emergency.meta.span;
     let is_unsafe = net.outputs.iter().filter_map(|(id, output)| {
         let value = PropertyExpr::leaf(PropertyLeaf::Output(id), span);

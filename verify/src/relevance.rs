@@ -176,11 +176,11 @@ impl<'n> Relevance<'n> {
     }
 
     fn expr(&mut self, expr: &Expr, set: &mut Inputs) {
-        expr.for_each_leaf(&mut |leaf| {
+        for leaf in expr.leaves() {
             if let Leaf::Input(input) = leaf {
                 set.insert(*input);
             }
-        });
+        }
         self.time(expr, &|leaf| Some(*leaf));
     }
 
@@ -189,11 +189,11 @@ impl<'n> Relevance<'n> {
             PropertyLeaf::Net(leaf) => Some(*leaf),
             PropertyLeaf::Output(_) => None,
         };
-        expr.for_each_leaf(&mut |leaf| {
+        for leaf in expr.leaves() {
             if let Some(Leaf::Input(input)) = net_leaf(leaf) {
                 set.insert(input);
             }
-        });
+        }
         self.time(expr, &net_leaf);
     }
 

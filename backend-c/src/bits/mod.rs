@@ -3,6 +3,8 @@
 //! [`grafsynth_ir::lower::program`] turns any net into a bounded sequential program with one Boolean cell for each step. Here the cells become
 //! members of the instance (Booleans as bit-fields), the temps become locals, and the statements become C. A long program is split into functions, so
 //! that the C compiler's time stays linear; temps that several functions use are members of a structure on the stack.
+// A variant that an emitter forgets is a miscompile.
+#![warn(clippy::wildcard_enum_match_arm)]
 
 mod declare;
 pub(crate) mod outline;
@@ -166,11 +168,11 @@ impl<'a> Emit<'a> {
         }
         let mut in_edges = BTreeSet::new();
         for edge in net.edges.values() {
-            edge.expr.for_each_leaf(&mut |leaf| {
+            for leaf in edge.expr.leaves() {
                 if let NetLeaf::Input(input) = leaf {
                     in_edges.insert(*input);
                 }
-            });
+            }
         }
         for input in used {
             if net.inputs[input].kind == InputKind::Extern {
@@ -505,11 +507,11 @@ impl<'a> Emit<'a> {
         }
         let mut mentioned = BTreeSet::new();
         for expr in expressions {
-            expr.for_each_leaf(&mut |leaf| {
+            for leaf in expr.leaves() {
                 if let Leaf::Input(input) = leaf {
                     mentioned.insert(*input);
                 }
-            });
+            }
         }
         let mut nodes = Vec::new();
         for input in mentioned.into_iter().filter(|input| self.lazy.contains(input)) {

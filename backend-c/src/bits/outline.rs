@@ -208,13 +208,13 @@ impl Walk {
     fn read(&mut self, expr: &Expr, block: &[usize]) {
         let function = self.function;
         let uses = &mut self.uses;
-        expr.for_each_leaf(&mut |leaf| {
+        for leaf in expr.leaves() {
             if let Leaf::Temp(temp) = leaf {
                 let uses = &mut uses[*temp];
                 uses.functions.insert(function);
                 // Read before it is set (it would keep its value in a later round of a loop), or read from outside.
                 uses.escapes |= uses.sets == 0 || !block.starts_with(&uses.block);
             }
-        });
+        }
     }
 }

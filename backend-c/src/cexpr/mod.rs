@@ -11,6 +11,8 @@
 //! own type before it is cast to another.
 //!
 //! Comparisons that the intervals decide become constants: otherwise compilers warn about them, and dead code is printed.
+// A variant that an emitter forgets is a miscompile.
+#![warn(clippy::wildcard_enum_match_arm)]
 
 mod arith;
 

@@ -8,6 +8,8 @@
 //!
 //! The tables are an image: bytes without pointers, with a checksum, the same on every machine. So they can also be loaded from a flash memory or an
 //! EEPROM, and `gs_check` checks once whether every number in them is in its range.
+// A variant that an emitter forgets is a miscompile.
+#![warn(clippy::wildcard_enum_match_arm)]
 
 pub(crate) mod btrans;
 mod bytes;
@@ -27,7 +29,7 @@ use grafsynth_ir::net::{
     Driver, Emission, Enter, Evolution, Expr, Input, InputId, InputKind, Leaf, Net, Output, Policy,
     Schedule, StepId, StepKind, Transition, TransitionId, TransitionKind,
 };
-use grafsynth_ir::{IdMap, Span, walk};
+use grafsynth_ir::{IdMap, Span};
 use handing::{as_type, clear_words, hand_in, hand_out};
 use image::{Head, Image, ImageKind, Line, NONE, Section, narrow};
 use std::collections::{BTreeMap, BTreeSet};
@@ -171,7 +173,9 @@ impl<'a> Plan<'a> {
         let listened: BTreeSet<InputId> =
             net.transitions.values().flat_map(|it| it.events.iter().copied()).collect();
         let mut caps = BTreeMap::new();
-        walk::for_each_expr(net, &mut |expr| step_caps(expr, &mut caps));
+        for expr in net.expressions() {
+            step_caps(expr, &mut caps);
+        }
         let mut timers = BTreeMap::new();
         for (at, (step, cap)) in caps.into_iter().enumerate() {
             let Ok(cap) = i32::try_from(cap) else {
@@ -524,8 +528,7 @@ fn plain(net: &Net) -> Result<(), Refusal> {
         }
     }
     for edge in net.edges.values() {
-        let mut outside = true;
-        edge.expr.for_each_leaf(&mut |leaf| outside &= matches!(leaf, Leaf::Input(_)));
+        let outside = edge.expr.leaves().all(|leaf| matches!(leaf, Leaf::Input(_)));
         if !outside {
             return refuse("an edge of anything but inputs", edge.expr.span);
         }

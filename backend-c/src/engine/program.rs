@@ -132,11 +132,11 @@ fn conditions(net: &Net, program: &Program) -> (BTreeSet<InputId>, BTreeSet<Inpu
     }
     let mut in_edges = BTreeSet::new();
     for edge in net.edges.values() {
-        edge.expr.for_each_leaf(&mut |leaf| {
+        for leaf in edge.expr.leaves() {
             if let NetLeaf::Input(input) = leaf {
                 in_edges.insert(*input);
             }
-        });
+        }
     }
     used.into_iter()
         .filter(|input| net.inputs[*input].kind == InputKind::Extern)

@@ -12,6 +12,8 @@
 //!
 //! Outer transitions are found at compile time: each is listed once, in a `switch` whose labels are all atomic states below its source. Everything
 //! outside the evolution (timers, queues, the end of a reaction) comes from the reaction program, in pieces ([`grafsynth_ir::lower::program::pieces`]).
+// A variant that an emitter forgets is a miscompile.
+#![warn(clippy::wildcard_enum_match_arm)]
 
 mod choose;
 mod enter;

@@ -1,4 +1,6 @@
 //! The style `switch`: one small state variable for each sequential component; only the transitions of the active steps are tested.
+// A variant that an emitter forgets is a miscompile.
+#![warn(clippy::wildcard_enum_match_arm)]
 
 mod emit;
 mod plan;

@@ -415,11 +415,11 @@ fn lists(net: &Net, facts: &Facts, plan: &mut Plan) -> Result<(), Refusal> {
     // A list or receptivity may read only what its own variable's lists write.
     let foreign = |expr: &Expr, machine: usize| {
         let mut found = false;
-        expr.for_each_leaf(&mut |leaf| {
+        for leaf in expr.leaves() {
             if let Leaf::Var(var) = *leaf {
                 found |= writer[var].is_some_and(|owner| owner != machine);
             }
-        });
+        }
         found
     };
     for (machine, block, span) in &all {
@@ -430,11 +430,11 @@ fn lists(net: &Net, facts: &Facts, plan: &mut Plan) -> Result<(), Refusal> {
         }
         let mut outside = false;
         for expr in expressions {
-            expr.for_each_leaf(&mut |leaf| {
+            for leaf in expr.leaves() {
                 if let Leaf::Active(step) | Leaf::Elapsed(step) = leaf {
                     outside |= plan.place[*step].0 != *machine;
                 }
-            });
+            }
         }
         if outside {
             return refuse("a list that reads the steps of a parallel branch", *span);
@@ -487,50 +487,52 @@ fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
         let Some(owner) = plan.owner[id] else { continue };
         let mut refused = None;
         let mut rivals = 0;
-        guard.for_each_leaf(&mut |leaf| match *leaf {
-            Leaf::Active(step) if plan.place[step].0 < owner => {
-                old.insert(plan.place[step].0);
-            }
-            Leaf::Elapsed(step) if plan.place[step].0 < owner => {
-                refused = Some("a receptivity that reads the time of a parallel branch");
-            }
-            Leaf::LastElapsed(_) => refused = Some("the last time of a step"),
-            Leaf::Fireable(rival) => {
-                rivals += 1;
-                let here =
-                    net.transitions[rival].requires.iter().all(|it| plan.place[*it].0 == owner);
-                if !here {
-                    refused = Some("`otherwise` together with a join");
+        for leaf in guard.leaves() {
+            match *leaf {
+                Leaf::Active(step) if plan.place[step].0 < owner => {
+                    old.insert(plan.place[step].0);
                 }
+                Leaf::Elapsed(step) if plan.place[step].0 < owner => {
+                    refused = Some("a receptivity that reads the time of a parallel branch");
+                }
+                Leaf::LastElapsed(_) => refused = Some("the last time of a step"),
+                Leaf::Fireable(rival) => {
+                    rivals += 1;
+                    let here =
+                        net.transitions[rival].requires.iter().all(|it| plan.place[*it].0 == owner);
+                    if !here {
+                        refused = Some("`otherwise` together with a join");
+                    }
+                }
+                Leaf::Input(_)
+                | Leaf::Var(_)
+                | Leaf::Active(_)
+                | Leaf::Elapsed(_)
+                | Leaf::TasksDone(_)
+                | Leaf::Timer(_)
+                | Leaf::Rise(_)
+                | Leaf::Fall(_)
+                | Leaf::Controlled(_) => {}
             }
-            Leaf::Input(_)
-            | Leaf::Var(_)
-            | Leaf::Active(_)
-            | Leaf::Elapsed(_)
-            | Leaf::TasksDone(_)
-            | Leaf::Timer(_)
-            | Leaf::Rise(_)
-            | Leaf::Fall(_)
-            | Leaf::Controlled(_) => {}
-        });
+        }
         if let Some(what) = refused {
             return refuse(what, guard.span);
         }
         // Under `priority` numbers an earlier transition may be tested later; its receptivity is then repeated, which must not grow without bound.
         if rivals > 0 {
             let mut nested = false;
-            guard.for_each_leaf(&mut |leaf| {
+            for leaf in guard.leaves() {
                 if let Leaf::Fireable(rival) = leaf {
                     let before = net.transitions[*rival].requires.iter().all(|step| {
                         let asked = &plan.leaving[*step];
                         asked.iter().position(|it| it == rival)
                             < asked.iter().position(|it| *it == id)
                     });
-                    net.transitions[*rival].guard.for_each_leaf(&mut |inner| {
+                    for inner in net.transitions[*rival].guard.leaves() {
                         nested |= !before && matches!(inner, Leaf::Fireable(_));
-                    });
+                    }
                 }
-            });
+            }
             if nested {
                 return refuse("`otherwise` that depends on another `otherwise`", guard.span);
             }
@@ -539,11 +541,11 @@ fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
     let mut last = None;
     let conditions = output_conditions(net).into_iter().map(|(_, _, condition)| condition);
     for condition in conditions.chain(net.emergency.iter().map(|one| &one.condition)) {
-        condition.for_each_leaf(&mut |leaf| {
+        for leaf in condition.leaves() {
             if matches!(leaf, Leaf::LastElapsed(_)) {
                 last = Some(condition.span);
             }
-        });
+        }
     }
     if let Some(span) = last {
         return refuse("the last time of a step", span);
@@ -565,7 +567,7 @@ fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
 /// True for an operand over inputs and extern conditions alone (§3.7).
 pub(crate) fn is_input_operand(net: &Net, expr: &Expr) -> bool {
     let mut only = true;
-    expr.for_each_leaf(&mut |leaf| {
+    for leaf in expr.leaves() {
         only &= match *leaf {
             Leaf::Input(input) => !net.inputs[input].kind.is_event(),
             Leaf::Var(_)
@@ -579,7 +581,7 @@ pub(crate) fn is_input_operand(net: &Net, expr: &Expr) -> bool {
             | Leaf::Fireable(_)
             | Leaf::Controlled(_) => false,
         };
-    });
+    }
     only
 }
 
@@ -587,15 +589,15 @@ pub(crate) fn is_input_operand(net: &Net, expr: &Expr) -> bool {
 fn latches(net: &Net, plan: &mut Plan) {
     let mut in_edges: BTreeSet<InputId> = BTreeSet::new();
     for edge in net.edges.values() {
-        edge.expr.for_each_leaf(&mut |leaf| {
+        for leaf in edge.expr.leaves() {
             if let Leaf::Input(input) = leaf {
                 in_edges.insert(*input);
             }
-        });
+        }
     }
     let mut places: BTreeMap<InputId, BTreeSet<Option<usize>>> = BTreeMap::new();
     for (id, guard) in each_guard(net) {
-        guard.for_each_leaf(&mut |leaf| {
+        for leaf in guard.leaves() {
             if let Leaf::Input(input) = leaf {
                 // A receptivity that is tested as a rival is mentioned at the other variable too.
                 places.entry(*input).or_default().insert(if plan.is_wide[id] {
@@ -604,7 +606,7 @@ fn latches(net: &Net, plan: &mut Plan) {
                     plan.owner[id]
                 });
             }
-        });
+        }
     }
     let mut elsewhere: Vec<&Expr> =
         output_conditions(net).into_iter().map(|(_, _, expr)| expr).collect();
@@ -616,11 +618,11 @@ fn latches(net: &Net, plan: &mut Plan) {
         block_expressions(&transition.actions, &mut elsewhere);
     }
     for expr in elsewhere {
-        expr.for_each_leaf(&mut |leaf| {
+        for leaf in expr.leaves() {
             if let Leaf::Input(input) = leaf {
                 places.entry(*input).or_default().insert(None);
             }
-        });
+        }
     }
     let single = net.settings.evolution == Evolution::Single;
     for (id, input) in net.inputs.iter() {
@@ -643,11 +645,11 @@ fn latches(net: &Net, plan: &mut Plan) {
 pub(crate) fn used_edges(net: &Net) -> BTreeSet<EdgeId> {
     let mut used = BTreeSet::new();
     let mut look = |expr: &Expr| {
-        expr.for_each_leaf(&mut |leaf| {
+        for leaf in expr.leaves() {
             if let Leaf::Rise(edge) | Leaf::Fall(edge) = leaf {
                 used.insert(*edge);
             }
-        });
+        }
     };
     each_guard(net).for_each(|(_, guard)| look(guard));
     let mut expressions = Vec::new();

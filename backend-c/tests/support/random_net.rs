@@ -257,11 +257,11 @@ pub(crate) fn random_net(title: &str, seed: u64, flavour: Flavour) -> (Valid<Net
                 // Conditions of outputs read no events.
                 let mut reads_event = false;
                 if let Some(condition) = &condition {
-                    condition.for_each_leaf(&mut |leaf| {
+                    for leaf in condition.leaves() {
                         if let Leaf::Input(input) = leaf {
                             reads_event |= grow.b.net.inputs[*input].kind.is_event();
                         }
-                    });
+                    }
                 }
                 if reads_event {
                     condition = None;

@@ -7,6 +7,8 @@
 //! ```
 //! [`map()`], [`decode()`] and [`sim`] read the device's tables ([`crate::device::layout`]) and share no code: a bug in one of them appears as a
 //! difference between them.
+// A variant that a fuse map forgets is a miscompile.
+#![warn(clippy::wildcard_enum_match_arm)]
 
 pub mod codes;
 mod decode;

@@ -295,9 +295,7 @@ impl Drawing<'_, '_> {
 
     fn is_used(&self, name: &str) -> bool {
         let in_expr = |expr: &Expr| {
-            let mut found = false;
-            expr.for_each_leaf(&mut |leaf| found |= matches!(leaf, Leaf::Name(path) if path.names.len() == 1 && path.names[0].text == name));
-            found
+            expr.leaves().any(|leaf| matches!(leaf, Leaf::Name(path) if path.names.len() == 1 && path.names[0].text == name))
         };
         let in_block = |block: &Block| {
             block.iter().any(|stmt| match &stmt.kind {

@@ -263,9 +263,9 @@ fn touched(body: &[Stmt], lasting: &BTreeSet<String>) -> BTreeSet<String> {
 }
 
 fn names(expr: &Expr, add: &mut impl FnMut(String)) {
-    expr.for_each_leaf(&mut |leaf| {
+    for leaf in expr.leaves() {
         if let Leaf::Name(path) = leaf {
             add(path.to_string());
         }
-    });
+    }
 }

@@ -390,11 +390,11 @@ fn order_of_states(name: &Name) -> String {
 
 /// Collects the transitions whose fireability an expression refers to.
 fn looked_at(expr: &net::Expr, out: &mut BTreeSet<TransitionId>) {
-    expr.for_each_leaf(&mut |leaf| {
+    for leaf in expr.leaves() {
         if let net::Leaf::Fireable(id) = leaf {
             out.insert(*id);
         }
-    });
+    }
 }
 
 impl Writer<'_> {

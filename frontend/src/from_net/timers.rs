@@ -11,8 +11,7 @@
 use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::ExprKind;
-use grafsynth_ir::net::{ActionId, ActionUse, Driver, Leaf, Net, PropertyLeaf, Qualifier};
-use grafsynth_ir::walk::for_each_expr;
+use grafsynth_ir::net::{ActionId, ActionUse, Driver, Expr, Leaf, Net, PropertyLeaf, Qualifier};
 
 use super::items::is_timed;
 
@@ -27,18 +26,12 @@ pub(super) fn asked(one: &ActionUse) -> Option<ActionId> {
 /// Maps each action that is a further duration to its main action. Lowering a chart with these durations restores them.
 pub(super) fn of(net: &Net) -> BTreeMap<ActionId, ActionId> {
     let mut n_reads: BTreeMap<ActionId, usize> = BTreeMap::new();
-    let mut read = |leaf: &Leaf| {
+    let in_properties = net.properties.iter().flat_map(|one| one.never.leaves());
+    let in_properties = in_properties.filter_map(PropertyLeaf::net);
+    for leaf in net.expressions().flat_map(Expr::leaves).chain(in_properties) {
         if let Leaf::Controlled(action) = leaf {
             *n_reads.entry(*action).or_default() += 1;
         }
-    };
-    for_each_expr(net, &mut |expr| expr.for_each_leaf(&mut read));
-    for property in &net.properties {
-        property.never.for_each_leaf(&mut |leaf| {
-            if let PropertyLeaf::Net(leaf) = leaf {
-                read(leaf);
-            }
-        });
     }
     let drives =
         |id: ActionId| net.outputs.values().any(|output| output.driver == Driver::Controlled(id));

@@ -1,8 +1,4 @@
 //! Bodies with the actions and the contents of a step: enclosing steps, states, parallel states and their regions.
-#![expect(
-    clippy::wildcard_enum_match_arm,
-    reason = "a parser matches the tokens that it accepts; all others are one case"
-)]
 
 use grafsynth_ir::chart::{Block, Enclosing, History, Item, Path, State, Step, StepRole};
 use grafsynth_ir::diag::Diagnostic;

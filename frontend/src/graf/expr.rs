@@ -5,10 +5,6 @@
 //! the same in both cases. If a mix of words and signs is ambiguous for a reader, the parser requires parentheses.
 //!
 //! A tree is never deeper than the nesting limit, so functions that visit it may recurse.
-#![expect(
-    clippy::wildcard_enum_match_arm,
-    reason = "a parser matches the tokens that it accepts; all others are one case"
-)]
 
 use grafsynth_ir::chart::{Expr, Leaf, Path};
 use grafsynth_ir::diag::Diagnostic;

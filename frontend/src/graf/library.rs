@@ -1,8 +1,4 @@
 //! Library charts, their instances and certificates, and imports.
-#![expect(
-    clippy::wildcard_enum_match_arm,
-    reason = "a parser matches the tokens that it accepts; all others are one case"
-)]
 
 use grafsynth_ir::chart::{
     Argument, ArgumentValue, Certificate, Declaration, DeclarationKind, Expr, Import, Library,

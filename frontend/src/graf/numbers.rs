@@ -2,10 +2,6 @@
 //!
 //! `*` and `+` are `and` and `or` between Booleans, as in Grafcet, and arithmetic if an operand is a number. A declaration may follow its
 //! use, so a quick first pass over the tokens collects the names that are declared as integers. It does not report or keep anything else.
-#![expect(
-    clippy::wildcard_enum_match_arm,
-    reason = "a parser matches the tokens that it accepts; all others are one case"
-)]
 
 use super::lexer::Lexer;
 use super::steps::SINK;

@@ -1,8 +1,4 @@
 //! The grammar-independent part of the parser: lookahead, findings, limits, names, numbers and error recovery.
-#![expect(
-    clippy::wildcard_enum_match_arm,
-    reason = "a parser matches the tokens that it accepts; all others are one case"
-)]
 
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::diag::ErrorReported;

@@ -1,5 +1,4 @@
 //! Tests of the parser, one for each form.
-#![expect(clippy::wildcard_enum_match_arm, reason = "each test names what it expects")]
 
 use grafsynth_ir::FileId;
 use grafsynth_ir::chart::{

@@ -1,8 +1,4 @@
 //! Translates instruction lists to statements: each instruction reads and changes an accumulator.
-#![expect(
-    clippy::wildcard_enum_match_arm,
-    reason = "a parser matches the tokens that it accepts; all others are one case"
-)]
 
 use grafsynth_ir::Name;
 

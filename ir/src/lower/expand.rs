@@ -123,20 +123,8 @@ fn enclosed_scope(
 
 /// The `priority n` of a chart or body.
 pub(super) fn part_priority(items: &[Item]) -> Option<u32> {
-    items.iter().filter_map(Item::as_setting).find_map(|setting| match setting.kind {
-        SettingKind::Priority(priority) => Some(priority),
-        SettingKind::Tick(_)
-        | SettingKind::Conflict(_)
-        | SettingKind::EvolutionSingle
-        | SettingKind::EvolutionStable(_)
-        | SettingKind::Schedule(_)
-        | SettingKind::FireOne(_)
-        | SettingKind::AssignSimultaneous(_)
-        | SettingKind::ActionsIec
-        | SettingKind::FinalScan
-        | SettingKind::Queue(_)
-        | SettingKind::EventsExclusive
-        | SettingKind::Shared(..) => None,
+    items.iter().filter_map(Item::as_setting).find_map(|setting| {
+        if let SettingKind::Priority(priority) = setting.kind { Some(priority) } else { None }
     })
 }
 

@@ -10,8 +10,7 @@ use crate::diag::Diagnostic;
 use crate::diag::ErrorReported;
 use crate::expr::{Expr, ExprKind, Type};
 use crate::interval::{self, NetLeaves, TypeError, TypeErrorKind};
-use crate::net::{Driver, EdgeOperand, InputKind, Leaf, OutputId, PropertyLeaf, StepId};
-use crate::simplify::simplify;
+use crate::net::{EdgeOperand, InputKind, Leaf, OutputId, PropertyLeaf, StepId};
 use crate::span::Span;
 
 /// The depth limit of expressions: the limit of the chart language plus room for what front ends add.
@@ -144,19 +143,11 @@ impl Lowering<'_> {
             return Ok(Value::Duration(ns));
         }
         let place = Place { constant: true, ..Place::level(scope, "a constant") };
-        let (expr, _) = self.typed(syntax, &place)?;
-        match simplify(&expr).kind {
-            ExprKind::Bool(value) => Ok(Value::Bool(value)),
-            ExprKind::Int(value) => Ok(Value::Int(value)),
-            ExprKind::Leaf(_)
-            | ExprKind::Element(..)
-            | ExprKind::Not(_)
-            | ExprKind::And(_)
-            | ExprKind::Or(_)
-            | ExprKind::Compare(..)
-            | ExprKind::Neg(_)
-            | ExprKind::Arith(..)
-            | ExprKind::Select(..) => Err(self.report(
+        let (expr, ty) = self.typed(syntax, &place)?;
+        match (expr.as_constant(), ty) {
+            (Some(value), Type::Bool) => Ok(Value::Bool(value != 0)),
+            (Some(value), Type::Int { .. }) => Ok(Value::Int(value)),
+            (None, _) => Err(self.report(
                 Diagnostic::error(codes::CONSTANT_NEEDED, "this is not a constant expression")
                     .at(syntax.span, "a constant is needed here")
                     .help("use only numbers, `true`, `false` and names declared with `const`"),
@@ -434,13 +425,7 @@ impl Lowering<'_> {
     ) -> Outcome<Expr<L>> {
         let role = self.roles.get(output.index()).copied().unwrap_or(Role::Broken);
         // An extern action with parameters has no single value; one without is true in a reaction that calls it.
-        let has_value = match &self.net.outputs[output].driver {
-            Driver::Extern { params, .. } => params.is_empty(),
-            Driver::Continuous(_)
-            | Driver::Mealy(_)
-            | Driver::Stored(_)
-            | Driver::Controlled(_) => true,
-        };
+        let has_value = self.net.outputs[output].driver.params().is_empty();
         if let Some(leaf) = L::of_output(output)
             && has_value
             && role != Role::Broken

@@ -50,12 +50,8 @@ fn of_net<'a>(design: &'a Design, net: &Net) -> Lowering<'a> {
     let driving: std::collections::BTreeSet<_> = net
         .outputs
         .values()
-        .filter_map(|output| match output.driver {
-            Driver::Controlled(action) => Some(action),
-            Driver::Continuous(_)
-            | Driver::Mealy(_)
-            | Driver::Stored(_)
-            | Driver::Extern { .. } => None,
+        .filter_map(|output| {
+            if let Driver::Controlled(action) = output.driver { Some(action) } else { None }
         })
         .collect();
     for (id, action) in net.actions.iter().filter(|(id, _)| !driving.contains(id)) {

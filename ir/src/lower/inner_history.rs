@@ -320,20 +320,10 @@ fn inside_of(
 /// Replaces a test whether a transition is fireable by a test of all transitions that it became.
 fn renamed(guard: &Expr<Leaf>, moved: &BTreeMap<TransitionId, Vec<TransitionId>>) -> Expr<Leaf> {
     guard.map(
-        &mut |leaf, span| match leaf {
-            Leaf::Fireable(id) => Expr::or(
-                moved.get(id).into_iter().flatten().map(|id| Expr::leaf(Leaf::Fireable(*id), span)),
-            ),
-            Leaf::Input(_)
-            | Leaf::Var(_)
-            | Leaf::Active(_)
-            | Leaf::Elapsed(_)
-            | Leaf::LastElapsed(_)
-            | Leaf::TasksDone(_)
-            | Leaf::Timer(_)
-            | Leaf::Rise(_)
-            | Leaf::Fall(_)
-            | Leaf::Controlled(_) => Expr::leaf(*leaf, span),
+        &mut |leaf, span| {
+            let Leaf::Fireable(id) = leaf else { return Expr::leaf(*leaf, span) };
+            let became = moved.get(id).into_iter().flatten();
+            Expr::or(became.map(|id| Expr::leaf(Leaf::Fireable(*id), span)))
         },
         &mut |leaf, _| *leaf,
     )

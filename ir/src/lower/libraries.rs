@@ -6,6 +6,10 @@
 //!     off -> lit when on }                               transition  c.off_lit when a or b
 //! use blink as c(on = a or b, lamp -> R)
 //! ```
+#![allow(
+    clippy::wildcard_enum_match_arm,
+    reason = "only some items and declarations concern a library"
+)]
 
 use super::codes;
 use super::context::{Alias, AliasValue, Lowering, Outcome, ScopeId, Symbol};
@@ -72,16 +76,7 @@ pub(super) fn used(design: &Design) -> Vec<&Library> {
                 Item::Macro(one) => open.push(&one.items),
                 Item::Enclosing(one) => open.push(&one.items),
                 Item::State(one) => open.push(&one.items),
-                Item::Setting(_)
-                | Item::Declaration(_)
-                | Item::Step(_)
-                | Item::Transition(_)
-                | Item::MacroStep(_)
-                | Item::Action(_)
-                | Item::Emergency(_)
-                | Item::Property(_)
-                | Item::Place(_)
-                | Item::Board(_) => {}
+                _ => {}
             }
         }
     }
@@ -358,10 +353,7 @@ fn reads(
                 .help(format!("write `{name} -> NAME` with the output or variable that it drives")),
             ));
         }
-        DeclarationKind::Timer { .. }
-        | DeclarationKind::ExternCondition { .. }
-        | DeclarationKind::ExternAction { .. }
-        | DeclarationKind::Const { .. } => return Ok(()),
+        _ => return Ok(()),
     };
     if let Some(path) = path_of(drawn)
         && let Some(super::names::Resolved::Symbol(Symbol::Input(input))) =
@@ -440,13 +432,7 @@ fn drives(
                 .help(format!("write `{name} = {path}`")),
             ));
         }
-        (
-            DeclarationKind::Timer { .. }
-            | DeclarationKind::ExternCondition { .. }
-            | DeclarationKind::ExternAction { .. }
-            | DeclarationKind::Const { .. },
-            _,
-        ) => return Ok(()),
+        _ => return Ok(()),
     };
     if fits {
         return Ok(());

@@ -6,6 +6,7 @@ use crate::net::{
     Enter, Evolution, HistoryId, InputId, MAX_LIMIT, Net, StepId, StepKind, Stmt, StmtKind,
     Transition, TransitionId, TransitionKind,
 };
+use crate::walk::statements;
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::DiGraph;
 use std::collections::{BTreeMap, BTreeSet};
@@ -97,20 +98,19 @@ fn entered(net: &Net, transition: &Transition) -> BTreeSet<StepId> {
 }
 
 fn raised_in(net: &Net, list: &[Stmt], out: &mut BTreeSet<InputId>) {
-    let mut todo: Vec<&Stmt> = list.iter().collect();
-    while let Some(stmt) = todo.pop() {
-        match &stmt.kind {
+    for stmt in statements(list) {
+        match stmt.kind {
             StmtKind::Raise(event) => {
-                out.insert(*event);
+                out.insert(event);
             }
             StmtKind::Send(slot) => {
-                let send = &net.sends[*slot];
+                let send = &net.sends[slot];
                 if send.delay == 0 {
                     out.insert(send.event);
                 }
             }
-            StmtKind::If { then, otherwise, .. } => todo.extend(then.iter().chain(otherwise)),
-            StmtKind::Assign { .. }
+            StmtKind::If { .. }
+            | StmtKind::Assign { .. }
             | StmtKind::Cancel(_)
             | StmtKind::Call { .. }
             | StmtKind::Code(_) => {}

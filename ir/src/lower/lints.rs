@@ -1,5 +1,6 @@
 //! Warnings about a valid net that probably does not do what was intended. All of them follow from its structure; the verifier reports those that need the
 //! reachable situations.
+#![allow(clippy::wildcard_enum_match_arm, reason = "a forgotten variant is a missing warning")]
 
 mod tokens;
 
@@ -40,11 +41,11 @@ fn stays_active(net: &Net, out: &mut Vec<Diagnostic>) {
     }
     let mut timed: IdMap<Step, bool> = IdMap::filled(&net.steps, false);
     for transition in net.transitions.values() {
-        transition.guard.for_each_leaf(&mut |leaf| {
+        for leaf in transition.guard.leaves() {
             if let Leaf::Elapsed(step) | Leaf::LastElapsed(step) = leaf {
                 timed[*step] = true;
             }
-        });
+        }
     }
     let mut pulsed: IdMap<Step, Option<&crate::Name>> = IdMap::filled(&net.steps, None);
     for action in net.actions.values() {
@@ -222,75 +223,29 @@ struct Mentions {
 
 impl Mentions {
     fn net(&mut self, net: &Net) {
-        for transition in net.transitions.values() {
-            self.expr(&transition.guard);
-            for event in &transition.events {
-                self.inputs[event.index()] = true;
-            }
-            self.block(&transition.actions);
+        let in_properties = net.properties.iter().flat_map(|property| property.never.leaves());
+        let in_properties = in_properties.filter_map(PropertyLeaf::net);
+        for leaf in net.expressions().flat_map(Expr::leaves).chain(in_properties) {
+            self.leaf(*leaf);
         }
-        for step in net.steps.values() {
-            self.block(&step.entry);
-            self.block(&step.exit);
-            self.block(&step.initial_content);
-            for task in &step.tasks {
-                self.block(&task.body);
+        for stmt in net.statements() {
+            match stmt.kind {
+                StmtKind::Assign { var, .. } => self.vars[var.index()] = true,
+                StmtKind::Raise(event) => self.inputs[event.index()] = true,
+                _ => {}
             }
-            if let Some(event) = step.done_event {
-                self.inputs[event.index()] = true;
-            }
-        }
-        for edge in net.edges.values() {
-            self.expr(&edge.expr);
-        }
-        for timer in net.timers.values() {
-            self.expr(&timer.condition);
         }
         for output in net.outputs.values() {
-            match &output.driver {
-                Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
-                    emissions
-                        .iter()
-                        .filter_map(|one| one.condition.as_ref())
-                        .for_each(|one| self.expr(one));
-                }
-                Driver::Stored(var) => self.vars[var.index()] = true,
-                Driver::Controlled(_) => {}
-                Driver::Extern { calls, .. } => {
-                    for call in calls {
-                        call.condition.iter().chain(&call.arguments).for_each(|one| self.expr(one));
-                    }
-                }
+            if let Driver::Stored(var) = output.driver {
+                self.vars[var.index()] = true;
             }
         }
-        for action in net.actions.values() {
-            action
-                .uses
-                .iter()
-                .filter_map(|one| one.condition.as_ref())
-                .for_each(|one| self.expr(one));
-            self.block(&action.body);
+        let received = net.transitions.values().flat_map(|transition| &transition.events);
+        let done = net.steps.values().filter_map(|step| step.done_event.as_ref());
+        let sent = net.sends.values().map(|slot| &slot.event);
+        for event in received.chain(done).chain(sent) {
+            self.inputs[event.index()] = true;
         }
-        for history in net.histories.values() {
-            self.block(&history.default_content);
-        }
-        for slot in net.sends.values() {
-            self.inputs[slot.event.index()] = true;
-        }
-        for property in &net.properties {
-            property.never.for_each_leaf(&mut |leaf| match leaf {
-                PropertyLeaf::Net(leaf) => self.leaf(*leaf),
-                PropertyLeaf::Output(_) => {}
-            });
-        }
-        for open in &net.unspecified {
-            self.expr(&open.when);
-        }
-        net.emergency.iter().for_each(|emergency| self.expr(&emergency.condition));
-    }
-
-    fn expr(&mut self, expr: &Expr<Leaf>) {
-        expr.for_each_leaf(&mut |leaf| self.leaf(*leaf));
     }
 
     fn leaf(&mut self, leaf: Leaf) {
@@ -298,33 +253,7 @@ impl Mentions {
             Leaf::Input(input) => self.inputs[input.index()] = true,
             Leaf::Var(var) => self.vars[var.index()] = true,
             Leaf::Timer(timer) => self.timers[timer.index()] = true,
-            Leaf::Active(_)
-            | Leaf::Elapsed(_)
-            | Leaf::LastElapsed(_)
-            | Leaf::TasksDone(_)
-            | Leaf::Rise(_)
-            | Leaf::Fall(_)
-            | Leaf::Fireable(_)
-            | Leaf::Controlled(_) => {}
-        }
-    }
-
-    fn block(&mut self, block: &Block) {
-        for stmt in block {
-            match &stmt.kind {
-                StmtKind::Assign { var, index, value } => {
-                    self.vars[var.index()] = true;
-                    index.iter().chain([value]).for_each(|one| self.expr(one));
-                }
-                StmtKind::Raise(event) => self.inputs[event.index()] = true,
-                StmtKind::Call { arguments, .. } => arguments.iter().for_each(|one| self.expr(one)),
-                StmtKind::If { condition, then, otherwise } => {
-                    self.expr(condition);
-                    self.block(then);
-                    self.block(otherwise);
-                }
-                StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::Code(_) => {}
-            }
+            _ => {}
         }
     }
 }
@@ -571,11 +500,7 @@ fn truth(net: &Net, expr: &Expr<Leaf>) -> Option<bool> {
             true => truth(net, a),
             false => truth(net, b),
         },
-        ExprKind::Int(_)
-        | ExprKind::Leaf(_)
-        | ExprKind::Element(..)
-        | ExprKind::Neg(_)
-        | ExprKind::Arith(..) => None,
+        _ => None,
     }
 }
 
@@ -593,16 +518,7 @@ fn junction(net: &Net, all: &[Expr<Leaf>], is_and: bool) -> Option<bool> {
     for one in all {
         match &one.kind {
             ExprKind::Not(inner) => negated.push(inner.without_spans()),
-            ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Leaf(_)
-            | ExprKind::Element(..)
-            | ExprKind::And(_)
-            | ExprKind::Or(_)
-            | ExprKind::Compare(..)
-            | ExprKind::Neg(_)
-            | ExprKind::Arith(..)
-            | ExprKind::Select(..) => plain.push(one.without_spans()),
+            _ => plain.push(one.without_spans()),
         }
     }
     plain.sort_unstable();

@@ -14,6 +14,8 @@
 //! assert!(findings.is_empty());
 //! assert_eq!(net.unwrap().steps.len(), 1);
 //! ```
+// A variant that a pass forgets is a miscompile.
+#![warn(clippy::wildcard_enum_match_arm)]
 
 mod beginnings;
 mod behaviour;
@@ -45,6 +47,7 @@ mod times;
 mod transition_names;
 
 #[cfg(test)]
+#[allow(clippy::wildcard_enum_match_arm, reason = "each test names what it expects")]
 mod tests;
 
 pub use finished::{board, properties};

@@ -1,4 +1,8 @@
 //! Name resolution: the body that contains the name first, then the surrounding bodies, then the chart, then `chart.name`.
+#![allow(
+    clippy::wildcard_enum_match_arm,
+    reason = "a name is looked up in the few symbols that contain names"
+)]
 
 use super::codes;
 use super::context::{
@@ -151,17 +155,7 @@ impl<'a> Lowering<'a> {
             AliasValue::Path(path) => (path, Symbol::Broken),
             AliasValue::Expr(expr) => match &expr.kind {
                 ExprKind::Leaf(Leaf::Name(path)) => (path, symbol),
-                ExprKind::Leaf(_)
-                | ExprKind::Bool(_)
-                | ExprKind::Int(_)
-                | ExprKind::Element(..)
-                | ExprKind::Not(_)
-                | ExprKind::And(_)
-                | ExprKind::Or(_)
-                | ExprKind::Compare(..)
-                | ExprKind::Neg(_)
-                | ExprKind::Arith(..)
-                | ExprKind::Select(..) => return symbol,
+                _ => return symbol,
             },
         };
         if self.following.get() >= MAX_FOLLOWING {
@@ -191,17 +185,7 @@ impl<'a> Lowering<'a> {
             Symbol::Chart(scope) => Some(scope),
             Symbol::MacroStep(instance) => Some(self.instances[instance].scope),
             Symbol::Step(step) => self.bodies.get(&step).copied(),
-            Symbol::Const(_)
-            | Symbol::Input(_)
-            | Symbol::Output(_)
-            | Symbol::Action(_)
-            | Symbol::Var(_)
-            | Symbol::Timer(_)
-            | Symbol::Macro(_)
-            | Symbol::Transition(_)
-            | Symbol::History(_)
-            | Symbol::Alias(_)
-            | Symbol::Broken => None,
+            _ => None,
         }
     }
 
@@ -274,18 +258,7 @@ impl<'a> Lowering<'a> {
             Symbol::Step(_) if attribute == Attribute::Complete => None,
             Symbol::Step(step) => Some((StepLike::Step(step), attribute)),
             Symbol::MacroStep(instance) => Some((StepLike::MacroStep(instance), attribute)),
-            Symbol::Const(_)
-            | Symbol::Input(_)
-            | Symbol::Output(_)
-            | Symbol::Action(_)
-            | Symbol::Var(_)
-            | Symbol::Timer(_)
-            | Symbol::Macro(_)
-            | Symbol::Transition(_)
-            | Symbol::Chart(_)
-            | Symbol::History(_)
-            | Symbol::Alias(_)
-            | Symbol::Broken => None,
+            _ => None,
         }
     }
 
@@ -453,23 +426,9 @@ impl<'a> Lowering<'a> {
             },
             Symbol::Output(output) => match self.net.outputs[output].driver {
                 Driver::Extern { .. } => "an extern action",
-                Driver::Continuous(_)
-                | Driver::Mealy(_)
-                | Driver::Stored(_)
-                | Driver::Controlled(_) => "an output",
+                _ => "an output",
             },
-            Symbol::Const(_)
-            | Symbol::Action(_)
-            | Symbol::Var(_)
-            | Symbol::Timer(_)
-            | Symbol::Step(_)
-            | Symbol::MacroStep(_)
-            | Symbol::Macro(_)
-            | Symbol::Transition(_)
-            | Symbol::Chart(_)
-            | Symbol::History(_)
-            | Symbol::Alias(_)
-            | Symbol::Broken => symbol.kind(),
+            _ => symbol.kind(),
         }
     }
 

@@ -214,7 +214,7 @@ fn controlled(lowering: &mut Lowering<'_>, action: ActionId, uses: &[Use<'_>]) {
             ActionHow::For(ns) => (Qualifier::L, Some(ns)),
             ActionHow::Qualified(qualifier, ns) => (qualifier, ns),
         };
-        if is_timed(qualifier) != ns.is_some() {
+        if qualifier.is_timed() != ns.is_some() {
             wrong_duration(lowering, one);
             continue;
         }
@@ -262,18 +262,6 @@ fn controlled(lowering: &mut Lowering<'_>, action: ActionId, uses: &[Use<'_>]) {
         }
     }
     lowering.net.actions[action].uses = made;
-}
-
-fn is_timed(qualifier: Qualifier) -> bool {
-    match qualifier {
-        Qualifier::L | Qualifier::D | Qualifier::SD | Qualifier::DS | Qualifier::SL => true,
-        Qualifier::N
-        | Qualifier::R
-        | Qualifier::S
-        | Qualifier::P
-        | Qualifier::P0
-        | Qualifier::P1 => false,
-    }
 }
 
 fn wrong_duration(lowering: &mut Lowering<'_>, one: &Use<'_>) -> ErrorReported {

@@ -1,4 +1,5 @@
 //! Pass `placement`: the placement requests of the designer, and the pins of the board.
+#![allow(clippy::wildcard_enum_match_arm, reason = "only signals and steps have a place")]
 
 use super::codes;
 use super::context::{Lowering, Outcome, ScopeId, Symbol};
@@ -32,15 +33,7 @@ pub(super) fn placement(lowering: &mut Lowering<'_>) {
                 let board = board(lowering, scope, source);
                 lowering.net.board = board;
             }
-            Work::Declaration { .. }
-            | Work::Step { .. }
-            | Work::State { .. }
-            | Work::Reaction { .. }
-            | Work::Transition { .. }
-            | Work::Action { .. }
-            | Work::Emergency { .. }
-            | Work::Property { .. }
-            | Work::Shared { .. } => {}
+            _ => {}
         }
     }
 }
@@ -142,16 +135,7 @@ fn signal(lowering: &mut Lowering<'_>, scope: ScopeId, name: &Name) -> Outcome<S
             Symbol::Output(output) => Some(&net.outputs[output].name),
             Symbol::Step(step) => Some(&net.steps[step].name),
             Symbol::Var(var) => Some(&net.vars[var].name),
-            Symbol::Const(_)
-            | Symbol::Action(_)
-            | Symbol::Timer(_)
-            | Symbol::MacroStep(_)
-            | Symbol::Macro(_)
-            | Symbol::Transition(_)
-            | Symbol::Chart(_)
-            | Symbol::History(_)
-            | Symbol::Alias(_)
-            | Symbol::Broken => None,
+            _ => None,
         },
         Some(super::names::Resolved::Attribute(..)) | None => None,
     };

@@ -436,14 +436,5 @@ fn when(condition: Expr, then: Vec<Stmt>, out: &mut Vec<Stmt>) {
 /// True if the list may change the value of the condition.
 fn stores_any_leaf_of(list: &[Stmt], condition: &Expr) -> bool {
     let leaves: BTreeSet<&Leaf> = condition.leaves().collect();
-    statements(list).any(|stmt| match stmt {
-        Stmt::Set(temp, _) => leaves.contains(&Leaf::Temp(*temp)),
-        Stmt::Store(cell, ..) => leaves.contains(&Leaf::Cell(*cell)),
-        Stmt::If(..)
-        | Stmt::Repeat { .. }
-        | Stmt::Output(..)
-        | Stmt::Call(..)
-        | Stmt::Code(_)
-        | Stmt::Fault(_) => false,
-    })
+    statements(list).any(|stmt| stmt.target().is_some_and(|target| leaves.contains(&target)))
 }

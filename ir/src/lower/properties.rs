@@ -30,10 +30,8 @@ pub(super) fn property(
     let is_assumption = source.is_assumption && !lowering.is_in_instance(scope);
     let role = if is_assumption { PropertyRole::Assume } else { PropertyRole::Assert };
     if is_assumption {
-        let mut is_about_inputs = true;
-        expr.for_each_leaf(&mut |leaf| {
-            is_about_inputs &= matches!(leaf, PropertyLeaf::Net(Leaf::Input(_)));
-        });
+        let is_about_inputs =
+            expr.leaves().all(|leaf| matches!(leaf, PropertyLeaf::Net(Leaf::Input(_))));
         if !is_about_inputs {
             return Err(lowering.report(
                 Diagnostic::error(codes::ASSUMPTION, "an assumption can only read inputs")

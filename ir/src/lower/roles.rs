@@ -38,20 +38,8 @@ pub(super) struct Use<'a> {
 
 /// True for a qualifier that makes all uses of its action controlled.
 pub(super) fn is_controlling(how: ActionHow) -> bool {
-    match how {
-        ActionHow::Bare | ActionHow::After(_) | ActionHow::For(_) => false,
-        ActionHow::Qualified(qualifier, _) => match qualifier {
-            Qualifier::N | Qualifier::L | Qualifier::D => false,
-            Qualifier::R
-            | Qualifier::S
-            | Qualifier::P
-            | Qualifier::P0
-            | Qualifier::P1
-            | Qualifier::SD
-            | Qualifier::DS
-            | Qualifier::SL => true,
-        },
-    }
+    let ActionHow::Qualified(qualifier, _) = how else { return false };
+    !matches!(qualifier, Qualifier::N | Qualifier::L | Qualifier::D)
 }
 
 /// Runs after `expand`, when all steps that may use an output are known.
@@ -174,43 +162,37 @@ impl<'a> Collected<'a> {
         match work {
             Work::Step { scope, id, source } => {
                 for item in &source.body {
-                    match &item.kind {
-                        StepItemKind::Action { target, arguments, how, condition } => {
-                            let found = match lowering
-                                .wanting("output", |lowering| lowering.symbol_of(scope, target))
-                            {
-                                Ok(Symbol::Output(output)) => UseOf::Output(output.index()),
-                                Ok(Symbol::Action(action)) => UseOf::Action(action),
-                                Ok(other) => {
-                                    not_an_output(lowering, target, other);
-                                    continue;
-                                }
-                                Err(_) => continue,
-                            };
-                            let one = Use {
-                                step: id,
-                                scope,
-                                how: *how,
-                                condition: condition.as_ref(),
-                                arguments: arguments.as_deref(),
-                                span: item.span,
-                            };
-                            match found {
-                                UseOf::Output(output) => self.uses[output].push(one),
-                                UseOf::Action(action) => {
-                                    lowering.drawn_actions[action].uses.push(one);
-                                }
-                            }
+                    if let Some(block) = item.kind.list() {
+                        self.block(lowering, scope, block);
+                    }
+                    let StepItemKind::Action { target, arguments, how, condition } = &item.kind
+                    else {
+                        continue;
+                    };
+                    let found = match lowering
+                        .wanting("output", |lowering| lowering.symbol_of(scope, target))
+                    {
+                        Ok(Symbol::Output(output)) => UseOf::Output(output.index()),
+                        Ok(Symbol::Action(action)) => UseOf::Action(action),
+                        Ok(other) => {
+                            not_an_output(lowering, target, other);
+                            continue;
                         }
-                        StepItemKind::Entry(block) | StepItemKind::Exit(block) => {
-                            self.block(lowering, scope, block);
+                        Err(_) => continue,
+                    };
+                    let one = Use {
+                        step: id,
+                        scope,
+                        how: *how,
+                        condition: condition.as_ref(),
+                        arguments: arguments.as_deref(),
+                        span: item.span,
+                    };
+                    match found {
+                        UseOf::Output(output) => self.uses[output].push(one),
+                        UseOf::Action(action) => {
+                            lowering.drawn_actions[action].uses.push(one);
                         }
-                        StepItemKind::Task { body, .. } => self.block(lowering, scope, body),
-                        StepItemKind::On { actions, .. } => self.block(lowering, scope, actions),
-                        StepItemKind::Priority(_)
-                        | StepItemKind::Budget(_)
-                        | StepItemKind::Code(_)
-                        | StepItemKind::Force { .. } => {}
                     }
                 }
             }
@@ -235,7 +217,7 @@ impl<'a> Collected<'a> {
     }
 
     fn block(&mut self, lowering: &mut Lowering<'a>, scope: ScopeId, block: &'a Block) {
-        for stmt in block {
+        for stmt in chart::statements(block) {
             match &stmt.kind {
                 StmtKind::Assign { target, .. } => {
                     if let Some(Resolved::Symbol(Symbol::Output(output))) =
@@ -276,11 +258,8 @@ impl<'a> Collected<'a> {
                         );
                     }
                 }
-                StmtKind::If { then, otherwise, .. } => {
-                    self.block(lowering, scope, then);
-                    self.block(lowering, scope, otherwise);
-                }
-                StmtKind::Send { slot: None, .. }
+                StmtKind::If { .. }
+                | StmtKind::Send { slot: None, .. }
                 | StmtKind::Raise(_)
                 | StmtKind::Cancel(_)
                 | StmtKind::Code(_) => {}

@@ -1,4 +1,5 @@
 //! Pass `sharing`: carries out the sharing settings for variables of tasks (semantics §6).
+#![allow(clippy::wildcard_enum_match_arm, reason = "only variables and stored outputs are shared")]
 
 use super::codes;
 use super::context::{Lowering, Symbol};
@@ -58,23 +59,10 @@ fn memory(lowering: &Lowering<'_>, symbol: Symbol) -> Option<VarId> {
     match symbol {
         Symbol::Var(var) => Some(var),
         Symbol::Step(step) => lowering.counted.get(&step).copied(),
-        Symbol::Output(output) => match lowering.roles.get(output.index()) {
-            Some(Role::Stored(var)) => Some(*var),
-            Some(
-                Role::Continuous | Role::Mealy | Role::Controlled(_) | Role::Extern | Role::Broken,
-            )
-            | None => None,
+        Symbol::Output(output) => match lowering.roles.get(output.index())? {
+            Role::Stored(var) => Some(*var),
+            _ => None,
         },
-        Symbol::Const(_)
-        | Symbol::Input(_)
-        | Symbol::Action(_)
-        | Symbol::Timer(_)
-        | Symbol::MacroStep(_)
-        | Symbol::Macro(_)
-        | Symbol::Transition(_)
-        | Symbol::Chart(_)
-        | Symbol::History(_)
-        | Symbol::Alias(_)
-        | Symbol::Broken => None,
+        _ => None,
     }
 }

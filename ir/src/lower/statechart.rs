@@ -16,9 +16,10 @@ use crate::chart::{self, Path, StepRole};
 use crate::diag::{Diagnostic, Notation};
 use crate::net::{
     Block, Enter, HistoryCase, HistoryId, Input, InputId, InputKind, Meta, PartId, StepId,
-    StepKind, Stmt, StmtKind, TransitionId, TransitionKind,
+    StepKind, StmtKind, TransitionId, TransitionKind,
 };
 use crate::span::{Name, Span};
+use crate::walk::statements;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The states of all charts as a forest. A state comes directly before its descendants, so these are a range of steps.
@@ -664,13 +665,11 @@ fn queues(lowering: &mut Lowering<'_>) {
 
 /// The first statement of a list that adds to a queue without delay.
 fn unbounded(lowering: &Lowering<'_>, block: &Block) -> Option<Span> {
-    block.iter().find_map(|stmt: &Stmt| match &stmt.kind {
+    statements(block).find_map(|stmt| match &stmt.kind {
         StmtKind::Raise(_) => Some(stmt.span),
         StmtKind::Send(slot) if lowering.net.sends[*slot].delay == 0 => Some(stmt.span),
-        StmtKind::If { then, otherwise, .. } => {
-            unbounded(lowering, then).or_else(|| unbounded(lowering, otherwise))
-        }
         StmtKind::Send(_)
+        | StmtKind::If { .. }
         | StmtKind::Assign { .. }
         | StmtKind::Cancel(_)
         | StmtKind::Call { .. }

@@ -9,7 +9,7 @@ use crate::diag::{Diagnostic, nearest};
 use crate::expr::{Expr, Type};
 use crate::interval::{TypeError, TypeErrorKind};
 use crate::net::{
-    Block, Driver, InputId, Leaf, Meta, OutputId, Param, SendId, SendSlot, Stmt, StmtKind, VarId,
+    Block, InputId, Leaf, Meta, OutputId, Param, SendId, SendSlot, Stmt, StmtKind, VarId,
 };
 use crate::span::{Name, Span};
 
@@ -234,13 +234,7 @@ impl<'a> Lowering<'a> {
         drawn: &[chart::Expr],
         span: Span,
     ) -> Outcome<Vec<Expr<Leaf>>> {
-        let params: Vec<Param> = match &self.net.outputs[output].driver {
-            Driver::Extern { params, .. } => params.clone(),
-            Driver::Continuous(_)
-            | Driver::Mealy(_)
-            | Driver::Stored(_)
-            | Driver::Controlled(_) => Vec::new(),
-        };
+        let params: Vec<Param> = self.net.outputs[output].driver.params().to_vec();
         let lowered: Vec<Outcome<(Expr<Leaf>, Type)>> =
             drawn.iter().map(|argument| self.typed(argument, place)).collect();
         if drawn.len() != params.len() {

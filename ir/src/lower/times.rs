@@ -26,23 +26,16 @@ enum Time {
 impl Lowering<'_> {
     /// Nanoseconds, for a duration as written or a constant that names one.
     pub(super) fn duration_constant(&self, scope: ScopeId, syntax: &Syntax) -> Option<u64> {
-        match &syntax.kind {
-            ExprKind::Leaf(SyntaxLeaf::Duration(ns)) => Some(*ns),
-            ExprKind::Leaf(SyntaxLeaf::Name(path)) => match self.peek(scope, path) {
+        match syntax.as_leaf()? {
+            SyntaxLeaf::Duration(ns) => Some(*ns),
+            SyntaxLeaf::Name(path) => match self.peek(scope, path) {
                 Some(Resolved::Symbol(Symbol::Const(Value::Duration(ns)))) => Some(ns),
                 _ => None,
             },
-            ExprKind::Leaf(_)
-            | ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Element(..)
-            | ExprKind::Not(_)
-            | ExprKind::And(_)
-            | ExprKind::Or(_)
-            | ExprKind::Compare(..)
-            | ExprKind::Neg(_)
-            | ExprKind::Arith(..)
-            | ExprKind::Select(..) => None,
+            SyntaxLeaf::Rise(_)
+            | SyntaxLeaf::Fall(_)
+            | SyntaxLeaf::Otherwise
+            | SyntaxLeaf::Delay(..) => None,
         }
     }
 
@@ -325,12 +318,8 @@ impl Lowering<'_> {
 
     /// A name for something derived from an expression: the name of its first leaf.
     fn operand_name(&self, expr: &Expr<Leaf>) -> String {
-        let mut first: Option<Leaf> = None;
-        expr.for_each_leaf(&mut |leaf| {
-            first.get_or_insert(*leaf);
-        });
         let net = &self.net;
-        match first {
+        match expr.leaves().next().copied() {
             Some(Leaf::Input(id)) => net.inputs[id].name.text.clone(),
             Some(Leaf::Var(id)) => net.vars[id].name.text.clone(),
             Some(

@@ -1,4 +1,5 @@
 //! Pass `transition-names`: a transition without a name is named after the steps before and after it: `p1_p2`, then `p1_p2_2`.
+#![allow(clippy::wildcard_enum_match_arm, reason = "only transitions get a name here")]
 
 use super::context::Lowering;
 use super::expand::Work;
@@ -34,26 +35,11 @@ pub(super) fn transition_names(lowering: &mut Lowering<'_>) {
                         Some(event) => format!("{local}_on_{event}"),
                         None => format!("{local}_on"),
                     },
-                    StepItemKind::Action { .. }
-                    | StepItemKind::Entry(_)
-                    | StepItemKind::Exit(_)
-                    | StepItemKind::Priority(_)
-                    | StepItemKind::Budget(_)
-                    | StepItemKind::Task { .. }
-                    | StepItemKind::Code(_)
-                    | StepItemKind::Force { .. } => unreachable!("only `on` items are reactions"),
+                    _ => unreachable!("only `on` items are reactions"),
                 };
                 (scope, id, base, span)
             }
-            Work::Declaration { .. }
-            | Work::Step { .. }
-            | Work::State { .. }
-            | Work::Action { .. }
-            | Work::Emergency { .. }
-            | Work::Property { .. }
-            | Work::Place { .. }
-            | Work::Board { .. }
-            | Work::Shared { .. } => continue,
+            _ => continue,
         };
         let base = format!("{}{base}", lowering.scopes[scope].prefix);
         let name = lowering.fresh_name(&base);

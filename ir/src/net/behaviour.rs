@@ -121,6 +121,12 @@ pub enum Qualifier {
 }
 
 impl Qualifier {
+    /// True for a qualifier with a duration.
+    #[must_use]
+    pub const fn is_timed(self) -> bool {
+        matches!(self, Qualifier::L | Qualifier::D | Qualifier::SD | Qualifier::DS | Qualifier::SL)
+    }
+
     /// The standard's letters.
     #[must_use]
     pub const fn letters(self) -> &'static str {

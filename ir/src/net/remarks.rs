@@ -39,6 +39,14 @@ pub enum PropertyLeaf {
     Output(OutputId),
 }
 
+impl PropertyLeaf {
+    /// The value of the net, if it is one.
+    #[must_use]
+    pub fn net(&self) -> Option<&Leaf> {
+        if let PropertyLeaf::Net(leaf) = self { Some(leaf) } else { None }
+    }
+}
+
 /// A cell that the designer left open (KISS2 `-` and `*`, §3.6).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Unspecified {

@@ -2,10 +2,10 @@
 //!
 //! Simulation and proofs ignore such text, but a C compiler does not: to compile and run the emitted C is to run code of the chart's author.
 
-use super::{Block, Net, StmtKind, Verbatim};
+use super::{Net, StmtKind, Verbatim};
 use crate::span::Span;
 use crate::validate::{Valid, validate};
-use crate::walk::for_each_stmt;
+use crate::walk::change_statements;
 
 /// The replacement for a removed text.
 const LEFT_OUT: &str = "/* text of the chart, left out */";
@@ -33,11 +33,11 @@ impl Net {
             all.extend(step.code.iter().map(|text| (text, step.meta.span)));
         }
         let n_levels = all.len();
-        for_each_stmt(self, &mut |stmt| {
+        for stmt in self.statements() {
             if let StmtKind::Code(text) = &stmt.kind {
                 all.push((text, stmt.span));
             }
-        });
+        }
         all[n_levels..].sort_by_key(|(_, span)| *span);
         all
     }
@@ -57,36 +57,17 @@ pub fn without_c_texts(net: &Valid<Net>) -> Option<Valid<Net>> {
         return None;
     }
     let mut net: Net = (**net).clone();
-    for (_, step) in net.steps.iter_mut() {
-        step.code.iter_mut().for_each(leave_out);
-        for list in [&mut step.entry, &mut step.exit, &mut step.initial_content] {
-            leave_out_of(list);
-        }
-        step.tasks.iter_mut().for_each(|task| leave_out_of(&mut task.body));
+    net.steps.iter_mut().for_each(|(_, step)| step.code.iter_mut().for_each(leave_out));
+    for list in net.lists_mut() {
+        change_statements(list, &mut |stmt| {
+            if let StmtKind::Code(text) = &mut stmt.kind {
+                leave_out(text);
+            }
+        });
     }
-    net.transitions.iter_mut().for_each(|(_, it)| leave_out_of(&mut it.actions));
-    net.actions.iter_mut().for_each(|(_, it)| leave_out_of(&mut it.body));
-    net.histories.iter_mut().for_each(|(_, it)| leave_out_of(&mut it.default_content));
     match validate(net) {
         Ok(net) => Some(net),
         Err(_) => unreachable!("nothing that is validated was changed"),
-    }
-}
-
-fn leave_out_of(list: &mut Block) {
-    for stmt in list {
-        match &mut stmt.kind {
-            StmtKind::Code(text) => leave_out(text),
-            StmtKind::If { then, otherwise, .. } => {
-                leave_out_of(then);
-                leave_out_of(otherwise);
-            }
-            StmtKind::Assign { .. }
-            | StmtKind::Raise(_)
-            | StmtKind::Send(_)
-            | StmtKind::Cancel(_)
-            | StmtKind::Call { .. } => {}
-        }
     }
 }
 

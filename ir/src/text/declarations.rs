@@ -32,16 +32,7 @@ impl Parser<'_> {
                     self.bump();
                 }
                 Kind::End => break,
-                Kind::Word
-                | Kind::Quoted
-                | Kind::Suffix
-                | Kind::Str
-                | Kind::Number
-                | Kind::Edge
-                | Kind::Position
-                | Kind::Symbol
-                | Kind::Open
-                | Kind::Bad => {
+                _ => {
                     has_name |= self.is("net");
                     if self.declaration().is_err() {
                         self.skip();
@@ -170,16 +161,7 @@ impl Parser<'_> {
                 Ok(())
             }
             Kind::End => Ok(()),
-            Kind::Word
-            | Kind::Quoted
-            | Kind::Suffix
-            | Kind::Str
-            | Kind::Number
-            | Kind::Edge
-            | Kind::Position
-            | Kind::Symbol
-            | Kind::Open
-            | Kind::Bad => self.unexpected("the end of the line"),
+            _ => self.unexpected("the end of the line"),
         }
     }
 
@@ -558,14 +540,7 @@ impl Parser<'_> {
                 .any(|word| self.is(word)),
             Kind::Newline | Kind::End => true,
             Kind::Symbol => self.is(end),
-            Kind::Quoted
-            | Kind::Suffix
-            | Kind::Str
-            | Kind::Number
-            | Kind::Edge
-            | Kind::Position
-            | Kind::Open
-            | Kind::Bad => false,
+            _ => false,
         };
         if none {
             return Ok(all);

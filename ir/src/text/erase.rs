@@ -3,6 +3,7 @@
 use crate::expr::Expr;
 use crate::net::*;
 use crate::span::{Name, Span};
+use crate::walk::change_statements;
 
 impl Net {
     /// The same net with every span set to the default. Two nets that differ only in source locations become equal.
@@ -32,22 +33,14 @@ impl Net {
         }
         for (_, item) in net.steps.iter_mut() {
             named(&mut item.name, &mut item.meta);
-            for list in [&mut item.entry, &mut item.exit, &mut item.initial_content] {
-                block(list);
-            }
-            for task in &mut item.tasks {
-                named(&mut task.name, &mut task.meta);
-                block(&mut task.body);
-            }
+            item.tasks.iter_mut().for_each(|task| named(&mut task.name, &mut task.meta));
         }
         for (_, item) in net.transitions.iter_mut() {
             named(&mut item.name, &mut item.meta);
             item.guard.erase_spans();
-            block(&mut item.actions);
         }
         for (_, item) in net.actions.iter_mut() {
             named(&mut item.name, &mut item.meta);
-            block(&mut item.body);
             for of in &mut item.uses {
                 of.span = Span::default();
                 of.condition.iter_mut().for_each(Expr::erase_spans);
@@ -58,7 +51,12 @@ impl Net {
         }
         for (_, item) in net.histories.iter_mut() {
             named(&mut item.name, &mut item.meta);
-            block(&mut item.default_content);
+        }
+        for list in net.lists_mut() {
+            change_statements(list, &mut |stmt| {
+                stmt.span = Span::default();
+                stmt.exprs_mut().for_each(Expr::erase_spans);
+            });
         }
         for item in &mut net.forcings {
             item.span = Span::default();
@@ -111,24 +109,5 @@ fn driver(driver: &mut Driver) {
             }
         }
         Driver::Stored(_) | Driver::Controlled(_) => {}
-    }
-}
-
-fn block(list: &mut Block) {
-    for stmt in list {
-        stmt.span = Span::default();
-        match &mut stmt.kind {
-            StmtKind::Assign { index, value, .. } => {
-                index.iter_mut().for_each(Expr::erase_spans);
-                value.erase_spans();
-            }
-            StmtKind::Call { arguments, .. } => arguments.iter_mut().for_each(Expr::erase_spans),
-            StmtKind::If { condition, then, otherwise } => {
-                condition.erase_spans();
-                block(then);
-                block(otherwise);
-            }
-            StmtKind::Raise(_) | StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::Code(_) => {}
-        }
     }
 }

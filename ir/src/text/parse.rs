@@ -133,16 +133,7 @@ fn collect(source: &str) -> Names<'_> {
                 let name = name_text(token, source);
                 declare(&mut names, &mut counts, head, name, token.text(source));
             }
-            Kind::Word
-            | Kind::Quoted
-            | Kind::Suffix
-            | Kind::Str
-            | Kind::Number
-            | Kind::Edge
-            | Kind::Position
-            | Kind::Symbol
-            | Kind::Open
-            | Kind::Bad => at_start = false,
+            _ => at_start = false,
         }
     }
 }
@@ -187,16 +178,7 @@ fn name_text(token: Token, source: &str) -> Option<Cow<'_, str>> {
     match token.kind {
         Kind::Word => Some(Cow::Borrowed(token.text(source))),
         Kind::Quoted => unquote(token.text(source)),
-        Kind::Suffix
-        | Kind::Str
-        | Kind::Number
-        | Kind::Edge
-        | Kind::Position
-        | Kind::Symbol
-        | Kind::Newline
-        | Kind::End
-        | Kind::Open
-        | Kind::Bad => None,
+        _ => None,
     }
 }
 
@@ -331,15 +313,7 @@ impl<'a> Parser<'a> {
         match self.token.kind {
             Kind::Word | Kind::Quoted => self.not_reserved()?,
             Kind::Position => {}
-            Kind::Suffix
-            | Kind::Str
-            | Kind::Number
-            | Kind::Edge
-            | Kind::Symbol
-            | Kind::Newline
-            | Kind::End
-            | Kind::Open
-            | Kind::Bad => return self.unexpected(&format!("the name of a {what}")),
+            _ => return self.unexpected(&format!("the name of a {what}")),
         }
         Ok(self.bump())
     }
@@ -355,16 +329,7 @@ impl<'a> Parser<'a> {
                 self.unknown(token, "edge", None);
                 Ok(Id::from_index(0))
             }
-            Kind::Word
-            | Kind::Quoted
-            | Kind::Suffix
-            | Kind::Str
-            | Kind::Number
-            | Kind::Symbol
-            | Kind::Newline
-            | Kind::End
-            | Kind::Open
-            | Kind::Bad => self.unexpected("an edge such as `%0`"),
+            _ => self.unexpected("an edge such as `%0`"),
         }
     }
 
@@ -459,15 +424,7 @@ impl<'a> Parser<'a> {
             Kind::Newline => "the end of the line".to_owned(),
             Kind::End => "the end of the text".to_owned(),
             Kind::Open => "a quote that is not closed in its line".to_owned(),
-            Kind::Word
-            | Kind::Quoted
-            | Kind::Suffix
-            | Kind::Str
-            | Kind::Number
-            | Kind::Edge
-            | Kind::Position
-            | Kind::Symbol
-            | Kind::Bad => format!("`{}`", self.text().chars().take(40).collect::<String>()),
+            _ => format!("`{}`", self.text().chars().take(40).collect::<String>()),
         };
         self.fail(codes::NET_SYNTAX, self.here(), format!("expected {wanted}, found {found}"))
     }
@@ -638,16 +595,7 @@ impl<'a> Parser<'a> {
         match self.token.kind {
             Kind::Word => self.not_reserved()?,
             Kind::Quoted => {}
-            Kind::Suffix
-            | Kind::Str
-            | Kind::Number
-            | Kind::Edge
-            | Kind::Position
-            | Kind::Symbol
-            | Kind::Newline
-            | Kind::End
-            | Kind::Open
-            | Kind::Bad => return self.unexpected("a name"),
+            _ => return self.unexpected("a name"),
         }
         let token = self.bump();
         match name_text(token, self.source) {

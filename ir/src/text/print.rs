@@ -600,14 +600,7 @@ impl Printer<'_> {
             ExprKind::Compare(..) => 4,
             ExprKind::Arith(ArithOp::Add | ArithOp::Sub, ..) => 5,
             ExprKind::Arith(ArithOp::Mul | ArithOp::Div | ArithOp::Mod, ..) => 6,
-            ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Leaf(_)
-            | ExprKind::Element(..)
-            | ExprKind::And(_)
-            | ExprKind::Or(_)
-            | ExprKind::Neg(_)
-            | ExprKind::Select(..) => 9,
+            _ => 9,
         };
         if level < above {
             self.out.push('(');

@@ -26,14 +26,14 @@ impl Checker<'_> {
         let Some(emergency) = &net.emergency else { return };
         let span = emergency.meta.span;
         let mut asked = BTreeSet::new();
-        emergency.condition.for_each_leaf(&mut |leaf| {
+        for leaf in emergency.condition.leaves() {
             if let Leaf::Input(id) = leaf
                 && let Some(input) = net.inputs.get(*id)
                 && input.kind == InputKind::Extern
             {
                 asked.insert(*id);
             }
-        });
+        }
         for name in asked.into_iter().map(|id| &net.inputs[id].name) {
             self.out.push(
                 Diagnostic::error(

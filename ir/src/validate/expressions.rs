@@ -52,16 +52,7 @@ impl Scope<'_> {
             Leaf::Input(input) => {
                 net.inputs.get(*input).map(|input| input.kind).filter(|kind| kind.is_event())
             }
-            Leaf::Var(_)
-            | Leaf::Active(_)
-            | Leaf::Elapsed(_)
-            | Leaf::LastElapsed(_)
-            | Leaf::TasksDone(_)
-            | Leaf::Timer(_)
-            | Leaf::Rise(_)
-            | Leaf::Fall(_)
-            | Leaf::Fireable(_)
-            | Leaf::Controlled(_) => None,
+            _ => None,
         };
         let is_input = matches!(leaf, Leaf::Input(_));
         match self.place {

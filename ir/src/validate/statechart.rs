@@ -188,10 +188,7 @@ impl Checker<'_> {
                     StmtKind::If { then, otherwise, .. } => {
                         raises_within(then, depth - 1) || raises_within(otherwise, depth - 1)
                     }
-                    StmtKind::Assign { .. }
-                    | StmtKind::Cancel(_)
-                    | StmtKind::Call { .. }
-                    | StmtKind::Code(_) => false,
+                    _ => false,
                 })
         }
         let raises = |list: &[Stmt]| raises_within(list, DEPTH_LIMIT);

@@ -7,8 +7,7 @@ use crate::codes;
 use crate::expr::{Expr as GenericExpr, Type};
 use crate::interval::{DEPTH_LIMIT, LONGEST};
 use crate::net::{
-    ActionUse, Driver, Evolution, Expr, Output, OutputId, Param, Qualifier, Stmt, StmtKind,
-    VarOrigin,
+    ActionUse, Driver, Evolution, Expr, Output, OutputId, Param, Stmt, StmtKind, VarOrigin,
 };
 use crate::span::Span;
 
@@ -199,7 +198,7 @@ impl Checker<'_> {
                     self.condition(condition, Place::Quiet("the condition of an action"));
                 }
             }
-            if action.duration > 0 && !action.uses.iter().any(|of| is_timed(of.qualifier)) {
+            if action.duration > 0 && !action.uses.iter().any(|of| of.qualifier.is_timed()) {
                 let message = format!(
                     "the action `{name}` has a duration, but none of its qualifiers is timed"
                 );
@@ -367,17 +366,5 @@ impl Checker<'_> {
                 format!("`{name}` is called, but it is not an extern action"),
             );
         }
-    }
-}
-
-fn is_timed(qualifier: Qualifier) -> bool {
-    match qualifier {
-        Qualifier::L | Qualifier::D | Qualifier::SD | Qualifier::DS | Qualifier::SL => true,
-        Qualifier::N
-        | Qualifier::R
-        | Qualifier::S
-        | Qualifier::P
-        | Qualifier::P0
-        | Qualifier::P1 => false,
     }
 }

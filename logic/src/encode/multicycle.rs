@@ -139,13 +139,13 @@ fn split_pure<'a>(
             && n_sets.get(temp) == Some(&1)
         {
             let mut follows = true;
-            value.for_each_leaf(&mut |leaf| {
+            for leaf in value.leaves() {
                 follows &= match leaf {
                     Leaf::Input(_) | Leaf::Dt => true,
                     Leaf::Temp(temp) => pure.contains(temp),
                     Leaf::Cell(_) => false,
                 };
-            });
+            }
             if follows {
                 pure.insert(*temp);
             }
@@ -156,11 +156,11 @@ fn split_pure<'a>(
         if let Stmt::Set(temp, value) = stmt
             && needed.contains(temp)
         {
-            value.for_each_leaf(&mut |leaf| {
+            for leaf in value.leaves() {
                 if let Leaf::Temp(temp) = leaf {
                     needed.insert(*temp);
                 }
-            });
+            }
         }
     }
     let mut sets = Vec::new();
@@ -227,13 +227,15 @@ struct Used {
 
 impl Used {
     fn expr(&mut self, expr: &Expr) {
-        expr.for_each_leaf(&mut |leaf| match leaf {
-            Leaf::Input(input) => {
-                self.inputs.insert(*input);
+        for leaf in expr.leaves() {
+            match leaf {
+                Leaf::Input(input) => {
+                    self.inputs.insert(*input);
+                }
+                Leaf::Dt => self.dt = true,
+                Leaf::Cell(_) | Leaf::Temp(_) => {}
             }
-            Leaf::Dt => self.dt = true,
-            Leaf::Cell(_) | Leaf::Temp(_) => {}
-        });
+        }
     }
 
     fn block(&mut self, block: &[Stmt]) {
@@ -250,13 +252,13 @@ struct Exposed {
 
 impl Exposed {
     fn expr(&mut self, expr: &Expr) {
-        expr.for_each_leaf(&mut |leaf| {
+        for leaf in expr.leaves() {
             if let Leaf::Temp(temp) = leaf
                 && !self.set.contains(temp)
             {
                 self.read.insert(*temp);
             }
-        });
+        }
     }
 
     fn branch(&mut self, block: &[Stmt]) {

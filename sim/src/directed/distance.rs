@@ -144,7 +144,7 @@ impl<'s> Context<'s> {
     fn is_free(&self, expr: &Expr) -> bool {
         let Given::Any { free_dt } = self.given else { return false };
         let mut is_free = false;
-        expr.for_each_leaf(&mut |leaf| {
+        for leaf in expr.leaves() {
             is_free |= match leaf {
                 Leaf::Input(_) => true,
                 Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_) => free_dt,
@@ -156,7 +156,7 @@ impl<'s> Context<'s> {
                 | Leaf::Fireable(_)
                 | Leaf::Controlled(_) => false,
             };
-        });
+        }
         is_free
     }
 

@@ -15,6 +15,7 @@
 //!
 //! A run aims at a transition: towards its steps on the shortest path in the chart, then with inputs and ticks that make its receptivity true (`solve`).
 //! It saves states that are new, or nearer to a transition that has never fired than all earlier ones.
+#![allow(clippy::wildcard_enum_match_arm, reason = "it only chooses stimuli")]
 
 pub(crate) mod ahead;
 mod distance;

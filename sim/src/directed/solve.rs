@@ -103,23 +103,27 @@ impl Directed<'_> {
         let mut seen = vec![transition];
         while let Some(expr) = todo.pop() {
             let mut more: Vec<&Expr> = Vec::new();
-            expr.for_each_leaf(&mut |leaf| match *leaf {
-                Leaf::Input(input) if net.inputs[input].kind != InputKind::InternalEvent => {
-                    knobs.push(Knob::Input(input));
+            for leaf in expr.leaves() {
+                match *leaf {
+                    Leaf::Input(input) if net.inputs[input].kind != InputKind::InternalEvent => {
+                        knobs.push(Knob::Input(input));
+                    }
+                    Leaf::Rise(edge) | Leaf::Fall(edge) => more.push(&net.edges[edge].expr),
+                    Leaf::Fireable(other) if !seen.contains(&other) => {
+                        seen.push(other);
+                        more.push(&net.transitions[other].guard);
+                    }
+                    Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_) => {
+                        knobs.push(Knob::Dt)
+                    }
+                    Leaf::Input(_)
+                    | Leaf::Fireable(_)
+                    | Leaf::Var(_)
+                    | Leaf::Active(_)
+                    | Leaf::TasksDone(_)
+                    | Leaf::Controlled(_) => {}
                 }
-                Leaf::Rise(edge) | Leaf::Fall(edge) => more.push(&net.edges[edge].expr),
-                Leaf::Fireable(other) if !seen.contains(&other) => {
-                    seen.push(other);
-                    more.push(&net.transitions[other].guard);
-                }
-                Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_) => knobs.push(Knob::Dt),
-                Leaf::Input(_)
-                | Leaf::Fireable(_)
-                | Leaf::Var(_)
-                | Leaf::Active(_)
-                | Leaf::TasksDone(_)
-                | Leaf::Controlled(_) => {}
-            });
+            }
             todo.extend(more);
         }
         let mut unique: Vec<Knob> = Vec::new();

@@ -18,7 +18,9 @@ impl Thresholds {
     #[must_use]
     pub fn of(net: &Net) -> Self {
         let mut thresholds = Thresholds::default();
-        grafsynth_ir::walk::for_each_expr(net, &mut |expr| thresholds.collect(expr));
+        for expr in net.expressions() {
+            thresholds.collect(expr);
+        }
         thresholds
     }
 

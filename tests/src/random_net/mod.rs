@@ -544,11 +544,11 @@ impl<'f> Builder<'f> {
 
     fn asks_extern(&self, condition: &Expr) -> bool {
         let mut asks = false;
-        condition.for_each_leaf(&mut |leaf| {
+        for leaf in condition.leaves() {
             if let Leaf::Input(input) = leaf {
                 asks |= self.net.inputs[*input].kind == InputKind::Extern;
             }
-        });
+        }
         asks
     }
 

@@ -5,7 +5,6 @@ use grafsynth_ir::diag::Notation;
 use grafsynth_ir::expr::{Expr, ExprKind, Type};
 use grafsynth_ir::net::{Leaf, Net, StmtKind, TransitionId, VarId, VarOrigin};
 use grafsynth_ir::simplify::simplify;
-use grafsynth_ir::walk::for_each_stmt;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::codes;
@@ -13,14 +12,13 @@ use crate::codes;
 /// Transitions that never fire for any values of the other operands, with the variables whose initial values are the cause.
 pub(super) fn causes(net: &Net) -> BTreeMap<TransitionId, Vec<VarId>> {
     let mut assigned: BTreeSet<VarId> = BTreeSet::new();
-    for_each_stmt(net, &mut |stmt| {
+    for stmt in net.statements() {
         if let StmtKind::Assign { var, .. } = &stmt.kind {
             assigned.insert(*var);
         }
-    });
+    }
     // Target-language code may assign anything.
-    let mut has_code = false;
-    for_each_stmt(net, &mut |stmt| has_code |= matches!(stmt.kind, StmtKind::Code(_)));
+    let has_code = net.statements().any(|stmt| matches!(stmt.kind, StmtKind::Code(_)));
     if has_code {
         return BTreeMap::new();
     }
@@ -32,14 +30,14 @@ pub(super) fn causes(net: &Net) -> BTreeMap<TransitionId, Vec<VarId>> {
     for (id, transition) in net.transitions.iter() {
         let guard = &transition.guard;
         let mut vars: Vec<VarId> = Vec::new();
-        guard.for_each_leaf(&mut |leaf| {
+        for leaf in guard.leaves() {
             if let Leaf::Var(var) = *leaf
                 && is_fixed(var)
                 && !vars.contains(&var)
             {
                 vars.push(var);
             }
-        });
+        }
         if !vars.is_empty() && simplify(&with_first_values(net, guard, &vars)).is_false() {
             causes.insert(id, vars);
         }

@@ -685,9 +685,9 @@ fn rivals(net: &Net) -> Vec<TransitionId> {
 /// True if something in the net can be written twice, be out of range, be lost or be forced in two ways.
 fn can_race(net: &Net) -> bool {
     let mut writes = net.settings.queue.is_some() || net.forcings.len() > 1;
-    grafsynth_ir::walk::for_each_stmt(net, &mut |stmt| {
+    for stmt in net.statements() {
         writes |= matches!(stmt.kind, StmtKind::Assign { .. } | StmtKind::Call { .. });
-    });
+    }
     writes || net.outputs.values().any(grafsynth_ir::net::Output::is_extern)
 }
 

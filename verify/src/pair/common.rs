@@ -212,10 +212,7 @@ impl Common {
             return Err(Incomparable::NothingInCommon);
         }
         for (net, side) in [(left, Side::Left), (right, Side::Right)] {
-            let mut has_code = false;
-            grafsynth_ir::walk::for_each_stmt(net, &mut |stmt| {
-                has_code |= matches!(stmt.kind, StmtKind::Code(_));
-            });
+            let has_code = net.statements().any(|stmt| matches!(stmt.kind, StmtKind::Code(_)));
             if has_code {
                 omitted.push(Omitted::Code { side });
             }

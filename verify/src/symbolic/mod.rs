@@ -10,6 +10,8 @@
 //!
 //! Both circuits are built in one graph where equal nodes are shared, so most functions are equal before any solver is called; for the others, the
 //! solver gets only the part of the graph that the query needs.
+// A variant that the second encoding forgets is a wrong proof.
+#![warn(clippy::wildcard_enum_match_arm)]
 
 mod aig;
 mod codes;
@@ -647,14 +649,18 @@ pub(crate) fn never(
 /// times, whose caps may be below the property's constants.
 fn over_state(net: &Net, property: &PropertyExpr) -> Option<Expr> {
     let mut has_time = false;
-    property.for_each_leaf(&mut |leaf| match leaf {
-        PropertyLeaf::Net(leaf) => has_time |= leaf.is_time(),
-        PropertyLeaf::Output(_) => {
-            for emergency in net.emergency.iter() {
-                emergency.condition.for_each_leaf(&mut |leaf| has_time |= leaf.is_time());
+    for leaf in property.leaves() {
+        match leaf {
+            PropertyLeaf::Net(leaf) => has_time |= leaf.is_time(),
+            PropertyLeaf::Output(_) => {
+                for emergency in net.emergency.iter() {
+                    for leaf in emergency.condition.leaves() {
+                        has_time |= leaf.is_time();
+                    }
+                }
             }
         }
-    });
+    }
     if has_time {
         return None;
     }

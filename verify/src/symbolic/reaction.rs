@@ -168,8 +168,7 @@ impl<'n> Maker<'n> {
         });
         self.transition_order = transitions;
         for edge in net.edges.values() {
-            let mut over_inputs = true;
-            edge.expr.for_each_leaf(&mut |leaf| over_inputs &= matches!(leaf, Leaf::Input(_)));
+            let over_inputs = edge.expr.leaves().all(|leaf| matches!(leaf, Leaf::Input(_)));
             self.over_inputs.push(over_inputs);
         }
         for (id, step) in net.steps.iter() {

@@ -84,12 +84,14 @@ impl Shape {
             raised: vec![false; net.inputs.len()],
             ..Shape::default()
         };
-        grafsynth_ir::walk::for_each_stmt(net, &mut |stmt| {
+        for stmt in net.statements() {
             if let StmtKind::Raise(event) = &stmt.kind {
                 shape.raised[event.index()] = true;
             }
-        });
-        grafsynth_ir::walk::for_each_expr(net, &mut |expr| shape.caps(expr));
+        }
+        for expr in net.expressions() {
+            shape.caps(expr);
+        }
         for (id, action) in net.actions.iter() {
             shape.action(id, action);
         }

@@ -40,7 +40,9 @@ fn longest(net: &Net) -> i64 {
         expr.children().for_each(|operand| walk(operand, longest));
     }
     let mut longest = 0;
-    grafsynth_ir::walk::for_each_expr(net, &mut |expr| walk(expr, &mut longest));
+    for expr in net.expressions() {
+        walk(expr, &mut longest);
+    }
     let others =
         net.actions.values().map(|it| it.duration).chain(net.sends.values().map(|it| it.delay));
     longest.max(others.map(|ticks| i64::from(ticks) + 1).max().unwrap_or(0))

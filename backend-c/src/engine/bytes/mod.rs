@@ -690,11 +690,11 @@ impl<'a> Assembler<'a> {
         }
         let mut mentioned = BTreeSet::new();
         for expr in expressions {
-            expr.for_each_leaf(&mut |leaf| {
+            for leaf in expr.leaves() {
                 if let Leaf::Input(input) = leaf {
                     mentioned.insert(*input);
                 }
-            });
+            }
         }
         for input in mentioned {
             let Some(flag) = self.lazy.get(&input).copied() else { continue };

@@ -487,19 +487,21 @@ impl<'a> Emit<'a> {
             plan::block_expressions(&transition.actions, &mut expressions);
         }
         for expr in expressions {
-            expr.for_each_leaf(&mut |leaf| match *leaf {
-                Leaf::Rise(edge) => uses.0 |= edge == wanted,
-                Leaf::Fall(edge) => uses.1 |= edge == wanted,
-                Leaf::Input(_)
-                | Leaf::Var(_)
-                | Leaf::Active(_)
-                | Leaf::Elapsed(_)
-                | Leaf::LastElapsed(_)
-                | Leaf::TasksDone(_)
-                | Leaf::Timer(_)
-                | Leaf::Fireable(_)
-                | Leaf::Controlled(_) => {}
-            });
+            for leaf in expr.leaves() {
+                match *leaf {
+                    Leaf::Rise(edge) => uses.0 |= edge == wanted,
+                    Leaf::Fall(edge) => uses.1 |= edge == wanted,
+                    Leaf::Input(_)
+                    | Leaf::Var(_)
+                    | Leaf::Active(_)
+                    | Leaf::Elapsed(_)
+                    | Leaf::LastElapsed(_)
+                    | Leaf::TasksDone(_)
+                    | Leaf::Timer(_)
+                    | Leaf::Fireable(_)
+                    | Leaf::Controlled(_) => {}
+                }
+            }
         }
         uses
     }

@@ -264,11 +264,11 @@ impl Emit<'_> {
     /// Calls the extern conditions that a transition mentions, unless they are called at the start.
     pub(super) fn ask(&mut self, id: TransitionId, step: StepId) -> Vec<Node> {
         let mut mentioned = BTreeSet::new();
-        self.net.transitions[id].guard.for_each_leaf(&mut |leaf| {
+        for leaf in self.net.transitions[id].guard.leaves() {
             if let Leaf::Input(input) = leaf {
                 mentioned.insert(*input);
             }
-        });
+        }
         let owner = self.plan.place[step].0;
         let others = self.other_sources(id, owner);
         let mut nodes = Vec::new();
@@ -311,11 +311,11 @@ impl Emit<'_> {
     pub(super) fn demand_all(&self, expressions: &[&Expr], when: &[CExpr]) -> Vec<Node> {
         let mut mentioned = BTreeSet::new();
         for expr in expressions {
-            expr.for_each_leaf(&mut |leaf| {
+            for leaf in expr.leaves() {
                 if let Leaf::Input(input) = leaf {
                     mentioned.insert(*input);
                 }
-            });
+            }
         }
         mentioned
             .into_iter()

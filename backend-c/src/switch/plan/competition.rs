@@ -83,10 +83,10 @@ pub(super) fn competition(net: &Net, plan: &Plan, order: &Order) -> Result<(), R
                 if !known {
                     return refuse("joins that compete with each other", transition.meta.span);
                 }
-                let mut looks_back = false;
-                net.transitions[*rival]
+                let looks_back = net.transitions[*rival]
                     .guard
-                    .for_each_leaf(&mut |leaf| looks_back |= matches!(leaf, Leaf::Fireable(_)));
+                    .leaves()
+                    .any(|leaf| matches!(leaf, Leaf::Fireable(_)));
                 if looks_back && plan.owner[*rival].is_some_and(|it| it > owner) {
                     return refuse(
                         "a join that competes with an `otherwise`",

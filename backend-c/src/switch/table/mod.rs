@@ -339,11 +339,11 @@ fn busy_machines(net: &Net, plan: &Plan) -> BTreeSet<usize> {
         }
     }
     for emergency in net.emergency.iter() {
-        emergency.condition.for_each_leaf(&mut |leaf| {
+        for leaf in emergency.condition.leaves() {
             if let Leaf::Active(step) | Leaf::Elapsed(step) | Leaf::TasksDone(step) = leaf {
                 busy.insert(plan.place[*step].0);
             }
-        });
+        }
     }
     for (id, step) in net.steps.iter() {
         if !step.code.is_empty() {

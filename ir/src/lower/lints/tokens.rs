@@ -80,9 +80,13 @@ impl<'n> Flow<'n> {
             Leaf::Fireable(_) | Leaf::Timer(_) | Leaf::Controlled(_) => found = true,
             Leaf::Input(_) | Leaf::Var(_) => {}
         };
-        transition.guard.for_each_leaf(&mut |leaf| look(leaf, &mut edges));
+        for leaf in transition.guard.leaves() {
+            look(leaf, &mut edges);
+        }
         for edge in edges {
-            self.net.edges[edge].expr.for_each_leaf(&mut |leaf| look(leaf, &mut Vec::new()));
+            for leaf in self.net.edges[edge].expr.leaves() {
+                look(leaf, &mut Vec::new());
+            }
         }
         found
     }
@@ -296,32 +300,14 @@ fn both(net: &Net, a: TransitionId, b: TransitionId, and: &str, not: &str) -> Op
             ExprKind::Leaf(Leaf::Var(var)) => net.vars[*var].name.text.clone(),
             ExprKind::Not(inner) => match &inner.kind {
                 ExprKind::Leaf(_) => format!("{not} {}", text(net, inner, and, not)?),
-                ExprKind::Bool(_)
-                | ExprKind::Int(_)
-                | ExprKind::Element(..)
-                | ExprKind::Not(_)
-                | ExprKind::And(_)
-                | ExprKind::Or(_)
-                | ExprKind::Compare(..)
-                | ExprKind::Neg(_)
-                | ExprKind::Arith(..)
-                | ExprKind::Select(..) => return None,
+                _ => return None,
             },
             ExprKind::And(all) if !all.is_empty() => {
                 let parts: Option<Vec<String>> =
                     all.iter().map(|one| text(net, one, and, not)).collect();
                 parts?.join(&format!(" {and} "))
             }
-            ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Leaf(_)
-            | ExprKind::Element(..)
-            | ExprKind::And(_)
-            | ExprKind::Or(_)
-            | ExprKind::Compare(..)
-            | ExprKind::Neg(_)
-            | ExprKind::Arith(..)
-            | ExprKind::Select(..) => return None,
+            _ => return None,
         })
     }
     let one = |id: TransitionId| {

@@ -107,14 +107,14 @@ impl Builder<'_> {
         }
         let mut changed: BTreeSet<CellId> = BTreeSet::new();
         let mut in_array = false;
-        now.for_each_leaf(&mut |leaf| {
+        for leaf in now.leaves() {
             if let Leaf::Cell(id) = leaf
                 && self.stored.contains(id)
             {
                 in_array |= self.cells[*id].len.is_some();
                 changed.insert(*id);
             }
-        });
+        }
         if changed.is_empty() {
             return now;
         }

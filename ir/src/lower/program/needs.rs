@@ -1,12 +1,12 @@
 //! The values that the expressions and lists of a net use, so that a program contains nothing else.
 
-use crate::arena::{Id, IdMap};
+use crate::arena::IdMap;
 use crate::expr::{Expr as GenericExpr, ExprKind};
 use crate::net::{
-    Block, ControlledAction, EdgeOperand, Expr, Input, Leaf, Net, PropertyLeaf, Step, StmtKind,
-    Timer, Transition,
+    Block, ControlledAction, EdgeOperand, Expr, Input, Leaf, Net, PropertyLeaf, Step, Stmt,
+    StmtKind, Timer, Transition,
 };
-use crate::walk::{for_each_in_block, for_each_in_driver};
+use crate::walk::expressions;
 
 /// The values in use.
 #[derive(Debug, Clone)]
@@ -42,10 +42,12 @@ impl Needs {
             raised: IdMap::filled(&net.inputs, false),
             watched: IdMap::filled(&net.steps, false),
         };
-        for_each_expr(net, &mut |expr| needs.read(expr));
-        for_each_list(net, &mut |list| {
-            for_each_raise(list, &mut |event| needs.raised[event] = true);
-        });
+        reaction_exprs(net).for_each(|expr| needs.read(expr));
+        for stmt in net.statements() {
+            if let StmtKind::Raise(event) = stmt.kind {
+                needs.raised[event] = true;
+            }
+        }
         for step in net.steps.values() {
             if let Some(event) = step.done_event {
                 needs.raised[event] = true;
@@ -77,25 +79,11 @@ impl Needs {
                 }
             }
         }
-        for_each_moving_list(net, &mut |list| {
-            for_each_in_block(list, &mut |expr| {
-                expr.for_each_leaf(&mut |leaf| match leaf {
-                    Leaf::Active(step)
-                    | Leaf::Elapsed(step)
-                    | Leaf::LastElapsed(step)
-                    | Leaf::TasksDone(step) => {
-                        needs.watched[*step] = true;
-                    }
-                    Leaf::Input(_)
-                    | Leaf::Var(_)
-                    | Leaf::Timer(_)
-                    | Leaf::Rise(_)
-                    | Leaf::Fall(_)
-                    | Leaf::Fireable(_)
-                    | Leaf::Controlled(_) => {}
-                });
-            });
-        });
+        for expr in moving_lists(net).flat_map(|list| expressions(list)) {
+            for step in expr.leaves().filter_map(Leaf::step) {
+                needs.watched[step] = true;
+            }
+        }
         needs
     }
 
@@ -141,47 +129,23 @@ impl Needs {
 }
 
 /// Every expression of the reaction, except for the operands of edges.
-fn for_each_expr(net: &Net, visit: &mut impl FnMut(&Expr)) {
-    for transition in net.transitions.values() {
-        visit(&transition.guard);
-    }
-    net.outputs.values().for_each(|output| for_each_in_driver(&output.driver, visit));
-    net.emergency.iter().for_each(|emergency| visit(&emergency.condition));
-    net.timers.values().for_each(|timer| visit(&timer.condition));
-    for action in net.actions.values() {
-        action.uses.iter().filter_map(|one| one.condition.as_ref()).for_each(&mut *visit);
-    }
-    for_each_list(net, &mut |list| for_each_in_block(list, visit));
+fn reaction_exprs(net: &Net) -> impl Iterator<Item = &Expr> {
+    (net.transitions.values().map(|transition| &transition.guard))
+        .chain(net.outputs.values().flat_map(|output| output.driver.exprs()))
+        .chain(net.emergency.iter().map(|emergency| &emergency.condition))
+        .chain(net.timers.values().map(|timer| &timer.condition))
+        .chain(
+            net.actions
+                .values()
+                .flat_map(|action| action.uses.iter().filter_map(|one| one.condition.as_ref())),
+        )
+        .chain(net.statements().flat_map(Stmt::exprs))
 }
 
 /// Every list that runs while the situation changes.
-fn for_each_moving_list(net: &Net, visit: &mut impl FnMut(&Block)) {
-    for step in net.steps.values() {
-        [&step.exit, &step.entry, &step.initial_content].into_iter().for_each(&mut *visit);
-    }
-    net.transitions.values().for_each(|transition| visit(&transition.actions));
-    net.histories.values().for_each(|history| visit(&history.default_content));
-}
-
-fn for_each_list(net: &Net, visit: &mut impl FnMut(&Block)) {
-    for_each_moving_list(net, visit);
-    net.steps.values().flat_map(|step| &step.tasks).for_each(|task| visit(&task.body));
-    net.actions.values().for_each(|action| visit(&action.body));
-}
-
-fn for_each_raise(block: &Block, visit: &mut impl FnMut(Id<Input>)) {
-    for statement in block {
-        match &statement.kind {
-            StmtKind::Raise(event) => visit(*event),
-            StmtKind::If { then, otherwise, .. } => {
-                for_each_raise(then, visit);
-                for_each_raise(otherwise, visit);
-            }
-            StmtKind::Assign { .. }
-            | StmtKind::Send(_)
-            | StmtKind::Cancel(_)
-            | StmtKind::Call { .. }
-            | StmtKind::Code(_) => {}
-        }
-    }
+fn moving_lists(net: &Net) -> impl Iterator<Item = &Block> {
+    (net.steps.values())
+        .flat_map(|step| [&step.exit, &step.entry, &step.initial_content])
+        .chain(net.transitions.values().map(|transition| &transition.actions))
+        .chain(net.histories.values().map(|history| &history.default_content))
 }

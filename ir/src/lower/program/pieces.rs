@@ -219,11 +219,11 @@ impl Builder<'_> {
         let mut pieces = IdMap::filled(&net.transitions, none);
         for (id, transition) in net.transitions.iter() {
             let mut calls = false;
-            transition.guard.for_each_leaf(&mut |leaf| {
+            for leaf in transition.guard.leaves() {
                 if let NetLeaf::Input(input) = leaf {
                     calls |= net.inputs[*input].kind == InputKind::Extern;
                 }
-            });
+            }
             // A chart that has ended is in its final state, so no other transition is enabled.
             let source = transition.requires.first().map(|source| &net.steps[*source]);
             let is_last =

@@ -80,16 +80,7 @@ fn keep_cells(program: &Program, read: &BTreeSet<Leaf>) -> IdMap<Cell, bool> {
 fn reads(body: &[Stmt]) -> BTreeSet<Leaf> {
     let mut read = BTreeSet::new();
     for stmt in statements(body) {
-        let own = match stmt {
-            Stmt::Set(temp, _) => Some(Leaf::Temp(*temp)),
-            Stmt::Store(cell, ..) => Some(Leaf::Cell(*cell)),
-            Stmt::If(..)
-            | Stmt::Repeat { .. }
-            | Stmt::Output(..)
-            | Stmt::Call(..)
-            | Stmt::Code(_)
-            | Stmt::Fault(_) => None,
-        };
+        let own = stmt.target();
         let leaves = stmt.exprs().flat_map(Expr::leaves);
         read.extend(leaves.filter(|leaf| Some(**leaf) != own).copied());
     }

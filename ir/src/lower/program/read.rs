@@ -81,15 +81,13 @@ impl Builder<'_> {
 
 /// True if the operand reads only inputs and constants (§3.7).
 pub(super) fn is_over_inputs(operand: &EdgeOperand) -> bool {
-    let mut over_inputs = true;
-    operand.expr.for_each_leaf(&mut |leaf| over_inputs &= matches!(leaf, net::Leaf::Input(_)));
-    over_inputs
+    operand.expr.leaves().all(|leaf| matches!(leaf, net::Leaf::Input(_)))
 }
 
 /// A name for the memory of an operand: the name of its first leaf.
 pub(super) fn name_of_operand(net: &Net, operand: &EdgeOperand) -> String {
     let mut name = None;
-    operand.expr.for_each_leaf(&mut |leaf| {
+    for leaf in operand.expr.leaves() {
         name.get_or_insert_with(|| match *leaf {
             net::Leaf::Input(input) => net.inputs[input].name.text.clone(),
             net::Leaf::Var(var) => net.vars[var].name.text.clone(),
@@ -101,7 +99,7 @@ pub(super) fn name_of_operand(net: &Net, operand: &EdgeOperand) -> String {
             net::Leaf::Controlled(action) => net.actions[action].name.text.clone(),
             net::Leaf::Rise(_) | net::Leaf::Fall(_) | net::Leaf::Fireable(_) => "edge".to_owned(),
         });
-    });
+    }
     let name = name.unwrap_or_else(|| "edge".to_owned());
     if matches!(operand.expr.kind, ExprKind::Leaf(_)) {
         format!("{name}.before")

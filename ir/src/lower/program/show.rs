@@ -144,18 +144,17 @@ impl Writer<'_> {
 
     fn operand(&self, expr: &Expr) -> String {
         let text = self.expr(expr);
-        match &expr.kind {
-            ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Leaf(_)
-            | ExprKind::Element(..)
-            | ExprKind::Not(_)
-            | ExprKind::Select(..) => text,
+        if matches!(
+            expr.kind,
             ExprKind::And(_)
-            | ExprKind::Or(_)
-            | ExprKind::Compare(..)
-            | ExprKind::Neg(_)
-            | ExprKind::Arith(..) => format!("({text})"),
+                | ExprKind::Or(_)
+                | ExprKind::Compare(..)
+                | ExprKind::Neg(_)
+                | ExprKind::Arith(..)
+        ) {
+            format!("({text})")
+        } else {
+            text
         }
     }
 }
