@@ -164,10 +164,7 @@ fn leaf_cuts(net: &Net) -> BTreeMap<Leaf, BTreeSet<i64>> {
         collect(expr, &mut cuts, &|leaf| Some(*leaf));
     }
     for property in &net.properties {
-        collect(&property.never, &mut cuts, &|leaf| match leaf {
-            PropertyLeaf::Net(leaf) => Some(*leaf),
-            PropertyLeaf::Output(_) => None,
-        });
+        collect(&property.never, &mut cuts, &|leaf: &PropertyLeaf| leaf.net().copied());
     }
     cuts
 }

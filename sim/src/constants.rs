@@ -12,10 +12,7 @@ pub(crate) fn timer_caps(net: &Net) -> BTreeMap<Leaf, i64> {
         collect(expr, &mut caps, &|leaf| Some(*leaf));
     }
     for property in &net.properties {
-        collect(&property.never, &mut caps, &|leaf| match leaf {
-            PropertyLeaf::Net(leaf) => Some(*leaf),
-            PropertyLeaf::Output(_) => None,
-        });
+        collect(&property.never, &mut caps, &|leaf: &PropertyLeaf| leaf.net().copied());
     }
     caps
 }
@@ -42,17 +39,8 @@ fn collect<L>(
 }
 
 pub(crate) fn constant_value<L>(expr: &Expr<L>) -> Option<i64> {
-    match &expr.kind {
-        ExprKind::Int(value) => Some(*value),
-        ExprKind::Neg(inner) => constant_value(inner).map(i64::wrapping_neg),
-        ExprKind::Bool(_)
-        | ExprKind::Leaf(_)
-        | ExprKind::Element(..)
-        | ExprKind::Not(_)
-        | ExprKind::And(_)
-        | ExprKind::Or(_)
-        | ExprKind::Compare(..)
-        | ExprKind::Arith(..)
-        | ExprKind::Select(..) => None,
+    if let ExprKind::Neg(inner) = &expr.kind {
+        return constant_value(inner)?.checked_neg();
     }
+    if let ExprKind::Int(value) = expr.kind { Some(value) } else { None }
 }

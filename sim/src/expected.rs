@@ -3,7 +3,7 @@
 
 use grafsynth_ir::Span;
 
-use crate::trace::{ColumnKind, Difference, Trace, TraceRow};
+use crate::trace::{Difference, Trace, TraceRow};
 
 /// The cells that a trace should contain.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -84,17 +84,4 @@ impl Expected {
 /// True if the cells are equal; blanks between the names of steps are ignored.
 fn is_same(left: &str, right: &str) -> bool {
     left.split_whitespace().eq(right.split_whitespace())
-}
-
-/// True for the columns of a trace that can be expected: all that the stimulus does not contain.
-pub(crate) fn can_be_expected(kind: ColumnKind) -> bool {
-    match kind {
-        ColumnKind::Scan | ColumnKind::Dt | ColumnKind::Input(_) => false,
-        ColumnKind::Steps
-        | ColumnKind::Output(_)
-        | ColumnKind::Calls(_)
-        | ColumnKind::Var(_)
-        | ColumnKind::Element(..)
-        | ColumnKind::Fault => true,
-    }
 }

@@ -249,25 +249,13 @@ impl Layout {
 
     /// The index of a cell, or `None` if the net does not use it.
     pub(crate) fn find(&self, cell: Cell) -> Option<usize> {
-        let action = match cell {
-            Cell::ActionQ(action)
-            | Cell::Latch(action, _)
-            | Cell::ActionTimer(action, _)
-            | Cell::ActionTimerHeld(action, _)
-            | Cell::Old(action, _) => action,
-            Cell::Elapsed(_)
-            | Cell::LastElapsed(_)
-            | Cell::Var(..)
-            | Cell::Edge(_)
-            | Cell::Timer(_)
-            | Cell::TimerHeld(_)
-            | Cell::Age(..)
-            | Cell::Task(_)
-            | Cell::Raised(_)
-            | Cell::Slot(_)
-            | Cell::Recorded(..)
-            | Cell::Ended(_)
-            | Cell::Held(..) => return self.places.get(&cell).map(|place| *place as usize),
+        let (Cell::ActionQ(action)
+        | Cell::Latch(action, _)
+        | Cell::ActionTimer(action, _)
+        | Cell::ActionTimerHeld(action, _)
+        | Cell::Old(action, _)) = cell
+        else {
+            return self.places.get(&cell).map(|place| *place as usize);
         };
         // This is needed for all actions in each row, and an action has few cells.
         let own = self.of_action.get(action.index()..action.index() + 2)?;

@@ -3,7 +3,7 @@
 //! Each function is named after its step of that program and is in the file of its section: `conflict.rs` (K3–K5, §4), `hierarchy.rs` (NEXT, §8),
 //! `lists.rs` (F1–F5, §3.3), `statechart.rs` (S1–S4, §5), `control.rs` (E1, §3.5), `ending.rs` (E2–E4).
 
-use grafsynth_ir::expr::{Expr as GenericExpr, ExprKind};
+use grafsynth_ir::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind};
 use grafsynth_ir::net::{
     EdgeId, Evolution, Expr, InputId, InputKind, Leaf, Net, OutputId, StepId, TransitionId,
     TransitionKind, VarId,
@@ -153,33 +153,17 @@ impl Reaction<'_> {
         self.state.internal.clear();
         self.state.external.clear();
         for (place, cell) in self.tables.layout.cells.iter().enumerate() {
-            self.state.cells[place] = match *cell {
-                Cell::Var(var, element) => {
-                    let var = &self.net.vars[var];
-                    var.ty.saturate(
-                        var.init.get(element as usize).or(var.init.first()).copied().unwrap_or(0),
-                    )
-                }
-                Cell::Timer(timer) if self.net.timers[timer].starts_expired => {
-                    self.tables.layout.timer_cap(timer)
-                }
-                Cell::Elapsed(_)
-                | Cell::LastElapsed(_)
-                | Cell::Edge(_)
-                | Cell::Timer(_)
-                | Cell::TimerHeld(_)
-                | Cell::Age(..)
-                | Cell::Task(_)
-                | Cell::ActionQ(_)
-                | Cell::Latch(..)
-                | Cell::ActionTimer(..)
-                | Cell::ActionTimerHeld(..)
-                | Cell::Old(..)
-                | Cell::Raised(_)
-                | Cell::Slot(_)
-                | Cell::Recorded(..)
-                | Cell::Ended(_)
-                | Cell::Held(..) => 0,
+            self.state.cells[place] = if let Cell::Var(var, element) = *cell {
+                let var = &self.net.vars[var];
+                var.ty.saturate(
+                    var.init.get(element as usize).or(var.init.first()).copied().unwrap_or(0),
+                )
+            } else if let Cell::Timer(timer) = *cell
+                && self.net.timers[timer].starts_expired
+            {
+                self.tables.layout.timer_cap(timer)
+            } else {
+                0
             };
         }
         self.begin_row(0);
@@ -504,10 +488,10 @@ pub(crate) fn eval_by<L>(expr: &GenericExpr<L>, value: &impl Fn(&L, Option<i64>)
         ExprKind::Not(a) => i64::from(eval(a) == 0),
         ExprKind::And(all) => i64::from(all.iter().all(|a| eval(a) != 0)),
         ExprKind::Or(all) => i64::from(all.iter().any(|a| eval(a) != 0)),
-        ExprKind::Compare(op, a, b) => i64::from(op.apply(eval(a), eval(b))),
-        ExprKind::Neg(a) => eval(a).wrapping_neg(),
+        ExprKind::Compare(op, a, b) => i64::from(compares(*op, eval(a), eval(b))),
         // Validation excludes a divisor of 0 and results beyond 64 bits.
-        ExprKind::Arith(op, a, b) => op.apply(eval(a), eval(b)).unwrap_or(0),
+        ExprKind::Neg(a) => arithmetic(ArithOp::Sub, 0, eval(a)).unwrap_or(0),
+        ExprKind::Arith(op, a, b) => arithmetic(*op, eval(a), eval(b)).unwrap_or(0),
         ExprKind::Select(a, b, c) => {
             if eval(a) != 0 {
                 eval(b)
@@ -516,6 +500,30 @@ pub(crate) fn eval_by<L>(expr: &GenericExpr<L>, value: &impl Fn(&L, Option<i64>)
             }
         }
     }
+}
+
+fn compares(op: CompareOp, a: i64, b: i64) -> bool {
+    match op {
+        CompareOp::Eq => a == b,
+        CompareOp::Ne => a != b,
+        CompareOp::Lt => a < b,
+        CompareOp::Le => a <= b,
+        CompareOp::Gt => a > b,
+        CompareOp::Ge => a >= b,
+    }
+}
+
+/// The exact result, without the arithmetic of `ir` (semantics §6); `None` if there is none, or if it exceeds 64 bits.
+fn arithmetic(op: ArithOp, a: i64, b: i64) -> Option<i64> {
+    let (a, b) = (i128::from(a), i128::from(b));
+    let exact = match op {
+        ArithOp::Add => a + b,
+        ArithOp::Sub => a - b,
+        ArithOp::Mul => a * b,
+        ArithOp::Div => a.checked_div(b)?,
+        ArithOp::Mod => a.checked_rem(b)?,
+    };
+    i64::try_from(exact).ok()
 }
 
 /// The value of a leaf.

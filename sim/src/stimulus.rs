@@ -10,7 +10,7 @@ use grafsynth_ir::{Diagnostic, FileId, Span};
 
 use crate::codes;
 use crate::csv::{self, Cell};
-use crate::expected::{Expected, can_be_expected};
+use crate::expected::Expected;
 use crate::reaction::eval_by;
 use crate::row::{InputRow, has_column};
 use crate::trace::TraceLayout;
@@ -264,7 +264,7 @@ impl Reader<'_> {
         let computed: BTreeSet<&str> = layout
             .columns
             .iter()
-            .filter(|column| can_be_expected(column.kind))
+            .filter(|column| !column.kind.is_given())
             .map(|column| column.name.as_str())
             .collect();
         let given = net.inputs.values().filter(|input| has_column(input.kind));

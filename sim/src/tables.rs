@@ -168,26 +168,15 @@ impl Tables {
         for edge in net.edges.values() {
             let mut over_inputs = true;
             for leaf in edge.expr.leaves() {
-                match leaf {
-                    Leaf::Input(input) => {
-                        if net.inputs[*input].kind == InputKind::Extern
-                            && !self.always_called.contains(input)
-                        {
-                            self.always_called.push(*input);
-                        }
-                        over_inputs &= !net.inputs[*input].kind.is_event();
-                    }
-                    Leaf::Var(_)
-                    | Leaf::Active(_)
-                    | Leaf::Elapsed(_)
-                    | Leaf::LastElapsed(_)
-                    | Leaf::TasksDone(_)
-                    | Leaf::Timer(_)
-                    | Leaf::Rise(_)
-                    | Leaf::Fall(_)
-                    | Leaf::Fireable(_)
-                    | Leaf::Controlled(_) => over_inputs = false,
+                let Leaf::Input(input) = leaf else {
+                    over_inputs = false;
+                    continue;
+                };
+                let kind = net.inputs[*input].kind;
+                if kind == InputKind::Extern && !self.always_called.contains(input) {
+                    self.always_called.push(*input);
                 }
+                over_inputs &= !kind.is_event();
             }
             self.edge_over_inputs.push(over_inputs);
         }

@@ -32,6 +32,14 @@ pub enum ColumnKind {
     Fault,
 }
 
+impl ColumnKind {
+    /// True for the columns that the stimulus determines; their cells are never open.
+    #[must_use]
+    pub fn is_given(self) -> bool {
+        matches!(self, ColumnKind::Scan | ColumnKind::Dt | ColumnKind::Input(_))
+    }
+}
+
 /// One column.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
@@ -229,14 +237,14 @@ impl TraceLayout {
     #[must_use]
     pub fn is_open(&self, column: usize, row: &Row) -> bool {
         self.columns.get(column).is_some_and(|column| {
-            (row.open.row && !is_given(column.kind))
+            (row.open.row && !column.kind.is_given())
                 || (row.open.any() && is_open(column.kind, row))
         })
     }
 
     /// Marks every cell as open, except those of the stimulus.
     pub fn open_all(&self, row: &mut TraceRow) {
-        row.open = self.columns.iter().map(|column| !is_given(column.kind)).collect();
+        row.open = self.columns.iter().map(|column| !column.kind.is_given()).collect();
     }
 
     fn value(&self, kind: ColumnKind, row: &Row) -> Value {
@@ -346,7 +354,7 @@ impl Trace {
     /// The number of reactions with some cell that is not open. The others follow a violated assumption, and a comparison with them finds no difference.
     #[must_use]
     pub fn asked_reactions(&self) -> usize {
-        let computed = |at: usize| !is_given(self.layout.columns[at].kind);
+        let computed = |at: usize| !self.layout.columns[at].kind.is_given();
         let is_asked = |row: &&TraceRow| {
             row.open.is_empty()
                 || row.open.iter().enumerate().any(|(at, open)| !open && computed(at))
@@ -363,34 +371,13 @@ impl Trace {
     }
 }
 
-/// True for cells that the stimulus contains, which are never open.
-fn is_given(kind: ColumnKind) -> bool {
-    match kind {
-        ColumnKind::Scan | ColumnKind::Dt | ColumnKind::Input(_) => true,
-        ColumnKind::Steps
-        | ColumnKind::Output(_)
-        | ColumnKind::Calls(_)
-        | ColumnKind::Var(_)
-        | ColumnKind::Element(..)
-        | ColumnKind::Fault => false,
-    }
-}
-
 /// Semantics §3.6: open cells, and those that depend on them in this row. A mealy output does not depend on the next situation.
 fn is_open(kind: ColumnKind, row: &Row) -> bool {
-    match kind {
-        ColumnKind::Output(output) | ColumnKind::Calls(output) => {
-            row.open.outputs.contains(&output)
-                || (row.open.next && !row.open.fixed.contains(&output))
-        }
-        ColumnKind::Scan
-        | ColumnKind::Dt
-        | ColumnKind::Input(_)
-        | ColumnKind::Steps
-        | ColumnKind::Var(_)
-        | ColumnKind::Element(..)
-        | ColumnKind::Fault => row.open.next && !is_given(kind),
+    if let ColumnKind::Output(output) | ColumnKind::Calls(output) = kind {
+        let is_fixed = row.open.fixed.contains(&output);
+        return row.open.outputs.contains(&output) || (row.open.next && !is_fixed);
     }
+    row.open.next && !kind.is_given()
 }
 
 /// The first cell in which two traces differ.

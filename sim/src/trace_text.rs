@@ -96,13 +96,7 @@ impl Trace {
                 ColumnKind::Calls(_) => {
                     Wire::Text(writer.add_var(VarType::String, 1, &name, None)?)
                 }
-                ColumnKind::Scan
-                | ColumnKind::Dt
-                | ColumnKind::Input(_)
-                | ColumnKind::Output(_)
-                | ColumnKind::Var(_)
-                | ColumnKind::Element(..)
-                | ColumnKind::Fault => {
+                _ => {
                     let (lo, hi) = column.ty.bounds();
                     // A range with negative values needs a sign bit.
                     let magnitude =
@@ -334,13 +328,7 @@ fn parse_value(kind: ColumnKind, text: &str, steps: &BTreeMap<&str, u32>) -> Opt
             };
             text.split(';').map(call).collect::<Option<Vec<Vec<i64>>>>().map(Value::Calls)
         }
-        ColumnKind::Scan
-        | ColumnKind::Dt
-        | ColumnKind::Input(_)
-        | ColumnKind::Output(_)
-        | ColumnKind::Var(_)
-        | ColumnKind::Element(..)
-        | ColumnKind::Fault => text.parse().ok().map(Value::Number),
+        _ => text.parse().ok().map(Value::Number),
     }
 }
 
@@ -348,12 +336,6 @@ fn expected(kind: ColumnKind) -> &'static str {
     match kind {
         ColumnKind::Steps => "expected step names separated by one space",
         ColumnKind::Calls(_) => "expected calls such as `3:1;0:2`",
-        ColumnKind::Scan
-        | ColumnKind::Dt
-        | ColumnKind::Input(_)
-        | ColumnKind::Output(_)
-        | ColumnKind::Var(_)
-        | ColumnKind::Element(..)
-        | ColumnKind::Fault => "expected a number",
+        _ => "expected a number",
     }
 }

@@ -95,11 +95,7 @@ pub(crate) fn all_compatible_pairs(net: &Net) -> Vec<(TransitionId, TransitionId
 pub fn firing_together(net: &Net) -> Vec<Overlap> {
     match net.settings.policy {
         Policy::All if !net.settings.fire_one => compatible_pairs(net),
-        Policy::All
-        | Policy::Priority
-        | Policy::PriorityAge
-        | Policy::InnerFirst
-        | Policy::OuterFirst => Vec::new(),
+        _ => Vec::new(),
     }
 }
 
@@ -176,14 +172,7 @@ fn conjuncts(expr: &Expr, out: &mut Vec<(Leaf, bool)>) {
             }
         }
         ExprKind::And(all) => all.iter().for_each(|one| conjuncts(one, out)),
-        ExprKind::Bool(_)
-        | ExprKind::Int(_)
-        | ExprKind::Element(..)
-        | ExprKind::Or(_)
-        | ExprKind::Compare(..)
-        | ExprKind::Neg(_)
-        | ExprKind::Arith(..)
-        | ExprKind::Select(..) => {}
+        _ => {}
     }
 }
 
@@ -281,18 +270,7 @@ impl<'a> Guards<'a> {
                     let broken = self.bdd.and(edge_atom, now)?;
                     parts.push(self.bdd.not(broken)?);
                 }
-                Atom::Leaf(
-                    Leaf::Input(_)
-                    | Leaf::Var(_)
-                    | Leaf::Active(_)
-                    | Leaf::Elapsed(_)
-                    | Leaf::LastElapsed(_)
-                    | Leaf::TasksDone(_)
-                    | Leaf::Timer(_)
-                    | Leaf::Fireable(_)
-                    | Leaf::Controlled(_),
-                )
-                | Atom::Opaque(_) => {}
+                _ => {}
             }
         }
         thresholds.sort();
@@ -386,19 +364,7 @@ impl<'a> Guards<'a> {
     fn type_of(&self, side: &Expr) -> Type {
         match &side.kind {
             ExprKind::Leaf(leaf) if leaf.is_time() => TICKS,
-            ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Leaf(_)
-            | ExprKind::Element(..)
-            | ExprKind::Not(_)
-            | ExprKind::Neg(_)
-            | ExprKind::And(_)
-            | ExprKind::Or(_)
-            | ExprKind::Compare(..)
-            | ExprKind::Arith(..)
-            | ExprKind::Select(..) => {
-                net_type(self.net, side).unwrap_or(Type::Int { lo: i64::MIN, hi: i64::MAX })
-            }
+            _ => net_type(self.net, side).unwrap_or(Type::Int { lo: i64::MIN, hi: i64::MAX }),
         }
     }
 
@@ -457,10 +423,6 @@ impl<'a> Guards<'a> {
 
 /// A property that reads no output, as an expression of the net.
 pub(crate) fn net_expr(expr: &grafsynth_ir::net::PropertyExpr) -> Option<Expr> {
-    let leaf = |leaf: &PropertyLeaf| match leaf {
-        PropertyLeaf::Net(leaf) => Ok(*leaf),
-        PropertyLeaf::Output(_) => Err(()),
-    };
-    expr.try_map(&mut |one, span| leaf(one).map(|l| Expr::leaf(l, span)), &mut |one, _| leaf(one))
-        .ok()
+    let leaf = |leaf: &PropertyLeaf| leaf.net().copied().ok_or(());
+    expr.try_map(&mut |one, span| Ok(Expr::leaf(leaf(one)?, span)), &mut |one, _| leaf(one)).ok()
 }

@@ -21,15 +21,7 @@ pub(crate) fn holds(transition: &Transition, situation: &Situation, row: &InputR
     let value = &mut |leaf: &Leaf, _: i64| match leaf {
         Leaf::Input(input) => row.value(*input),
         Leaf::Active(step) => i64::from(situation.contains(*step)),
-        Leaf::Var(_)
-        | Leaf::Elapsed(_)
-        | Leaf::LastElapsed(_)
-        | Leaf::TasksDone(_)
-        | Leaf::Timer(_)
-        | Leaf::Rise(_)
-        | Leaf::Fall(_)
-        | Leaf::Fireable(_)
-        | Leaf::Controlled(_) => 0,
+        _ => 0,
     };
     transition.guard.eval(value) != 0
 }

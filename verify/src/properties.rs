@@ -65,10 +65,7 @@ pub fn with_emergency(net: &Valid<Net>) -> Result<Valid<Net>, Vec<Diagnostic>> {
         match &output.driver {
             Driver::Mealy(_) if !over_inputs => None,
             Driver::Extern { .. } => None,
-            Driver::Continuous(_)
-            | Driver::Mealy(_)
-            | Driver::Stored(_)
-            | Driver::Controlled(_) => Some(match output.ty {
+            _ => Some(match output.ty {
                 Type::Bool if safe == 0 => value,
                 Type::Bool => value.not(),
                 Type::Int { .. } => {

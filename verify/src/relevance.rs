@@ -7,8 +7,9 @@ use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::expr::Expr as GenericExpr;
 use grafsynth_ir::net::{
     Block, Driver, Enter, Evolution, Expr, InputId, Leaf, Net, PropertyLeaf, PropertyRole,
-    Qualifier, Step, StepId, StepKind, StmtKind, Transition, TransitionId,
+    Qualifier, Step, StepId, StepKind, Transition, TransitionId,
 };
+use grafsynth_ir::walk::expressions;
 use grafsynth_sim::Situation;
 
 /// A set of inputs.
@@ -185,16 +186,12 @@ impl<'n> Relevance<'n> {
     }
 
     fn property(&mut self, expr: &grafsynth_ir::net::PropertyExpr, set: &mut Inputs) {
-        let net_leaf = |leaf: &PropertyLeaf| match leaf {
-            PropertyLeaf::Net(leaf) => Some(*leaf),
-            PropertyLeaf::Output(_) => None,
-        };
         for leaf in expr.leaves() {
-            if let Some(Leaf::Input(input)) = net_leaf(leaf) {
-                set.insert(input);
+            if let Some(Leaf::Input(input)) = leaf.net() {
+                set.insert(*input);
             }
         }
-        self.time(expr, &net_leaf);
+        self.time(expr, &|leaf: &PropertyLeaf| leaf.net().copied());
     }
 
     fn time<L>(&mut self, expr: &GenericExpr<L>, net_leaf: &impl Fn(&L) -> Option<Leaf>) {
@@ -207,20 +204,10 @@ impl<'n> Relevance<'n> {
                         Some(Leaf::Elapsed(step)) => {
                             self.elapsed[step] = self.elapsed[step].max(*value)
                         }
-                        Some(Leaf::LastElapsed(_) | Leaf::Timer(_)) => {
+                        Some(leaf) if leaf.is_time() => {
                             self.other_time = self.other_time.max(*value)
                         }
-                        Some(
-                            Leaf::Input(_)
-                            | Leaf::Var(_)
-                            | Leaf::Active(_)
-                            | Leaf::TasksDone(_)
-                            | Leaf::Rise(_)
-                            | Leaf::Fall(_)
-                            | Leaf::Fireable(_)
-                            | Leaf::Controlled(_),
-                        )
-                        | None => {}
+                        _ => {}
                     }
                 }
             }
@@ -229,25 +216,7 @@ impl<'n> Relevance<'n> {
     }
 
     fn block(&mut self, block: &Block, set: &mut Inputs) {
-        for stmt in block {
-            match &stmt.kind {
-                StmtKind::Assign { index, value, .. } => {
-                    index.iter().chain([value]).for_each(|one| self.expr(one, set));
-                }
-                StmtKind::Call { arguments, .. } => {
-                    arguments.iter().for_each(|one| self.expr(one, set))
-                }
-                StmtKind::If { condition, then, otherwise } => {
-                    self.expr(condition, set);
-                    self.block(then, set);
-                    self.block(otherwise, set);
-                }
-                StmtKind::Raise(_)
-                | StmtKind::Send(_)
-                | StmtKind::Cancel(_)
-                | StmtKind::Code(_) => {}
-            }
-        }
+        expressions(block).for_each(|expr| self.expr(expr, set));
     }
 
     /// The largest relevant `dt`: more ticks have the same effect. `None` if no tick matters in the situation.

@@ -323,15 +323,7 @@ impl Look<'_> {
             ExprKind::Not(one) => {
                 matches!(one.kind, ExprKind::Leaf(Leaf::Active(step)) if step == self.step)
             }
-            ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Leaf(_)
-            | ExprKind::Element(..)
-            | ExprKind::Or(_)
-            | ExprKind::Compare(..)
-            | ExprKind::Neg(_)
-            | ExprKind::Arith(..)
-            | ExprKind::Select(..) => false,
+            _ => false,
         }
     }
 

@@ -95,11 +95,7 @@ impl<'s> Context<'s> {
                 self.fireable(*transition, wanted)
             }
             ExprKind::Leaf(Leaf::Fireable(_)) => 0,
-            ExprKind::Leaf(_)
-            | ExprKind::Element(..)
-            | ExprKind::Int(_)
-            | ExprKind::Neg(_)
-            | ExprKind::Arith(..) => u64::from((self.value(expr) != 0) != wanted),
+            _ => u64::from((self.value(expr) != 0) != wanted),
         }
     }
 
@@ -148,13 +144,7 @@ impl<'s> Context<'s> {
             is_free |= match leaf {
                 Leaf::Input(_) => true,
                 Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_) => free_dt,
-                Leaf::Var(_)
-                | Leaf::Active(_)
-                | Leaf::TasksDone(_)
-                | Leaf::Rise(_)
-                | Leaf::Fall(_)
-                | Leaf::Fireable(_)
-                | Leaf::Controlled(_) => false,
+                _ => false,
             };
         }
         is_free

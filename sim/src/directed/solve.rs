@@ -116,12 +116,7 @@ impl Directed<'_> {
                     Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_) => {
                         knobs.push(Knob::Dt)
                     }
-                    Leaf::Input(_)
-                    | Leaf::Fireable(_)
-                    | Leaf::Var(_)
-                    | Leaf::Active(_)
-                    | Leaf::TasksDone(_)
-                    | Leaf::Controlled(_) => {}
+                    _ => {}
                 }
             }
             todo.extend(more);

@@ -70,17 +70,7 @@ impl Thresholds {
                 Leaf::Timer(timer) if state.cells[layout.timer(timer) + 1] != 0 => {
                     Some((layout.timer(timer), 0))
                 }
-                Leaf::Elapsed(_)
-                | Leaf::LastElapsed(_)
-                | Leaf::Timer(_)
-                | Leaf::Input(_)
-                | Leaf::Var(_)
-                | Leaf::Active(_)
-                | Leaf::TasksDone(_)
-                | Leaf::Rise(_)
-                | Leaf::Fall(_)
-                | Leaf::Fireable(_)
-                | Leaf::Controlled(_) => None,
+                _ => None,
             };
             if let Some((place, _)) = now {
                 left.extend(constants.iter().map(|constant| constant - state.cells[place]));

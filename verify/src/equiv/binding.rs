@@ -76,11 +76,7 @@ impl Binding {
                 PinRole::Tick => binding.ticks.push(pin),
                 // This pin is kept at 0, because the power-up value is the reset value.
                 PinRole::Reset => {}
-                PinRole::Input(..)
-                | PinRole::Output(..)
-                | PinRole::Busy
-                | PinRole::Fault
-                | PinRole::Unknown => {
+                _ => {
                     return Err(format!("the meaning of input pin `{}` is unknown", input.name));
                 }
             }
@@ -97,11 +93,7 @@ impl Binding {
                     binding.compared.push(Compared { what: What::Fault, bit: 0, shown })
                 }
                 PinRole::Busy => binding.busy = Some(pin),
-                PinRole::Input(..)
-                | PinRole::Output(..)
-                | PinRole::Tick
-                | PinRole::Reset
-                | PinRole::Unknown => {
+                _ => {
                     return Err(format!("the meaning of output pin `{}` is unknown", output.name));
                 }
             }
@@ -110,10 +102,7 @@ impl Binding {
             let wanted = match &output.driver {
                 // A column of calls; it has a strobe pin if the action is ever called.
                 Driver::Extern { .. } => 0,
-                Driver::Continuous(_)
-                | Driver::Mealy(_)
-                | Driver::Stored(_)
-                | Driver::Controlled(_) => output.ty.bits(),
+                _ => output.ty.bits(),
             };
             if n_bits[id.index()] < wanted {
                 return Err(format!(
@@ -151,31 +140,7 @@ impl Binding {
                 {
                     What::Var(var, holds.element)
                 }
-                Origin::Step(_)
-                | Origin::Region(_)
-                | Origin::Var(_)
-                | Origin::Elapsed(_)
-                | Origin::LastElapsed(_)
-                | Origin::Edge(_)
-                | Origin::Timer(_)
-                | Origin::TimerCondition(_)
-                | Origin::Older(..)
-                | Origin::TaskIndex(_)
-                | Origin::ActionQ(_)
-                | Origin::ActionLatch(..)
-                | Origin::ActionTimer(..)
-                | Origin::Pending(_)
-                | Origin::InternalQueue
-                | Origin::InternalLength
-                | Origin::ExternalQueue
-                | Origin::ExternalLength
-                | Origin::SendTimer(_)
-                | Origin::SendRuns(_)
-                | Origin::Recorded(..)
-                | Origin::Ended(_)
-                | Origin::Fault
-                | Origin::HeldOutput(..)
-                | Origin::Helper => continue,
+                _ => continue,
             };
             binding.compared.push(Compared { what, bit: holds.bit, shown });
         }
@@ -236,12 +201,7 @@ impl Binding {
                     .filter(|effect| matches!(effect, Effect::Call(own, _) if *own == output));
                 calls.count() as u64
             }
-            Driver::Continuous(_)
-            | Driver::Mealy(_)
-            | Driver::Stored(_)
-            | Driver::Controlled(_) => {
-                row.outputs[output.index()].abs_diff(net.outputs[output].ty.bounds().0)
-            }
+            _ => row.outputs[output.index()].abs_diff(net.outputs[output].ty.bounds().0),
         }
     }
 
@@ -297,10 +257,7 @@ impl Binding {
             What::Output(output) => {
                 let lo = match net.outputs[output].driver {
                     Driver::Extern { .. } => 0,
-                    Driver::Continuous(_)
-                    | Driver::Mealy(_)
-                    | Driver::Stored(_)
-                    | Driver::Controlled(_) => net.outputs[output].ty.bounds().0,
+                    _ => net.outputs[output].ty.bounds().0,
                 };
                 let mine = lo.saturating_add_unsigned(self.output(net, row, output));
                 let theirs = lo.saturating_add_unsigned(code(differs.what, circuit));

@@ -159,10 +159,7 @@ impl<'a> Lanes<'a> {
                     })
                 }
                 Shown::Function { node } if !want_mealy => self.sim.node(node),
-                Shown::Pin { .. }
-                | Shown::Flop { .. }
-                | Shown::Function { .. }
-                | Shown::Active(_) => continue,
+                _ => continue,
             };
             self.bits[at] = word;
         }
@@ -289,24 +286,12 @@ impl Reads<'_> {
         let logic = self.logic;
         let flop_of = |node: NodeId| match &logic.nodes[node] {
             Node::Flop(flop) => Some(*flop),
-            Node::Const(_)
-            | Node::Input(_)
-            | Node::Not(_)
-            | Node::And(_)
-            | Node::Or(_)
-            | Node::Xor(..)
-            | Node::Mux(..) => None,
+            _ => None,
         };
         let shown = logic.outputs[busy].value;
         let known = match &logic.nodes[shown] {
             Node::Not(a) => flop_of(*a).map(|flop| (flop, !value)),
-            Node::Const(_)
-            | Node::Input(_)
-            | Node::Flop(_)
-            | Node::And(_)
-            | Node::Or(_)
-            | Node::Xor(..)
-            | Node::Mux(..) => flop_of(shown).map(|flop| (flop, value)),
+            _ => flop_of(shown).map(|flop| (flop, value)),
         };
         self.with(&|flop| known.filter(|(of_busy, _)| *of_busy == flop).map(|(_, value)| value))
     }
@@ -357,11 +342,7 @@ impl Reads<'_> {
                 match logic.inputs[*pin].role {
                     PinRole::Input(input, _) => inputs.insert(input),
                     PinRole::Tick => tick = true,
-                    PinRole::Reset
-                    | PinRole::Output(..)
-                    | PinRole::Busy
-                    | PinRole::Fault
-                    | PinRole::Unknown => {}
+                    _ => {}
                 }
             }
             let is_after = after[at];
@@ -369,13 +350,7 @@ impl Reads<'_> {
                 Node::Mux(c, a, b) => {
                     self.values[c.index()].map(|value| if value { *a } else { *b })
                 }
-                Node::Const(_)
-                | Node::Input(_)
-                | Node::Flop(_)
-                | Node::Not(_)
-                | Node::And(_)
-                | Node::Or(_)
-                | Node::Xor(..) => None,
+                _ => None,
             };
             for_each_operand(node, |operand| {
                 let is_passed = live && chosen.is_none_or(|chosen| chosen == operand);

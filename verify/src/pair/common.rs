@@ -229,16 +229,7 @@ impl Common {
                 ColumnKind::Steps => self.steps.iter().all(|(a, b)| {
                     left.steps.binary_search(a).is_ok() == right.steps.binary_search(b).is_ok()
                 }),
-                ColumnKind::Scan
-                | ColumnKind::Dt
-                | ColumnKind::Input(_)
-                | ColumnKind::Output(_)
-                | ColumnKind::Calls(_)
-                | ColumnKind::Var(_)
-                | ColumnKind::Element(..)
-                | ColumnKind::Fault => {
-                    ours.cell(column.left, left) == theirs.cell(column.right, right)
-                }
+                _ => ours.cell(column.left, left) == theirs.cell(column.right, right),
             };
             !is_equal && !ours.is_open(column.left, left) && !theirs.is_open(column.right, right)
         })
@@ -351,15 +342,6 @@ fn columns(
     same_steps: bool,
     omitted: &mut Vec<Omitted>,
 ) -> Vec<CommonColumn> {
-    let is_computed = |kind: ColumnKind| match kind {
-        ColumnKind::Scan | ColumnKind::Dt | ColumnKind::Input(_) => false,
-        ColumnKind::Steps
-        | ColumnKind::Output(_)
-        | ColumnKind::Calls(_)
-        | ColumnKind::Var(_)
-        | ColumnKind::Element(..)
-        | ColumnKind::Fault => true,
-    };
     let mut columns = Vec::new();
     let mut met: BTreeSet<usize> = BTreeSet::new();
     let has_arguments = |kind: ColumnKind| matches!(kind, ColumnKind::Calls(_));
@@ -368,12 +350,12 @@ fn columns(
         .columns
         .iter()
         .enumerate()
-        .filter(|(_, column)| is_computed(column.kind))
+        .filter(|(_, column)| !column.kind.is_given())
         // A chart may have an output called `steps` or `fault`, which is not the column with that meaning.
         .map(|(at, column)| ((column.name.as_str(), is_own(column.kind)), at))
         .collect();
     for (at, column) in
-        layouts.0.columns.iter().enumerate().filter(|(_, column)| is_computed(column.kind))
+        layouts.0.columns.iter().enumerate().filter(|(_, column)| !column.kind.is_given())
     {
         let name = column.name.clone();
         match theirs.get(&(column.name.as_str(), is_own(column.kind))) {
@@ -392,7 +374,7 @@ fn columns(
         }
     }
     for (at, column) in layouts.1.columns.iter().enumerate() {
-        if is_computed(column.kind) && !met.contains(&at) {
+        if !column.kind.is_given() && !met.contains(&at) {
             omitted.push(Omitted::Column { name: column.name.clone(), side: Side::Right });
         }
     }

@@ -648,19 +648,11 @@ pub(crate) fn never(
 /// A property as an expression over the state and the inputs, with outputs replaced by their drivers. `None` for properties that need more, and for
 /// times, whose caps may be below the property's constants.
 fn over_state(net: &Net, property: &PropertyExpr) -> Option<Expr> {
-    let mut has_time = false;
-    for leaf in property.leaves() {
-        match leaf {
-            PropertyLeaf::Net(leaf) => has_time |= leaf.is_time(),
-            PropertyLeaf::Output(_) => {
-                for emergency in net.emergency.iter() {
-                    for leaf in emergency.condition.leaves() {
-                        has_time |= leaf.is_time();
-                    }
-                }
-            }
-        }
-    }
+    let with_outputs = property.leaves().any(|leaf| leaf.net().is_none());
+    let emergency = net.emergency.iter().filter(|_| with_outputs).map(|one| &one.condition);
+    let has_time = (property.leaves().filter_map(PropertyLeaf::net))
+        .chain(emergency.flat_map(Expr::leaves))
+        .any(Leaf::is_time);
     if has_time {
         return None;
     }
@@ -679,11 +671,8 @@ fn over_state(net: &Net, property: &PropertyExpr) -> Option<Expr> {
             Ok(net.forced(*id, value))
         }
     };
-    let array = |leaf: &PropertyLeaf| match leaf {
-        PropertyLeaf::Net(leaf) => Ok(*leaf),
-        PropertyLeaf::Output(_) => Err(()),
-    };
-    property.try_map(&mut |one, span| leaf(one, span), &mut |one, _| array(one)).ok()
+    let mut array = |leaf: &PropertyLeaf, _| leaf.net().copied().ok_or(());
+    property.try_map(&mut |one, span| leaf(one, span), &mut array).ok()
 }
 
 #[cfg(test)]

@@ -64,25 +64,7 @@ pub(super) fn order(
                     let first = place_of_step[a.index()] < place_of_step[b.index()];
                     Some((if first { *b } else { *a }, 2))
                 }
-                Origin::Var(_)
-                | Origin::Edge(_)
-                | Origin::Timer(_)
-                | Origin::TimerCondition(_)
-                | Origin::ActionQ(_)
-                | Origin::ActionLatch(..)
-                | Origin::ActionTimer(..)
-                | Origin::Pending(_)
-                | Origin::InternalQueue
-                | Origin::InternalLength
-                | Origin::ExternalQueue
-                | Origin::ExternalLength
-                | Origin::SendTimer(_)
-                | Origin::SendRuns(_)
-                | Origin::Recorded(..)
-                | Origin::Ended(_)
-                | Origin::Fault
-                | Origin::HeldOutput(..)
-                | Origin::Helper => None,
+                _ => None,
             };
             if let Some((step, side)) = own {
                 place.insert(*word, (place_of_step[step.index()], side));

@@ -273,39 +273,17 @@ impl Shape {
     /// The state before reset (semantics §3.9, R1).
     pub(crate) fn before_reset(&self, net: &Net) -> State {
         self.build(net, &mut |origin, element, ty| {
-            let value = match origin {
-                Origin::Var(var) => {
-                    let init = &net.vars[var].init;
-                    init.get(element as usize)
-                        .or(init.first())
-                        .copied()
-                        .unwrap_or_else(|| ty.saturate(0))
-                }
-                Origin::Timer(timer) if net.timers[timer].starts_expired => ty.bounds().1,
-                Origin::Step(_)
-                | Origin::Region(_)
-                | Origin::Elapsed(_)
-                | Origin::LastElapsed(_)
-                | Origin::Edge(_)
-                | Origin::Timer(_)
-                | Origin::TimerCondition(_)
-                | Origin::Older(..)
-                | Origin::TaskIndex(_)
-                | Origin::ActionQ(_)
-                | Origin::ActionLatch(..)
-                | Origin::ActionTimer(..)
-                | Origin::Pending(_)
-                | Origin::InternalQueue
-                | Origin::InternalLength
-                | Origin::ExternalQueue
-                | Origin::ExternalLength
-                | Origin::SendTimer(_)
-                | Origin::SendRuns(_)
-                | Origin::Recorded(..)
-                | Origin::Ended(_)
-                | Origin::Fault
-                | Origin::HeldOutput(..)
-                | Origin::Helper => 0,
+            // Everything else is 0.
+            let value = if let Origin::Var(var) = origin {
+                let init = &net.vars[var].init;
+                let own = init.get(element as usize).or(init.first()).copied();
+                own.unwrap_or_else(|| ty.saturate(0))
+            } else if let Origin::Timer(timer) = origin
+                && net.timers[timer].starts_expired
+            {
+                ty.bounds().1
+            } else {
+                0
             };
             match ty {
                 Type::Bool => Value::Flag(Lit::constant(value != 0)),

@@ -278,13 +278,7 @@ impl Chart {
             match guard {
                 Guard::Not(one) => walk(one, visit),
                 Guard::And(all) | Guard::Or(all) => all.iter().for_each(|one| walk(one, visit)),
-                Guard::True
-                | Guard::Input(..)
-                | Guard::Rise(_)
-                | Guard::Var(..)
-                | Guard::Time(..)
-                | Guard::Timer(..)
-                | Guard::Active(_) => {}
+                _ => {}
             }
         }
         let moves = self.moves.iter().map(|it| &it.guard);

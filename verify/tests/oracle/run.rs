@@ -65,13 +65,7 @@ impl<'c> Runner<'c> {
                 longest = longest.max(Some(ticks + 1));
             }
             Guard::Rise(input) => asks_edges[*input] = true,
-            Guard::True
-            | Guard::Input(..)
-            | Guard::Var(..)
-            | Guard::Active(_)
-            | Guard::Not(_)
-            | Guard::And(_)
-            | Guard::Or(_) => {}
+            _ => {}
         });
         Runner { chart, caps, timer_caps, asks_edges, longest }
     }
