@@ -124,13 +124,7 @@ impl Builder {
     pub fn as_constant(&self, node: NodeId) -> Option<bool> {
         match self.logic.nodes[node] {
             Node::Const(value) => Some(value),
-            Node::Input(_)
-            | Node::Flop(_)
-            | Node::Not(_)
-            | Node::And(_)
-            | Node::Or(_)
-            | Node::Xor(..)
-            | Node::Mux(..) => None,
+            _ => None,
         }
     }
 
@@ -139,12 +133,7 @@ impl Builder {
         match self.logic.nodes[a] {
             Node::Const(value) => self.constant(!value),
             Node::Not(inner) => inner,
-            Node::Input(_)
-            | Node::Flop(_)
-            | Node::And(_)
-            | Node::Or(_)
-            | Node::Xor(..)
-            | Node::Mux(..) => self.make(Node::Not(a)),
+            _ => self.make(Node::Not(a)),
         }
     }
 
@@ -169,13 +158,7 @@ impl Builder {
                 Node::Not(inner) if operands.binary_search(&inner).is_ok() => {
                     return self.constant(!is_and);
                 }
-                Node::Not(_)
-                | Node::Input(_)
-                | Node::Flop(_)
-                | Node::And(_)
-                | Node::Or(_)
-                | Node::Xor(..)
-                | Node::Mux(..) => {
+                _ => {
                     kept.push(operand);
                 }
             }
@@ -271,13 +254,7 @@ impl Builder {
     pub fn strip(&self, node: NodeId) -> (NodeId, bool) {
         match self.logic.nodes[node] {
             Node::Not(inner) => (inner, true),
-            Node::Const(_)
-            | Node::Input(_)
-            | Node::Flop(_)
-            | Node::And(_)
-            | Node::Or(_)
-            | Node::Xor(..)
-            | Node::Mux(..) => (node, false),
+            _ => (node, false),
         }
     }
 

@@ -130,11 +130,7 @@ impl<'a, S: Parts> ChipSim<'a, S> {
             match input.role {
                 PinRole::Input(id, bit) => inputs.push((pin, id, bit)),
                 PinRole::Tick => ticks.push(pin),
-                PinRole::Reset
-                | PinRole::Output(..)
-                | PinRole::Busy
-                | PinRole::Fault
-                | PinRole::Unknown => {}
+                _ => {}
             }
         }
         let mut outputs: BTreeMap<OutputId, Vec<(PinOutputId, u32)>> = BTreeMap::new();

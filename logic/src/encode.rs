@@ -386,14 +386,10 @@ impl<'a> Encoder<'a> {
             .map(|(pin, output)| (pin, output.role, output.mealy, output.registered.is_some()))
             .collect();
         for (pin, role, is_mealy, is_clocked) in pins {
-            let own = match role {
-                PinRole::Output(output, _) => of_output.get(&output).cloned().unwrap_or_default(),
-                PinRole::Input(..)
-                | PinRole::Tick
-                | PinRole::Reset
-                | PinRole::Busy
-                | PinRole::Fault
-                | PinRole::Unknown => Vec::new(),
+            let own = if let PinRole::Output(output, _) = role {
+                of_output.get(&output).cloned().unwrap_or_default()
+            } else {
+                Vec::new()
             };
             let when = match (is_mealy, is_clocked) {
                 (true, _) => self.builder.or(own),

@@ -6,6 +6,7 @@
 
 use boolean_expression as algebra;
 use grafsynth_ir::expr::{Expr, ExprKind};
+use grafsynth_ir::simplify::compare_shapes;
 
 /// A formula with more different conditions is left unchanged, because the crate's diagrams have no limit of their own.
 pub const MAX_CONDITIONS: usize = 10;
@@ -17,7 +18,7 @@ pub struct Receptivity<L> {
     conditions: Vec<Expr<L>>,
 }
 
-impl<L: Clone + PartialEq> Receptivity<L> {
+impl<L: Clone + Ord> Receptivity<L> {
     /// The formula of a Boolean expression; `None` if it has more than [`MAX_CONDITIONS`] different conditions.
     #[must_use]
     pub fn of(expr: &Expr<L>) -> Option<Self> {
@@ -73,7 +74,7 @@ impl<L: Clone + PartialEq> Receptivity<L> {
 
 /// The shorter form of a Boolean expression, if there is one. An expression in which no condition occurs twice is already the shortest.
 #[must_use]
-pub fn simplify<L: Clone + PartialEq>(expr: &Expr<L>) -> Option<Expr<L>> {
+pub fn simplify<L: Clone + Ord>(expr: &Expr<L>) -> Option<Expr<L>> {
     let receptivity = Receptivity::of(expr)?;
     if literals(&receptivity.formula) <= receptivity.n_conditions() {
         return None;
@@ -84,14 +85,14 @@ pub fn simplify<L: Clone + PartialEq>(expr: &Expr<L>) -> Option<Expr<L>> {
 /// Whether two Boolean expressions have the same value for all values of their conditions (equal conditions count as one, all others are independent);
 /// `None` if there are more than [`MAX_CONDITIONS`].
 #[must_use]
-pub fn equivalent<L: Clone + PartialEq>(a: &Expr<L>, b: &Expr<L>) -> Option<bool> {
+pub fn equivalent<L: Clone + Ord>(a: &Expr<L>, b: &Expr<L>) -> Option<bool> {
     let mut conditions = Vec::new();
     let (a, b) = (formula(a, &mut conditions)?, formula(b, &mut conditions)?);
     let mut bdd = algebra::BDD::new();
     Some(bdd.from_expr(&a) == bdd.from_expr(&b))
 }
 
-fn formula<L: Clone + PartialEq>(
+fn formula<L: Clone + Ord>(
     expr: &Expr<L>,
     conditions: &mut Vec<Expr<L>>,
 ) -> Option<algebra::Expr<usize>> {
@@ -100,27 +101,22 @@ fn formula<L: Clone + PartialEq>(
         ExprKind::Not(a) => !formula(a, conditions)?,
         ExprKind::And(all) => junction(all, conditions, true)?,
         ExprKind::Or(all) => junction(all, conditions, false)?,
-        ExprKind::Int(_)
-        | ExprKind::Leaf(_)
-        | ExprKind::Element(..)
-        | ExprKind::Compare(..)
-        | ExprKind::Neg(_)
-        | ExprKind::Arith(..)
-        | ExprKind::Select(..) => {
-            let index = match conditions.iter().position(|known| alike(known, expr)) {
-                Some(index) => index,
-                None if conditions.len() == MAX_CONDITIONS => return None,
-                None => {
-                    conditions.push(expr.clone());
-                    conditions.len() - 1
-                }
-            };
+        _ => {
+            let index =
+                match conditions.iter().position(|known| compare_shapes(known, expr).is_eq()) {
+                    Some(index) => index,
+                    None if conditions.len() == MAX_CONDITIONS => return None,
+                    None => {
+                        conditions.push(expr.clone());
+                        conditions.len() - 1
+                    }
+                };
             algebra::Expr::Terminal(index)
         }
     })
 }
 
-fn junction<L: Clone + PartialEq>(
+fn junction<L: Clone + Ord>(
     all: &[Expr<L>],
     conditions: &mut Vec<Expr<L>>,
     is_and: bool,
@@ -139,22 +135,6 @@ fn junction<L: Clone + PartialEq>(
         });
     }
     Some(total.unwrap_or(algebra::Expr::Const(is_and)))
-}
-
-/// Equal except for source locations.
-fn alike<L: PartialEq>(a: &Expr<L>, b: &Expr<L>) -> bool {
-    let heads = match (&a.kind, &b.kind) {
-        (ExprKind::Bool(a), ExprKind::Bool(b)) => a == b,
-        (ExprKind::Int(a), ExprKind::Int(b)) => a == b,
-        (ExprKind::Leaf(a), ExprKind::Leaf(b))
-        | (ExprKind::Element(a, _), ExprKind::Element(b, _)) => a == b,
-        (ExprKind::Compare(a, ..), ExprKind::Compare(b, ..)) => a == b,
-        (ExprKind::Arith(a, ..), ExprKind::Arith(b, ..)) => a == b,
-        (a, b) => std::mem::discriminant(a) == std::mem::discriminant(b),
-    };
-    heads
-        && a.children().count() == b.children().count()
-        && a.children().zip(b.children()).all(|(a, b)| alike(a, b))
 }
 
 fn literals(formula: &algebra::Expr<usize>) -> usize {
@@ -181,19 +161,7 @@ mod tests {
     }
 
     fn eval(expr: &E, values: u32) -> bool {
-        match &expr.kind {
-            ExprKind::Bool(value) => *value,
-            ExprKind::Leaf(name) => values >> name & 1 == 1,
-            ExprKind::Not(a) => !eval(a, values),
-            ExprKind::And(all) => all.iter().all(|a| eval(a, values)),
-            ExprKind::Or(all) => all.iter().any(|a| eval(a, values)),
-            ExprKind::Int(_)
-            | ExprKind::Element(..)
-            | ExprKind::Compare(..)
-            | ExprKind::Neg(_)
-            | ExprKind::Arith(..)
-            | ExprKind::Select(..) => unreachable!("not made here"),
-        }
+        expr.eval(&mut |name, _| i64::from(values >> name & 1)) != 0
     }
 
     fn formula() -> impl Strategy<Value = E> {

@@ -376,12 +376,7 @@ impl Cutter<'_> {
         let var = |leaf: NodeId| match self.builder.logic.nodes[leaf] {
             Node::Input(input) => Var::Input(input),
             Node::Flop(flop) => Var::Flop(flop),
-            Node::Const(_)
-            | Node::Not(_)
-            | Node::And(_)
-            | Node::Or(_)
-            | Node::Xor(..)
-            | Node::Mux(..) => unreachable!("leaves are inputs and flip-flops"),
+            _ => unreachable!("leaves are inputs and flip-flops"),
         };
         [true, false]
             .into_iter()

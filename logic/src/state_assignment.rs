@@ -347,13 +347,7 @@ fn carry_over(
                 (None, Some(&node)) => node,
                 (None, None) => unreachable!("a flip-flop is kept or coded"),
             },
-            Node::Const(_)
-            | Node::Input(_)
-            | Node::Not(_)
-            | Node::And(_)
-            | Node::Or(_)
-            | Node::Xor(..)
-            | Node::Mux(..) => builder.put(map_operands(node, |operand| images[&operand])),
+            _ => builder.put(map_operands(node, |operand| images[&operand])),
         };
         images.insert(id, image);
     }

@@ -19,7 +19,7 @@ use super::{has_pin, substitute};
 use grafsynth_ir::Span;
 use grafsynth_ir::arena::{Arena, Id};
 use grafsynth_ir::expr::{CompareOp, ExprKind, Type};
-use grafsynth_ir::net::{Driver, InputId, Net, OutputId};
+use grafsynth_ir::net::{InputId, Net, OutputId};
 use grafsynth_ir::program::{
     Cell, CellId, Expr, Leaf, Origin, Program, ResetEffect, Stmt, Temp, TempId, TempRole,
     expressions, statements,
@@ -107,16 +107,11 @@ fn is_evolution(program: &Program, stmt: &Stmt) -> bool {
 
 /// True if some step may be stored.
 pub(super) fn moves(program: &Program, block: &[Stmt]) -> bool {
-    statements(block).any(|stmt| match stmt {
-        Stmt::Store(cell, ..) => matches!(program.cells[*cell].origin, Origin::Step(_)),
+    statements(block).filter_map(Stmt::target).any(|target| match target {
+        Leaf::Cell(cell) => matches!(program.cells[cell].origin, Origin::Step(_)),
         // A state that is coded by its region changes as a temporary.
-        Stmt::Set(temp, _) => matches!(program.temps[*temp].role, TempRole::NextActive(_)),
-        Stmt::If(..)
-        | Stmt::Repeat { .. }
-        | Stmt::Output(..)
-        | Stmt::Call(..)
-        | Stmt::Code(_)
-        | Stmt::Fault(_) => false,
+        Leaf::Temp(temp) => matches!(program.temps[temp].role, TempRole::NextActive(_)),
+        Leaf::Input(_) | Leaf::Dt => false,
     })
 }
 
@@ -138,14 +133,11 @@ fn split_pure<'a>(
         if let Stmt::Set(temp, value) = stmt
             && n_sets.get(temp) == Some(&1)
         {
-            let mut follows = true;
-            for leaf in value.leaves() {
-                follows &= match leaf {
-                    Leaf::Input(_) | Leaf::Dt => true,
-                    Leaf::Temp(temp) => pure.contains(temp),
-                    Leaf::Cell(_) => false,
-                };
-            }
+            let follows = value.leaves().all(|leaf| match leaf {
+                Leaf::Input(_) | Leaf::Dt => true,
+                Leaf::Temp(temp) => pure.contains(temp),
+                Leaf::Cell(_) => false,
+            });
             if follows {
                 pure.insert(*temp);
             }
@@ -166,16 +158,12 @@ fn split_pure<'a>(
     let mut sets = Vec::new();
     let mut rest = Vec::new();
     for stmt in before {
-        match stmt {
-            Stmt::Set(temp, value) if needed.contains(temp) => sets.push((*temp, value)),
-            Stmt::Set(..)
-            | Stmt::Store(..)
-            | Stmt::If(..)
-            | Stmt::Repeat { .. }
-            | Stmt::Output(..)
-            | Stmt::Call(..)
-            | Stmt::Code(_)
-            | Stmt::Fault(_) => rest.push(stmt.clone()),
+        if let Stmt::Set(temp, value) = stmt
+            && needed.contains(temp)
+        {
+            sets.push((*temp, value));
+        } else {
+            rest.push(stmt.clone());
         }
     }
     (sets, rest)
@@ -190,16 +178,8 @@ fn only_stores(block: &[Stmt]) -> bool {
 }
 
 fn calls(block: &[Stmt]) -> BTreeSet<OutputId> {
-    let called = statements(block).filter_map(|stmt| match stmt {
-        Stmt::Call(output, _) => Some(*output),
-        Stmt::Set(..)
-        | Stmt::Store(..)
-        | Stmt::If(..)
-        | Stmt::Repeat { .. }
-        | Stmt::Output(..)
-        | Stmt::Code(_)
-        | Stmt::Fault(_) => None,
-    });
+    let called = statements(block)
+        .filter_map(|stmt| if let Stmt::Call(output, _) = stmt { Some(*output) } else { None });
     called.collect()
 }
 
@@ -361,16 +341,10 @@ impl<'a> Maker<'a> {
         }
         for (id, output) in net.outputs.iter() {
             let init = program.reset_outputs.get(id.index()).copied().unwrap_or(0);
-            match output.driver {
-                Driver::Continuous(_)
-                | Driver::Stored(_)
-                | Driver::Controlled(_)
-                | Driver::Mealy(_) => {
-                    let origin = Origin::HeldOutput(id, Id::from_index(0));
-                    let held = maker.cell(output.name.text.clone(), output.ty, init, origin);
-                    maker.outputs.insert(id, held);
-                }
-                Driver::Extern { .. } => {}
+            if !output.is_extern() {
+                let origin = Origin::HeldOutput(id, Id::from_index(0));
+                let held = maker.cell(output.name.text.clone(), output.ty, init, origin);
+                maker.outputs.insert(id, held);
             }
         }
         maker

@@ -146,12 +146,7 @@ fn vars_of(logic: &Logic, node: NodeId) -> Vec<Var> {
             match &logic.nodes[next] {
                 Node::Input(input) => vars.push(Var::Input(*input)),
                 Node::Flop(flop) => vars.push(Var::Flop(*flop)),
-                node @ (Node::Const(_)
-                | Node::Not(_)
-                | Node::And(_)
-                | Node::Or(_)
-                | Node::Xor(..)
-                | Node::Mux(..)) => {
+                node => {
                     for_each_operand(node, |operand| open.push(operand));
                 }
             }

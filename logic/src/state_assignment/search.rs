@@ -297,13 +297,7 @@ fn embed(logic: &Logic, plan: &mut Plan) {
             .filter(|(_, needed)| **needed)
             .filter_map(|(id, _)| match logic.nodes[id] {
                 Node::Flop(flop) => place.get(&flop).copied(),
-                Node::Const(_)
-                | Node::Input(_)
-                | Node::Not(_)
-                | Node::And(_)
-                | Node::Or(_)
-                | Node::Xor(..)
-                | Node::Mux(..) => None,
+                _ => None,
             })
             .collect();
         if read.len() > 8 {
