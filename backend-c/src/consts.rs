@@ -97,13 +97,7 @@ impl State<'_> {
             // Inputs are 0, or the permitted value that is nearest to 0.
             Leaf::Input(input) => self.net.inputs[input].ty.saturate(0),
             // No time has passed; edges read as false.
-            Leaf::Elapsed(_)
-            | Leaf::LastElapsed(_)
-            | Leaf::Timer(_)
-            | Leaf::Rise(_)
-            | Leaf::Fall(_)
-            | Leaf::Fireable(_)
-            | Leaf::Controlled(_) => 0,
+            _ => 0,
         })
     }
 

@@ -19,9 +19,8 @@ use crate::c::print::Node;
 use crate::codes;
 use crate::interface::Interface;
 use crate::style_output::Member;
-use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::net::{Block, InputKind, Net, StmtKind};
+use grafsynth_ir::net::{InputKind, Net};
 
 /// Why the gate would not be exact for this chart.
 pub(crate) fn refusal(net: &Net) -> Option<Diagnostic> {
@@ -34,40 +33,14 @@ pub(crate) fn refusal(net: &Net) -> Option<Diagnostic> {
             it.name.span,
         )
     });
-    let code = code(net).map(|span| ("C text, which may do anything".to_owned(), span));
+    let code =
+        net.c_texts().first().map(|span| ("C text, which may do anything".to_owned(), *span));
     let (what, span) = condition.or(action).or(code)?;
     Some(
         Diagnostic::error(codes::GATE_REFUSED, format!("the gate does not support {what}"))
             .at(span, "used here")
             .help("leave out `--gate`, or make the condition an input and the action an output"),
     )
-}
-
-/// The location of C text.
-fn code(net: &Net) -> Option<Span> {
-    fn look(block: &Block) -> Option<Span> {
-        block.iter().find_map(|stmt| match &stmt.kind {
-            StmtKind::Code(text) => crate::queries::is_c(&text.language).then_some(stmt.span),
-            StmtKind::If { then, otherwise, .. } => look(then).or_else(|| look(otherwise)),
-            StmtKind::Assign { .. }
-            | StmtKind::Raise(_)
-            | StmtKind::Send(_)
-            | StmtKind::Cancel(_)
-            | StmtKind::Call { .. } => None,
-        })
-    }
-    let steps = net.steps.values().find_map(|step| {
-        let own = step.code.iter().any(|text| crate::queries::is_c(&text.language));
-        own.then_some(step.meta.span)
-            .or_else(|| look(&step.entry))
-            .or_else(|| look(&step.exit))
-            .or_else(|| look(&step.initial_content))
-            .or_else(|| step.tasks.iter().find_map(|task| look(&task.body)))
-    });
-    steps
-        .or_else(|| net.transitions.values().find_map(|it| look(&it.actions)))
-        .or_else(|| net.actions.values().find_map(|it| look(&it.body)))
-        .or_else(|| net.histories.values().find_map(|it| look(&it.default_content)))
 }
 
 /// The members that the gate adds to the instance.

@@ -13,10 +13,6 @@ pub(crate) fn carriers(net: &Net, output: OutputId, value: &Expr) -> Vec<StepId>
         Driver::Continuous(emissions) | Driver::Mealy(emissions) if reads => {
             emissions.iter().filter(|it| it.condition.is_some()).map(|it| it.step).collect()
         }
-        Driver::Continuous(_)
-        | Driver::Mealy(_)
-        | Driver::Stored(_)
-        | Driver::Controlled(_)
-        | Driver::Extern { .. } => Vec::new(),
+        _ => Vec::new(),
     }
 }

@@ -178,11 +178,7 @@ fn count_reads(nodes: &[Node], names: &mut BTreeMap<String, usize>) {
                 look(head);
                 look(tail);
             }
-            Kind::Blank
-            | Kind::Comment(_)
-            | Kind::Case(..)
-            | Kind::Nested(_)
-            | Kind::Function(..) => {}
+            _ => {}
         }
         for list in lists(node) {
             count_reads(list, names);
@@ -228,11 +224,7 @@ fn drop_definitions(nodes: Vec<Node>, unread: &BTreeSet<String>) -> Vec<Node> {
             Kind::Braces(head, body, tail) => {
                 Kind::Braces(head, drop_definitions(body, unread), tail)
             }
-            kind @ (Kind::Blank
-            | Kind::Line(_)
-            | Kind::Comment(_)
-            | Kind::Verbatim(_)
-            | Kind::Directive(_)) => kind,
+            kind => kind,
         };
         kept.push(node);
     }

@@ -1,34 +1,20 @@
 //! The maximum of timers, and the type in which ticks are passed.
 
 use crate::cexpr::{CExpr, Class, Prec};
-use grafsynth_ir::expr::{Expr as GenericExpr, ExprKind, Type};
+use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{Expr, Leaf, StepId};
 use std::collections::BTreeMap;
 
-/// Calls `found` with each leaf that is compared with a constant, and with the constant.
-pub(crate) fn compared<L>(expr: &GenericExpr<L>, found: &mut impl FnMut(&L, i64)) {
-    if let ExprKind::Compare(_, a, b) = &expr.kind {
-        match (&a.kind, &b.kind) {
-            (ExprKind::Leaf(leaf), ExprKind::Int(constant))
-            | (ExprKind::Int(constant), ExprKind::Leaf(leaf)) => {
-                found(leaf, *constant);
-            }
-            _ => {}
-        }
-    }
-    for operand in expr.children() {
-        compared(operand, found);
-    }
-}
-
-/// For each step whose time `expr` compares, one above the largest constant: counting beyond that makes no difference.
-pub(crate) fn step_caps(expr: &Expr, caps: &mut BTreeMap<StepId, i64>) {
-    compared(expr, &mut |leaf, constant| {
+/// For each step whose time is compared, one above the largest constant: counting beyond that makes no difference.
+pub(crate) fn step_caps<'e>(exprs: impl Iterator<Item = &'e Expr>) -> BTreeMap<StepId, i64> {
+    let mut caps = BTreeMap::new();
+    for (leaf, constant) in exprs.flat_map(Expr::compared) {
         if let Leaf::Elapsed(step) = leaf {
             let cap = caps.entry(*step).or_insert(1);
             *cap = (*cap).max(constant.saturating_add(1));
         }
-    });
+    }
+    caps
 }
 
 /// How `NAME_step` receives the ticks since the last reaction.

@@ -103,12 +103,7 @@ impl Netlist {
         match &logic.nodes[node] {
             Node::Input(input) => Some(&self.inputs[*input]),
             Node::Flop(flop) => Some(&self.flops[*flop]),
-            Node::Const(_)
-            | Node::Not(_)
-            | Node::And(_)
-            | Node::Or(_)
-            | Node::Xor(..)
-            | Node::Mux(..) => self.wires[node].as_deref(),
+            _ => self.wires[node].as_deref(),
         }
     }
 }

@@ -56,11 +56,7 @@ pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
                 Some(&id) => {
                     let input = match &named.object {
                         Object::Input(input) => input.clone(),
-                        Object::Reset
-                        | Object::Clock
-                        | Object::Flop(_)
-                        | Object::Output(_)
-                        | Object::Buried => PinInput {
+                        _ => PinInput {
                             name: named.name.clone(),
                             role: PinRole::Reset,
                             meta: Default::default(),
@@ -186,12 +182,7 @@ fn renumbered(
     let image = |node: &Node| match node {
         Node::Input(input) => inputs[*input].map_or(Node::Const(false), Node::Input),
         Node::Flop(flop) => flops[*flop].map_or(Node::Const(false), Node::Flop),
-        Node::Const(_)
-        | Node::Not(_)
-        | Node::And(_)
-        | Node::Or(_)
-        | Node::Xor(..)
-        | Node::Mux(..) => map_operands(node, |operand: NodeId| operand),
+        _ => map_operands(node, |operand: NodeId| operand),
     };
     read.nodes.values().map(image).collect()
 }

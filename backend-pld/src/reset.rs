@@ -61,13 +61,7 @@ fn with_reset(logic: &Logic, value: bool) -> Logic {
                 Some(input) => builder.input(input),
                 None => builder.constant(value),
             },
-            Node::Const(_)
-            | Node::Flop(_)
-            | Node::Not(_)
-            | Node::And(_)
-            | Node::Or(_)
-            | Node::Xor(..)
-            | Node::Mux(..) => builder.put(map_operands(node, of)),
+            _ => builder.put(map_operands(node, of)),
         };
         image[id] = Some(made);
     }

@@ -128,12 +128,7 @@ fn is_chain(logic: &Logic, chain: &Chain) -> bool {
     logic.nodes.iter().all(|(id, node)| match node {
         Node::Input(input) => !needed[id] || *input != chain.input,
         Node::Flop(flop) => !needed[id] || *flop == *last || !inner.contains(flop),
-        Node::Const(_)
-        | Node::Not(_)
-        | Node::And(_)
-        | Node::Or(_)
-        | Node::Xor(..)
-        | Node::Mux(..) => true,
+        _ => true,
     })
 }
 

@@ -43,11 +43,7 @@ fn is_pulse(net: &Net, role: PinRole) -> bool {
     match role {
         PinRole::Input(id, _) => net.inputs[id].kind.is_event(),
         PinRole::Tick => true,
-        PinRole::Reset
-        | PinRole::Output(..)
-        | PinRole::Busy
-        | PinRole::Fault
-        | PinRole::Unknown => false,
+        _ => false,
     }
 }
 
@@ -107,11 +103,7 @@ impl Vectors {
                     bit_of(value, ty.bounds().0, bit)
                 }
                 PinRole::Tick => row.dt == 1,
-                PinRole::Reset
-                | PinRole::Output(..)
-                | PinRole::Busy
-                | PinRole::Fault
-                | PinRole::Unknown => false,
+                _ => false,
             };
             let output = |role: PinRole| match role {
                 PinRole::Output(id, bit) => {

@@ -97,11 +97,7 @@ fn stimulus_bits(net: &Net, names: &[Named], rows: &[InputRow]) -> String {
                         == 1
                 }
                 PinRole::Tick => row.dt == 1,
-                PinRole::Reset
-                | PinRole::Output(..)
-                | PinRole::Busy
-                | PinRole::Fault
-                | PinRole::Unknown => false,
+                _ => false,
             };
             text.push(if bit { '1' } else { '0' });
         }
@@ -134,11 +130,7 @@ impl Wait {
                 let is_pulse = match pin.role {
                     PinRole::Input(id, _) => net.inputs[id].kind.is_event(),
                     PinRole::Tick => true,
-                    PinRole::Reset
-                    | PinRole::Output(..)
-                    | PinRole::Busy
-                    | PinRole::Fault
-                    | PinRole::Unknown => false,
+                    _ => false,
                 };
                 pulses.push(if is_pulse { '1' } else { '0' });
             }
@@ -304,11 +296,7 @@ fn row(net: &Net, shown: &[&Named], input: &InputRow, bits: &[u8]) -> Result<Row
                     *outputs.entry(id.index()).or_default() |= u64::from(is_one) << bit.min(63)
                 }
                 PinRole::Fault => row.fault |= is_one,
-                PinRole::Input(..)
-                | PinRole::Tick
-                | PinRole::Reset
-                | PinRole::Busy
-                | PinRole::Unknown => {}
+                _ => {}
             },
             Object::Flop(flop) => {
                 let Some(holds) = flop.holds else { continue };

@@ -356,6 +356,18 @@ impl<L> Expr<L> {
         })
     }
 
+    /// Each leaf that is compared with a constant, on either side, and the constant.
+    pub fn compared(&self) -> impl Iterator<Item = (&L, i64)> {
+        self.subexpressions().filter_map(|expr| {
+            let ExprKind::Compare(_, a, b) = &expr.kind else { return None };
+            match (&a.kind, &b.kind) {
+                (ExprKind::Leaf(leaf), ExprKind::Int(constant))
+                | (ExprKind::Int(constant), ExprKind::Leaf(leaf)) => Some((leaf, *constant)),
+                _ => None,
+            }
+        })
+    }
+
     /// The height of the tree: 1 for a constant or leaf.
     #[must_use]
     pub fn height(&self) -> usize {

@@ -103,6 +103,12 @@ impl Leaf {
         matches!(self, Leaf::Elapsed(_) | Leaf::LastElapsed(_) | Leaf::Timer(_))
     }
 
+    /// The input, extern condition or event.
+    #[must_use]
+    pub fn input(&self) -> Option<InputId> {
+        if let Leaf::Input(input) = self { Some(*input) } else { None }
+    }
+
     /// The step whose bit, time or tasks it reads.
     #[must_use]
     pub fn step(&self) -> Option<StepId> {

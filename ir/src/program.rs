@@ -182,6 +182,14 @@ pub enum Leaf {
     Dt,
 }
 
+impl Leaf {
+    /// The input, extern condition or event.
+    #[must_use]
+    pub fn input(&self) -> Option<InputId> {
+        if let Leaf::Input(input) = self { Some(*input) } else { None }
+    }
+}
+
 /// A statement of a program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Stmt {

@@ -145,6 +145,7 @@ fn width(cell: &Cell) -> usize {
     }
 }
 
+#[allow(clippy::wildcard_enum_match_arm, reason = "only the map of the emitted text shows them")]
 pub(super) fn objects_of(origin: Origin) -> Vec<Object> {
     match origin {
         Origin::Step(step)
@@ -163,16 +164,7 @@ pub(super) fn objects_of(origin: Origin) -> Vec<Object> {
         }
         Origin::Pending(input) => vec![Object::Input(input)],
         Origin::HeldOutput(output, _) => vec![Object::Output(output)],
-        Origin::Edge(_)
-        | Origin::InternalQueue
-        | Origin::InternalLength
-        | Origin::ExternalQueue
-        | Origin::ExternalLength
-        | Origin::SendTimer(_)
-        | Origin::SendRuns(_)
-        | Origin::Ended(_)
-        | Origin::Fault
-        | Origin::Helper => Vec::new(),
+        _ => Vec::new(),
     }
 }
 

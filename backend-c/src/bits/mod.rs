@@ -166,14 +166,10 @@ impl<'a> Emit<'a> {
                 Leaf::Cell(_) | Leaf::Temp(_) => {}
             }
         }
-        let mut in_edges = BTreeSet::new();
-        for edge in net.edges.values() {
-            for leaf in edge.expr.leaves() {
-                if let NetLeaf::Input(input) = leaf {
-                    in_edges.insert(*input);
-                }
-            }
-        }
+        let in_edges: BTreeSet<InputId> = (net.edges.values())
+            .flat_map(|edge| edge.expr.leaves())
+            .filter_map(NetLeaf::input)
+            .collect();
         for input in used {
             if net.inputs[input].kind == InputKind::Extern {
                 let set = if in_edges.contains(&input) { &mut self.eager } else { &mut self.lazy };
@@ -505,14 +501,8 @@ impl<'a> Emit<'a> {
         if self.lazy.is_empty() {
             return Vec::new();
         }
-        let mut mentioned = BTreeSet::new();
-        for expr in expressions {
-            for leaf in expr.leaves() {
-                if let Leaf::Input(input) = leaf {
-                    mentioned.insert(*input);
-                }
-            }
-        }
+        let mentioned: BTreeSet<InputId> =
+            (expressions.iter()).flat_map(|expr| expr.leaves()).filter_map(Leaf::input).collect();
         let mut nodes = Vec::new();
         for input in mentioned.into_iter().filter(|input| self.lazy.contains(input)) {
             let name = &self.names.inputs[input];

@@ -48,30 +48,23 @@ pub(crate) fn cut<'p>(
             close(&mut group, &mut pieces, bodies);
             group_weight = 0;
         }
-        match statement {
-            Stmt::If(condition, then, otherwise) if own > limit => {
-                close(&mut group, &mut pieces, bodies);
-                let then = cut(then, limit, bodies);
-                let otherwise = cut(otherwise, limit, bodies);
-                pieces.push(Piece::If(condition, then, otherwise));
-                group_weight = 0;
-            }
-            Stmt::Repeat { limit: rounds, condition, body } if own > limit => {
-                close(&mut group, &mut pieces, bodies);
-                pieces.push(Piece::Repeat(*rounds, condition, cut(body, limit, bodies)));
-                group_weight = 0;
-            }
-            Stmt::If(..)
-            | Stmt::Repeat { .. }
-            | Stmt::Set(..)
-            | Stmt::Store(..)
-            | Stmt::Output(..)
-            | Stmt::Call(..)
-            | Stmt::Code(_)
-            | Stmt::Fault(_) => {
-                group.push(Piece::Whole(statement));
-                group_weight += own;
-            }
+        if own > limit
+            && let Stmt::If(condition, then, otherwise) = statement
+        {
+            close(&mut group, &mut pieces, bodies);
+            let then = cut(then, limit, bodies);
+            let otherwise = cut(otherwise, limit, bodies);
+            pieces.push(Piece::If(condition, then, otherwise));
+            group_weight = 0;
+        } else if own > limit
+            && let Stmt::Repeat { limit: rounds, condition, body } = statement
+        {
+            close(&mut group, &mut pieces, bodies);
+            pieces.push(Piece::Repeat(*rounds, condition, cut(body, limit, bodies)));
+            group_weight = 0;
+        } else {
+            group.push(Piece::Whole(statement));
+            group_weight += own;
         }
     }
     close(&mut group, &mut pieces, bodies);
@@ -91,11 +84,7 @@ fn close<'p>(
 
 /// The number of nodes of a statement, at least 1.
 fn weight(statement: &Stmt) -> usize {
-    1 + expressions(std::slice::from_ref(statement)).map(size).sum::<usize>()
-}
-
-fn size(expr: &Expr) -> usize {
-    1 + expr.children().map(size).sum::<usize>()
+    1 + expressions(std::slice::from_ref(statement)).flat_map(Expr::subexpressions).count()
 }
 
 /// Decides where each temp is stored.

@@ -158,11 +158,7 @@ impl Parser<'_> {
             Type::Array(element, n) if matches!(**element, Type::Number { .. }) => {
                 self.numbers(from, *n)
             }
-            Type::Void
-            | Type::Number { .. }
-            | Type::Pointer(..)
-            | Type::Array(..)
-            | Type::Struct(_) => None,
+            _ => None,
         };
         self.need(";")?;
         self.unit.globals.insert(name, Global { ty, rom, numbers });

@@ -301,11 +301,7 @@ fn expand(
                     }
                     Word::Sign("(") => level += 1,
                     Word::Sign(")") => level -= 1,
-                    Word::Name(_)
-                    | Word::Number(..)
-                    | Word::Sign(_)
-                    | Word::Text
-                    | Word::UserCode => {}
+                    _ => {}
                 }
                 if let Some(last) = arguments.last_mut() {
                     last.push(next.clone());

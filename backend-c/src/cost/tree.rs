@@ -160,17 +160,7 @@ impl Unit {
                     _ => return None,
                 }
             }
-            Expr::Unary(..)
-            | Expr::Cast(..)
-            | Expr::Member(..)
-            | Expr::Index(..)
-            | Expr::Call(..)
-            | Expr::Count(_)
-            | Expr::Assign(..)
-            | Expr::Choice(..)
-            | Expr::Size(_)
-            | Expr::List(_)
-            | Expr::Nothing => return None,
+            _ => return None,
         })
     }
 

@@ -139,22 +139,7 @@ impl Image {
 
     /// The rows of a section so far.
     pub(super) fn count(&self, section: Section) -> usize {
-        match section {
-            Section::Code => self.n_code,
-            Section::States
-            | Section::Transitions
-            | Section::Events
-            | Section::Index
-            | Section::Lists
-            | Section::Items
-            | Section::Histories
-            | Section::Cases
-            | Section::Vars
-            | Section::Timers
-            | Section::Edges
-            | Section::Outputs
-            | Section::Blocks => self.sections[section as usize].len(),
-        }
+        if section == Section::Code { self.n_code } else { self.sections[section as usize].len() }
     }
 
     /// The number of a block of code; equal blocks share a number.

@@ -172,12 +172,8 @@ impl<'a> Plan<'a> {
         });
         let listened: BTreeSet<InputId> =
             net.transitions.values().flat_map(|it| it.events.iter().copied()).collect();
-        let mut caps = BTreeMap::new();
-        for expr in net.expressions() {
-            step_caps(expr, &mut caps);
-        }
         let mut timers = BTreeMap::new();
-        for (at, (step, cap)) in caps.into_iter().enumerate() {
+        for (at, (step, cap)) in step_caps(net.expressions()).into_iter().enumerate() {
             let Ok(cap) = i32::try_from(cap) else {
                 return refuse("a time of more than 31 bits", net.steps[step].meta.span);
             };

@@ -124,20 +124,12 @@ fn marks(net: &Net) -> Marks {
 
 /// Extern conditions that the program mentions: those that are called before each reaction, and those that are called when first needed.
 fn conditions(net: &Net, program: &Program) -> (BTreeSet<InputId>, BTreeSet<InputId>) {
-    let mut used = BTreeSet::new();
-    for leaf in expressions(&program.body).flat_map(Expr::leaves) {
-        if let Leaf::Input(input) = leaf {
-            used.insert(*input);
-        }
-    }
-    let mut in_edges = BTreeSet::new();
-    for edge in net.edges.values() {
-        for leaf in edge.expr.leaves() {
-            if let NetLeaf::Input(input) = leaf {
-                in_edges.insert(*input);
-            }
-        }
-    }
+    let used: BTreeSet<InputId> =
+        expressions(&program.body).flat_map(Expr::leaves).filter_map(Leaf::input).collect();
+    let in_edges: BTreeSet<InputId> = (net.edges.values())
+        .flat_map(|edge| edge.expr.leaves())
+        .filter_map(NetLeaf::input)
+        .collect();
     used.into_iter()
         .filter(|input| net.inputs[*input].kind == InputKind::Extern)
         .partition(|input| in_edges.contains(input))

@@ -12,9 +12,10 @@ mod competition;
 use competition::{Order, competition};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{
-    Block, Driver, EdgeId, Enter, Evolution, Expr, InputId, InputKind, Leaf, Net, OutputId, Step,
-    StepId, StepKind, StmtKind, Transition, TransitionId, TransitionKind, Var, VarId,
+    Block, EdgeId, Enter, Evolution, Expr, InputId, InputKind, Leaf, Net, Step, StepId, StepKind,
+    StmtKind, Transition, TransitionId, TransitionKind, Var, VarId,
 };
+use grafsynth_ir::walk::{expressions, statements};
 use grafsynth_ir::{IdMap, Span};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -295,65 +296,27 @@ pub(crate) fn each_guard(net: &Net) -> impl Iterator<Item = (TransitionId, &Expr
     net.transitions.iter().map(|(id, transition)| (id, &transition.guard))
 }
 
-/// Conditions and arguments of outputs, by the step that assigns them.
-fn output_conditions(net: &Net) -> Vec<(OutputId, StepId, &Expr)> {
-    let mut all = Vec::new();
-    for (id, output) in net.outputs.iter() {
-        match &output.driver {
-            Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
-                for emission in emissions {
-                    all.extend(
-                        emission.condition.iter().map(|condition| (id, emission.step, condition)),
-                    );
-                }
-            }
-            Driver::Extern { calls, .. } => {
-                for call in calls {
-                    all.extend(
-                        call.condition.iter().chain(&call.arguments).map(|it| (id, call.step, it)),
-                    );
-                }
-            }
-            Driver::Stored(_) | Driver::Controlled(_) => {}
-        }
-    }
-    all
+/// Conditions and arguments of outputs.
+fn output_exprs(net: &Net) -> impl Iterator<Item = &Expr> {
+    net.outputs.values().flat_map(|output| output.driver.exprs())
 }
 
-/// The expressions of a block, including those of nested blocks.
-pub(crate) fn block_expressions<'a>(block: &'a Block, out: &mut Vec<&'a Expr>) {
-    for stmt in block {
-        match &stmt.kind {
-            StmtKind::Assign { index, value, .. } => out.extend(index.iter().chain([value])),
-            StmtKind::Call { arguments, .. } => out.extend(arguments),
-            StmtKind::If { condition, then, otherwise } => {
-                out.push(condition);
-                block_expressions(then, out);
-                block_expressions(otherwise, out);
-            }
-            StmtKind::Raise(_) | StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::Code(_) => {}
-        }
-    }
+/// The expressions of the lists of steps and transitions.
+pub(crate) fn list_exprs(net: &Net) -> impl Iterator<Item = &Expr> {
+    (net.steps.values())
+        .flat_map(|step| [&step.entry, &step.exit])
+        .chain(net.transitions.values().map(|transition| &transition.actions))
+        .flat_map(|list| expressions(list))
 }
 
 /// The steps whose times are read, and the maximum of each variable's timer.
 fn timers(net: &Net, plan: &mut Plan) {
-    let mut caps: BTreeMap<StepId, i64> = BTreeMap::new();
-    let mut look = |expr: &Expr| crate::times::step_caps(expr, &mut caps);
-    each_guard(net).for_each(|(_, guard)| look(guard));
-    output_conditions(net).iter().for_each(|(_, _, condition)| look(condition));
-    net.emergency.iter().for_each(|emergency| look(&emergency.condition));
-    net.edges.values().for_each(|edge| look(&edge.expr));
-    let mut expressions = Vec::new();
-    for step in net.steps.values() {
-        block_expressions(&step.entry, &mut expressions);
-        block_expressions(&step.exit, &mut expressions);
-    }
-    for transition in net.transitions.values() {
-        block_expressions(&transition.actions, &mut expressions);
-    }
-    expressions.into_iter().for_each(look);
-    for (step, cap) in caps {
+    let all = (net.transitions.values().map(|transition| &transition.guard))
+        .chain(output_exprs(net))
+        .chain(net.emergency.iter().map(|emergency| &emergency.condition))
+        .chain(net.edges.values().map(|edge| &edge.expr))
+        .chain(list_exprs(net));
+    for (step, cap) in crate::times::step_caps(all) {
         let machine = &mut plan.machines[plan.place[step].0];
         machine.timer_cap = Some(machine.timer_cap.unwrap_or(0).max(cap));
         plan.timed.insert(step);
@@ -414,28 +377,17 @@ fn lists(net: &Net, facts: &Facts, plan: &mut Plan) -> Result<(), Refusal> {
     }
     // A list or receptivity may read only what its own variable's lists write.
     let foreign = |expr: &Expr, machine: usize| {
-        let mut found = false;
-        for leaf in expr.leaves() {
-            if let Leaf::Var(var) = *leaf {
-                found |= writer[var].is_some_and(|owner| owner != machine);
-            }
-        }
-        found
+        expr.leaves().any(|leaf| {
+            matches!(leaf, Leaf::Var(var) if writer[*var].is_some_and(|owner| owner != machine))
+        })
     };
     for (machine, block, span) in &all {
-        let mut expressions = Vec::new();
-        block_expressions(block, &mut expressions);
-        if expressions.iter().any(|expr| foreign(expr, *machine)) {
+        if expressions(block).any(|expr| foreign(expr, *machine)) {
             return refuse("a variable that a parallel branch writes", *span);
         }
-        let mut outside = false;
-        for expr in expressions {
-            for leaf in expr.leaves() {
-                if let Leaf::Active(step) | Leaf::Elapsed(step) = leaf {
-                    outside |= plan.place[*step].0 != *machine;
-                }
-            }
-        }
+        let outside = expressions(block).flat_map(Expr::leaves).any(|leaf| {
+            matches!(leaf, Leaf::Active(step) | Leaf::Elapsed(step) if plan.place[*step].0 != *machine)
+        });
         if outside {
             return refuse("a list that reads the steps of a parallel branch", *span);
         }
@@ -459,17 +411,14 @@ struct Effects {
 
 impl Effects {
     fn of(&mut self, block: &Block) {
-        for stmt in block {
+        for stmt in statements(block) {
             match &stmt.kind {
                 StmtKind::Assign { var, .. } => {
                     self.writes.insert(*var);
                 }
                 StmtKind::Raise(_) | StmtKind::Send(_) | StmtKind::Cancel(_) => self.raises = true,
                 StmtKind::Call { .. } | StmtKind::Code(_) => self.calls = true,
-                StmtKind::If { then, otherwise, .. } => {
-                    self.of(then);
-                    self.of(otherwise);
-                }
+                StmtKind::If { .. } => {}
             }
         }
     }
@@ -520,35 +469,25 @@ fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
         }
         // Under `priority` numbers an earlier transition may be tested later; its receptivity is then repeated, which must not grow without bound.
         if rivals > 0 {
-            let mut nested = false;
-            for leaf in guard.leaves() {
-                if let Leaf::Fireable(rival) = leaf {
-                    let before = net.transitions[*rival].requires.iter().all(|step| {
-                        let asked = &plan.leaving[*step];
-                        asked.iter().position(|it| it == rival)
-                            < asked.iter().position(|it| *it == id)
-                    });
-                    for inner in net.transitions[*rival].guard.leaves() {
-                        nested |= !before && matches!(inner, Leaf::Fireable(_));
-                    }
-                }
-            }
+            let nested = guard.leaves().any(|leaf| {
+                let Leaf::Fireable(rival) = leaf else { return false };
+                let rival_data = &net.transitions[*rival];
+                let before = rival_data.requires.iter().all(|step| {
+                    let asked = &plan.leaving[*step];
+                    asked.iter().position(|it| it == rival) < asked.iter().position(|it| *it == id)
+                });
+                !before && rival_data.guard.leaves().any(|inner| matches!(inner, Leaf::Fireable(_)))
+            });
             if nested {
                 return refuse("`otherwise` that depends on another `otherwise`", guard.span);
             }
         }
     }
-    let mut last = None;
-    let conditions = output_conditions(net).into_iter().map(|(_, _, condition)| condition);
-    for condition in conditions.chain(net.emergency.iter().map(|one| &one.condition)) {
-        for leaf in condition.leaves() {
-            if matches!(leaf, Leaf::LastElapsed(_)) {
-                last = Some(condition.span);
-            }
-        }
-    }
-    if let Some(span) = last {
-        return refuse("the last time of a step", span);
+    let mut conditions = output_exprs(net).chain(net.emergency.iter().map(|one| &one.condition));
+    let last = conditions
+        .find(|condition| condition.leaves().any(|leaf| matches!(leaf, Leaf::LastElapsed(_))));
+    if let Some(condition) = last {
+        return refuse("the last time of a step", condition.span);
     }
     for machine in old {
         plan.machines[machine].needs_old = true;
@@ -566,62 +505,24 @@ fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
 
 /// True for an operand over inputs and extern conditions alone (§3.7).
 pub(crate) fn is_input_operand(net: &Net, expr: &Expr) -> bool {
-    let mut only = true;
-    for leaf in expr.leaves() {
-        only &= match *leaf {
-            Leaf::Input(input) => !net.inputs[input].kind.is_event(),
-            Leaf::Var(_)
-            | Leaf::Active(_)
-            | Leaf::Elapsed(_)
-            | Leaf::LastElapsed(_)
-            | Leaf::TasksDone(_)
-            | Leaf::Timer(_)
-            | Leaf::Rise(_)
-            | Leaf::Fall(_)
-            | Leaf::Fireable(_)
-            | Leaf::Controlled(_) => false,
-        };
-    }
-    only
+    expr.leaves().all(|leaf| leaf.input().is_some_and(|input| !net.inputs[input].kind.is_event()))
 }
 
 /// When each extern condition is called (§6).
 fn latches(net: &Net, plan: &mut Plan) {
-    let mut in_edges: BTreeSet<InputId> = BTreeSet::new();
-    for edge in net.edges.values() {
-        for leaf in edge.expr.leaves() {
-            if let Leaf::Input(input) = leaf {
-                in_edges.insert(*input);
-            }
-        }
-    }
+    let in_edges: BTreeSet<InputId> =
+        net.edges.values().flat_map(|edge| edge.expr.leaves()).filter_map(Leaf::input).collect();
     let mut places: BTreeMap<InputId, BTreeSet<Option<usize>>> = BTreeMap::new();
     for (id, guard) in each_guard(net) {
-        for leaf in guard.leaves() {
-            if let Leaf::Input(input) = leaf {
-                // A receptivity that is tested as a rival is mentioned at the other variable too.
-                places.entry(*input).or_default().insert(if plan.is_wide[id] {
-                    None
-                } else {
-                    plan.owner[id]
-                });
-            }
+        for input in guard.leaves().filter_map(Leaf::input) {
+            // A receptivity that is tested as a rival is mentioned at the other variable too.
+            let place = if plan.is_wide[id] { None } else { plan.owner[id] };
+            places.entry(input).or_default().insert(place);
         }
     }
-    let mut elsewhere: Vec<&Expr> =
-        output_conditions(net).into_iter().map(|(_, _, expr)| expr).collect();
-    for step in net.steps.values() {
-        block_expressions(&step.entry, &mut elsewhere);
-        block_expressions(&step.exit, &mut elsewhere);
-    }
-    for transition in net.transitions.values() {
-        block_expressions(&transition.actions, &mut elsewhere);
-    }
-    for expr in elsewhere {
-        for leaf in expr.leaves() {
-            if let Leaf::Input(input) = leaf {
-                places.entry(*input).or_default().insert(None);
-            }
+    for expr in output_exprs(net).chain(list_exprs(net)) {
+        for input in expr.leaves().filter_map(Leaf::input) {
+            places.entry(input).or_default().insert(None);
         }
     }
     let single = net.settings.evolution == Evolution::Single;
@@ -643,23 +544,6 @@ fn latches(net: &Net, plan: &mut Plan) {
 
 /// The edge operands that are used somewhere, in order.
 pub(crate) fn used_edges(net: &Net) -> BTreeSet<EdgeId> {
-    let mut used = BTreeSet::new();
-    let mut look = |expr: &Expr| {
-        for leaf in expr.leaves() {
-            if let Leaf::Rise(edge) | Leaf::Fall(edge) = leaf {
-                used.insert(*edge);
-            }
-        }
-    };
-    each_guard(net).for_each(|(_, guard)| look(guard));
-    let mut expressions = Vec::new();
-    for step in net.steps.values() {
-        block_expressions(&step.entry, &mut expressions);
-        block_expressions(&step.exit, &mut expressions);
-    }
-    for transition in net.transitions.values() {
-        block_expressions(&transition.actions, &mut expressions);
-    }
-    expressions.into_iter().for_each(look);
-    used
+    let guards = net.transitions.values().map(|transition| &transition.guard);
+    guards.chain(list_exprs(net)).flat_map(Expr::leaves).filter_map(Leaf::edge).collect()
 }

@@ -51,10 +51,7 @@ impl Build {
     pub(crate) fn output(&mut self, text: &str, driver: Driver) -> OutputId {
         let ty = match &driver {
             Driver::Stored(var) => self.net.vars[*var].ty,
-            Driver::Continuous(_)
-            | Driver::Mealy(_)
-            | Driver::Controlled(_)
-            | Driver::Extern { .. } => Type::Bool,
+            _ => Type::Bool,
         };
         self.net.outputs.push(Output {
             safe: None,

@@ -105,14 +105,10 @@ pub fn failures(
     for (at, vector) in vectors.iter().enumerate() {
         let mut levels = Vec::new();
         for (pin, level) in (1..).zip(vector) {
-            match level {
-                Level::Low | Level::Clock => levels.push((pin, 0)),
-                Level::High | Level::ClockLow => levels.push((pin, u64::MAX)),
-                Level::ExpectLow
-                | Level::ExpectHigh
-                | Level::ExpectOff
-                | Level::Ignore
-                | Level::NotTested => {}
+            if matches!(level, Level::Low | Level::Clock) {
+                levels.push((pin, 0));
+            } else if matches!(level, Level::High | Level::ClockLow) {
+                levels.push((pin, u64::MAX));
             }
         }
         if at == 0 {
@@ -123,16 +119,12 @@ pub fn failures(
             chip.put(&levels)?;
         }
         for (pin, level) in (1..).zip(vector) {
-            let (there, back) = match level {
-                Level::Clock => (u64::MAX, 0),
-                Level::ClockLow => (0, u64::MAX),
-                Level::Low
-                | Level::High
-                | Level::ExpectLow
-                | Level::ExpectHigh
-                | Level::ExpectOff
-                | Level::Ignore
-                | Level::NotTested => continue,
+            let (there, back) = if *level == Level::Clock {
+                (u64::MAX, 0)
+            } else if *level == Level::ClockLow {
+                (0, u64::MAX)
+            } else {
+                continue;
             };
             chip.put(&[(pin, there)])?;
             chip.put(&[(pin, back)])?;

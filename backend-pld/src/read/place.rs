@@ -276,12 +276,7 @@ impl Placer<'_> {
             Expr::Signal(signal) => self.level(signal, true),
             Expr::Not(inner) => match self.draft.kind(inner) {
                 Expr::Signal(signal) => self.level(signal, false),
-                Expr::Const(_)
-                | Expr::Not(_)
-                | Expr::And(..)
-                | Expr::Or(..)
-                | Expr::Xor(..)
-                | Expr::Mux(..) => None,
+                _ => None,
             },
             Expr::Const(_) | Expr::And(..) | Expr::Or(..) | Expr::Xor(..) | Expr::Mux(..) => None,
         };

@@ -61,15 +61,13 @@ struct Writer<'a> {
 impl Writer<'_> {
     /// A node as a signal: its name and whether it is negated; `Err` for a constant.
     fn literal(&self, node: NodeId) -> Result<(&str, bool), bool> {
-        let (bare, is_negated) = match self.logic.nodes[node] {
-            Node::Not(inner) => (inner, true),
-            Node::Const(value) => return Err(value),
-            Node::Input(_)
-            | Node::Flop(_)
-            | Node::And(_)
-            | Node::Or(_)
-            | Node::Xor(..)
-            | Node::Mux(..) => (node, false),
+        if let Node::Const(value) = self.logic.nodes[node] {
+            return Err(value);
+        }
+        let (bare, is_negated) = if let Node::Not(inner) = self.logic.nodes[node] {
+            (inner, true)
+        } else {
+            (node, false)
         };
         match self.netlist.name(self.logic, bare) {
             Some(name) => Ok((name, is_negated)),

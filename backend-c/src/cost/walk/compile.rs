@@ -207,17 +207,7 @@ impl Walker<'_> {
                 let value = Code::Binary("+", Box::new(value), Box::new(Code::Constant(1)));
                 What::Set(own(cost), Some((address, kind)), value)
             }
-            Expr::Number(..)
-            | Expr::Name(_)
-            | Expr::Member(..)
-            | Expr::Index(..)
-            | Expr::Call(..)
-            | Expr::Unary(..)
-            | Expr::Binary(..)
-            | Expr::Choice(..)
-            | Expr::Cast(..)
-            | Expr::Size(_)
-            | Expr::List(_) => {
+            _ => {
                 let value = self.code(expr);
                 What::Set(own(cost), None, value)
             }
@@ -288,20 +278,7 @@ impl Walker<'_> {
                 let price = self.asked(expr, is_priced);
                 Question::Compare(price, sign, self.code(a), self.code(b))
             }
-            Expr::Number(..)
-            | Expr::Name(_)
-            | Expr::Member(..)
-            | Expr::Index(..)
-            | Expr::Call(..)
-            | Expr::Unary(..)
-            | Expr::Count(_)
-            | Expr::Binary(..)
-            | Expr::Assign(..)
-            | Expr::Choice(..)
-            | Expr::Cast(..)
-            | Expr::Size(_)
-            | Expr::List(_)
-            | Expr::Nothing => {
+            _ => {
                 let price = self.asked(expr, is_priced);
                 Question::Some(price, self.code(expr))
             }
@@ -469,17 +446,7 @@ impl Walker<'_> {
                 }
                 Some((address, element))
             }
-            Expr::Number(..)
-            | Expr::Call(..)
-            | Expr::Unary(..)
-            | Expr::Count(_)
-            | Expr::Binary(..)
-            | Expr::Assign(..)
-            | Expr::Choice(..)
-            | Expr::Cast(..)
-            | Expr::Size(_)
-            | Expr::List(_)
-            | Expr::Nothing => None,
+            _ => None,
         }
     }
 

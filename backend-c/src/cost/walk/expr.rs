@@ -79,20 +79,7 @@ impl Walker<'_> {
                 self.pay(machine.branch);
                 Ok(())
             }
-            Expr::Number(..)
-            | Expr::Name(_)
-            | Expr::Member(..)
-            | Expr::Index(..)
-            | Expr::Call(..)
-            | Expr::Unary(..)
-            | Expr::Count(_)
-            | Expr::Binary(..)
-            | Expr::Assign(..)
-            | Expr::Choice(..)
-            | Expr::Cast(..)
-            | Expr::Size(_)
-            | Expr::List(_)
-            | Expr::Nothing => {
+            _ => {
                 let value = self.value(expr)?;
                 self.pay_width(&machine.compare, value.bits);
                 self.pay(machine.branch);
@@ -406,17 +393,7 @@ impl Walker<'_> {
                 Some(global) => Ok((Value::of(global.ty.clone(), global.rom), false)),
                 None => self.unknown(format!("the name `{name}`")),
             },
-            Expr::Number(..)
-            | Expr::Call(..)
-            | Expr::Unary(..)
-            | Expr::Count(_)
-            | Expr::Binary(..)
-            | Expr::Assign(..)
-            | Expr::Choice(..)
-            | Expr::Cast(..)
-            | Expr::Size(_)
-            | Expr::List(_)
-            | Expr::Nothing => self.unknown("a place"),
+            _ => self.unknown("a place"),
         }
     }
 

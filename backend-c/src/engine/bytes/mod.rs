@@ -688,14 +688,8 @@ impl<'a> Assembler<'a> {
         if self.lazy.is_empty() {
             return;
         }
-        let mut mentioned = BTreeSet::new();
-        for expr in expressions {
-            for leaf in expr.leaves() {
-                if let Leaf::Input(input) = leaf {
-                    mentioned.insert(*input);
-                }
-            }
-        }
+        let mentioned: BTreeSet<InputId> =
+            (expressions.iter()).flat_map(|expr| expr.leaves()).filter_map(Leaf::input).collect();
         for input in mentioned {
             let Some(flag) = self.lazy.get(&input).copied() else { continue };
             let asked = Expr::leaf(Leaf::Temp(temp_id(flag)), Span::default());

@@ -476,32 +476,11 @@ impl<'a> Emit<'a> {
     }
 
     fn edge_uses(&self, wanted: EdgeId) -> (bool, bool) {
+        let guards = self.net.transitions.values().map(|transition| &transition.guard);
         let mut uses = (false, false);
-        let mut expressions: Vec<&Expr> =
-            self.net.transitions.values().map(|it| &it.guard).collect();
-        for step in self.net.steps.values() {
-            plan::block_expressions(&step.entry, &mut expressions);
-            plan::block_expressions(&step.exit, &mut expressions);
-        }
-        for transition in self.net.transitions.values() {
-            plan::block_expressions(&transition.actions, &mut expressions);
-        }
-        for expr in expressions {
-            for leaf in expr.leaves() {
-                match *leaf {
-                    Leaf::Rise(edge) => uses.0 |= edge == wanted,
-                    Leaf::Fall(edge) => uses.1 |= edge == wanted,
-                    Leaf::Input(_)
-                    | Leaf::Var(_)
-                    | Leaf::Active(_)
-                    | Leaf::Elapsed(_)
-                    | Leaf::LastElapsed(_)
-                    | Leaf::TasksDone(_)
-                    | Leaf::Timer(_)
-                    | Leaf::Fireable(_)
-                    | Leaf::Controlled(_) => {}
-                }
-            }
+        for leaf in guards.chain(plan::list_exprs(self.net)).flat_map(Expr::leaves) {
+            uses.0 |= *leaf == Leaf::Rise(wanted);
+            uses.1 |= *leaf == Leaf::Fall(wanted);
         }
         uses
     }

@@ -263,12 +263,8 @@ impl Emit<'_> {
 
     /// Calls the extern conditions that a transition mentions, unless they are called at the start.
     pub(super) fn ask(&mut self, id: TransitionId, step: StepId) -> Vec<Node> {
-        let mut mentioned = BTreeSet::new();
-        for leaf in self.net.transitions[id].guard.leaves() {
-            if let Leaf::Input(input) = leaf {
-                mentioned.insert(*input);
-            }
-        }
+        let guard = &self.net.transitions[id].guard;
+        let mentioned: BTreeSet<InputId> = guard.leaves().filter_map(Leaf::input).collect();
         let owner = self.plan.place[step].0;
         let others = self.other_sources(id, owner);
         let mut nodes = Vec::new();
@@ -308,15 +304,13 @@ impl Emit<'_> {
     }
 
     /// Calls the conditions that a list or an output mentions, unless they were called already.
-    pub(super) fn demand_all(&self, expressions: &[&Expr], when: &[CExpr]) -> Vec<Node> {
-        let mut mentioned = BTreeSet::new();
-        for expr in expressions {
-            for leaf in expr.leaves() {
-                if let Leaf::Input(input) = leaf {
-                    mentioned.insert(*input);
-                }
-            }
-        }
+    pub(super) fn demand_all<'e>(
+        &self,
+        exprs: impl Iterator<Item = &'e Expr>,
+        when: &[CExpr],
+    ) -> Vec<Node> {
+        let mentioned: BTreeSet<InputId> =
+            exprs.flat_map(Expr::leaves).filter_map(Leaf::input).collect();
         mentioned
             .into_iter()
             .filter(|input| self.plan.latches.get(input) == Some(&Latch::OnDemand))

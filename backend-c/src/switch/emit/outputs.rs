@@ -7,7 +7,7 @@ use crate::c::print::{Arm, Kind, Node};
 use crate::cexpr::{CExpr, Prec, c_expr};
 use crate::safe;
 use crate::switch::plan::Plan;
-use grafsynth_ir::net::{Driver, Expr, ExternCall, OutputId, StepId};
+use grafsynth_ir::net::{Driver, ExternCall, OutputId, StepId};
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Emit<'_> {
@@ -39,7 +39,7 @@ impl Emit<'_> {
                         if bit.is_some() && !mealy && emission.condition.is_none() {
                             continue;
                         }
-                        let expressions: Vec<&Expr> = emission.condition.iter().collect();
+                        let expressions = emission.condition.iter();
                         let active = self.now_active(emission.step);
                         let place = Place::Output { step: emission.step };
                         let condition = emission.condition.as_ref().map_or_else(
@@ -54,7 +54,7 @@ impl Emit<'_> {
                             let set = bit.clone().unwrap_or_else(|| {
                                 Node::line(format!("{name} = true;")).about(Object::Output(id))
                             });
-                            let demands = self.demand_all(&expressions, &[]);
+                            let demands = self.demand_all(expressions, &[]);
                             let list = by_step.entry(emission.step).or_default();
                             list.extend(demands.into_iter().map(|it| self.node_in_step(it)));
                             let text = self.in_step(&condition.text);
@@ -65,7 +65,7 @@ impl Emit<'_> {
                             });
                         } else {
                             let demands =
-                                self.demand_all(&expressions, std::slice::from_ref(&active));
+                                self.demand_all(expressions, std::slice::from_ref(&active));
                             nodes.extend(demands.into_iter().map(|it| self.node_in_step(it)));
                             terms.push(CExpr::and([active, condition]));
                         }
@@ -109,15 +109,14 @@ impl Emit<'_> {
                     for call in calls {
                         let place = Place::Output { step: call.step };
                         let active = self.now_active(call.step);
-                        let expressions: Vec<&Expr> =
-                            call.condition.iter().chain(&call.arguments).collect();
+                        let expressions = call.condition.iter().chain(&call.arguments);
                         if by_case {
-                            let demands = self.demand_all(&expressions, &[]);
+                            let demands = self.demand_all(expressions, &[]);
                             let list = by_step.entry(call.step).or_default();
                             list.extend(demands.into_iter().map(|it| self.node_in_step(it)));
                         } else {
                             let demands =
-                                self.demand_all(&expressions, std::slice::from_ref(&active));
+                                self.demand_all(expressions, std::slice::from_ref(&active));
                             nodes.extend(demands.into_iter().map(|it| self.node_in_step(it)));
                         }
                         let condition = call.condition.as_ref().map_or_else(
@@ -256,23 +255,14 @@ impl Emit<'_> {
         if self.locals {
             return node;
         }
-        match &mut node.kind {
-            Kind::Line(text) => *text = text.replace("scan->", "scan."),
-            Kind::Block(arms) => {
-                for arm in arms {
-                    arm.head = arm.head.replace("scan->", "scan.");
-                    let body = std::mem::take(&mut arm.body);
-                    arm.body = body.into_iter().map(|it| self.node_in_step(it)).collect();
-                }
+        if let Kind::Line(text) = &mut node.kind {
+            *text = text.replace("scan->", "scan.");
+        } else if let Kind::Block(arms) = &mut node.kind {
+            for arm in arms {
+                arm.head = arm.head.replace("scan->", "scan.");
+                let body = std::mem::take(&mut arm.body);
+                arm.body = body.into_iter().map(|it| self.node_in_step(it)).collect();
             }
-            Kind::Blank
-            | Kind::Comment(_)
-            | Kind::Verbatim(_)
-            | Kind::Directive(_)
-            | Kind::Case(..)
-            | Kind::Nested(_)
-            | Kind::Function(..)
-            | Kind::Braces(..) => {}
         }
         node
     }

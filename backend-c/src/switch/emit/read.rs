@@ -6,9 +6,10 @@ use crate::Object;
 use crate::c::print::Node;
 use crate::calls::{self, Callee};
 use crate::cexpr::{CExpr, Prec, Scope, c_expr, saturated};
-use crate::switch::plan::{Latch, block_expressions, receptivity};
+use crate::switch::plan::{Latch, receptivity};
 use crate::times::timer_place;
 use grafsynth_ir::net::{Block, EdgeId, InputKind, Leaf, OutputId, StepId, StmtKind};
+use grafsynth_ir::walk::expressions;
 
 /// The context of an expression.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -25,9 +26,7 @@ pub(super) enum Place {
 
 impl Emit<'_> {
     pub(super) fn block(&mut self, block: &Block, place: Place) -> Vec<Node> {
-        let mut expressions = Vec::new();
-        block_expressions(block, &mut expressions);
-        let mut nodes = self.demand_all(&expressions, &[]);
+        let mut nodes = self.demand_all(expressions(block), &[]);
         nodes.extend(self.statements(block, place));
         nodes
     }

@@ -101,23 +101,8 @@ pub(super) fn competition(net: &Net, plan: &Plan, order: &Order) -> Result<(), R
 
 /// Shows from the text of two receptivities that they are never both true: one requires what the other negates, or is its `otherwise`.
 fn disjoint(net: &Net, earlier: TransitionId, later: TransitionId) -> bool {
-    fn factors(expr: &Expr) -> &[Expr] {
-        match &expr.kind {
-            ExprKind::And(all) => all,
-            ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Leaf(_)
-            | ExprKind::Element(..)
-            | ExprKind::Not(_)
-            | ExprKind::Or(_)
-            | ExprKind::Compare(..)
-            | ExprKind::Neg(_)
-            | ExprKind::Arith(..)
-            | ExprKind::Select(..) => std::slice::from_ref(expr),
-        }
-    }
     let (a, b) = (receptivity(net, earlier), receptivity(net, later));
-    let (a, b) = (factors(&a), factors(&b));
+    let (a, b) = (a.factors(), b.factors());
     let negates = |one: &Expr, other: &Expr| matches!(&one.kind, ExprKind::Not(inner) if inner.kind == other.kind);
     let otherwise = |all: &[Expr], of: TransitionId| {
         all.iter().any(|it| {

@@ -45,14 +45,7 @@ impl Run<'_> {
                     .map(|(state, it)| (state, Number::new(kind.take(it.values), *kind)))
                     .collect())
             }
-            Code::Constant(_)
-            | Code::Read(..)
-            | Code::Pointer(_)
-            | Code::Table(..)
-            | Code::Unknown(_)
-            | Code::Unary(..)
-            | Code::Binary(..)
-            | Code::Choice(..) => {
+            _ => {
                 let mut state = state;
                 let number = self.number(code, &mut state)?;
                 Ok(vec![(state, number)])

@@ -213,11 +213,7 @@ impl Run<'_> {
             Code::Binary(_, a, b) => {
                 self.cells_of(a, state, found)? && self.cells_of(b, state, found)?
             }
-            Code::Pointer(_)
-            | Code::Unknown(_)
-            | Code::Choice(..)
-            | Code::Truth(_)
-            | Code::Call(..) => false,
+            _ => false,
         })
     }
 }
