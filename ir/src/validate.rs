@@ -71,7 +71,7 @@
 //!
 //! All checks together take linear time in the size of the net, except for sorting names.
 
-mod emergency;
+pub(crate) mod emergency;
 mod expressions;
 mod names;
 mod statechart;

@@ -55,6 +55,7 @@ use crate::chart::Design;
 use crate::diag::{Diagnostic, any_error};
 use crate::net::Net;
 use crate::span::Span;
+use crate::validate::emergency::unenforceable;
 use crate::validate::{Valid, validate};
 use context::Lowering;
 use std::collections::BTreeSet;
@@ -117,6 +118,7 @@ pub fn lower_with(design: &Design, costs: &TaskCosts) -> Lowered {
     let (net, mut found, undeclared) = run(design, costs, PIPELINE);
     // A file that contains only library charts is valid, but there is nothing to run.
     if any_error(&found) || design.charts.is_empty() {
+        found.extend(unenforceable(&net));
         return Lowered { net: None, found, undeclared };
     }
     match validate(net) {

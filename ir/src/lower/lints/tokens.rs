@@ -271,15 +271,25 @@ fn report(
                     place(net, fork),
                     format!("{} become active together here", names(net, targets.iter().copied(), "and")),
                 )
-                .help(match both(net, first, second, "and", "not") {
-                    Some(both) => format!("replace both transitions by one that joins the branches: `{left} & {right} -> {again} when {both}`"),
-                    None => format!("replace both transitions by one that joins the branches: `{left} & {right} -> {again} when a and b`, with their receptivities for a and b"),
+                .help({
+                    let both = both(net, first, second, "and", "not").map_or_else(
+                        || "a and b` with their receptivities for a and b".to_owned(),
+                        |both| format!("{both}`"),
+                    );
+                    format!(
+                        "let each branch end in a step of its own that waits for the other, and join these: `{left}_done & {right}_done -> {again}`; if `{left}` and `{right}` may both stay active until both have ended, replace the two transitions by `{left} & {right} -> {again} when {both}"
+                    )
                 })
                 .help_in(
                     Notation::Iec,
-                    match both(net, first, second, "AND", "NOT") {
-                        Some(both) => format!("replace both transitions by one that joins the branches: `TRANSITION FROM ({left}, {right}) TO {again} := {both}; END_TRANSITION`"),
-                        None => format!("replace both transitions by one that joins the branches: `TRANSITION FROM ({left}, {right}) TO {again} := a AND b; END_TRANSITION`, with their conditions for a and b"),
+                    {
+                        let both = both(net, first, second, "AND", "NOT").map_or_else(
+                            || "a AND b; END_TRANSITION` with their conditions for a and b".to_owned(),
+                            |both| format!("{both}; END_TRANSITION`"),
+                        );
+                        format!(
+                            "let each branch end in a step of its own that waits for the other, and join these: `TRANSITION FROM ({left}_done, {right}_done) TO {again} := TRUE; END_TRANSITION`; if `{left}` and `{right}` may both stay active until both have ended, replace the two transitions by `TRANSITION FROM ({left}, {right}) TO {again} := {both}"
+                        )
                     },
                 ),
             );
