@@ -11,7 +11,7 @@ use crate::span::Span;
 pub struct Code {
     /// `G` and four digits.
     pub id: &'static str,
-    /// A few words, as the heading of its page.
+    /// A few words: the heading of its page.
     pub title: &'static str,
 }
 
@@ -237,7 +237,7 @@ fn shares_a_letter(word: &[char], candidate: &str) -> bool {
     letters.any(|c| word.iter().any(|own| own.to_lowercase().eq(c.to_lowercase())))
 }
 
-/// True if the two names are the same but for their numbers.
+/// True if the two names differ only in their digits.
 fn differs_in_digits(word: &str, candidate: &str) -> bool {
     let digits = |text: &str| text.chars().filter(char::is_ascii_digit).collect::<String>();
     let others = |text: &str| {

@@ -108,7 +108,7 @@ fn refuse(lowering: &mut Lowering<'_>, span: Span, message: String, help: &str) 
     lowering.report(Diagnostic::error(codes::COUNTED, message).at(span, "").help(help));
 }
 
-/// `p > 0`
+/// The condition `p > 0`: the counted step is active.
 pub(super) fn is_active<L: Copy>(var: VarId, span: Span, leaf: impl Fn(Leaf) -> L) -> Expr<L> {
     let zero = Expr::new(ExprKind::Int(0), span);
     Expr::compare(CompareOp::Gt, Expr::leaf(leaf(Leaf::Var(var)), span), zero)

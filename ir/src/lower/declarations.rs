@@ -109,7 +109,7 @@ fn initial_values(
     }
 }
 
-/// Words for a constant value in messages.
+/// The code of findings about a constant value, and the word for this value in messages.
 struct Called {
     code: Code,
     what: &'static str,

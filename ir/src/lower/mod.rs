@@ -93,7 +93,7 @@ pub fn passes() -> impl Iterator<Item = &'static str> {
 
 /// Lowers a design to its net, with all findings of the design: errors, and warnings about probable mistakes.
 ///
-/// There is a net exactly if no finding is an error. The same design gives the same net and the same findings in the same order.
+/// There is a net if and only if no finding is an error. The same design gives the same net and the same findings in the same order.
 #[must_use]
 pub fn lower(design: &Design) -> (Option<Valid<Net>>, Vec<Diagnostic>) {
     let lowered = lower_with(design, &TaskCosts::default());
@@ -103,7 +103,7 @@ pub fn lower(design: &Design) -> (Option<Valid<Net>>, Vec<Diagnostic>) {
 /// The result of [`lower_with`].
 #[derive(Debug, Clone)]
 pub struct Lowered {
-    /// The net; there is one exactly if no finding is an error.
+    /// The net; there is one if and only if no finding is an error.
     pub net: Option<Valid<Net>>,
     /// The findings.
     pub found: Vec<Diagnostic>,

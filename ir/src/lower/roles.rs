@@ -111,8 +111,8 @@ fn drawn_action(lowering: &mut Lowering<'_>, action: usize, source: &chart::Acti
 }
 
 /// Creates the additional actions for further durations of an action. One action has one timer of each kind. If L or D is used with several durations,
-/// each additional duration gets an action of its own, which is placed before the main one and has no column; the steps then use the main action while
-/// that one runs (semantics §3.5). Other qualifiers with several durations are reported where they are lowered.
+/// each additional duration gets an action of its own, which is placed before the main one and has no column; its Q is then combined with the inputs of the
+/// main action, as by qualifier N (semantics §3.5). Other qualifiers with several durations are reported where they are lowered.
 pub(super) fn more_timers(
     lowering: &mut Lowering<'_>,
     name: &Name,

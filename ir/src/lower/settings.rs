@@ -171,7 +171,7 @@ struct Shared<'s> {
 }
 
 impl Shared<'_> {
-    /// A setting that may be written in any chart of the file and applies to all.
+    /// The value of a setting that may be written in any chart of the file and applies to all charts.
     fn one<T: Copy + PartialEq>(&mut self, word: &str, get: impl Fn(&Said) -> Set<T>) -> Option<T> {
         let mut found: Set<T> = None;
         for (value, span) in self.said.iter().filter_map(get) {

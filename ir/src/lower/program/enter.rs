@@ -15,7 +15,7 @@ pub(super) struct Entries {
     states: IdMap<Step, Vec<Expr>>,
     by_default: IdMap<Step, Vec<Expr>>,
     histories: IdMap<History, Vec<Expr>>,
-    /// The history's default content runs.
+    /// True if the default content of the history runs.
     default_content: IdMap<History, Expr>,
 }
 
