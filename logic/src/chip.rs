@@ -231,7 +231,7 @@ impl<'a, S: Parts> ChipSim<'a, S> {
         self.busy.is_some_and(|busy| self.sim.output(busy) & 1 == 1)
     }
 
-    /// Events and the tick last one clock period.
+    /// Sets events and the tick back to 0: they last one clock period.
     fn end_events(&mut self) {
         for &pin in &self.ticks {
             self.sim.set_input(pin, 0);

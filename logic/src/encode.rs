@@ -323,7 +323,7 @@ impl<'a> Encoder<'a> {
         }
     }
 
-    /// D functions, outputs and constraints from the final values.
+    /// Makes the D functions, outputs and constraints from the final values.
     fn finish(mut self) -> Result<Logic, Vec<Diagnostic>> {
         let program = self.program;
         let mut flops = self.builder.logic.flops.ids();
@@ -735,7 +735,7 @@ fn note_stores(block: &[Stmt], at: usize, last: &mut IdMap<grafsynth_ir::program
     }
 }
 
-/// True for an expression that the Boolean algebra may simplify: some Boolean operator has an operand that occurs again.
+/// True if the operator at the top of the expression is Boolean, so that the Boolean algebra may simplify it.
 fn is_compound(expr: &Expr<Leaf>) -> bool {
     matches!(
         expr.kind,

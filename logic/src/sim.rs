@@ -72,7 +72,7 @@ impl Lists {
     }
 }
 
-/// Circuits have fewer gates than 32 bits can count.
+/// The number of a gate in 32 bits, which are enough for every circuit.
 fn index(n: usize) -> u32 {
     u32::try_from(n).unwrap_or(u32::MAX)
 }

@@ -36,7 +36,7 @@ impl Encoder<'_> {
         }
     }
 
-    /// After the registers of regions are packed, the activity of a state is also a function of the new state.
+    /// Once the registers of regions are packed, records the activity of each state as a function of the new state too.
     fn note_packed(&mut self) {
         let Some(regions) = self.regions.filter(|regions| regions.packed_at == self.now) else {
             return;
@@ -205,7 +205,7 @@ impl Encoder<'_> {
         depth: u32,
     ) {
         if let Some(value) = self.builder.as_constant(condition) {
-            // Even a branch that always runs hides what it sets from the new state, because its conditions read the old state.
+            // Even in a branch that always runs, calls and outputs have a form over the new state only if the condition has one.
             let outer = self.path_after;
             self.path_after = self.join_after(after, value);
             self.block(if value { then } else { otherwise }, depth + 1);
@@ -297,7 +297,7 @@ impl Encoder<'_> {
         }
     }
 
-    /// True if some step may be stored.
+    /// True if the block may change the bit of a step.
     fn moves(&self, block: &[Stmt]) -> bool {
         super::multicycle::moves(self.program, block)
     }

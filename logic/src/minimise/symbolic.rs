@@ -80,7 +80,7 @@ fn without_values(shape: Shape, term: &[u64]) -> Vec<u64> {
     term
 }
 
-/// Excludes this value with a negative literal.
+/// Restricts a product to this value, with negative literals of all other values.
 fn add_negative(shape: Shape, term: &mut [u64], value: usize) {
     for other in shape.one_hot().filter(|other| *other != value) {
         shape.set_literal(term, other, Some(false));
@@ -153,7 +153,7 @@ fn free(on: &Terms, off: &Terms, shape: Shape, effort: &Effort) -> Result<Option
     Ok(Some(free))
 }
 
-/// A product of one value has only that positive literal; one of several values has the others negated.
+/// The products with few literals: a product of one value gets only its positive literal; one of several values keeps the negative literals of the others.
 fn with_few_literals(terms: &Terms, plain: Shape) -> Terms {
     let shape = terms.shape;
     let mut short = Terms::new(plain);
