@@ -178,7 +178,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// The next active step at or after word position `at`, without a lasting borrow of the situation.
+    /// The next active step with index `at` or above, without a lasting borrow of the situation; moves `at` beyond it.
     fn next_active(&self, at: &mut usize) -> Option<StepId> {
         let words = self.state.situation.words();
         let mut index = *at / 64;

@@ -116,7 +116,7 @@ impl<'n> Rows<'n> {
         }
     }
 
-    /// A Boolean is 1 with probability 1/`rarity`.
+    /// A random value of an input; a Boolean is 1 with probability 1/`rarity`.
     fn any_value(&mut self, input: InputId, rarity: usize) -> i64 {
         match self.net.inputs[input].ty {
             Type::Bool => i64::from(self.random.one_in(rarity)),

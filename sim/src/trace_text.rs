@@ -232,7 +232,7 @@ enum Wire {
     Text(IdCode),
 }
 
-/// VCD reads a bracket after a name as a range of bits.
+/// The name of a column in VCD, which would read a bracket after a name as a range of bits.
 fn vcd_name(name: &str) -> String {
     if name.is_empty() {
         return "_".to_owned();

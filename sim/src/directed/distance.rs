@@ -62,7 +62,7 @@ impl<'s> Context<'s> {
         row.value(event) != 0 || raised
     }
 
-    /// The distance of `expr` from `wanted`: 0 exactly if it has this value. The transitions that `otherwise` refers to are followed once (`deep`),
+    /// The distance of `expr` from `wanted`: 0 if and only if it has this value. The transitions that `otherwise` refers to are followed once (`deep`),
     /// because a long chain of them would take exponential time.
     fn to(&self, expr: &Expr, wanted: bool, deep: bool) -> u64 {
         match &expr.kind {
@@ -200,7 +200,7 @@ impl<'s> Context<'s> {
     }
 }
 
-/// The change of `a` that makes the comparison true.
+/// The smallest change of `a` that makes the comparison true.
 fn compare(op: CompareOp, a: i64, b: i64) -> u64 {
     match op {
         _ if op.apply(a, b) => 0,

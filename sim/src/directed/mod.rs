@@ -170,7 +170,7 @@ impl<'n> Directed<'n> {
         }
     }
 
-    /// Adds relevant values of an input for another user, such as a chart that is compared with this one.
+    /// Adds values of an input that matter to something other than the net, such as a chart that is compared with it.
     pub fn also_try(&mut self, input: grafsynth_ir::net::InputId, values: &[i64]) {
         let (lo, hi) = self.net.inputs[input].ty.bounds();
         let known = &mut self.rows.interesting[input.index()];
