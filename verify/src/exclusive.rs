@@ -187,7 +187,7 @@ fn conjuncts(expr: &Expr, out: &mut Vec<(Leaf, bool)>) {
     }
 }
 
-/// The meaning of a decision.
+/// The condition that a variable of the diagram represents.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum Atom {
     /// A Boolean value.

@@ -51,7 +51,7 @@ use number::Number;
 use reaction::{Inputs, Maker, Reaction};
 use state::{Key, State, Value};
 
-/// The maximum part of the graph for one query.
+/// The maximum number of nodes of the graph that one query may contain.
 const CONE: usize = 100_000;
 
 /// An input that two nets share: a code counted from `lo`, of a value that is possible in both.
@@ -100,7 +100,7 @@ struct Model<'n> {
 }
 
 impl<'n> Model<'n> {
-    /// `depth` is a bound on the micro-steps of a reaction, if one is known.
+    /// The model of a net; `depth` is a bound on the micro-steps of a reaction, if one is known.
     fn of(net: &'n Net, depth: Option<u32>, limits: &Limits) -> Result<Self, String> {
         Self::within(Aig::new(), net, depth, limits, &BTreeMap::new())
     }
@@ -277,7 +277,7 @@ impl<'n> Model<'n> {
         (holds, clauses)
     }
 
-    /// Ages are a total order.
+    /// Adds the assumption that the ages of these steps are a total order.
     fn total_order(&self, mut steps: Vec<StepId>, clauses: &mut Vec<Vec<Lit>>) {
         steps.sort_unstable();
         steps.dedup();

@@ -11,9 +11,9 @@ use super::{Chance, Joint, Question, depths, why};
 use crate::symbolic::aig::Lit;
 use crate::symbolic::reach::Failed;
 
-/// Reactions of the random runs, 64 runs at once.
+/// The number of reactions in each random run; 64 runs are made at once.
 const ROUNDS: usize = 48;
-/// Passes over all classes; each splits at least one.
+/// The maximum number of passes over all classes; each pass splits at least one class.
 const MAX_PASSES: usize = 400;
 /// The maximum size of the graph: each pass adds to it.
 const MAX_NODES: usize = 4_000_000;
