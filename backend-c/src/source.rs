@@ -192,7 +192,7 @@ impl Layout<'_> {
             .any(|nodes| mentions(nodes, helper))
     }
 
-    /// The callbacks of seed 000: the changes of a reaction are reported at its end.
+    /// The callbacks: the changes of a reaction are reported at its end.
     fn notify(&self, nodes: &mut Vec<Node>, step: &mut Vec<Node>) {
         if !self.interface.has_instance {
             return;

@@ -120,7 +120,7 @@ pub fn emitted(net: &Valid<Net>, mut options: Options) -> Result<(Package, Optio
 pub fn features(seed: u64, style: Style, max_steps: usize) -> Features {
     let all = Features { max_steps, ..Features::program() };
     if style == Style::Btrans {
-        // The features of the layout of seed 002; of all others, hardly one chart in a thousand would be supported.
+        // Only the features of the table layout `btrans`: with any others, hardly one chart in a thousand would be supported.
         let statecharts = Features { max_steps, ..Features::tabular_statecharts() };
         return if seed.is_multiple_of(3) { statecharts } else { statecharts.some(seed) };
     }

@@ -103,7 +103,7 @@ fn statecharts_as_tables_do_what_the_net_does() {
     agree(&features, rounds(20, 240), rounds(400, 10_000));
 }
 
-/// Statecharts in the layout of seed 002: the engine's own rule gives the result of the net, or the chart is rejected with a code.
+/// Statecharts in the table layout `btrans`: the engine's own rule gives the result of the net, or the chart is rejected with a code.
 #[test]
 fn statecharts_as_bstate_and_btrans_do_what_the_net_does() {
     let features = Features::tabular_statecharts();

@@ -199,7 +199,7 @@ impl Emit<'_> {
         Some(self.table(&wanted, self.number_type(region), note, &rows))
     }
 
-    /// Returns early if the guard of a transition is false.
+    /// Statements that return early if the guard of a transition is false.
     fn unless(&mut self, id: TransitionId) -> Vec<Node> {
         let guard: CExpr = self.statements.expr(&self.pieces.transitions[id].guard);
         if guard.is_true() {

@@ -336,7 +336,7 @@ pub(crate) fn block_expressions<'a>(block: &'a Block, out: &mut Vec<&'a Expr>) {
     }
 }
 
-/// The steps whose times are read, and the maximum of each variable's timer.
+/// Finds the steps whose times are read, and the maximum of each variable's timer.
 fn timers(net: &Net, plan: &mut Plan) {
     let mut caps: BTreeMap<StepId, i64> = BTreeMap::new();
     let mut look = |expr: &Expr| crate::times::step_caps(expr, &mut caps);
@@ -583,7 +583,7 @@ pub(crate) fn is_input_operand(net: &Net, expr: &Expr) -> bool {
     only
 }
 
-/// When each extern condition is called (§6).
+/// Decides when each extern condition is called (§6).
 fn latches(net: &Net, plan: &mut Plan) {
     let mut in_edges: BTreeSet<InputId> = BTreeSet::new();
     for edge in net.edges.values() {

@@ -28,7 +28,7 @@ impl Walker<'_> {
         Ok((flow, ops))
     }
 
-    /// The cost of expressions on their own.
+    /// The cost of what `work` walks, without what was walked before, and the functions that it calls.
     pub(super) fn measured(
         &mut self,
         work: impl FnOnce(&mut Self) -> Result<(), NotUnderstood>,
