@@ -310,7 +310,7 @@ impl<'a> Chip<'a> {
     }
 }
 
-/// A macrocell after a pass.
+/// The state of a macrocell after a pass.
 fn next_state(
     chip: &Chip<'_>,
     cell: &State,

@@ -129,7 +129,7 @@ struct Pair {
     places: [Span; 2],
     /// The values of the inputs that one of the products fixes.
     point: Vec<(usize, bool)>,
-    /// The first product is a don't-care, not a 1.
+    /// True if the first product is a don't-care; false if it is a 1.
     is_free: bool,
 }
 

@@ -301,7 +301,7 @@ impl Parser<'_, '_> {
         Some(())
     }
 
-    /// After an error: skips to after the next `;` (at least one token).
+    /// After an error: skips past the next `;`, or at least one token.
     fn recover(&mut self, before: usize) {
         if self.lexer.token.start == before {
             self.lexer.advance();
@@ -663,7 +663,7 @@ impl Parser<'_, '_> {
             }
             Some("ar") => preset(self.draft, Some(id), false, definition),
             Some("sp") => {
-                // A circuit with one clock loses nothing by this.
+                // A circuit with one clock expresses a synchronous preset exactly, so nothing is reported.
                 let before = self.draft.beyond.len();
                 preset(self.draft, Some(id), true, definition);
                 self.draft.beyond.truncate(before);

@@ -440,7 +440,7 @@ impl Parser<'_, '_> {
         Some(value)
     }
 
-    /// A number without a list is one bit.
+    /// Reads a number as a constant of one bit, because no list gives its width.
     fn constant(&mut self, number: Number, span: Span) -> Option<Value> {
         if number.mask & 1 == 0 || number.value > 1 {
             return self.error_with(

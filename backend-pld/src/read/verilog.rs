@@ -142,7 +142,7 @@ impl<'a> Parser<'a, '_> {
         let _: Option<()> = self.unexpected("`endmodule`");
     }
 
-    /// After an error: skips to after the next `;` or to a word that begins an item.
+    /// After an error: skips past the next `;` or to a word that begins an item.
     fn recover(&mut self) {
         let starts = ["assign", "wire", "reg", "always", "initial", "endmodule"];
         while self.lexer.token.kind != Kind::End

@@ -124,7 +124,7 @@ impl Writer<'_> {
         }
     }
 
-    /// One row is enough: a product is true if all literals are true, a sum is false if none is.
+    /// Prints a gate as a table of one row: a product is true if all literals are true, a sum is false if none is.
     fn row(&mut self, all: &[NodeId], name: &str, is_and: bool) {
         let literals: Vec<(String, bool)> = all
             .iter()

@@ -80,8 +80,8 @@ pub(crate) fn write(equations: &Equations, vectors: Option<&Vectors>) -> SourceT
     source
 }
 
-/// The first row is the state after power-up; each further row sets what changed, clocks, and checks every pin. A row of several clocks clears its
-/// events after the first clock, and `busy` is checked between clocks.
+/// Prints the simulation section. The first row is the state after power-up; each further row sets what changed, clocks, and checks every pin. A row of several
+/// clocks clears its events after the first clock, and `busy` is checked between clocks.
 fn simulation(source: &mut SourceText, equations: &Equations, vectors: &Vectors) {
     let literal = |index: usize, value: bool| {
         let name = &equations.signals[index].name;
