@@ -13,7 +13,7 @@ use grafsynth_logic::{BusyMode, EncodeOptions};
 use grafsynth_sim::{Clocked, InputRow, Row, Simulator, Stimulus};
 use grafsynth_verify::Limits;
 
-/// The maximum number of reactions times steps and transitions for an enumeration before a build: some hundredths of a second.
+/// The maximum work of an enumeration before a build, as reactions times the size of the net; it takes some hundredths of a second.
 pub(crate) const ENUMERATION_WORK: u64 = 20_000_000;
 
 /// The facts that back ends need about a net: its structure, and for a chart that evolves until it is stable a bound on its micro-steps, which only
@@ -65,7 +65,7 @@ pub fn logic_as(net: &Valid<Net>, facts: &Facts, busy: BusyMode) -> Result<Logic
 pub struct Through {
     /// The text with its names.
     pub emitted: Emitted,
-    /// Read back, with the roles of the emitted circuit.
+    /// The circuit read back from the text, with the roles of the emitted circuit.
     pub read_back: Logic,
 }
 
@@ -136,7 +136,7 @@ pub fn synchronised(net: &Net, logic: Logic, stages: u32) -> (Logic, Vec<synchro
     })
 }
 
-/// The vectors of a circuit with synchronisers: each row appears at the pins as many clocks earlier as there are stages.
+/// The vectors of a circuit with synchronisers: the inputs of each row are applied as many clocks earlier as there are stages.
 pub(crate) fn delayed_vectors(
     net: &Valid<Net>,
     logic: &Logic,

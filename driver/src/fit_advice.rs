@@ -289,7 +289,7 @@ fn bits(ticks: u64) -> u32 {
     u64::BITS - (ticks + 1).leading_zeros()
 }
 
-/// For a time that uses most of the registers, how many it would use with a longer tick.
+/// Suggests a longer tick for a time that uses most of the registers: says how many it would then use.
 fn times(asked: &BuildContext<'_>) -> Option<String> {
     const LONGER: [u64; 3] = [10, 100, 1000];
     let LongTime { name, n, ticks, .. } = long_time(asked)?;

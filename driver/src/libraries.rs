@@ -55,7 +55,7 @@ pub(crate) fn resolve(
         Reading { sources, texts, limits, open: vec![main], done: Vec::new(), design, found };
     let imports = reading.design.imports.clone();
     reading.all(main, &imports);
-    // Files are named at the top, before the charts of the text.
+    // Files are named at the top of the text, so their library charts come before its own.
     design.libraries.rotate_left(own);
 }
 

@@ -172,7 +172,7 @@ impl Bench {
         self.start_with(names, arguments, b"")
     }
 
-    /// The same with standard input.
+    /// Like [`Bench::start`], with this standard input.
     pub(crate) fn start_with(
         &self,
         names: &[&str],

@@ -18,7 +18,7 @@ use grafsynth_sim::Stimulus;
 pub struct Measured {
     /// `NAME_init`, from the call to the return.
     pub init: u64,
-    /// The worst `NAME_step`.
+    /// The worst call of `NAME_step`.
     pub step: u64,
     /// The maximum stack of either in bytes, including the return address; `None` on a Cortex-M3 if user functions are called, because their stack cannot
     /// be separated.
@@ -29,7 +29,7 @@ pub struct Measured {
     pub text: u64,
 }
 
-/// The cycles of a call instruction and its return address: the machine is first observed after it.
+/// The cycles of a call instruction: the host first observes the machine after it.
 const CALL: u64 = 4;
 
 /// Runs the firmware and prints each call of `NAME_init` (0) and `NAME_step` (1): its time and its stack.
