@@ -2,7 +2,7 @@
 //!
 //! Macro-steps are folded back (one macro for each, named after it), enclosing steps and states are restored, full names become local ones,
 //! ticks become durations, and `otherwise` is recognised. Lowering the result gives the same net, except for names that lowering generates,
-//! spans, and the order of outputs' shares within a step.
+//! spans, and the order in which a step lists its outputs.
 
 mod bodies;
 mod expr;

@@ -134,7 +134,7 @@ impl Reader<'_, '_> {
             || rules::RULES.iter().flat_map(|rule| rule.children).copied().flatten().copied();
         let meant =
             if is_known { Some(name) } else { nearest(name, everywhere().map(|(one, ..)| one)) };
-        // An element that belongs to several others is not moved by advice.
+        // The help suggests no move if the element may be in several others.
         let homes = meant.and_then(|meant| {
             let mut kinds = rules::RULES.iter().filter(|rule| {
                 rule.children.iter().copied().flatten().any(|(one, ..)| *one == meant)
