@@ -231,8 +231,8 @@ pub struct Compiler {
 }
 
 impl Compiler {
-    /// Sanitizers for every access and every operation: address and undefined behaviour, in C99, without optimisation because that takes longest.
-    /// `None` if no compiler has both; clang first, which is faster.
+    /// A compiler with sanitizers for every access and every operation (address and undefined behaviour), in C99; without optimisation, which would take
+    /// longest. `None` if no compiler has both; clang first, which is faster.
     #[must_use]
     pub fn watchful() -> Option<Self> {
         let flags =
@@ -243,8 +243,8 @@ impl Compiler {
         })
     }
 
-    /// Checks every number: clang's integer sanitizer, which also stops at an implicit conversion that changes a value, and at a shift that
-    /// loses bits. Unsigned sums may overflow where that is intended, in hash generators and ring indices. It stops by a signal, which needs no runtime
+    /// A compiler that checks every number: clang with its integer sanitizer, which also stops at an implicit conversion that changes a value, and at a shift
+    /// that loses bits. Unsigned sums may overflow where that is intended, in hash generators and ring indices. It stops by a signal, which needs no runtime
     /// library. `None` without clang.
     #[must_use]
     pub fn exact() -> Option<Self> {

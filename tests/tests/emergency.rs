@@ -200,8 +200,8 @@ fn codes_without_a_value_count_where_the_rest_decides() {
     }
 }
 
-/// If there are only functions, or mealy outputs under a condition on more than inputs, a net has no rows that could violate the property: there is no
-/// property, rather than an empty proof.
+/// If a net has only extern actions, or only mealy outputs and a condition that reads more than inputs, no row could violate the property: then there is none,
+/// rather than an empty proof.
 #[test]
 fn there_is_no_property_of_nothing() {
     let of = |outputs: &str, condition: &str| {

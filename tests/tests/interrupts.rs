@@ -177,7 +177,7 @@ const PAIR: &str = "chart stress {
     uneven -> uneven when edge priority 2 do { edges := edges + 1; if n <> m { torn := torn + 1 } }
 }";
 
-/// The counts of one of these machines; `other` differs: nested interrupts, or pulses of the pin.
+/// The counts of one of these machines. The meaning of `other` depends on the machine: nested interrupts, or pulses of the pin.
 #[derive(Debug)]
 struct PairCounts {
     ticks: u64,

@@ -181,7 +181,7 @@ const CASES: &[Case] = &[
     },
 ];
 
-/// Differences of the circuit from the net, with random stimuli and by enumeration.
+/// Checks that the circuit does not differ from the net: with a random stimulus, and by enumeration.
 fn check(what: &str, net: &Valid<Net>, logic: &Logic) {
     let stimulus = Stimulus::random(net, 300, 1, 1);
     let got = logic_trace(net, logic, &stimulus).expect("the stimulus is for a chip");

@@ -252,7 +252,7 @@ impl Builder<'_> {
         });
     }
 
-    /// `on EVENT` or a targetless reaction; one on a plain level would be a livelock in `stable`, so those are rare.
+    /// Adds a reaction of a step: mostly with an event, because one that only has a level as its condition would be a livelock in `stable`.
     pub(super) fn reaction(&mut self) {
         let step = self.any_step();
         if self.net.steps[step].kind == StepKind::Final {
@@ -286,7 +286,7 @@ impl Builder<'_> {
         });
     }
 
-    /// Generates orders from earlier root charts to later ones, so that there is no cycle.
+    /// Generates forcing orders from earlier root charts to later ones, so that there is no cycle.
     pub(super) fn forcing(&mut self) {
         let roots: Vec<PartId> =
             self.net.parts.iter().filter(|(_, part)| part.level == 1).map(|(id, _)| id).collect();
