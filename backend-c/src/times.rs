@@ -21,7 +21,7 @@ pub(crate) fn compared<L>(expr: &GenericExpr<L>, found: &mut impl FnMut(&L, i64)
     }
 }
 
-/// For each step whose time `expr` compares, one above the largest constant: counting beyond that makes no difference.
+/// Raises the cap of each step whose time `expr` compares to one above the largest constant: counting beyond that makes no difference.
 pub(crate) fn step_caps(expr: &Expr, caps: &mut BTreeMap<StepId, i64>) {
     compared(expr, &mut |leaf, constant| {
         if let Leaf::Elapsed(step) = leaf {

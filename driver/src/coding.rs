@@ -325,7 +325,7 @@ pub fn code_knowing(
     choice
 }
 
-/// The languages that assign pins.
+/// True for languages that assign pins.
 fn needs_pins(dialect: Dialect) -> bool {
     match dialect {
         Dialect::Palasm | Dialect::Cupl | Dialect::Galasm => true,
@@ -398,7 +398,7 @@ pub fn emitted(coded: &EncodedLogic, safe: bool) -> Logic {
     logic
 }
 
-/// Whether the circuit fits the device; if not, what the device lacks.
+/// Checks whether the circuit fits the device; the error is what the device lacks.
 fn fits(coded: &EncodedLogic, options: &EmitOptions) -> Result<(), String> {
     let code = match coded.encoding {
         Encoding::OneHot => "one-hot",

@@ -324,7 +324,7 @@ fn cells(trace: &Trace, name: &str) -> Vec<String> {
     place.map(|at| cell(at).collect()).unwrap_or_default()
 }
 
-/// The inputs that a leaf reads, also through edges and timers.
+/// Collects the inputs that a leaf reads, also through edges and timers.
 fn inputs_of(net: &Net, leaf: Leaf, all: &mut BTreeSet<InputId>) {
     let mut below = |expr: &grafsynth_ir::net::Expr| {
         expr.for_each_leaf(&mut |leaf| {
@@ -349,7 +349,7 @@ fn inputs_of(net: &Net, leaf: Leaf, all: &mut BTreeSet<InputId>) {
     }
 }
 
-/// The leaves and elements of an expression, each once, in the order of the text.
+/// Collects the leaves and elements of an expression, each once, in the order of the text.
 fn leaves(expr: &PropertyExpr, all: &mut Vec<PropertyExpr>) {
     if matches!(expr.kind, ExprKind::Leaf(_) | ExprKind::Element(..)) {
         if !all.iter().any(|known| known.kind == expr.kind) {

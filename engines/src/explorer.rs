@@ -129,7 +129,7 @@ impl Explorer {
         })
     }
 
-    /// Requests and answers are handled concurrently: a full pipe on one side must not block the other. A batch that takes too long is stopped.
+    /// Sends requests and reads their answers concurrently: a full pipe on one side must not block the other. A batch that takes too long is stopped.
     fn batch(
         &mut self,
         questions: &str,

@@ -209,7 +209,7 @@ impl Target {
         text.starts_with(|c| self.is_letter(c) || (c == '_' && self.may_lead()))
     }
 
-    /// The replacement for a character that the target does not allow.
+    /// Adds the replacement for a character that the target does not allow.
     fn joint(&self, out: &mut String) {
         if self.underscore && !out.ends_with('_') {
             out.push('_');

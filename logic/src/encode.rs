@@ -178,7 +178,7 @@ type Place = usize;
 struct CallSite {
     /// The condition of the call, as a function of the old state.
     before: NodeId,
-    /// The same as a function of the new state.
+    /// The condition of the call, as a function of the new state.
     after: Option<NodeId>,
 }
 
@@ -584,7 +584,7 @@ impl<'a> Encoder<'a> {
         Ok(())
     }
 
-    /// The guarantees of the environment: input codes in range, `assume`, exclusive events.
+    /// Adds the guarantees of the environment: input codes in range, `assume`, exclusive events.
     fn constraints(&mut self) {
         let net = self.net;
         let mut never = Vec::new();

@@ -141,7 +141,7 @@ fn junction<L: Clone + PartialEq>(
     Some(total.unwrap_or(algebra::Expr::Const(is_and)))
 }
 
-/// Equal except for source locations.
+/// True if two expressions are equal except for source locations.
 fn alike<L: PartialEq>(a: &Expr<L>, b: &Expr<L>) -> bool {
     let heads = match (&a.kind, &b.kind) {
         (ExprKind::Bool(a), ExprKind::Bool(b)) => a == b,

@@ -272,7 +272,7 @@ impl Reaction<'_> {
     }
 }
 
-/// `v + 1` or `v - 1`: the form in which lowering changes the number of a counted step.
+/// True for `v + 1` and `v - 1`: the form in which lowering changes the number of a counted step.
 fn changes_by_one(var: VarId, value: &Expr) -> bool {
     let ExprKind::Arith(ArithOp::Add | ArithOp::Sub, old, one) = &value.kind else { return false };
     old.kind == ExprKind::Leaf(Leaf::Var(var)) && one.kind == ExprKind::Int(1)

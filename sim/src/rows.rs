@@ -134,7 +134,7 @@ impl<'n> Rows<'n> {
     }
 }
 
-/// Values at and around the constants that inputs are compared with.
+/// Collects, for each input, the values at and around the constants that it is compared with.
 fn collect(expr: &Expr<Leaf>, interesting: &mut [BTreeSet<i64>]) {
     if let ExprKind::Compare(_, a, b) = &expr.kind {
         for (input, constant) in [(a, b), (b, a)] {

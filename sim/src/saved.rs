@@ -168,7 +168,8 @@ fn bad(message: String) -> Vec<Diagnostic> {
     ]
 }
 
-/// Each order restores the saved one with which it shares the most steps; steps that the saved order does not contain become older than those that it contains.
+/// Restores the age orders, each from the saved one with which it shares the most steps; steps that the saved order does not contain become older than those
+/// that it contains.
 fn restore_ages(net: &Net, tables: &Tables, state: &mut State, saved: &[Vec<String>]) {
     for order in &tables.layout.ages {
         let name = |step: &StepId| net.steps[*step].name.text.as_str();
@@ -263,7 +264,7 @@ fn key(net: &Net, cell: Cell) -> Option<String> {
     })
 }
 
-/// An edge operand has no name; its text in prefix form, with names, is its key.
+/// The key of an edge operand, which has no name: its text in prefix form, with names.
 fn expr_key(net: &Net, expr: &Expr) -> String {
     let operands: Vec<String> = expr.children().map(|operand| expr_key(net, operand)).collect();
     let head = match &expr.kind {

@@ -28,7 +28,7 @@ fn unequal() -> Valid<Net> {
     chart("unequal.graf", &text)
 }
 
-/// Every engine that supports the chart agrees with the simulator.
+/// Checks that every engine that supports the chart agrees with the simulator.
 fn everywhere(net: &Valid<Net>, stimulus: &Stimulus) {
     let expected = net_trace(net, stimulus);
     let facts = grafsynth_verify::facts(net, &Limits::default());

@@ -146,7 +146,7 @@ fn first_overlap(net: &Net, step: StepId, all: &[TransitionId]) -> Option<Overla
     None
 }
 
-/// A quick test that settles most charts: every two transitions contain contradictory literals.
+/// True if every two transitions contain contradictory literals: a quick test that settles most charts.
 fn pairwise_contradictory(net: &Net, all: &[TransitionId], targets: &[Vec<StepId>]) -> bool {
     if all.len() > 16 {
         return false;

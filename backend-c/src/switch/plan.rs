@@ -320,7 +320,7 @@ fn output_conditions(net: &Net) -> Vec<(OutputId, StepId, &Expr)> {
     all
 }
 
-/// The expressions of a block, including those of nested blocks.
+/// Collects the expressions of a block, including those of nested blocks.
 pub(crate) fn block_expressions<'a>(block: &'a Block, out: &mut Vec<&'a Expr>) {
     for stmt in block {
         match &stmt.kind {

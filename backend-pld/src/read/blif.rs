@@ -209,7 +209,7 @@ impl<'a> Parser<'a, '_> {
         id
     }
 
-    /// `.latch input output [type control] [init]`.
+    /// Reads `.latch input output [type control] [init]`.
     fn latch(&mut self, head: Word<'_>, words: &[Word<'a>]) {
         let (Some(&input), Some(&output)) = (words.first(), words.get(1)) else {
             self.error_with(

@@ -157,7 +157,7 @@ fn numbering(draft: &PldAst, signals: &[SignalId]) -> Numbering {
     Numbering::Index(indices)
 }
 
-/// Whether two lists of equal length match bit by bit in their stored order.
+/// Checks whether two lists of equal length match bit by bit in their stored order; the error says why not.
 fn pair(
     a: &Numbering,
     is_field_a: bool,
@@ -457,7 +457,7 @@ impl Parser<'_, '_> {
         self.draft.read(signal)
     }
 
-    /// `.io`, `.dfb` and similar extensions on a right side select the feedback source; the known devices have only one source.
+    /// Reads and ignores `.io`, `.dfb` and similar extensions on a right side: they select the feedback source, but the known devices have only one.
     fn feedback(&mut self) -> Option<()> {
         if !self.lexer.token.is(".") || self.lexer.token.is_first {
             return Some(());

@@ -37,7 +37,7 @@ pub(crate) fn write(logic: &Logic, netlist: &Netlist) -> SourceText {
     source
 }
 
-/// A directive with names, broken into lines if it is long.
+/// Writes a directive with names, broken into lines if it is long.
 fn list<'a>(source: &mut SourceText, directive: &str, names: impl Iterator<Item = &'a str>) {
     let mut line = directive.to_owned();
     for name in names {

@@ -165,7 +165,7 @@ fn simulation(source: &mut SourceText, equations: &Equations, vectors: &Vectors)
     source.line("TRACE_OFF");
 }
 
-/// A statement with a list of names; omitted if the list is empty.
+/// Writes a statement with a list of names, unless the list is empty.
 fn wrapped<S: AsRef<str>>(source: &mut SourceText, verb: &str, names: &[S]) {
     if names.is_empty() {
         return;

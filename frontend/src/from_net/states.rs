@@ -242,7 +242,7 @@ impl States {
         }
     }
 
-    /// The fewest targets that restore a list; `None` if no targets do.
+    /// Adds the fewest targets that restore a list; `None` if no targets do.
     fn goals(&self, net: &Net, list: &[Enter], out: &mut Vec<Goal>) -> Option<()> {
         let mut at = 0;
         while let Some(enter) = list.get(at) {

@@ -9,7 +9,7 @@ use super::tree::{Child, Machine, State, StateKind};
 use crate::codes;
 use crate::graf::parser::Findings;
 
-/// All warnings.
+/// Reports all warnings.
 pub(super) fn lints(machine: &Machine, found: &mut Findings) {
     machine.each_state(&mut |state| {
         if state.kind == StateKind::Parallel {

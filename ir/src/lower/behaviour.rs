@@ -262,7 +262,7 @@ fn transition<'a>(
     }
 }
 
-/// `in a on E do { .. }`: the reaction of a step, written as a transition so that it can have a name.
+/// Lowers `in a on E do { .. }`: the reaction of a step, written as a transition so that it can have a name.
 fn reaction_of_step<'a>(
     lowering: &mut Lowering<'a>,
     scope: ScopeId,

@@ -82,7 +82,7 @@ pub(super) fn roles(lowering: &mut Lowering<'_>) {
     }
 }
 
-/// A controlled action without an output; later passes lower its uses and its list.
+/// Declares a controlled action without an output; later passes lower its uses and its list.
 fn drawn_action(lowering: &mut Lowering<'_>, action: usize, source: &chart::Action) {
     let drawn = &lowering.drawn_actions[action];
     let (name, is_used) = (drawn.name.clone(), !drawn.uses.is_empty());

@@ -278,7 +278,7 @@ impl Encoder<'_> {
         }
     }
 
-    /// Micro-steps in one clock: each round runs if its condition is true. A round that does not run changes nothing, so the next condition is false
+    /// Encodes micro-steps in one clock: each round runs if its condition is true. A round that does not run changes nothing, so the next condition is false
     /// too and needs no nesting.
     fn repeat(&mut self, limit: u32, condition: &Expr<Leaf>, body: &[Stmt], depth: u32) {
         // The proved bound of rounds applies to the outermost loop that changes the situation. Loops inside it resolve conflicts, and another

@@ -104,7 +104,7 @@ fn of_one_value(
     single
 }
 
-/// The same products as sets of values, with negative literals only.
+/// Products in terms of sets of values, with negative literals only.
 fn of_values(terms: &Terms, shape: Shape) -> Terms {
     let mut sets = Terms::new(shape);
     for term in terms.iter() {

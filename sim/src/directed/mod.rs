@@ -106,7 +106,7 @@ struct Distance {
 enum Aim {
     /// Any inputs, generated in this manner.
     Any(Manner),
-    /// This transition.
+    /// A reaction in which this transition fires.
     Fire(TransitionId),
 }
 

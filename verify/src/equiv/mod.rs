@@ -56,7 +56,7 @@ pub fn equiv(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Limits) ->
     only_tested(net, logic, reasons, limits)
 }
 
-/// The answer if there is no proof, for these reasons: tests with directed random reactions.
+/// The answer if there is no proof, for these reasons: the result of tests with directed random reactions.
 #[must_use]
 pub fn only_tested(
     net: &Valid<Net>,

@@ -103,7 +103,7 @@ impl<'a> Spans<'a> {
         each_call(expr, &mut |name| self.calls.push((at, name.clone())));
     }
 
-    /// The contents of braces: its locals are not visible after them.
+    /// Visits the statements in braces: their locals are not visible after them.
     fn list(&mut self, list: &[Stmt]) {
         let n = self.declared.len();
         list.iter().for_each(|it| self.stmt(it));

@@ -73,7 +73,7 @@ impl Need {
         }
     }
 
-    /// The need if these structures are in registers.
+    /// Moves these structures from memory to registers.
     fn keep(
         &mut self,
         unit: &Unit,

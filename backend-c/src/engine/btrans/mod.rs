@@ -153,7 +153,7 @@ impl Tables {
         }
     }
 
-    /// A constant array; an empty one gets a row of zeros, because C has no empty arrays.
+    /// Adds a constant array; an empty one gets a row of zeros, because C has no empty arrays.
     fn add(&mut self, ty: &str, name: &str, title: &str, rows: Vec<(String, String)>) {
         self.most = self.most.max(rows.len());
         let mut body: Vec<Node> = rows

@@ -598,7 +598,7 @@ impl Builder<'_> {
             .push(item);
     }
 
-    /// The steps in the order of their list, with the items from options and rules.
+    /// Adds the steps in the order of their list, with the items from options and rules.
     fn steps(&mut self, items: &mut Vec<Item>) {
         let mut bodies: BTreeMap<String, Vec<StepItem>> = BTreeMap::new();
         for rule in std::mem::take(&mut self.rules.step_rules) {

@@ -58,7 +58,7 @@ impl<'n> Flow<'n> {
         flow
     }
 
-    /// A step that only transitions activate and deactivate.
+    /// True if only transitions activate and deactivate a step.
     fn is_plain(&self, step: StepId) -> bool {
         let data = &self.net.steps[step];
         data.parent.is_none() && !data.hidden && !data.activation_link
@@ -101,8 +101,8 @@ fn names(net: &Net, steps: impl IntoIterator<Item = StepId>, last: &str) -> Stri
     }
 }
 
-/// A source transition into a part of the chart that has an initial step and from which no transition removes a step: each time it fires, one more step
-/// stays active.
+/// Warns about a source transition into a part of the chart that has an initial step and from which no transition removes a step: each time it fires, one more
+/// step stays active.
 fn sources(flow: &Flow<'_>, out: &mut Vec<Diagnostic>) {
     let net = flow.net;
     for (id, transition) in net.transitions.iter() {

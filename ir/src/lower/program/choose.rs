@@ -103,7 +103,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The next transition in a static order: it fires unless an earlier one took a prize that it needs.
+    /// Adds the next transition of a static order: it fires unless an earlier one took a prize that it needs.
     fn take(
         &mut self,
         id: TransitionId,

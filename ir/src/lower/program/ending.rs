@@ -68,7 +68,7 @@ fn held_of(part: ActionPart) -> ActionPart {
 }
 
 impl Builder<'_> {
-    /// The cells of controlled actions: Q if it is read later, and the memory of the standard's block for the qualifiers in use.
+    /// Adds the cells of controlled actions: Q if it is read later, and the memory of the standard's block for the qualifiers in use.
     pub(super) fn action_cells(&mut self) {
         let net = self.net;
         for (id, action) in net.actions.iter() {

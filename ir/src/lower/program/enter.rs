@@ -94,7 +94,7 @@ impl Builder<'_> {
         }
     }
 
-    /// A history is replaced by its recorded states, or by its default. A history that another one refers to belongs to a state inside the other's state,
+    /// Replaces each history by its recorded states, or by its default. A history that another one refers to belongs to a state inside the other's state,
     /// so outer histories come first.
     pub(super) fn resolve_histories(&mut self, entries: &mut Entries, out: &mut Vec<Stmt>) {
         let net = self.net;

@@ -13,9 +13,9 @@ use crate::walk::{for_each_in_block, for_each_in_driver};
 pub(super) struct Needs {
     /// One above the largest constant that `s.t` is compared with; `None` if it is never read.
     pub(super) elapsed: IdMap<Step, Option<i64>>,
-    /// The same for `s.T`.
+    /// One above the largest constant that `s.T` is compared with; `None` if it is never read.
     pub(super) last_elapsed: IdMap<Step, Option<i64>>,
-    /// The same for a free timer.
+    /// One above the largest constant that a free timer is compared with; `None` if it is never read.
     pub(super) timer: IdMap<Timer, Option<i64>>,
     /// Some edge of the operand is read.
     pub(super) edge: IdMap<EdgeOperand, bool>,
@@ -140,7 +140,7 @@ impl Needs {
     }
 }
 
-/// Every expression of the reaction, except for the operands of edges.
+/// Visits every expression of the reaction, except for the operands of edges.
 fn for_each_expr(net: &Net, visit: &mut impl FnMut(&Expr)) {
     for transition in net.transitions.values() {
         visit(&transition.guard);
@@ -154,7 +154,7 @@ fn for_each_expr(net: &Net, visit: &mut impl FnMut(&Expr)) {
     for_each_list(net, &mut |list| for_each_in_block(list, visit));
 }
 
-/// Every list that runs while the situation changes.
+/// Visits every list that runs while the situation changes.
 fn for_each_moving_list(net: &Net, visit: &mut impl FnMut(&Block)) {
     for step in net.steps.values() {
         [&step.exit, &step.entry, &step.initial_content].into_iter().for_each(&mut *visit);
