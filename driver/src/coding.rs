@@ -45,8 +45,8 @@ pub struct EncodedLogic {
     pub why: Option<String>,
 }
 
-/// The groups of mutually exclusive steps, by their flip-flops: components, joined if they exclude each other, the registers of regions,
-/// and steps that are always active.
+/// The groups of mutually exclusive steps, by their flip-flops. They are components (joined if they exclude each other), the registers of regions, and steps
+/// that are always active.
 #[must_use]
 pub fn groups(net: &Net, facts: &Facts, logic: &Logic) -> Vec<Group> {
     let flops = flops_of_steps(logic);

@@ -53,8 +53,8 @@ pub fn common(left: &Valid<Net>, right: &Valid<Net>) -> Result<Common, Vec<Diagn
     Common::of(left, right).map_err(|why| vec![incomparable(&why)])
 }
 
-/// Compares two nets under a stimulus of the first, whose inputs are matched by name: every computed column that both have, and `steps` if they have the same
-/// step names.
+/// Compares two nets under a stimulus of the first, whose inputs are matched by name. Compared are all computed columns that both have, and `steps` if they
+/// have the same step names.
 ///
 /// # Errors
 /// They cannot be compared.

@@ -48,8 +48,8 @@ fn is_alike(a: &str, b: &str) -> bool {
     a.to_lowercase() == b.to_lowercase()
 }
 
-/// The name of the first design that matches a name of the second: the same name, or else the only one that differs in letter case alone, if no other name
-/// of the second matches it. `others` are all names of the second.
+/// The name of the first design that matches a name of the second. It is the same name, or else the only one that differs in letter case alone, if no other
+/// name of the second matches it. `others` are all names of the second.
 fn twin<T>(name: &str, known: &[(T, &str)], others: &[&str]) -> Option<T>
 where
     T: Copy,
@@ -156,7 +156,7 @@ fn bind(net: &Net, logic: &Logic, renames: &Renames) -> Result<Bound, Vec<Diagno
     Ok(bound)
 }
 
-/// Compares a net and imported logic under one stimulus, clock by clock (rows of the difference count clocks): pins are matched by name, and every Boolean
+/// Compares a net and imported logic under one stimulus, clock by clock (rows of the difference count clocks). Pins are matched by name, and every Boolean
 /// output that both have is compared.
 ///
 /// # Errors

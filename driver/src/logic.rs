@@ -83,7 +83,7 @@ impl LogicDesign {
         })
     }
 
-    /// The findings about a design that is read but perhaps not run: if it can still be programmed as written, parts that do not fit a circuit with one clock
+    /// The findings about a design that is read but perhaps not run. If it can still be programmed as written, parts that do not fit a circuit with one clock
     /// are not errors.
     #[must_use]
     pub fn remarks(&self) -> Vec<Diagnostic> {

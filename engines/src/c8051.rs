@@ -182,7 +182,7 @@ impl Bench {
     }
 }
 
-/// The console input for s51: it runs to `main`, because the stack pointer is not set before that, and then checks the pointer. (`-G` would start the machine
+/// The console input for s51. It runs to `main`, because the stack pointer is not set before that, and then checks the pointer. (`-G` would start the machine
 /// too, but then the end of the console's input stops it wherever it is.)
 ///
 /// A pointer that overflows by less than `stack` is below `stack`; it cannot overflow by more if no function uses more at once

@@ -138,8 +138,8 @@ pub struct FlopBit {
     pub inverted: bool,
 }
 
-/// How a circuit represents active steps: for each step, the bits that are all set while the step is active, as [`Origin::Step`] or [`Origin::Region`];
-/// `None` if no bits represent it. `is_held` tells which bits the circuit has.
+/// How a circuit represents active steps. For each step, these are the bits that are all set while the step is active, as [`Origin::Step`] or
+/// [`Origin::Region`]; `None` if no bits represent it. `is_held` tells which bits the circuit has.
 ///
 /// A step has its own bit; or it has a bit in the register of its region and is active if its parent is also active; or it is a region of a parallel state
 /// and has no bit, because it is active whenever its parent is.

@@ -94,7 +94,7 @@ pub enum NoRow {
     },
 }
 
-/// A bound above the number of clocks of a reaction in a correct circuit: micro-steps, events taken from queues, the final empty check, and a
+/// A bound above the number of clocks of a reaction in a correct circuit. It counts micro-steps, events taken from queues, the final empty check, and a
 /// reserve. 1 if the settings allow only one clock per reaction.
 #[must_use]
 pub fn most_clocks(net: &Net) -> u64 {

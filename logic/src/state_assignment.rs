@@ -72,8 +72,8 @@ pub fn recode(logic: &Logic, groups: &[Group], encoding: Encoding, tries: usize)
     apply(&logic, &plans)
 }
 
-/// Like [`recode`] with [`Encoding::Compact`], for a device whose macrocells are narrower than the resulting sums: searches for codes whose sums fit, and
-/// uses more than the minimum of flip-flops if macrocells are left. `None` if none was found in the given number of judgements.
+/// Like [`recode`] with [`Encoding::Compact`], for a device whose macrocells are narrower than the resulting sums. Searches for codes whose sums fit, and uses
+/// more than the minimum of flip-flops if macrocells are left. `None` if none was found in the given number of judgements.
 ///
 /// The groups are coded together, so this is a long search: each judgement minimises every sum of the circuit. `work` is the remaining budget, about 6
 /// million per second; the work of the search is subtracted from it.

@@ -153,7 +153,7 @@ impl<'n> Simulator<'n> {
         &self.work.all_contested
     }
 
-    /// The number of checks in the last reaction (EVOLVE of semantics §3.9): one for each micro-step, one for each event taken from a queue that fires
+    /// The number of checks in the last reaction (EVOLVE of semantics §3.9). There is one for each micro-step, one for each event taken from a queue that fires
     /// nothing, and the final empty check.
     #[must_use]
     pub fn rounds(&self) -> u32 {

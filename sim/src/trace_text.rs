@@ -60,8 +60,8 @@ impl Trace {
         text
     }
 
-    /// The trace as a value change dump: one unit of time for each row (including rows with `dt` 0), one wire for each column, one for each step in the
-    /// scope `steps`; integers are two's complement.
+    /// The trace as a value change dump. It has one unit of time for each row (including rows with `dt` 0), one wire for each column, and one for each step in
+    /// the scope `steps`. Integers are two's complement.
     #[must_use]
     pub fn to_vcd(&self) -> String {
         let mut bytes = Vec::new();

@@ -114,7 +114,7 @@ pub fn emitted(net: &Valid<Net>, mut options: Options) -> Result<(Package, Optio
     }
 }
 
-/// The features of a seed's chart: of three charts, one has all features of programs, one has some of them, and one has some of the features that the
+/// The features of a seed's chart. Of three charts, one has all features of programs, one has some of them, and one has some of the features that the
 /// styles with state variables support for Grafcet, or the features of the table engine, which random charts would hardly ever have.
 #[must_use]
 pub fn features(seed: u64, style: Style, max_steps: usize) -> Features {

@@ -1,5 +1,5 @@
-//! Random charts: random nets drawn as charts, with features that only charts have (several durations of one action, uses that are delayed or limited,
-//! delays in receptivities, macro-steps) and with odd names.
+//! Random charts: random nets drawn as charts, with features that only charts have, and with odd names. Such features are several durations of one action, uses
+//! that are delayed or limited, delays in receptivities, and macro-steps.
 //!
 //! Features that are impossible in a chart are left out of it, so that every resulting text is a chart without errors.
 

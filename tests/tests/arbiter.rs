@@ -1,4 +1,4 @@
-//! The arbiter example in every engine: requests are served within the bound that `check` prints, no smaller bound is correct, and with unequal
+//! The arbiter example in every engine. Requests are served within the bound that `check` prints, no smaller bound is correct, and with unequal
 //! priorities the printed cycle starves its client everywhere.
 
 #![allow(clippy::print_stdout, reason = "tests report what they skip and what they measured")]

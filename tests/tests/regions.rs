@@ -271,7 +271,7 @@ fn difference(net: &Valid<Net>, logic: &Logic, seed: u64) -> Option<Difference> 
     compare(&net_trace(net, &stimulus), &got)
 }
 
-/// Charts whose registers of regions are encoded as numbers, with the expected number of flip-flops: a register that is empty until its state is
+/// Charts whose registers of regions are encoded as numbers, with the expected number of flip-flops. They have a register that is empty until its state is
 /// entered, one that is set at once, and registers below a deep history, which become empty again when their state is left for another.
 const CODED: [(&str, usize); 3] = [
     (

@@ -167,7 +167,7 @@ impl Emit<'_> {
         function
     }
 
-    /// Enters the next items by one call, if they are a path down through composite states with lists to an atomic state: the called function of the region
+    /// Enters the next items by one call, if they are a path down through composite states with lists to an atomic state. The called function of the region
     /// contains each entry list once. Returns the number of items entered and the call; `None` if the next items are not such a path.
     fn enter_path(&mut self, list: &[Enter]) -> Option<(usize, Node)> {
         let Some(Enter::Step(first)) = list.first().copied() else { return None };

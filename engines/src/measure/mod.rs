@@ -215,7 +215,7 @@ impl Prepared for OnAvr {
     }
 }
 
-/// Measures a Cortex-M3, in instructions: each reaction is repeated many times from the same instance, and measured with the timer of the processor, which
+/// Measures a Cortex-M3, in instructions. Each reaction is repeated many times from the same instance, and measured with the timer of the processor, which
 /// counts one for 40 instructions under qemu's `-icount shift=0`. The time of an empty function with the same arguments is subtracted. For the stack, the
 /// memory below the stack pointer is filled with a pattern before one more call, and what has changed afterwards was used: a word that a function reserves
 /// but never writes is not detected. User functions count as empty.

@@ -403,7 +403,7 @@ impl Writer {
         }
     }
 
-    /// The mealy outputs, and whether all shares of each (the conditions under which steps drive it) can be written in transition rules: every share must be
+    /// The mealy outputs, and whether all shares of each (the conditions under which steps drive it) can be written in transition rules. Every share must be
     /// the left side of one rule, and reading the rules must restore the order of the shares.
     fn sub_rules(&mut self, flat: &Flat<'_>) -> BTreeMap<String, bool> {
         let mut found = BTreeMap::new();

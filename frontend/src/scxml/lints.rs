@@ -18,7 +18,7 @@ pub(super) fn lints(machine: &Machine, found: &mut Findings) {
     });
 }
 
-/// Warns about transitions between two children of `<parallel>` that are single states: the children are active together, so such a
+/// Warns about transitions between two children of `<parallel>` that are single states. The children are active together, so such a
 /// transition leaves and enters all of them. Regions with states of their own are not checked.
 fn between_regions(parallel: &State, found: &mut Findings) {
     let regions: BTreeMap<&str, Span> = parallel

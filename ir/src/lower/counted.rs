@@ -1,5 +1,5 @@
-//! Counted steps (`step p count 0..n`, the activation counters of the paper on the Graphical FSM Editor): transitions decrement and increment
-//! a number (semantics §8, C27).
+//! Counted steps: `step p count 0..n`, the activation counters of the paper on the Graphical FSM Editor. Transitions decrement and increment a number
+//! (semantics §8, C27).
 //!
 //! ```text
 //! step p count 0..3          var p: int 0..3     a hidden step p, always active, so that the transitions after p still compete for it

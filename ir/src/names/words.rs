@@ -116,8 +116,8 @@ pub(super) const SYSTEM_VERILOG: &[&str] = &[
     "until_with", "untyped", "var", "virtual", "void", "wait_order", "weak", "wildcard", "with", "within",
 ];
 
-/// Words that tools reserve in addition to both standards: words of Verilog-AMS and of earlier drafts that Icarus Verilog knows, and the classes of the
-/// package `std`, whose names Verilator reads as types.
+/// Words that tools reserve in addition to both standards. These are words of Verilog-AMS and of earlier drafts that Icarus Verilog knows, and the classes of
+/// the package `std`, whose names Verilator reads as types.
 #[rustfmt::skip]
 pub(super) const VERILOG_TOOLS: &[&str] = &[
     "bool", "mailbox", "process", "semaphore", "wone", "wreal",

@@ -327,7 +327,7 @@ impl Encoder<'_> {
         }
     }
 
-    /// The value of an expression over the current state of the execution, or (`after`) over the state after the clock edge; `None` if a temporary is
+    /// The value of an expression over the current state of the execution, or (`after`) over the state after the clock edge. `None` if a temporary is
     /// not set or, with `after`, if some cell is stored later.
     pub(super) fn eval(&mut self, expr: &Expr<Leaf>, after: bool) -> Option<Value> {
         Some(match &expr.kind {

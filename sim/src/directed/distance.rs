@@ -1,4 +1,4 @@
-//! The distance of a Boolean from a wanted value: the branch distance of search-based testing [Korel 1990; McMinn, Search-based software test data
+//! The distance of a Boolean from a wanted value. This is the branch distance of search-based testing [Korel 1990; McMinn, Search-based software test data
 //! generation, 2004], for receptivities as they are read in the first check of a reaction.
 
 use grafsynth_ir::expr::{CompareOp, Expr as GenericExpr, ExprKind};

@@ -387,8 +387,8 @@ impl<'n> Directed<'n> {
         }
     }
 
-    /// True if the current state should be saved for its situation: there is no such state yet, or it replaces another one occasionally, because its
-    /// variables and times may differ.
+    /// True if the current state should be saved for its situation. This is so if there is no such state yet; occasionally, a state replaces another one,
+    /// because its variables and times may differ.
     fn is_new_situation(&mut self, is_first: bool) -> bool {
         if self.situations.contains_key(self.simulator.state().situation()) {
             return is_first || self.rows.random.one_in(16);

@@ -1,4 +1,4 @@
-//! Proves that the emergency dominates: in every state of a circuit, reachable or not, and under every input, assumed or not, each output pin has its
+//! Proves that the emergency dominates. In every state of a circuit, reachable or not, and under every input, assumed or not, each output pin has its
 //! safe value if the condition is true.
 //!
 //! Nothing is assumed, not even that the flip-flops contain a valid code; the equality proof with the net, in contrast, covers only reachable states.

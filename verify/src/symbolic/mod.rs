@@ -603,8 +603,8 @@ impl Proof<'_, '_> {
     }
 }
 
-/// Proves that a property of rows is never true after a reaction, for a net of any size: because the invariants exclude it, or by induction over one
-/// reaction, after any `dt`. `None` if neither works; the caller checks row 0.
+/// Proves that a property of rows is never true after a reaction, for a net of any size. Either the invariants exclude it, or induction over one reaction
+/// proves it, for any `dt`. `None` if neither works; the caller checks row 0.
 pub(crate) fn never(
     net: &Valid<Net>,
     facts: &Facts,

@@ -360,7 +360,7 @@ impl Walker<'_> {
         })
     }
 
-    /// The maximum number of rounds of a loop: from the emitter, or from a conjunct `counter < constant` of a counter that begins with a constant and
+    /// The maximum number of rounds of a loop. It comes from the emitter, or from a conjunct `counter < constant` of a counter that begins with a constant and
     /// is incremented in every round. The flag is true if the text alone does not end the loop there.
     fn rounds(&self, stmt: &Stmt, condition: Option<&Expr>, body: &[Stmt]) -> Option<(u64, bool)> {
         let marked = self

@@ -1,5 +1,5 @@
-//! Warnings about transitions that leave more steps active than the designer probably intended: a source transition next to an initial step, and parallel
-//! branches that end separately.
+//! Warnings about transitions that leave more steps active than the designer probably intended. Examples are a source transition next to an initial step, and
+//! parallel branches that end separately.
 
 use std::collections::BTreeSet;
 
@@ -101,7 +101,7 @@ fn names(net: &Net, steps: impl IntoIterator<Item = StepId>, last: &str) -> Stri
     }
 }
 
-/// Warns about a source transition into a part of the chart that has an initial step and from which no transition removes a step: each time it fires, one more
+/// Warns about a source transition into a part of the chart that has an initial step and from which no transition removes a step. Each time it fires, one more
 /// step stays active.
 fn sources(flow: &Flow<'_>, out: &mut Vec<Diagnostic>) {
     let net = flow.net;

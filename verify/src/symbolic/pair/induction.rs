@@ -1,6 +1,6 @@
-//! State bits that are always equal, found by induction over one reaction [van Eijk, Sequential equivalence checking based on structural similarities,
-//! 2000]: bits that random runs from reset do not distinguish are assumed equal, and classes are split until a reaction preserves the rest. If the
-//! compared columns cannot differ between equal bits, the nets are equal for ever.
+//! State bits that are always equal, found by induction over one reaction [van Eijk, Sequential equivalence checking based on structural similarities, 2000].
+//! Bits that random runs from reset do not distinguish are assumed equal, and classes are split until a reaction preserves the rest. If the compared columns
+//! cannot differ between equal bits, the nets are equal for ever.
 
 use std::collections::BTreeMap;
 
