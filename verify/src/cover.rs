@@ -136,7 +136,7 @@ struct Place {
     n_initial: u32,
     /// The number of its steps that the enclosing step activates.
     n_links: u32,
-    /// For each forcing order for a chart that contains them: its number, and the number of the place's steps in it (`None`: `hold`).
+    /// For each forcing order for a chart that contains these steps: its number, and how many of the steps it activates (`None`: `hold`).
     forced: Vec<(u32, Option<u32>)>,
     /// True if a token may get lost.
     is_lossy: bool,

@@ -28,7 +28,7 @@ pub(super) enum Word {
     UserCode,
 }
 
-/// Longest first.
+/// The operators and punctuators, longest first.
 const SIGNS: [&str; 45] = [
     "...", "<<=", ">>=", "->", "++", "--", "<<", ">>", "<=", ">=", "==", "!=", "&&", "||", "+=",
     "-=", "*=", "/=", "%=", "&=", "|=", "^=", "{", "}", "(", ")", "[", "]", ";", ",", ":", "?",

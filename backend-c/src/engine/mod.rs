@@ -390,7 +390,7 @@ impl<'a> Plan<'a> {
         Ok(())
     }
 
-    /// Variables, timers, edges and outputs.
+    /// Adds the sections of variables, timers, edges and outputs.
     fn rest(&self, image: &mut Image) -> Result<(), Refusal> {
         let net = self.net;
         for (id, var) in net.vars.iter() {

@@ -78,7 +78,7 @@ pub(super) enum Memory {
     All(Vec<Enter>),
 }
 
-/// All decisions.
+/// All decisions about the C code before it is printed.
 #[derive(Debug, Clone)]
 pub(super) struct Plan {
     pub(super) regions: Vec<Region>,

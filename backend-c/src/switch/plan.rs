@@ -63,7 +63,7 @@ pub(crate) enum Latch {
     OnDemand,
 }
 
-/// All decisions.
+/// All decisions about the C code before it is printed.
 #[derive(Debug, Clone)]
 pub(crate) struct Plan {
     /// The state variables, in the order in which they are handled.

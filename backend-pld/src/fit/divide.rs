@@ -353,7 +353,7 @@ impl Equations {
         self.depth = self.longest_chain();
     }
 
-    /// The longest chain of buried nodes.
+    /// The length of the longest chain of buried nodes.
     fn longest_chain(&self) -> usize {
         let buried: Vec<&Equation> = (self.equations.iter())
             .filter(|equation| matches!(self.signals[equation.signal].source, Source::Buried(_)))

@@ -662,13 +662,13 @@ struct Numbered {
     is_open: bool,
 }
 
-/// `[A, B, C]`, `[A7..A0]`, `[A7..0]`: the signals with their positions, the most significant first. `None` after an error, which is reported.
+/// Reads `[A, B, C]`, `[A7..A0]` or `[A7..0]`: the signals with their spans, the most significant first. `None` after an error, which is reported.
 pub(crate) fn list(lexer: &mut Lexer<'_>, draft: &mut PldAst) -> Option<Vec<(SignalId, Span)>> {
     let names = names(lexer, draft)?;
     Some(names.into_iter().map(|(name, span)| (draft.signal(&name, span), span)).collect())
 }
 
-/// The names of such a list.
+/// Reads the names of a list in brackets, with their spans.
 pub(crate) fn names(lexer: &mut Lexer<'_>, draft: &mut PldAst) -> Option<Vec<(String, Span)>> {
     lexer.advance();
     let mut found = Vec::new();

@@ -49,7 +49,7 @@ struct Memory {
     states: BTreeMap<StepId, VarId>,
 }
 
-/// Runs last of the passes that change transitions, because it changes their ids.
+/// Splits transitions to a history of a state that contains their source. Of the passes that change transitions, it runs last, because it changes their ids.
 pub(super) fn inner_histories(lowering: &mut Lowering<'_>) {
     let inner = std::mem::take(&mut lowering.inner_histories);
     let mut memories: BTreeMap<HistoryId, Memory> = BTreeMap::new();

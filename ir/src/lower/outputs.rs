@@ -17,7 +17,7 @@ use crate::net::{
 use crate::span::Span;
 use std::collections::BTreeMap;
 
-/// Runs after `roles`; no later pass reads what it adds.
+/// Lowers the uses of outputs to their drivers. Runs after `roles`; no later pass reads what it adds.
 pub(super) fn outputs(lowering: &mut Lowering<'_>) {
     for id in lowering.net.outputs.ids() {
         let role = lowering.roles[id.index()];

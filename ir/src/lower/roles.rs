@@ -54,7 +54,7 @@ pub(super) fn is_controlling(how: ActionHow) -> bool {
     }
 }
 
-/// Runs after `expand`, when all steps that may use an output are known.
+/// Determines the role of each output. Runs after `expand`, when all steps that may use an output are known.
 pub(super) fn roles(lowering: &mut Lowering<'_>) {
     let n_outputs = lowering.net.outputs.len();
     let mut collected = Collected {

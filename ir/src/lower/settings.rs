@@ -29,7 +29,7 @@ struct Said {
     shared: Set<Sharing>,
 }
 
-/// Runs first: durations need the tick, and names depend on the kind of chart.
+/// Lowers the settings of all charts. Runs first: durations need the tick, and names depend on the kind of chart.
 pub(super) fn settings(lowering: &mut Lowering<'_>) {
     let design = lowering.design;
     let mut said: Vec<Said> =

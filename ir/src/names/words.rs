@@ -135,7 +135,7 @@ pub(super) const PALASM: &[&str] = &[
     "trst", "vcc", "vector", "while", "xor",
 ];
 
-/// CUPL.
+/// Reserved words of CUPL.
 #[rustfmt::skip]
 pub(super) const CUPL: &[&str] = &[
     "append", "assembly", "assy", "b", "ckmux", "company", "condition", "d", "date", "declare", "default", "designer", "device", "dfb",
@@ -145,7 +145,7 @@ pub(super) const CUPL: &[&str] = &[
     "sequenced", "sequencejk", "sequencers", "sequencet", "table", "tec", "tfb", "undef", "until", "x",
 ];
 
-/// GALasm and galette.
+/// Reserved words of GALasm and galette.
 #[rustfmt::skip]
 pub(super) const GALASM: &[&str] = &[
     "ar", "description", "gnd", "nc", "sp", "vcc",

@@ -26,7 +26,7 @@ const EDGE_LIMIT: usize = 4_000_000;
 /// The limit of pairs for a search that is known not to end.
 const HOPELESS: u64 = 200_000;
 
-/// Pairs of transitions.
+/// A set of pairs of transitions.
 type Together = BTreeSet<(TransitionId, TransitionId)>;
 
 /// The results of a search, for all questions about states.

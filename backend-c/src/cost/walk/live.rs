@@ -12,9 +12,9 @@ use std::rc::Rc;
 /// Bytes of locals that are live at the same time.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Live {
-    /// The maximum.
+    /// The maximum in the whole function.
     pub(super) most: u64,
-    /// The maximum at the calls of each function.
+    /// For each called function, the maximum at its calls.
     pub(super) at_calls: BTreeMap<Rc<str>, u64>,
 }
 

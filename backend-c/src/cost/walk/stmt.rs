@@ -120,7 +120,7 @@ impl Walker<'_> {
         Ok(flow)
     }
 
-    /// A local with its initial value.
+    /// Walks the declaration of a local with its initial value.
     fn declared(
         &mut self,
         stmt: &Stmt,

@@ -664,7 +664,7 @@ impl<'a> Assembler<'a> {
 
     // --- extern conditions -----------------------------------------------------------------------------------------------------------------
 
-    /// The source steps of a transition.
+    /// The bits of a transition's source steps.
     fn enabled(&self, transition: TransitionId) -> Vec<Expr> {
         let requires = self.net.transitions[transition].requires.iter();
         requires.filter_map(|step| self.active(*step)).collect()

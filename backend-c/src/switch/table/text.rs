@@ -68,7 +68,7 @@ impl Tables {
         nodes
     }
 
-    /// The loops.
+    /// The loops over the tables that move the variables.
     pub(crate) fn moves(&self, emit: &Emit<'_>) -> Vec<Node> {
         self.banks.iter().flat_map(|bank| bank.moves(self, emit)).collect()
     }

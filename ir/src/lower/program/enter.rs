@@ -133,7 +133,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Exit, content, entry: the sequence of a micro-step.
+    /// Emits exits, contents and entries: the sequence of a micro-step.
     pub(super) fn fire_states(
         &mut self,
         tree: &Tree,
