@@ -2,7 +2,8 @@
 //!
 //! - **Code lines**: lines with at least one token, without comments, doc comments and tests (`tests` folders and files, items under `#[cfg(test)]`).
 //! - **Long functions**: functions of more than [`LONG`] lines, from the signature to the closing brace.
-//! - **Circles**: sets of files of one crate that name items of each other; the declaration of a module (`mod`, and `pub use` of a child) does not count.
+//! - **Circles**: sets of files of one crate that name items of each other; what a file names of its own parents, and what
+//!   it re-exports of its children, does not count.
 //! - **Listed variants**: lines that begin with `| Type::Variant`. They are right where a forgotten variant would be a miscompile.
 //! - **Text tests on C**: tests of the C back end on text, such as `starts_with("switch")`, where data should be asked.
 
@@ -50,7 +51,7 @@ const BOUNDS: [(&str, usize); 9] = [
     ("code lines of driver", 10200),
     ("code lines of all crates", 141_600),
     ("functions above 80 lines", 136),
-    ("circles of files", 24),
+    ("circles of files", 10),
     ("lines that list variants", 2_053),
     ("text tests on emitted C", 31),
 ];
@@ -189,7 +190,7 @@ impl Measured {
                 // The longest beginning of the path that is a module.
                 let target = (0..=name.len()).rev().find_map(|n| nodes.get(&name[..n].to_vec()));
                 if let (Some(&from), Some(&to)) = (nodes.get(module), target)
-                    && from != to
+                    && !module.starts_with(graph[to])
                 {
                     graph.update_edge(from, to, ());
                 }
@@ -198,7 +199,16 @@ impl Measured {
         tarjan_scc(&graph)
             .into_iter()
             .filter(|set| set.len() > 1)
-            .map(|set| set.iter().map(|node| &self.modules[graph[*node]]).sorted().join(", "))
+            .map(|set| {
+                let ties = graph.edge_indices().filter_map(|edge| {
+                    let (from, to) = graph.edge_endpoints(edge)?;
+                    let is_inside = set.contains(&from) && set.contains(&to);
+                    is_inside.then(|| {
+                        format!("{} -> {}", self.modules[graph[from]], graph[to].join("::"))
+                    })
+                });
+                format!("{} files: {}", set.len(), ties.sorted().join(", "))
+            })
             .collect()
     }
 }
