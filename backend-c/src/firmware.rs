@@ -236,7 +236,7 @@ fn callbacks(interface: &Interface) -> Vec<Node> {
     ]
 }
 
-/// The response of one reaction.
+/// The code that sends the response of one reaction.
 fn row(net: &Net, interface: &Interface) -> Vec<Node> {
     let prefix = &interface.names.prefix;
     let this = if interface.has_instance { "&self" } else { "" };
@@ -278,7 +278,7 @@ fn row(net: &Net, interface: &Interface) -> Vec<Node> {
     nodes
 }
 
-/// The inputs of one reaction.
+/// The code that receives the inputs of one reaction.
 fn inputs(net: &Net, interface: &Interface) -> Vec<Node> {
     let mut nodes = Vec::new();
     for (id, input) in net.inputs.iter().filter(|(_, it)| it.kind != InputKind::InternalEvent) {

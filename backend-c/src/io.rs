@@ -257,7 +257,7 @@ impl Layout {
     }
 }
 
-/// `in` of `in->`, `&in` of `in.`.
+/// The pointer to a structure, given the prefix that accesses its members: `in` for `in->`, `&in` for `in.`.
 fn pointer(place: &str) -> String {
     match place.strip_suffix("->") {
         Some(name) => name.to_string(),

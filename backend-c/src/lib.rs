@@ -17,10 +17,10 @@
 //! assert_eq!(package.files[0].name, "empty.h");
 //! ```
 //!
-//! There are four styles: `switch` (the module `switch`: a state variable for each sequential component, with tables for components that only wait for
+//! The main styles are: `switch` (the module `switch`: a state variable for each sequential component, with tables for components that only wait for
 //! inputs), `statechart` (a state variable for each region, and a `switch` on it for each event), `bits` (the reaction program of
 //! `grafsynth_ir::lower::program`, printed) and, on request,
-//! `engine` (tables that one engine interprets for all charts). `docs/c.md` describes the result for users.
+//! `engine` (tables that one engine interprets for all charts); [`Style`] lists all of them. `docs/c.md` describes the result for users.
 
 mod bits;
 mod c;
@@ -76,7 +76,7 @@ pub enum Style {
     Engine,
     /// Like `Engine`, but always the reaction program as byte code, so that every chart can be loaded later.
     Program,
-    /// A statechart as the tables `BSTATE` and `BTRANS` of seed 002, with guards and actions as functions, and a fixed engine.
+    /// A statechart as the tables `BSTATE` and `BTRANS` of a published engine, with guards and actions as functions, and a fixed engine.
     Btrans,
 }
 
@@ -163,7 +163,7 @@ pub struct Options {
     pub prefix: Option<String>,
     /// The prefix of all file names; `None` uses the prefix of the global names.
     pub stem: Option<String>,
-    /// Call `NAME_activated` and `NAME_enabled` of the user's library when a step changes and when a transition becomes enabled (seed 000).
+    /// Call `NAME_activated` and `NAME_enabled` of the user's library when a step changes and when a transition becomes enabled.
     pub callbacks: bool,
     /// The maximum number of transitions in one function; larger charts are split, so that a C compiler's time stays linear.
     pub max_transitions: usize,
@@ -251,7 +251,7 @@ pub struct File {
 pub struct Package {
     /// The files: `STEM.h`, `STEM.c`, `STEM_port.h`, and for a chart with extern functions `STEM_user.h` and `STEM_user.c`.
     pub files: Vec<File>,
-    /// The chosen style: `switch`, `switch with tables`, `statechart` or `bits`.
+    /// The chosen style, such as `switch`, `switch with tables`, `statechart`, `bits` or `engine`.
     pub style: &'static str,
     /// Why `auto` did not choose the style `switch`; empty if it did.
     pub reason: String,

@@ -60,7 +60,7 @@ impl Layout<'_> {
         self.file(format!("{}_port.h", self.names.stem), &nodes, false)
     }
 
-    /// The event ring: interrupts add events, and the loop that calls the chart removes them.
+    /// Writes the event ring: interrupts add events, and the loop that calls the chart removes them.
     fn ring(&self, nodes: &mut Vec<Node>) {
         let (prefix, upper) = (&self.names.prefix, &self.names.upper);
         let events: Vec<_> =
@@ -187,7 +187,7 @@ impl Layout<'_> {
         nodes.push(Node::blank());
     }
 
-    /// Inputs that interrupts write, copied as a whole.
+    /// Writes the function that copies the inputs that interrupts write, as a whole.
     fn latch(&self, nodes: &mut Vec<Node>) {
         let (prefix, upper) = (&self.names.prefix, &self.names.upper);
         let pins: Vec<_> =
@@ -231,7 +231,7 @@ impl Layout<'_> {
         nodes.push(Node::blank());
     }
 
-    /// The functions around `step` for a machine with interrupts.
+    /// Writes the functions around `step` for a machine with interrupts.
     fn scan(&self, nodes: &mut Vec<Node>) {
         let (prefix, upper) = (&self.names.prefix, &self.names.upper);
         let i = self.interface;

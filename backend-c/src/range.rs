@@ -26,7 +26,7 @@ impl Range {
         Range { name, ty, elements: None, lo, hi, is_count: false }
     }
 
-    /// The maximum value, if the bitwise OR of such members shows whether one of them exceeds it.
+    /// The C type and the maximum value, if the bitwise OR of several such members shows whether one of them exceeds it.
     pub(crate) fn union(&self) -> Option<(&'static str, i64)> {
         let (least, largest) = bounds(self.ty);
         let is_mask =

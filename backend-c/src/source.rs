@@ -97,7 +97,8 @@ impl Layout<'_> {
         }
     }
 
-    /// Products and quotients of 64 bits. sdcc for the 8051 adds, shifts and compares such numbers, but its library lacks these operations.
+    /// Writes the functions for products and quotients of 64 bits. sdcc for the 8051 adds, shifts and compares such numbers, but its library lacks these
+    /// operations.
     fn wide_functions(&self, nodes: &mut Vec<Node>) {
         let prefix = &self.names.prefix;
         let [product, quotient, rest] = WIDE_FUNCTIONS.map(|word| format!("{prefix}_{word}"));
@@ -192,7 +193,7 @@ impl Layout<'_> {
             .any(|nodes| mentions(nodes, helper))
     }
 
-    /// The callbacks of seed 000: the changes of a reaction are reported at its end.
+    /// Writes the calls of callbacks: the changes of a reaction are reported at its end.
     fn notify(&self, nodes: &mut Vec<Node>, step: &mut Vec<Node>) {
         if !self.interface.has_instance {
             return;

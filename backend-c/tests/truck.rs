@@ -1,4 +1,4 @@
-//! The truck of seed 004: the golden text, every compiler without a warning, and the promised sizes.
+//! The truck of the paper on Grafcet, C and PALASM: the golden text, no warning from any compiler, and the promised sizes.
 
 #![allow(clippy::print_stdout, reason = "tests report what they measured")]
 

@@ -14,7 +14,7 @@ const MAX_DEPTH: u32 = 6;
 /// The name of each function that becomes a wire.
 pub type WireNames = IdMap<Node, Option<String>>;
 
-/// All decisions.
+/// All decisions about a netlist before it is printed.
 #[derive(Debug)]
 pub struct Netlist {
     /// The module's name.

@@ -168,7 +168,7 @@ impl Product {
         self.0.iter().any(|&(pin, value)| self.0.contains(&(pin, !value)))
     }
 
-    /// The same with sorted literals, each once.
+    /// The product with its literals sorted, each once.
     #[must_use]
     pub fn sorted(mut self) -> Self {
         self.0.sort_unstable();

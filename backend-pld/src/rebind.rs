@@ -8,9 +8,9 @@ use grafsynth_ir::logic::{FlopId, Logic, Node, NodeId, PinInput, PinOutput, PinR
 use grafsynth_logic::build::{Builder, map_operands, prune};
 use std::collections::BTreeMap;
 
-/// Gives a circuit that was read back the roles of the circuit that was written: by name, each input, flip-flop and output becomes the original
-/// object, in the original order, with label, tags and location. The functions and power-up values of the text are kept. A pin of the text that
-/// was not written keeps an unknown role.
+/// Gives a circuit that was read back the roles of the circuit that was written. By name, each input, flip-flop and output becomes the original object, in the
+/// original order, with label, tags and location. The functions and power-up values of the text are kept. A pin of the text that was not written keeps an
+/// unknown role.
 ///
 /// Returns a finding for each signal that is missing; the circuit is then incomplete and proves nothing.
 #[must_use]

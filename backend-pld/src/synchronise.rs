@@ -137,8 +137,8 @@ fn own_roots(logic: &Logic, chain: &Chain) -> impl Iterator<Item = bool> {
     logic.flops.ids().map(|id| chain.flops.contains(&id)).chain(std::iter::repeat(false))
 }
 
-/// The vectors of the circuit with chains, from those of the circuit without: `vectors` begins with as many idle rows as there are stages,
-/// and the pins of the chains show each row that many clocks earlier.
+/// Turns the vectors of the circuit without chains into those of the circuit with them. `vectors` begins with as many idle rows as there are stages, and the
+/// pins of the chains get each row that many clocks earlier.
 ///
 /// An output that reads a synchronised input without a register is checked only while that input does not change: the chain advances with the
 /// same clock.

@@ -20,7 +20,7 @@ fn meta(label: &str) -> Meta {
     Meta { label: label.into(), ..Meta::default() }
 }
 
-/// The truck of seed 004 as the encoding produces it.
+/// The truck of the paper on Grafcet, C and PALASM, as the encoding produces it.
 pub(crate) fn truck() -> Logic {
     let mut builder = Builder::default();
     builder.logic.name = Name::new("truck", Span::default());

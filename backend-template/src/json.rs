@@ -322,7 +322,7 @@ fn block(block: &Block) -> Vec<Value> {
     block.iter().map(one).collect()
 }
 
-/// An expression of the net.
+/// An expression of the net as JSON.
 fn condition(expr: &net::Expr) -> Value {
     use net::Leaf;
     tree(expr, &|leaf| match leaf {

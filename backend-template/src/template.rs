@@ -8,7 +8,7 @@ use minijinja::value::{Rest, Serde, ValueKind};
 use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior, Value, context};
 use std::io;
 
-/// The maximum number of instructions of one rendering: some seconds. A program of 10 000 steps needs about a tenth of it.
+/// The maximum number of instructions of one rendering; it takes some seconds. A chart of 10 000 steps needs about a tenth of this.
 pub const FUEL: u64 = 50_000_000;
 
 /// The maximum number of bytes of one rendering.
@@ -17,7 +17,7 @@ pub const MOST_TEXT: usize = 64 << 20;
 /// The maximum depth of recursive macros, such as those for expressions.
 const RECURSION: usize = 400;
 
-/// Filters whose output size depends on a number, and the largest number allowed: each call is one instruction, however much it makes.
+/// Filters whose output size depends on a number, and the largest number allowed: each call counts as one instruction, however large its output is.
 const BY_NUMBER: [&str; 6] = ["batch", "format", "indent", "round", "slice", "tojson"];
 const MOST_NUMBER: f64 = 10_000.0;
 
@@ -134,7 +134,7 @@ impl io::Write for Bounded {
     }
 }
 
-/// A finding at an unknown name, with the name that was probably meant.
+/// Adds the name that was probably meant to a finding about an unknown name.
 fn with_near_name(
     finding: Diagnostic,
     json: &serde_json::Value,
@@ -143,7 +143,7 @@ fn with_near_name(
     let Some(span) = finding.labels.first().map(|label| label.span) else { return finding };
     let word = template.text.get(span.start as usize..span.end as usize).unwrap_or_default();
     let names = json.as_object().into_iter().flat_map(|all| all.keys().map(String::as_str));
-    // Only the finding at an unknown name has a help.
+    // Only findings about unknown names have a help text.
     match nearest(word, names).filter(|_| finding.help.is_some()) {
         Some(near) => finding.help(format!("did you mean `{near}`?")).fix(span, near),
         None => finding,

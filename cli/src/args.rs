@@ -271,7 +271,7 @@ fn machine(name: &str) -> Result<&'static Machine, String> {
     })
 }
 
-/// `NAME`, `NAME=5`, `NAME=-0x10`.
+/// Parses `-D`: `NAME`, `NAME=5`, `NAME=-0x10`.
 fn constant(text: &str) -> Result<(String, i64), String> {
     let (name, value) = text.split_once('=').unwrap_or((text, "1"));
     let is_name = name.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')

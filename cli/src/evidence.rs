@@ -104,7 +104,7 @@ impl Session {
     }
 }
 
-/// The broken term with its values: `a and b (a = 1, b = 1)`; the values alone where they are all of it.
+/// The broken term with its values: `a and b (a = 1, b = 1)`; only the values if they show the whole term.
 fn broken_text(sources: &Sources, broken: &Broken) -> String {
     let parts: Vec<String> = broken
         .parts

@@ -42,7 +42,7 @@ pub(crate) struct Session {
     pub(crate) traces: Rc<Cell<usize>>,
 }
 
-/// A verb cannot continue: unless a message is included, it was already printed.
+/// Why a verb cannot continue. If no message is included, it was already printed.
 pub(crate) enum Stop {
     /// The input has errors, which were shown.
     Errors,
@@ -91,7 +91,7 @@ impl Session {
         }
     }
 
-    /// The following results belong to this file.
+    /// Begins the results for this file.
     pub(crate) fn begin(&self, file: &str) {
         self.report.design(file);
     }
@@ -159,7 +159,7 @@ impl Session {
         found.is_some()
     }
 
-    /// Gives an answer: `text` to people (positive results not if quiet), the answer as data to machines.
+    /// Gives an answer: as `text` to people (with `quiet`, only if it is not positive), as data to machines.
     pub(crate) fn answer(&self, answer: &Answer, text: &str) {
         if self.report.is_for_machines() {
             self.report.answer(&self.sources, answer);
@@ -176,12 +176,12 @@ impl Session {
         self.report.answer(&self.sources, answer);
     }
 
-    /// Findings that are shown later, in case the user interrupts the program first.
+    /// Records findings that are shown later, so that they are printed if the user interrupts the program first.
     pub(crate) fn know_found(&self, found: &[Diagnostic]) {
         self.report.know_findings(&self.sources, render::spoken(&self.sources, found));
     }
 
-    /// Answers that are given at the end, in case the user interrupts the program first.
+    /// Records answers that are given at the end, so that they are printed if the user interrupts the program first.
     pub(crate) fn know(&self, known: Vec<(Answer, String)>) {
         self.report.know_answers(known);
     }
@@ -214,7 +214,7 @@ impl Session {
         Ok(self.sources.add(shown, text))
     }
 
-    /// Reads a design with its companions and shows its findings. `also` is checked on it before findings are shown.
+    /// Reads a design with its companions and returns its findings; shows them if there is no design.
     pub(crate) fn design(&mut self, input: &Input) -> Result<(Design, Vec<Diagnostic>), Stop> {
         let reading = &input.reading;
         let format = match &reading.from {
@@ -376,7 +376,7 @@ impl Session {
         }
     }
 
-    /// A path as a chart, read according to other arguments.
+    /// Reads the chart at a path with the input options of another file.
     pub(crate) fn net_at(
         &mut self,
         path: &str,

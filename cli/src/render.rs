@@ -6,8 +6,10 @@ use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Patch, Renderer, Snippet};
 use fold::Folded;
 use grafsynth_driver::source::{Source, Sources};
-use grafsynth_ir::diag::{Diagnostic, Label, Notation, Severity};
+use grafsynth_ir::diag::{Diagnostic, Fix, Label, Notation, Severity};
 use grafsynth_ir::{FileId, Span};
+use similar::{Algorithm, DiffTag, capture_diff_slices};
+use std::ops::Range;
 use std::path::Path;
 
 /// How findings are shown.
@@ -207,21 +209,19 @@ fn human(sources: &Sources, folded: &Folded<'_>, renderer: &Renderer) -> String 
         group = group.element(Level::NOTE.message(rest.as_str()));
     }
     let mut fix_group = None;
-    let fix_window = diagnostic.fix.as_ref().and_then(|fix| {
-        let label = Label { span: fix.span, text: fix.replacement.clone() };
-        self::windows(sources, std::slice::from_ref(&label), 1).into_iter().next()
-    });
-    if let (Some(fix), Some(window)) = (&diagnostic.fix, &fix_window) {
+    let fix = diagnostic.fix.as_ref().and_then(|fix| Some((fix, patched(sources, fix)?)));
+    if let Some((fix, window)) = &fix {
         let title = folded.help.clone().unwrap_or_else(|| "write instead".to_owned());
         if let Some((range, _, _)) = window.annotations.first() {
-            fix_group = Some(
-                Group::with_title(Level::HELP.secondary_title(title)).element(
-                    Snippet::source(window.text.as_str())
-                        .path(window.path)
-                        .line_start(window.first_line + 1)
-                        .patch(Patch::new(range.clone(), fix.replacement.as_str())),
-                ),
-            );
+            // One snippet for each patch: several patches of one snippet show only the new lines, not the deleted ones.
+            let snippets = patches(&window.text, range.clone(), &fix.replacement).map(|patch| {
+                Snippet::source(window.text.as_str())
+                    .path(window.path)
+                    .line_start(window.first_line + 1)
+                    .patch(patch)
+            });
+            let title = Group::with_title(Level::HELP.secondary_title(title));
+            fix_group = Some(title.elements(snippets));
         }
     } else if let Some(help) = &folded.help {
         group = group.element(Level::HELP.message(help.as_str()));
@@ -241,7 +241,7 @@ struct Window<'a> {
     path: &'a str,
     first_line: usize,
     text: String,
-    annotations: Vec<(std::ops::Range<usize>, String, bool)>,
+    annotations: Vec<(Range<usize>, String, bool)>,
 }
 
 /// Groups the labels by file and nearness, and extracts their source lines. The first `n_main` labels are the main ones.
@@ -262,6 +262,54 @@ fn windows<'a>(sources: &'a Sources, labels: &[Label], n_main: usize) -> Vec<Win
         windows.push(window(source, &near, n_main));
     }
     windows
+}
+
+/// An edit as one patch for each group of changed lines, so that equal lines between them are not shown as changed, and deleted lines are shown.
+fn patches<'a>(
+    text: &str,
+    range: Range<usize>,
+    replacement: &'a str,
+) -> impl Iterator<Item = Patch<'a>> {
+    let old: Vec<&str> =
+        text.get(range.clone()).unwrap_or_default().split_inclusive('\n').collect();
+    let new: Vec<&str> = replacement.split_inclusive('\n').collect();
+    // The number of bytes in front of each line.
+    let starts = |lines: &[&str]| -> Vec<usize> {
+        let ends = lines.iter().scan(0, |end, line| {
+            *end += line.len();
+            Some(*end)
+        });
+        std::iter::once(0).chain(ends).collect()
+    };
+    let (old_starts, new_starts) = (starts(&old), starts(&new));
+    let bytes = |starts: &[usize], lines: Range<usize>| starts[lines.start]..starts[lines.end];
+    // A last line that only lost its line break is equal.
+    let keys = |lines: &[&str]| -> Vec<String> {
+        lines.iter().map(|line| line.trim_end_matches('\n').to_owned()).collect()
+    };
+    capture_diff_slices(Algorithm::Myers, &keys(&old), &keys(&new))
+        .into_iter()
+        .filter(|change| change.tag() != DiffTag::Equal)
+        .map(move |change| {
+            let was = bytes(&old_starts, change.old_range());
+            let is = bytes(&new_starts, change.new_range());
+            Patch::new(range.start + was.start..range.start + was.end, &replacement[is])
+        })
+}
+
+/// The source lines that an edit changes, with its span: all of them, so that deleted lines are shown too.
+fn patched<'a>(sources: &'a Sources, fix: &Fix) -> Option<Window<'a>> {
+    let source = sources.get(fix.span.file)?;
+    let (start, end) = (fix.span.start as usize, fix.span.end as usize);
+    let (first, last) = (source.line_of(start), source.line_of(end));
+    if first == last {
+        let label = Label { span: fix.span, text: String::new() };
+        return windows(sources, std::slice::from_ref(&label), 1).into_iter().next();
+    }
+    let (from, to) = (source.line_range(first).start, source.line_range(last).end);
+    let text = source.text.get(from..to)?.to_owned() + "\n";
+    let annotations = vec![(start - from..end - from, String::new(), true)];
+    Some(Window { path: source.path.as_str(), first_line: first, text, annotations })
 }
 
 fn window<'a>(source: &'a Source, labels: &[(usize, &Label)], n_main: usize) -> Window<'a> {

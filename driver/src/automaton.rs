@@ -1,5 +1,5 @@
-//! The reachable product automaton of a chart: one state for each reachable state of the chart, one row for each input (the equivalent finite-state
-//! machine in Fig. 3 of the paper on the Graphical FSM Editor, GFE).
+//! The reachable product automaton of a chart: one state for each reachable state of the chart, one row for each input. It is the equivalent finite-state
+//! machine in Fig. 3 of the paper on the Graphical FSM Editor (GFE).
 //!
 //! Outputs are those of the reaction, as in a row of the trace. A machine that is read back has them as mealy outputs, so its trace equals that of the
 //! chart from row 1 on; row 0, before any reaction, shows the result of a first reaction with all inputs 0.

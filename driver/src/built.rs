@@ -38,13 +38,13 @@ pub struct BuildOptions {
     pub encoding: EncodingChoice,
     /// Use unreachable situations and violations of the chart's assumptions as don't-cares.
     pub dont_cares: bool,
-    /// Every unreachable situation returns to the initial one in one clock, and this is proved.
+    /// Make every unreachable situation return to the initial one in one clock, and prove this.
     pub safe: bool,
     /// Test vectors for the SIMULATION section and the test bench.
     pub stimulus: Option<Stimulus>,
     /// Prove that the outputs are equal to the net.
     pub prove: bool,
-    /// [`Built::packages`] contain the C code of the chart's author.
+    /// Include the C code of the chart's author in [`Built::packages`].
     pub trusts_code: bool,
     /// Collect the data of each chip for the report page: [`Built::chips`].
     pub report: bool,
@@ -147,7 +147,7 @@ impl TemplateFile {
     }
 }
 
-/// Measurements of a package, in addition to its bound.
+/// The measured costs of a package, shown beside the computed bound.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Measured {
     /// The machine, as named by [`grafsynth_backend_c::cost::machine`].

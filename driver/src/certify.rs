@@ -1,5 +1,5 @@
-//! Certificates for the library charts of a file: the proved properties of each, the version that proved them, and the text (section IV.C of the paper on
-//! Grafcet, C and PALASM).
+//! Certificates for the library charts of a file (section IV.C of the paper on Grafcet, C and PALASM). A certificate names the proved properties of a chart,
+//! the version that proved them, and the hash of its text.
 //!
 //! [`certificates`](crate::libraries::certificates) checks those that a file has; [`certify`] writes them.
 

@@ -13,10 +13,10 @@ use grafsynth_logic::{BusyMode, EncodeOptions};
 use grafsynth_sim::{Clocked, InputRow, Row, Simulator, Stimulus};
 use grafsynth_verify::Limits;
 
-/// The maximum number of reactions times steps and transitions for an enumeration before a build: some hundredths of a second.
+/// The maximum work of an enumeration before a build, as reactions times the size of the net; it takes some hundredths of a second.
 pub(crate) const ENUMERATION_WORK: u64 = 20_000_000;
 
-/// The facts that back ends need about a net: its structure, and for a chart that evolves until it is stable a bound on its micro-steps, which only
+/// The facts that back ends need about a net. These are its structure and, for a chart that evolves until it is stable, a bound on its micro-steps, which only
 /// an enumeration can find. The time is proportional to the size of the net, not to the number of its states.
 #[must_use]
 pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
@@ -37,8 +37,8 @@ pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
     }
 }
 
-/// The circuit of a net: one clock per reaction if the depth of its evolution is proved and the composition is not too large, otherwise one micro-step per
-/// clock with `busy` (semantics.md §9).
+/// The circuit of a net. It takes one clock per reaction if the depth of its evolution is proved and the composition is not too large, otherwise one clock per
+/// micro-step, with `busy` (semantics.md §9).
 ///
 /// # Errors
 /// Everything that a chip cannot do, each with its location.
@@ -65,7 +65,7 @@ pub fn logic_as(net: &Valid<Net>, facts: &Facts, busy: BusyMode) -> Result<Logic
 pub struct Through {
     /// The text with its names.
     pub emitted: Emitted,
-    /// Read back, with the roles of the emitted circuit.
+    /// The circuit read back from the text, with the roles of the emitted circuit.
     pub read_back: Logic,
 }
 
@@ -136,7 +136,7 @@ pub fn synchronised(net: &Net, logic: Logic, stages: u32) -> (Logic, Vec<synchro
     })
 }
 
-/// The vectors of a circuit with synchronisers: each row appears at the pins as many clocks earlier as there are stages.
+/// The vectors of a circuit with synchronisers: the inputs of each row are applied as many clocks earlier as there are stages.
 pub(crate) fn delayed_vectors(
     net: &Valid<Net>,
     logic: &Logic,
@@ -166,7 +166,7 @@ pub(crate) fn may_be_free(net: &Net) -> bool {
     net.emergency.is_none()
 }
 
-/// The facts proved about a net without its assumptions, if a circuit must not rely on them: in a design with an emergency, the pins must be right even after
+/// The facts proved about a net without its assumptions, if a circuit must not rely on them. In a design with an emergency, the pins must be right even after
 /// an assumption was violated in any chart. `None` if the facts can be used unchanged.
 pub(crate) fn unconditional(net: &Valid<Net>, limits: &Limits) -> Option<Facts> {
     let is_assumed = |property: &Property| property.role == PropertyRole::Assume;

@@ -45,8 +45,8 @@ pub struct EncodedLogic {
     pub why: Option<String>,
 }
 
-/// The groups of mutually exclusive steps, by their flip-flops: components, joined if they exclude each other, the registers of regions,
-/// and steps that are always active.
+/// The groups of mutually exclusive steps, by their flip-flops. They are components (joined if they exclude each other), the registers of regions, and steps
+/// that are always active.
 #[must_use]
 pub fn groups(net: &Net, facts: &Facts, logic: &Logic) -> Vec<Group> {
     let flops = flops_of_steps(logic);
@@ -57,7 +57,7 @@ pub fn groups(net: &Net, facts: &Facts, logic: &Logic) -> Vec<Group> {
             component.steps.iter().map(|step| flops.get(step).copied()).collect();
         let Some(steps) = steps else { continue };
         let first = &net.steps[component.steps[0]];
-        // A part of the chart that is one group gives the group its name, and so its bits.
+        // A group that is a whole part of the chart, and thus its bits, are named after the part.
         let part = &net.parts[first.part];
         let of_part = net.steps.values().filter(|step| step.part == first.part).count();
         let name = if of_part == component.steps.len() { &part.name } else { &first.name };
@@ -87,7 +87,7 @@ fn n_bits(n_steps: usize, is_always: bool) -> u32 {
     (n_steps + usize::from(!is_always)).next_power_of_two().trailing_zeros()
 }
 
-/// Joins groups whose steps exclude each other, if one common number is shorter than two: inner states of mutually exclusive states.
+/// Joins groups whose steps exclude each other, if one common code has fewer bits than two: inner states of mutually exclusive states.
 fn join(groups: &mut Vec<(Vec<StepId>, Group)>, sets: &[Vec<u64>]) {
     let mut at = 0;
     while at < groups.len() {
@@ -184,14 +184,14 @@ pub struct EncodingCache {
 }
 
 impl EncodingCache {
-    /// A search for an encoding that fits a device reached its limit, so another encoding may still fit.
+    /// True if the search for an encoding that fits a device reached its limit, so another encoding may still fit.
     #[must_use]
     pub fn is_spent(&self) -> bool {
         self.work >= MOST_WORK
     }
 }
 
-/// The limit for the total work of all such searches, as [`state_assignment::recode_within`] counts it: some seconds.
+/// The limit for the total work of searches for codes that fit a device, as [`state_assignment::recode_within`] counts it: some seconds.
 const MOST_WORK: usize = 50_000_000;
 
 /// Encodes the steps for a language and a device.
@@ -325,7 +325,7 @@ pub fn code_knowing(
     choice
 }
 
-/// The languages that assign pins.
+/// True for languages that assign pins.
 fn needs_pins(dialect: Dialect) -> bool {
     match dialect {
         Dialect::Palasm | Dialect::Cupl | Dialect::Galasm => true,
@@ -398,7 +398,7 @@ pub fn emitted(coded: &EncodedLogic, safe: bool) -> Logic {
     logic
 }
 
-/// Whether the circuit fits the device; if not, what the device lacks.
+/// Checks whether the circuit fits the device; the error is what the device lacks.
 fn fits(coded: &EncodedLogic, options: &EmitOptions) -> Result<(), String> {
     let code = match coded.encoding {
         Encoding::OneHot => "one-hot",

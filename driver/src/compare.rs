@@ -16,7 +16,8 @@ pub struct Outcome {
     pub n_columns: usize,
     /// Outputs that only one design has, with that design: they were not compared.
     pub apart: Apart,
-    /// The number of compared rows, without the reset row. It is less than the stimulus has if both designs do not allow a row.
+    /// The number of compared rows, without the reset row. Less than the stimulus has if the comparison ends at a difference or at a row that is not legal in
+    /// both designs.
     pub n_rows: usize,
 }
 
@@ -52,7 +53,8 @@ pub fn common(left: &Valid<Net>, right: &Valid<Net>) -> Result<Common, Vec<Diagn
     Common::of(left, right).map_err(|why| vec![incomparable(&why)])
 }
 
-/// Two nets with a stimulus of the first: inputs by name, and every computed column that both have, and `steps` if they have the same step names.
+/// Compares two nets under a stimulus of the first, whose inputs are matched by name. Compared are all computed columns that both have, and `steps` if they
+/// have the same step names.
 ///
 /// # Errors
 /// They cannot be compared.

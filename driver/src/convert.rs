@@ -44,7 +44,7 @@ pub fn convert(design: &Design, to: Format) -> Result<Converted, Vec<Diagnostic>
     Ok(Converted { text: plain(design, to)?, lost: Vec::new() })
 }
 
-/// The formats that lose no information.
+/// The text of a design in a format that loses no information.
 fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
     match (design, to) {
         (Design::Net(design), Format::Graf) => match &design.chart {

@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 
 /// The maximum number of rows that an excerpt shows to people.
 pub const MOST_ROWS: usize = 20;
-/// How many of them are taken from the beginning; the others are the last rows, which show what goes wrong.
+/// The number of these rows that are taken from the beginning; the others are the last rows, which show what goes wrong.
 const FIRST_ROWS: usize = 4;
 
 /// A run as a table.
@@ -96,8 +96,8 @@ impl Evidence {
         table(all)
     }
 
-    /// Two runs of one net up to a row: the column contains the difference, and `left` and `right` name the two runs in the headers. The runs may come from
-    /// other engines.
+    /// The evidence of two runs of one net up to a row: the column contains the difference, and `left` and `right` name the two runs in the headers. The runs
+    /// may come from other engines.
     #[must_use]
     pub fn of_traces(
         net: &Valid<Net>,
@@ -115,7 +115,7 @@ impl Evidence {
         table(all)
     }
 
-    /// Two nets, each under its own stimulus, with the column in which they differ.
+    /// The evidence of two nets, each under its own stimulus, with the column in which they differ.
     #[must_use]
     pub fn of_pair(
         (left, ours, first): (&Valid<Net>, &Stimulus, &str),
@@ -211,7 +211,7 @@ struct Run<'n> {
     ids: Vec<InputId>,
     active: Vec<String>,
     fired: Vec<String>,
-    /// The fired transitions: one list for each term.
+    /// For each term, its value in each row.
     terms: Vec<Vec<String>>,
     trace: Trace,
     /// Inputs that a fired transition reads.
@@ -324,7 +324,7 @@ fn cells(trace: &Trace, name: &str) -> Vec<String> {
     place.map(|at| cell(at).collect()).unwrap_or_default()
 }
 
-/// The inputs that a leaf reads, also through edges and timers.
+/// Collects the inputs that a leaf reads, also through edges and timers.
 fn inputs_of(net: &Net, leaf: Leaf, all: &mut BTreeSet<InputId>) {
     let mut below = |expr: &grafsynth_ir::net::Expr| {
         expr.for_each_leaf(&mut |leaf| {
@@ -349,7 +349,7 @@ fn inputs_of(net: &Net, leaf: Leaf, all: &mut BTreeSet<InputId>) {
     }
 }
 
-/// The leaves and elements of an expression, each once, in the order of the text.
+/// Collects the leaves and elements of an expression, each once, in the order of the text.
 fn leaves(expr: &PropertyExpr, all: &mut Vec<PropertyExpr>) {
     if matches!(expr.kind, ExprKind::Leaf(_) | ExprKind::Element(..)) {
         if !all.iter().any(|known| known.kind == expr.kind) {

@@ -118,8 +118,8 @@ fn advice(asked: &BuildContext<'_>, device: &'static Device) -> String {
         0 => "no other device or setting is large enough".to_owned(),
         1 => "it does not fit the only other device or setting either".to_owned(),
         n if n < trials.len() => format!(
-            "it does not fit any of the first {n} of {} other devices and settings either",
-            trials.len()
+            "it does not fit any of the {n} other devices and settings that were tried either ({} more were not tried; --device NAME tries one)",
+            trials.len() - n
         ),
         n => format!("it does not fit any of the {n} other devices and settings either"),
     };
@@ -289,7 +289,7 @@ fn bits(ticks: u64) -> u32 {
     u64::BITS - (ticks + 1).leading_zeros()
 }
 
-/// For a time that uses most of the registers, how many it would use with a longer tick.
+/// Suggests a longer tick for a time that uses most of the registers: says how many it would then use.
 fn times(asked: &BuildContext<'_>) -> Option<String> {
     const LONGER: [u64; 3] = [10, 100, 1000];
     let LongTime { name, n, ticks, .. } = long_time(asked)?;
@@ -318,12 +318,14 @@ fn times(asked: &BuildContext<'_>) -> Option<String> {
         .filter(|factor| ticks.is_multiple_of(*factor))
         .find(|factor| left(*factor) + n_outputs <= n_cells);
     Some(match enough {
-        Some(factor) => format!(
-            "{said}; with `tick {}` in a `.graf` (`convert` writes one), its {} registers and {n_outputs} output{} have enough macrocells",
-            duration(tick * factor),
-            left(factor),
-            if n_outputs == 1 { "" } else { "s" }
-        ),
+        Some(factor) => {
+            let tick = duration(tick * factor);
+            format!(
+                "{said}; with `tick {tick}` (in rules `# option: tick {tick}`), its {} registers and {n_outputs} output{} have enough macrocells, but its times are only accurate to {tick}",
+                left(factor),
+                if n_outputs == 1 { "" } else { "s" }
+            )
+        }
         None => said,
     })
 }
@@ -363,7 +365,7 @@ fn encoder(net: &Net) -> Option<String> {
     let is_fewer = n_bits as usize + 1 < n;
     (net.settings.events_exclusive && is_fewer).then(|| {
         format!(
-            "outside the chip, an encoder can reduce its {n} events, which never occur together, to {n_bits} pins and a strobe"
+            "its {n} events never occur together, so an encoder outside the chip can reduce them to a strobe and {n_bits} pins: declare `event strobe` and `input code: int 0..{}`, and write `strobe when code = 0` and so on in place of the events", n - 1
         )
     })
 }

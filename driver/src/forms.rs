@@ -104,8 +104,8 @@ fn free(logic: &Logic) -> Vec<NodeId> {
     logic.never.iter().chain(&logic.unreachable).copied().collect()
 }
 
-/// The sums of [`Form::ALL`] of a function, for a flip-flop or for none (then T is D). Don't-cares add their own signals: a step that a function does
-/// not depend on can indicate the absence of others.
+/// The sums of [`Form::ALL`] of a function, for a flip-flop or for none (then T is D). Don't-cares add their own signals: an active step that a function does
+/// not depend on can show that others are inactive.
 fn sums(
     logic: &Logic,
     next: NodeId,

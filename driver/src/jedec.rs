@@ -65,7 +65,7 @@ pub fn signature(net: &Net) -> [u8; 8] {
     hash.to_be_bytes()
 }
 
-/// Maps a circuit of a net to fuses: the file is made, read back, decoded, compared with the intended placement product by product, and simulated together
+/// Maps a circuit of a net to fuses. The file is made, read back, decoded, compared with the intended placement product by product, and simulated together
 /// with the decoded circuit. The caller must prove that this circuit equals the net. `n_vectors`: the number of test vectors; `None` for a sufficient number.
 ///
 /// # Errors
@@ -428,8 +428,8 @@ fn title(file: &Jedec) -> Option<String> {
     Some(title.to_owned())
 }
 
-/// The file of a design as it was written: its own products in its own macrocells, without minimising or moving anything; read back and decoded to the same
-/// products before it is returned.
+/// The file of a design as it was written: its own products in its own macrocells, without minimising or moving anything. The file is read back and decoded to
+/// the same products before it is returned.
 ///
 /// # Errors
 /// The device cannot hold something, or its fuse map is unknown.

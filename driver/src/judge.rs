@@ -48,8 +48,8 @@ fn is_alike(a: &str, b: &str) -> bool {
     a.to_lowercase() == b.to_lowercase()
 }
 
-/// The name of the first design that matches a name of the second: the same name, or else the only one that differs in letter case alone, if no other name
-/// of the second matches it. `others` are all names of the second.
+/// The name of the first design that matches a name of the second. It is the same name, or else the only one that differs in letter case alone, if no other
+/// name of the second matches it. `others` are all names of the second.
 fn twin<T>(name: &str, known: &[(T, &str)], others: &[&str]) -> Option<T>
 where
     T: Copy,
@@ -156,8 +156,8 @@ fn bind(net: &Net, logic: &Logic, renames: &Renames) -> Result<Bound, Vec<Diagno
     Ok(bound)
 }
 
-/// A net and imported logic on one stimulus, clock by clock (rows of the difference count clocks): pins are found by name, and every Boolean output that both
-/// have is compared.
+/// Compares a net and imported logic under one stimulus, clock by clock (rows of the difference count clocks). Pins are matched by name, and every Boolean
+/// output that both have is compared.
 ///
 /// # Errors
 /// An input of the logic is not in the net, the two have no common output, or the stimulus takes more clocks than the limit for a chip.
@@ -241,7 +241,7 @@ pub fn prove_with_net(
     Ok(grafsynth_verify::equiv(net, &facts, &bound.logic, limits))
 }
 
-/// Two circuits with one stimulus of the first, compared at the pins that both have.
+/// Compares two circuits under a stimulus of the first, at the pins that both have.
 ///
 /// # Errors
 /// Like [`with_net`].
@@ -326,7 +326,7 @@ pub fn prove_with_logic(
     Ok(judge_as(ours, &bound.logic, renames, limits))
 }
 
-/// The same for two circuits whose pins have the roles of one net.
+/// Like [`prove_with_logic`], for two circuits whose pins have the roles of one net.
 #[must_use]
 pub fn judge(left: &Logic, right: &Logic, limits: &Limits) -> Judged {
     judge_as(left, right, &Renames::default(), limits)

@@ -10,7 +10,10 @@ use crate::task_costs;
 use grafsynth_backend_c::cost::Machine;
 use grafsynth_frontend::graf::{self, Limits};
 use grafsynth_ir::chart::{Design, Import};
+use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, FileId};
+use grafsynth_sim::Stimulus;
+use itertools::Itertools;
 
 /// A text that another text names.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -52,7 +55,7 @@ pub(crate) fn resolve(
         Reading { sources, texts, limits, open: vec![main], done: Vec::new(), design, found };
     let imports = reading.design.imports.clone();
     reading.all(main, &imports);
-    // Files are named at the top, before the charts of the text.
+    // Files are named at the top of the text, so their library charts come before its own.
     design.libraries.rotate_left(own);
 }
 
@@ -208,12 +211,9 @@ pub fn certificates(
                 .map(|verdict| &verdict.outcome);
             let (why, is_wrong) = match outcome {
                 Some(grafsynth_verify::Outcome::Proved { .. }) => continue,
-                Some(grafsynth_verify::Outcome::Refuted { row, .. }) => (
-                    format!(
-                        "it is violated in row {row} of a stimulus that `check` of the library shows"
-                    ),
-                    true,
-                ),
+                Some(grafsynth_verify::Outcome::Refuted { row, stimulus, .. }) => {
+                    (format!("violated in row {row}, after {}", inputs(&net, stimulus)), true)
+                }
                 Some(grafsynth_verify::Outcome::Open(why)) => (why.to_string(), false),
                 None => ("no property of the library chart has that name".to_owned(), true),
             };
@@ -225,7 +225,7 @@ pub fn certificates(
                 Diagnostic::warning(codes::CERTIFICATE, message)
             };
             let help = if is_wrong {
-                "correct the library chart, or remove the property from its certificate; `check LIBRARY --certify -` prints one that is right"
+                "correct the library chart, or remove the property from its certificate; `check LIBRARY --certify -`, with the same options as this command, prints a certificate without it"
             } else {
                 "remove the property from the certificate, or raise --proof-limit"
             };
@@ -233,4 +233,20 @@ pub fn certificates(
         }
     }
     found
+}
+
+/// The last rows of a stimulus in one sentence: `(n = 2, dt = 1)`.
+fn inputs(net: &Net, stimulus: &Stimulus) -> String {
+    const SHOWN: usize = 4;
+    let n_rows = stimulus.len();
+    let row = |at: usize| {
+        let row = stimulus.row(at);
+        let values =
+            net.inputs.iter().map(|(id, input)| format!("{} = {}", input.name.text, row.value(id)));
+        let values = values.chain([format!("dt = {}", row.dt)]).join(", ");
+        format!("({values})")
+    };
+    let left_out = n_rows.saturating_sub(SHOWN);
+    let rows = (left_out..n_rows).map(row).join(", ");
+    if left_out > 0 { format!("{left_out} rows and {rows}") } else { rows }
 }

@@ -83,7 +83,8 @@ impl LogicDesign {
         })
     }
 
-    /// The findings about a design that is read but perhaps not run: if it can still be programmed as written, parts outside a single clock are not errors.
+    /// The findings about a design that is read but perhaps not run. If it can still be programmed as written, parts that do not fit a circuit with one clock
+    /// are not errors.
     #[must_use]
     pub fn remarks(&self) -> Vec<Diagnostic> {
         let soften = |finding: &Diagnostic| {

@@ -11,7 +11,7 @@ use std::fmt::Write as _;
 /// The options of the minimiser.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Options {
-    /// Each output separately, as in a PAL; otherwise products are shared.
+    /// Minimise each output separately, as for a PAL; otherwise outputs share products.
     pub per_output: bool,
     /// Outputs may be inverted.
     pub free_polarity: bool,
@@ -26,7 +26,7 @@ pub struct Options {
 pub struct Minimised {
     /// The minimised table.
     pub table: Pla,
-    /// The same as text.
+    /// The table as text.
     pub text: String,
     /// Products, literals and what is proved, in a few lines.
     pub report: String,

@@ -71,7 +71,7 @@ pub enum OutputProof {
     Rebuilt(EqualBy),
     /// A bitstream, read back, equals the Verilog that it was made from.
     Bitstream(EqualBy),
-    /// Compiled C gives the rows of the net in every state, for every input and these ticks.
+    /// Compiled C gives the rows of the net in every state, for every input and the ticks of the scope.
     Run {
         /// The number of states of net and C together.
         states: u64,
@@ -85,7 +85,7 @@ pub enum OutputProof {
 /// Where an output differs from the net.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum OutputFault {
-    /// A cell of a trace differs after these reactions.
+    /// A cell of the trace differs after some reactions.
     Row {
         /// A stimulus whose last row shows the difference.
         stimulus: Stimulus,
@@ -102,7 +102,7 @@ pub enum OutputFault {
     ReadsBackAsAnother,
     /// A signal has no pin in the design that was read back.
     PinLost(String),
-    /// A pin of a bitstream differs from the Verilog after these clocks.
+    /// A pin of a bitstream differs from the Verilog after some clocks.
     Clock {
         /// The pin.
         pin: String,
@@ -145,7 +145,7 @@ pub enum Note {
     Synchronised {
         /// The number of pins with a synchroniser.
         pins: usize,
-        /// The number of its flip-flops.
+        /// The number of flip-flops of each synchroniser.
         stages: usize,
     },
     /// The chart's own C code was left out of the compiled and tested program.

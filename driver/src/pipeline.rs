@@ -59,7 +59,7 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
     if !built.found.is_empty() {
         return built;
     }
-    // This is decided here, so that no later step uses don't-cares that this design may not have; in particular the advice on what would fit.
+    // This is decided here, so that no later step uses don't-cares that this design may not have, not even the advice on what would fit.
     let without = (options.dont_cares && !may_be_free(net))
         .then(|| BuildOptions { dont_cares: false, ..options.clone() });
     let options = without.as_ref().unwrap_or(options);
@@ -141,7 +141,7 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
     built
 }
 
-/// Several targets give the same answers: a refusal, and the advice on what would fit, are said once.
+/// Removes repetitions: if several targets give the same findings, or advice on what would fit, it is reported once.
 fn say_once(built: &mut Built) {
     let mut once: Vec<Diagnostic> = Vec::new();
     for one in std::mem::take(&mut built.found) {
@@ -163,7 +163,7 @@ fn say_once(built: &mut Built) {
     }
 }
 
-/// The pins of an iCE40, and the inputs of its tools.
+/// Assigns the pins of an iCE40, and adds the job for its tools to the build.
 fn ice40(net: &Net, emitted: &Emitted, options: &BuildOptions, built: &mut Built) {
     let stem = options.stem_for(net);
     let board = net.board.device.as_ref().map(|name| name.text.as_str());
@@ -313,7 +313,7 @@ fn equations(
             budget: emit_options.budget,
         };
         let n_vectors = emit_options.vectors.as_ref().map_or(0, |vectors| vectors.rows.len());
-        // The text was made from these equations, so they are recomputed.
+        // The report needs the equations that the text was made from, so they are computed again.
         let again = is_flat.then(|| Equations::new(&circuit, dialect, &emit_options));
         built.chips.push(match again {
             Some(Ok(again)) => Chip::of_equations(made, dialect, &again, n_vectors),

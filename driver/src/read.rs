@@ -215,8 +215,8 @@ pub fn read(
     (design, found)
 }
 
-/// True if a finding only repeats an earlier one: a transition never fires for a reason that the reader reported at the same location, or a step is never
-/// active because no transition leads to it, which was reported.
+/// True if a finding only repeats an earlier one. This is the case if a transition never fires for a reason that the reader reported at the same location, or
+/// if a step is never active because no transition leads to it, which was reported.
 #[must_use]
 pub fn is_consequence(finding: &Diagnostic, read: &[Diagnostic]) -> bool {
     use grafsynth_frontend::codes::{C_CONDITION_ASSIGNS, ST_NOT_CALLED};

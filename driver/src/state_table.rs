@@ -178,8 +178,8 @@ pub struct Search {
     pub seed: u64,
 }
 
-/// Codes with the minimum number of bits whose shared sum of products is small: starting with the binary codes, two states exchange their codes, or one
-/// state gets a free code, as long as this needs no more products. Returns the codes and their sum.
+/// Searches for codes with the minimum number of bits whose shared sum of products is small. Starting with the binary codes, two states exchange their codes,
+/// or one state gets a free code, as long as this needs no more products. Returns the codes and their sum.
 ///
 /// # Errors
 /// The diagrams of the initial codes are too large.

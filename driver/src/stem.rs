@@ -79,8 +79,8 @@ impl FileStem {
     /// The endings of stems in C: `STEM_port.h`, `STEM_user.c` and `STEM_tables.c` are further files of a design.
     const OF_C: [&str; 3] = ["_port", "_user", "_tables"];
 
-    /// The design with the longer stem would write a file of C that the design with the shorter one also writes: `lamp_port.h` is the port of `lamp` and the
-    /// header of `lamp_port`.
+    /// True if the design with the longer stem would write a C file that the design with the shorter one also writes. For example, `lamp_port.h` is the port of
+    /// `lamp` and the header of `lamp_port`.
     #[must_use]
     pub fn meets_in_c(&self, other: &FileStem) -> bool {
         let (one, two) = (self.key(), other.key());

@@ -11,7 +11,7 @@ use grafsynth_backend_template::{Template, json, render, text};
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Valid};
 
-/// The outputs of [`Target::Json`] and [`Target::Template`].
+/// Adds the outputs of [`Target::Json`] or [`Target::Template`] to a build.
 pub(crate) fn build(net: &Valid<Net>, target: Target, options: &BuildOptions, built: &mut Built) {
     let json = match json(net) {
         Ok(json) => json,

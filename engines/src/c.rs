@@ -214,7 +214,7 @@ pub fn lines(net: &Net, stimulus: &Stimulus) -> String {
     text
 }
 
-/// One line of [`lines`].
+/// Adds one line of [`lines`] to a text.
 pub(crate) fn line(net: &Net, row: &InputRow, text: &mut String) {
     // Writing to a string cannot fail.
     let _ = write!(text, "{}", row.dt);

@@ -152,7 +152,7 @@ impl Bench {
     }
 
     /// The maximum number of bytes that a function of the chart puts on the stack at once, from the assembler output of sdcc: `add a,#0x30`, then
-    /// `mov sp,a`. Adding more than 127 removes them; single bytes are counted.
+    /// `mov sp,a`. Addends above 127 are negative and remove bytes. Single pushes are not considered here, because s51 checks them.
     fn largest_frame(&self) -> Result<u32, EngineError> {
         let mut largest = 0;
         for source in std::iter::once(BENCH).chain(self.sources.iter().map(String::as_str)) {
@@ -182,8 +182,8 @@ impl Bench {
     }
 }
 
-/// The console input. Before `main` the pointer is not set yet. (`-G` would start the machine too, but then the end of the console's input stops it
-/// wherever it is.)
+/// The console input for s51. It runs to `main`, because the stack pointer is not set before that, and then checks the pointer. (`-G` would start the machine
+/// too, but then the end of the console's input stops it wherever it is.)
 ///
 /// A pointer that overflows by less than `stack` is below `stack`; it cannot overflow by more if no function uses more at once
 /// ([`Bench::largest_frame`]).
@@ -203,7 +203,7 @@ fn too_deep(stack: u32) -> Diagnostic {
     .help("use a style without an engine, which needs less (--engine c-8051:switch), or a larger machine (c-arm)")
 }
 
-/// Newer versions of ucsim use another name.
+/// The names of the simulator: newer versions of ucsim use the second.
 const SIMULATOR: [&str; 2] = ["s51", "ucsim_51"];
 
 #[cfg(test)]

@@ -36,7 +36,7 @@ pub(crate) struct Difference {
     pub(crate) cell: Cell,
 }
 
-/// The host's compiler rejects emitted C: its output.
+/// The output of the host's compiler if it rejects emitted C.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Refused(pub String);
 
@@ -247,7 +247,8 @@ impl Search<'_> {
         }
     }
 
-    /// Visits every pair with the ticks around thresholds, or the visited pairs with all others, and each new pair; returns why it stopped early.
+    /// Visits every pair with the ticks around thresholds; with `others`, the pairs visited so far with all other ticks, and new pairs with all ticks. Returns
+    /// why it stopped early.
     fn all_pairs(&mut self, bound: u64, others: bool) -> Result<Option<Explored>, Trouble> {
         let mut from = 0;
         let n_visited = if others { self.order.len() } else { 0 };

@@ -129,7 +129,7 @@ impl Explorer {
         })
     }
 
-    /// Requests and answers are handled concurrently: a full pipe on one side must not block the other. A batch that takes too long is stopped.
+    /// Sends requests and reads their answers concurrently: a full pipe on one side must not block the other. A batch that takes too long is stopped.
     fn batch(
         &mut self,
         questions: &str,
@@ -229,7 +229,7 @@ fn number(text: &str) -> Result<Instance, Lost> {
 /// The flags of the compiler: without optimisation, so that the text is tested as written.
 const FLAGS: [&str; 2] = ["-std=c99", "-O0"];
 
-/// A batch of answers takes some milliseconds.
+/// The time limit for a batch of answers, which normally takes some milliseconds.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Why a compiled chart does not answer.

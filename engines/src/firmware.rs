@@ -1,4 +1,4 @@
-//! The common part of the engines on microcontrollers: the emitted C and a bench are cross-compiled, the machine is simulated instruction by instruction,
+//! The common part of the engines on microcontrollers. The emitted C and a bench are cross-compiled, the machine is simulated instruction by instruction,
 //! and bytes are transferred in both directions (`grafsynth_backend_c::firmware` defines the format).
 //!
 //! The machines: [`crate::avr`], [`crate::arm`], [`crate::c8051`].
@@ -172,7 +172,7 @@ impl Bench {
         self.start_with(names, arguments, b"")
     }
 
-    /// The same with standard input.
+    /// Like [`Bench::start`], with this standard input.
     pub(crate) fn start_with(
         &self,
         names: &[&str],

@@ -145,7 +145,7 @@ pub enum Item {
     State(State),
     /// An instance of a library chart.
     Use(Use),
-    /// A controlled action with its own statement list, or without one: then only the memory of its qualifiers.
+    /// A controlled action with a name of its own; without a statement list it only provides the latches of its qualifiers.
     Action(Action),
     /// The condition that forces all outputs to their safe values.
     Emergency(Emergency),
@@ -427,7 +427,7 @@ pub enum ActionHow {
     Qualified(Qualifier, Option<u64>),
 }
 
-/// A duration as written, or the constant that contains it.
+/// A duration: a literal, or the name of a constant.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Length {
     /// A duration in nanoseconds.
@@ -599,7 +599,7 @@ pub struct Path {
 }
 
 impl Expr {
-    /// The same expression without source locations, those of names in its leaves included: two uses of the same condition become equal.
+    /// The same expression without source locations, including those of the names in its leaves: two uses of the same condition become equal.
     #[must_use]
     pub fn unplaced(&self) -> Expr {
         self.map_leaves(&Leaf::unplaced).without_spans()

@@ -11,7 +11,7 @@ use crate::span::Span;
 pub struct Code {
     /// `G` and four digits.
     pub id: &'static str,
-    /// A few words, as the heading of its page.
+    /// A few words: the heading of its page.
     pub title: &'static str,
 }
 
@@ -213,8 +213,8 @@ pub fn any_error(diagnostics: &[Diagnostic]) -> bool {
     diagnostics.iter().any(Diagnostic::is_error)
 }
 
-/// The candidate nearest to `word` in edit distance (insert, delete, replace, swap of neighbours; a difference in case counts half), if it is a likely
-/// typing error: the distance is at most a third of the word's length, but one edit is always allowed. A candidate that shares no letter with `word` never
+/// The candidate nearest to `word` in edit distance (insert, delete, replace, swap of neighbours; a difference in case counts half), if it is a likely typing
+/// error. The distance must be at most a third of the word's length, but one edit is always allowed. A candidate that shares no letter with `word` never
 /// matches, nor does one that differs only in its digits: `s2` is another step than `s1`.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let wanted: Vec<char> = word.chars().collect();
@@ -237,7 +237,7 @@ fn shares_a_letter(word: &[char], candidate: &str) -> bool {
     letters.any(|c| word.iter().any(|own| own.to_lowercase().eq(c.to_lowercase())))
 }
 
-/// True if the two names are the same but for their numbers.
+/// True if the two names differ only in their digits.
 fn differs_in_digits(word: &str, candidate: &str) -> bool {
     let digits = |text: &str| text.chars().filter(char::is_ascii_digit).collect::<String>();
     let others = |text: &str| {

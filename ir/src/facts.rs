@@ -23,8 +23,8 @@ pub struct Facts {
     /// The maximum number of checks in one reaction (rounds of EVOLVE, semantics.md §3.9), including the final check that finds nothing to fire. Also for
     /// statecharts, where a check may be for an event taken from a queue.
     pub rounds: Option<Proved<u32>>,
-    /// No reaction ends with a fault: each evolution becomes stable within the limit, and no queue overflows. Also for statecharts, where the limit starts
-    /// again with each external event and therefore bounds no depth.
+    /// The proof that no reaction ends with a fault, if one was found: each evolution becomes stable within the limit, and no queue overflows. Also for
+    /// statecharts, where the limit starts again with each external event and therefore bounds no depth.
     pub always_stable: Option<Proof>,
     /// At most one event is ever pending in the internal queue.
     pub single_pending: Option<Proved<bool>>,

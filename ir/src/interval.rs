@@ -228,8 +228,8 @@ pub fn check<L>(expr: &Expr<L>, leaves: &mut impl Leaves<L>) -> Result<Type, Typ
     typed(expr, leaves, DEPTH_LIMIT).map_err(|error| *error)
 }
 
-/// The recursion uses small stack frames (errors are boxed, arithmetic is in other functions) because it goes [`DEPTH_LIMIT`] levels deep on any thread's
-/// stack.
+/// A type, or a boxed error. The recursion goes [`DEPTH_LIMIT`] levels deep on any thread's stack, so its stack frames must be small: errors are boxed, and
+/// arithmetic is in other functions.
 type Typed<T = Type> = Result<T, Box<TypeError>>;
 
 fn refuse<T>(span: Span, kind: TypeErrorKind) -> Typed<T> {
@@ -378,8 +378,8 @@ fn arithmetic(
     fit(op.symbol(), lo, hi, span)
 }
 
-/// The interval of a truncated remainder. It is smaller than the largest divisor, no farther from 0 than the dividend, and has the dividend's sign; if the
-/// dividend is smaller than every divisor, it is the dividend itself.
+/// The interval of a truncated remainder. A remainder is smaller than the largest divisor (both as absolute values), no farther from 0 than the dividend, and
+/// has the dividend's sign; if the dividend is smaller than every divisor, the remainder is the dividend itself.
 fn remainder((al, ah): (i128, i128), (bl, bh): (i128, i128)) -> (i128, i128) {
     let largest = bl.abs().max(bh.abs()) - 1;
     let smallest = bl.abs().min(bh.abs()) - 1;

@@ -39,7 +39,7 @@ pub struct Logic {
     pub unreachable: Vec<NodeId>,
     /// Bits of the net's state that are not stored in a flip-flop of their own, as functions of the flip-flops: steps that share a code.
     pub decoded: Vec<Decoded>,
-    /// Conditions under which single functions may have any value, because the designer left it open (semantics.md §3.6). They are don't-cares of these
+    /// Conditions under which individual functions may have any value, because the designer left it open (semantics.md §3.6). They are don't-cares of these
     /// functions only.
     pub open: Vec<Open>,
 }
@@ -106,7 +106,7 @@ pub enum PinRole {
     Busy,
     /// The fault flag.
     Fault,
-    /// Read from a text that does not specify it.
+    /// Not known: the text from which the circuit was read does not specify it.
     Unknown,
 }
 
@@ -138,8 +138,8 @@ pub struct FlopBit {
     pub inverted: bool,
 }
 
-/// How a circuit represents active steps: for each step, the bits that are all set while the step is active, as [`Origin::Step`] or [`Origin::Region`];
-/// `None` if no bits represent it. `is_held` tells which bits the circuit has.
+/// How a circuit represents active steps. For each step, these are the bits that are all set while the step is active, as [`Origin::Step`] or
+/// [`Origin::Region`]; `None` if no bits represent it. `is_held` tells which bits the circuit has.
 ///
 /// A step has its own bit; or it has a bit in the register of its region and is active if its parent is also active; or it is a region of a parallel state
 /// and has no bit, because it is active whenever its parent is.
@@ -171,9 +171,9 @@ pub struct PinOutput {
     pub name: String,
     /// What the bit means.
     pub role: PinRole,
-    /// Its function of inputs and flip-flops. For a registered output this is the D function, and `init` is its first value.
+    /// Its function of inputs and flip-flops. For a registered output this is the D function of its flip-flop.
     pub value: NodeId,
-    /// Driven by a flip-flop of its own that has `value` as D.
+    /// For an output that is driven by a flip-flop of its own, with `value` as D: the value of that flip-flop after power-up or reset.
     pub registered: Option<bool>,
     /// The output is a function of the situation before the clock edge: the pin is sampled just before the edge (`mealy`, semantics.md §3.6).
     pub mealy: bool,

@@ -100,8 +100,8 @@ pub const PALASM: Target = Target {
 /// The name after `CHIP` in PALASM, one character shorter.
 pub const PALASM_CHIP: Target = Target { name: "PALASM chip", max_length: 13, ..PALASM };
 
-/// CUPL: 31 characters, not case-sensitive (its preprocessor and its reserved words are not), first a letter. CUPL treats a name that ends in digits as an
-/// indexed variable that can be part of a field; it is still usable as a name.
+/// CUPL: 31 characters, first a letter. Treated as not case-sensitive, because its preprocessor and its reserved words are not. CUPL treats a name that ends in
+/// digits as an indexed variable that can be part of a field; it is still usable as a name.
 pub const CUPL: Target = Target {
     name: "CUPL",
     max_length: 31,
@@ -209,7 +209,7 @@ impl Target {
         text.starts_with(|c| self.is_letter(c) || (c == '_' && self.may_lead()))
     }
 
-    /// The replacement for a character that the target does not allow.
+    /// Adds the replacement for a character that the target does not allow.
     fn joint(&self, out: &mut String) {
         if self.underscore && !out.ends_with('_') {
             out.push('_');

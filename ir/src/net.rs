@@ -663,7 +663,7 @@ pub struct Transition {
     pub guard: Expr,
     /// Declared priority: 1 is the most urgent, `None` is last.
     pub priority: Option<u32>,
-    /// Steps that are both deactivated and activated count as both (§3.2). Always true in a statechart.
+    /// A step that is removed and added is deactivated and activated again instead of staying active (§3.2). Always true in a statechart.
     pub restart: bool,
     /// Runs when the transition fires.
     pub actions: Block,

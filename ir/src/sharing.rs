@@ -217,7 +217,7 @@ fn buffer(net: &mut Net, names: &mut Fresh) {
     }
 }
 
-/// `to := from`, element by element.
+/// Adds `to := from`, element by element.
 fn copied(net: &Net, to: VarId, from: VarId, out: &mut Block) {
     let assign = |index: Option<Expr>, value: Expr| Stmt {
         kind: StmtKind::Assign { var: to, index, value },

@@ -63,7 +63,7 @@ pub fn simplify<L: Clone + Ord>(expr: &Expr<L>) -> Expr<L> {
     Expr::new(kind, span)
 }
 
-/// A total order of expressions that ignores source locations: equal exactly if the expressions are identical.
+/// A total order of expressions that ignores source locations: two expressions are equal if and only if they are identical.
 pub fn compare_shapes<L: Ord>(a: &Expr<L>, b: &Expr<L>) -> Ordering {
     fn rank<L>(kind: &ExprKind<L>) -> u8 {
         match kind {

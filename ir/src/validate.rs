@@ -32,7 +32,7 @@
 //!     has the origin `StoredOutput`; each such variable is the memory of exactly one output. A controlled action drives at most one output.
 //! 15. An extern action is continuous or called, never both; it has one argument of the right kind for each parameter.
 //! 16. Mealy outputs are allowed only in evolution `Single`.
-//! 17. An assignment has an index exactly if its target is an array, and a value of the target's kind. Only events are raised or sent; only extern actions
+//! 17. An assignment has an index if and only if its target is an array, and a value of the target's kind. Only events are raised or sent; only extern actions
 //!     are called.
 //! 18. A controlled action has duration 0 unless one of its qualifiers is timed. No duration of an action or a send is above [`crate::interval::LONGEST`].
 //! 19. A task contains only assignments, calls and `if`; its cost is at most its step's budget, and a step with tasks has a budget. Locks are plain
@@ -61,8 +61,8 @@
 //! 30. The entered states of a move or of `initial` complete a configuration: parents before children; one child (or a history of it) for each entered
 //!     composite state and for the domain, all children for each entered parallel state (or a history of it); initial content only of entered composite
 //!     states.
-//! 31. A history belongs to a composite or parallel state. Everything that it records and enters is inside that state, and histories in its lists belong
-//!     to states inside; no step is recorded twice.
+//! 31. A history belongs to a composite or parallel state. Everything that it records and enters is inside that state, and histories in its lists belong to
+//!     states inside that state; no step is recorded twice.
 //!
 //! Emergencies:
 //!
@@ -71,7 +71,7 @@
 //!
 //! All checks together take linear time in the size of the net, except for sorting names.
 
-mod emergency;
+pub(crate) mod emergency;
 mod expressions;
 mod names;
 mod statechart;

@@ -1,6 +1,6 @@
 //! Reduced ordered binary decision diagrams [Bryant 1986], hash-consed in one arena.
 //!
-//! Two functions are equal exactly if their [`Ref`]s are equal. The client chooses the order of the variables, which is the order of their levels.
+//! Two functions are equal if and only if their [`Ref`]s are equal. The client chooses the order of the variables, which is the order of their levels.
 //! Nodes are freed only on request: most managers are used for one query, and a longer-lived one drops unneeded nodes with [`Bdd::keep`]. The limit
 //! given to [`Bdd::with_limit`] bounds the size and [`Bdd::limit_work`] bounds the work; beyond a limit, operations return [`Full`]. No operation
 //! recurses, so only memory bounds the number of variables. Nothing depends on addresses or on a random hash, so the same calls give the same

@@ -18,9 +18,9 @@ pub trait Parts {
     fn output(&mut self, output: PinOutputId) -> u64;
     /// The current value of a flip-flop; only the lowest bit is used.
     fn flop(&self, flop: FlopId) -> u64;
-    /// One clock edge.
+    /// Applies one clock edge.
     fn clock(&mut self);
-    /// Power-up.
+    /// Sets the state after power-up.
     fn reset(&mut self);
 }
 
@@ -94,7 +94,7 @@ pub enum NoRow {
     },
 }
 
-/// A bound above the number of clocks of a reaction in a correct circuit: micro-steps, events taken from queues, the final empty check, and a
+/// A bound above the number of clocks of a reaction in a correct circuit. It counts micro-steps, events taken from queues, the final empty check, and a
 /// reserve. 1 if the settings allow only one clock per reaction.
 #[must_use]
 pub fn most_clocks(net: &Net) -> u64 {
@@ -177,7 +177,7 @@ impl<'a, S: Parts> ChipSim<'a, S> {
         chip
     }
 
-    /// Power-up, and row 0 of the trace: all inputs 0 (or the value nearest to it), outputs with their current values.
+    /// Sets the state after power-up, and records row 0 of the trace: all inputs 0 (or the value nearest to it), outputs with their current values.
     pub fn reset(&mut self) {
         self.sim.reset();
         let zeros: Vec<i64> = self.net.inputs.values().map(|input| input.ty.saturate(0)).collect();
@@ -214,7 +214,7 @@ impl<'a, S: Parts> ChipSim<'a, S> {
         Ok(clocks)
     }
 
-    /// A single clock edge with these pins, whether or not the previous reaction has ended; outputs are sampled after it.
+    /// Applies a single clock edge with these pins, whether or not the previous reaction has ended; outputs are sampled after it.
     pub fn clock(&mut self, inputs: &[i64], tick: bool) {
         self.put(inputs, tick);
         self.sim.clock();
@@ -227,7 +227,7 @@ impl<'a, S: Parts> ChipSim<'a, S> {
         self.busy.is_some_and(|busy| self.sim.output(busy) & 1 == 1)
     }
 
-    /// Events and the tick last one clock period.
+    /// Sets events and the tick back to 0: they last one clock period.
     fn end_events(&mut self) {
         for &pin in &self.ticks {
             self.sim.set_input(pin, 0);

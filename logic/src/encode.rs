@@ -180,7 +180,7 @@ type Place = usize;
 struct CallSite {
     /// The condition of the call, as a function of the old state.
     before: NodeId,
-    /// The same as a function of the new state.
+    /// The condition of the call, as a function of the new state.
     after: Option<NodeId>,
 }
 
@@ -325,7 +325,7 @@ impl<'a> Encoder<'a> {
         }
     }
 
-    /// D functions, outputs and constraints from the final values.
+    /// Makes the D functions, outputs and constraints from the final values.
     fn finish(mut self) -> Result<Logic, Vec<Diagnostic>> {
         let program = self.program;
         let mut flops = self.builder.logic.flops.ids();
@@ -582,7 +582,7 @@ impl<'a> Encoder<'a> {
         Ok(())
     }
 
-    /// The guarantees of the environment: input codes in range, `assume`, exclusive events.
+    /// Adds the guarantees of the environment: input codes in range, `assume`, exclusive events.
     fn constraints(&mut self) {
         let net = self.net;
         let mut never = Vec::new();
@@ -727,7 +727,7 @@ fn note_stores(block: &[Stmt], at: usize, last: &mut IdMap<grafsynth_ir::program
     }
 }
 
-/// True for an expression that the Boolean algebra may simplify: some Boolean operator has an operand that occurs again.
+/// True if the operator at the top of the expression is Boolean, so that the Boolean algebra may simplify it.
 fn is_compound(expr: &Expr<Leaf>) -> bool {
     matches!(
         expr.kind,

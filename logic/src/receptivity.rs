@@ -82,8 +82,8 @@ pub fn simplify<L: Clone + Ord>(expr: &Expr<L>) -> Option<Expr<L>> {
     receptivity.simplified()
 }
 
-/// Whether two Boolean expressions have the same value for all values of their conditions (equal conditions count as one, all others are independent);
-/// `None` if there are more than [`MAX_CONDITIONS`].
+/// Whether two Boolean expressions have the same value for all values of their conditions. Equal conditions count as one, all others are independent. `None` if
+/// there are more than [`MAX_CONDITIONS`].
 #[must_use]
 pub fn equivalent<L: Clone + Ord>(a: &Expr<L>, b: &Expr<L>) -> Option<bool> {
     let mut conditions = Vec::new();

@@ -72,7 +72,7 @@ impl Lists {
     }
 }
 
-/// Circuits have fewer gates than 32 bits can count.
+/// The number of a gate in 32 bits, which are enough for every circuit.
 fn index(n: usize) -> u32 {
     u32::try_from(n).unwrap_or(u32::MAX)
 }
@@ -199,7 +199,7 @@ impl<'a> LogicSim<'a> {
         self.logic
     }
 
-    /// Power-up: flip-flops at their initial value, inputs 0.
+    /// Sets the state after power-up: flip-flops at their initial value, inputs 0.
     pub fn reset(&mut self) {
         self.inputs = IdMap::filled(&self.logic.inputs, 0);
         self.flops = IdMap::build(&self.logic.flops, |_, flop| all(flop.init));
@@ -249,7 +249,7 @@ impl<'a> LogicSim<'a> {
         self.value(node)
     }
 
-    /// One clock edge with the current inputs.
+    /// Applies one clock edge with the current inputs.
     pub fn clock(&mut self) {
         self.settle();
         for (id, flop) in self.logic.flops.iter() {
@@ -302,7 +302,7 @@ impl<'a> LogicSim<'a> {
     }
 }
 
-/// The same bit in all runs.
+/// A word with the same bit in all runs.
 fn all(value: bool) -> u64 {
     if value { !0 } else { 0 }
 }

@@ -420,7 +420,7 @@ impl Cutter<'_> {
         self.builder.input(input)
     }
 
-    /// A junction that is too wide both as a sum and as a product: groups its operands, each group a buried node, until one level is narrow enough.
+    /// Splits a junction that is too wide both as a sum and as a product: groups its operands, each group a buried node, until one level is narrow enough.
     fn junction(&mut self, id: NodeId, all: &[NodeId], is_and: bool) {
         // A wide operand becomes a signal. An `and` of sums is the complement of a sum of their complements.
         for operand in all {

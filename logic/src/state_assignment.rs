@@ -72,8 +72,8 @@ pub fn recode(logic: &Logic, groups: &[Group], encoding: Encoding, tries: usize)
     apply(&logic, &plans)
 }
 
-/// Like [`recode`] with [`Encoding::Compact`], for a device whose macrocells are narrower than the resulting sums: searches codes whose sums fit, and
-/// uses more than the minimum of flip-flops if macrocells are left. `None` if none was found in the given number of judgements.
+/// Like [`recode`] with [`Encoding::Compact`], for a device whose macrocells are narrower than the resulting sums. Searches for codes whose sums fit, and uses
+/// more than the minimum of flip-flops if macrocells are left. `None` if none was found in the given number of judgements.
 ///
 /// The groups are coded together, so this is a long search: each judgement minimises every sum of the circuit. `work` is the remaining budget, about 6
 /// million per second; the work of the search is subtracted from it.
@@ -102,7 +102,7 @@ struct Plan {
     /// The code while no member is active, for a group that may be empty.
     idle: Option<u64>,
     n_bits: u32,
-    /// The member whose flip-flop bit k keeps unchanged, if bit k belongs to it alone.
+    /// For each bit, the member whose flip-flop it is, unchanged, if the bit belongs to one member alone.
     keeps: Vec<Option<FlopId>>,
 }
 
@@ -477,8 +477,7 @@ pub fn flatten(
     (coded.flops.len() < logic.flops.len()).then_some(coded)
 }
 
-/// Adds the reachable situations of the steps, if all of them are known: each situation has a value for each step, or `None` if the step may be
-/// active or inactive.
+/// Declares all situations of the steps except these as unreachable. Each situation has a value for each step, or `None` if the step may be active or inactive.
 pub fn only(logic: &mut Logic, steps: &[FlopId], situations: &[Vec<Option<bool>>]) {
     let mut builder = Builder::resume(std::mem::take(logic));
     let mut products = Vec::new();
@@ -520,12 +519,12 @@ pub fn safe(logic: Logic) -> Logic {
     prune(builder.logic)
 }
 
-/// The number of states and of unreachable states.
+/// The size of the code space that [`is_safe`] checked, and the number of unreachable codes in it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Codes {
     /// The number of flip-flops that the unreachable states depend on.
     pub n_flops: usize,
-    /// The number of their codes that are never reached.
+    /// The number of codes of these flip-flops that are never reached.
     pub illegal: u128,
 }
 

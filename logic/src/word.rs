@@ -61,7 +61,7 @@ impl Word {
         self
     }
 
-    /// The same value, also known to be within `lo..=hi`. If the bits can never be in that range (unreachable code), the bits count.
+    /// The same value, also known to be within `lo..=hi`. If the bits can never be in that range (unreachable code), the range of the bits is used.
     fn bounded(mut self, lo: i128, hi: i128) -> Self {
         let last = self.offset + (1 << self.bits.len()) - 1;
         (self.lo, self.hi) = (lo.max(self.offset), hi.min(last));
@@ -413,7 +413,7 @@ fn div_mod(builder: &mut Builder, a: Word, b: Word) -> (Word, Word) {
     for &bit in a.bits.iter().rev() {
         rest.pop();
         rest.insert(0, bit);
-        // rest - divisor = rest + not divisor + 1: no borrow exactly if the carry comes out.
+        // rest - divisor = rest + not divisor + 1: there is no borrow if and only if the carry out is 1.
         let mut carry = one;
         let mut difference = Vec::with_capacity(n);
         for (&a, &b) in rest.iter().zip(&minus) {

@@ -69,7 +69,7 @@ impl Clocked {
         }
     }
 
-    /// The trace of [`Clocked::stimulus`] with one row for each row of the original: it shows the values after the last clock, the calls of all its clocks,
+    /// The trace of [`Clocked::stimulus`] with one row for each row of the original. It shows the values after the last clock, the calls of all its clocks,
     /// and a fault in any of them. A row is missing if the trace ends before its last clock.
     #[must_use]
     pub fn by_rows(&self, net: &Net, trace: &Trace) -> Trace {

@@ -107,7 +107,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// In row 0, a mealy output is the cell of the reset situation with all inputs 0, so it is open if that cell is.
+    /// Marks the open mealy outputs of row 0: such an output shows the cell of the reset situation with all inputs 0, so it is open if that cell is.
     fn evaluate_open_mealy_outputs(&mut self) {
         for open in &self.net.unspecified {
             if let OpenCell::Output(output) = open.what
@@ -178,7 +178,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// The next active step at or after word position `at`, without a lasting borrow of the situation.
+    /// The next active step with index `at` or above, without a lasting borrow of the situation; moves `at` beyond it.
     fn next_active(&self, at: &mut usize) -> Option<StepId> {
         let words = self.state.situation.words();
         let mut index = *at / 64;

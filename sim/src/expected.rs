@@ -57,7 +57,7 @@ impl Expected {
         self.rows.push(cells);
     }
 
-    /// The first cell of a trace that differs from the expected one, which is the left one. Cells that the chart leaves open never differ.
+    /// The first difference between the expected cells (left) and the cells of a trace (right). Cells that the chart leaves open never differ.
     #[must_use]
     pub fn first_difference(&self, trace: &Trace) -> Option<Difference> {
         let places = self.places(trace);

@@ -12,7 +12,7 @@ use crate::stimulus::{MAX_DT, Stimulus, breaks_assumption};
 
 /// The number of attempts to find a row that satisfies the chart's assumptions.
 pub(crate) const MAX_TRIES: usize = 64;
-/// The number of candidates from which a seeking row is chosen.
+/// The number of candidates from which `seek` chooses a row.
 const CANDIDATES: usize = 6;
 
 impl Stimulus {
@@ -67,7 +67,7 @@ impl<'n> Generator<'n> {
         }
     }
 
-    /// `None` means: of a few candidates, the row that fires the transition that has fired least often.
+    /// Chooses how to generate the next rows; `None`: of a few candidates, the row that fires the transition that has fired least often.
     fn manner(&mut self) -> Option<Manner> {
         let manners = [Some(Manner::Noise), Some(Manner::Held), Some(Manner::Pulses), None, None];
         manners[self.rows.random.below(manners.len())]

@@ -142,7 +142,7 @@ impl Layout {
         place
     }
 
-    /// Variables come first, so that their cells can be counted from 0.
+    /// Adds the cells of variables. They come first, so that they can be counted from 0.
     fn variables(&mut self, net: &Net) {
         for (id, var) in net.vars.iter() {
             self.vars.push(self.cells.len() as u32);
@@ -178,7 +178,7 @@ impl Layout {
         self.of_action.push(self.cells.len() as u32);
     }
 
-    /// Charts with a top-level final state store whether they ended, and their contribution to each output at that time (semantics §5).
+    /// Adds the cells of charts with a top-level final state: whether the chart has ended, and its contribution to each output at that time (semantics §5).
     fn endings(&mut self, net: &Net, ranks: &Ranks) {
         if !net.settings.policy.is_statechart() {
             return;
@@ -204,7 +204,8 @@ impl Layout {
         }
     }
 
-    /// Semantics §4: transitions that share a preceding step compete (with `fire one`: all); among those of equal rank and P, age decides.
+    /// Adds the orders of last activation. Transitions that share a preceding step compete (with `fire one`: all); among those of equal rank and P, age decides
+    /// (semantics §4).
     fn age_orders(&mut self, net: &Net, ranks: &Ranks) {
         self.age_of = vec![None; net.transitions.len()];
         if net.settings.policy != Policy::PriorityAge {

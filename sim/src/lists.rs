@@ -193,9 +193,9 @@ impl Reaction<'_> {
         self.state.cells[place] = stored;
     }
 
-    /// Two lists that write the same variable in one micro-step are a race (semantics §3.6), unless their order does not depend on the declaration order
-    /// (§3.3), or both only change the number of a counted step: then no value is lost (§8). If a lowering writes a variable twice, it defines the order
-    /// of these writes itself.
+    /// Notes the writer, and reports a race if another list wrote the same variable in this micro-step (semantics §3.6). It is no race if the order of the
+    /// lists does not depend on the declaration order (§3.3), or if both only change the number of a counted step: then no value is lost (§8). If a lowering
+    /// writes a variable twice, it defines the order of these writes itself.
     fn note_writer(&mut self, var: VarId, place: usize, is_count: bool) {
         let Some(writer) = self.work.writer else { return };
         let now = (self.work.check, Some(writer), is_count);
@@ -211,8 +211,8 @@ impl Reaction<'_> {
         }
     }
 
-    /// Semantics §3.3: deactivation lists come before actions, and these before activation lists; in a statechart a state is left after its descendants
-    /// and entered before them.
+    /// True if the order of two lists does not depend on the declaration order. Deactivation lists come before actions, and these before activation lists; in a
+    /// statechart a state is left after its descendants and entered before them (semantics §3.3).
     fn is_order_fixed(&self, first: Writer, second: Writer) -> bool {
         /// The phase in which a list runs, and its step.
         fn of(net: &Net, writer: Writer) -> (u8, Option<StepId>) {
@@ -272,7 +272,7 @@ impl Reaction<'_> {
     }
 }
 
-/// `v + 1` or `v - 1`: the form in which lowering changes the number of a counted step.
+/// True for `v + 1` and `v - 1`: the form in which lowering changes the number of a counted step.
 fn changes_by_one(var: VarId, value: &Expr) -> bool {
     let ExprKind::Arith(ArithOp::Add | ArithOp::Sub, old, one) = &value.kind else { return false };
     old.kind == ExprKind::Leaf(Leaf::Var(var)) && one.kind == ExprKind::Int(1)

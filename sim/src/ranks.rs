@@ -54,7 +54,7 @@ impl Ranks {
         self.chart_of[part.index()]
     }
 
-    /// Semantics §4, *Ranks* [C17]: lower goes first.
+    /// The rank of a part (semantics §4, *Ranks* [C17]); lower goes first.
     pub(crate) fn of_part(&self, part: PartId) -> u64 {
         self.rank_of[part.index()]
     }

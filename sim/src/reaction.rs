@@ -70,7 +70,7 @@ pub(crate) struct Work {
     pub(crate) fired: Vec<TransitionId>,
     /// For the last check: pairs of a transition that the policy chose and one that it did not choose for this reason.
     pub(crate) contested: Vec<(TransitionId, TransitionId)>,
-    /// The same for all micro-steps of this reaction.
+    /// The pairs of `contested` for all micro-steps of this reaction.
     pub(crate) all_contested: Vec<(TransitionId, TransitionId)>,
     /// For each micro-step, the end of its part of `fired`.
     pub(crate) ends: Vec<usize>,
@@ -298,7 +298,7 @@ impl Reaction<'_> {
         work.all_contested.extend_from_slice(&work.contested);
     }
 
-    /// A micro-step with exactly these transitions, if the situation and the policy allow it.
+    /// Makes a micro-step with exactly these transitions; false if the situation or the policy does not allow it.
     pub(crate) fn replay(&mut self, fired: &[TransitionId]) -> bool {
         self.work.check += 1;
         self.work.fired.clear();

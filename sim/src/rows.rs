@@ -118,7 +118,7 @@ impl<'n> Rows<'n> {
         }
     }
 
-    /// A Boolean is 1 with probability 1/`rarity`.
+    /// A random value of an input; a Boolean is 1 with probability 1/`rarity`.
     fn any_value(&mut self, input: InputId, rarity: usize) -> i64 {
         match self.net.inputs[input].ty {
             Type::Bool => i64::from(self.random.one_in(rarity)),
@@ -136,7 +136,7 @@ impl<'n> Rows<'n> {
     }
 }
 
-/// Values at and around the constants that inputs are compared with.
+/// Collects, for each input, the values at and around the constants that it is compared with.
 fn collect(expr: &Expr<Leaf>, interesting: &mut [BTreeSet<i64>]) {
     if let ExprKind::Compare(_, a, b) = &expr.kind {
         for (input, constant) in [(a, b), (b, a)] {

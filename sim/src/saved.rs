@@ -40,7 +40,7 @@ struct Saved {
     ages: Vec<Vec<String>>,
     internal: Vec<String>,
     external: Vec<String>,
-    /// The outputs in that row; not part of the state, because the next reaction computes them again.
+    /// The outputs in the last row before saving; not part of the state, because the next reaction computes them again.
     #[serde(default)]
     outputs: BTreeMap<String, i64>,
 }
@@ -168,7 +168,8 @@ fn bad(message: String) -> Vec<Diagnostic> {
     ]
 }
 
-/// Each order restores the saved one with which it shares the most steps; steps that it does not contain are older than those that it contains.
+/// Restores the age orders, each from the saved one with which it shares the most steps; steps that the saved order does not contain become older than those
+/// that it contains.
 fn restore_ages(net: &Net, tables: &Tables, state: &mut State, saved: &[Vec<String>]) {
     for order in &tables.layout.ages {
         let name = |step: &StepId| net.steps[*step].name.text.as_str();
@@ -263,7 +264,7 @@ fn key(net: &Net, cell: Cell) -> Option<String> {
     })
 }
 
-/// An edge operand has no name; its text in prefix form, with names, is its key.
+/// The key of an edge operand, which has no name: its text in prefix form, with names.
 fn expr_key(net: &Net, expr: &Expr) -> String {
     let operands: Vec<String> = expr.children().map(|operand| expr_key(net, operand)).collect();
     let head = match &expr.kind {

@@ -78,7 +78,7 @@ impl<'n> Simulator<'n> {
         &self.row
     }
 
-    /// One micro-step in which exactly these transitions fire, regardless of their receptivities: to replay known firings if the inputs are unknown.
+    /// Makes one micro-step in which exactly these transitions fire, regardless of their receptivities: to replay known firings if the inputs are unknown.
     /// Returns false and changes nothing if the situation does not enable all of them, or if the policy would not let them fire together.
     ///
     /// Lists run, but with unknown inputs, so afterwards the situation (and the memory of histories) is correct, but variables and outputs are not. Only
@@ -153,7 +153,7 @@ impl<'n> Simulator<'n> {
         &self.work.all_contested
     }
 
-    /// The number of checks in the last reaction (EVOLVE of semantics §3.9): one for each micro-step, one for each event taken from a queue that fires
+    /// The number of checks in the last reaction (EVOLVE of semantics §3.9). There is one for each micro-step, one for each event taken from a queue that fires
     /// nothing, and the final empty check.
     #[must_use]
     pub fn rounds(&self) -> u32 {

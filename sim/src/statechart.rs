@@ -173,7 +173,7 @@ impl Reaction<'_> {
         self.work.chosen = chosen;
     }
 
-    /// Histories are recorded from the situation at the start of the micro-step, before any list runs.
+    /// Records histories, from the situation at the start of the micro-step, before any list runs.
     fn record_histories(&mut self, exits: &Situation) {
         for (history, data) in self.net.histories.iter() {
             if exits.contains(data.owner) {
@@ -194,7 +194,7 @@ impl Reaction<'_> {
         set
     }
 
-    /// A history that has recorded something is replaced by that, otherwise by its default. `seen` ends a cycle of histories.
+    /// Adds an entry of a transition to the set. A history is replaced by what it has recorded, otherwise by its default. `seen` ends a cycle of histories.
     fn add_to_entry_set(&self, enter: Enter, set: &mut EntrySet, seen: &mut [bool]) {
         match enter {
             Enter::Step(step) => set.states.insert(step),
@@ -225,7 +225,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// Activation in document order, parent before child; default content runs after the parent's list and before its child's.
+    /// Activates states in document order, parent before child; default content runs after the parent's list and before its child's.
     fn enter_states(&mut self, set: &EntrySet) {
         let net = self.net;
         for state in set.states.iter() {

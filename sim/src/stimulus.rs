@@ -99,7 +99,7 @@ impl Stimulus {
         self.dts.iter().filter(|dt| **dt > 1).count()
     }
 
-    /// The first rows only.
+    /// Keeps only the first `n_rows` rows.
     pub fn truncate(&mut self, n_rows: usize) {
         self.dts.truncate(n_rows);
         self.values.truncate(n_rows * self.columns.len());

@@ -61,7 +61,7 @@ pub(crate) struct Tables {
     pub(crate) all_may_end: bool,
     /// For each input, whether some transition has `on` with this event.
     pub(crate) listened: Vec<bool>,
-    /// Steps with target-language text.
+    /// Some step has target-language text.
     pub(crate) has_code: bool,
     /// For each variable, whether it is the number of a counted step, which has a hidden step of the same name (semantics §8).
     pub(crate) counts: Vec<bool>,

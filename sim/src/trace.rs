@@ -120,7 +120,7 @@ impl TraceLayout {
         Self::with(net, TraceOptions::default())
     }
 
-    /// The same with additional entries in `steps`.
+    /// Like [`TraceLayout::of`], with the additional entries in `steps` that `options` select.
     #[must_use]
     pub fn with(net: &Net, options: TraceOptions) -> Self {
         let mut layout = TraceLayout {

@@ -64,8 +64,8 @@ impl Trace {
         text
     }
 
-    /// The trace as a value change dump: one unit of time for each row (including rows with `dt` 0), one wire for each column, one for each step in the
-    /// scope `steps`; integers are two's complement.
+    /// The trace as a value change dump. It has one unit of time for each row (including rows with `dt` 0), one wire for each column, and one for each step in
+    /// the scope `steps`. Integers are two's complement.
     #[must_use]
     pub fn to_vcd(&self) -> String {
         let mut bytes = Vec::new();
@@ -230,7 +230,7 @@ enum Wire {
     Text(IdCode),
 }
 
-/// VCD reads a bracket after a name as a range of bits.
+/// The name of a column in VCD, which would read a bracket after a name as a range of bits.
 fn vcd_name(name: &str) -> String {
     if name.is_empty() {
         return "_".to_owned();

@@ -71,7 +71,7 @@ fn row(machine: &Machine, tries: u64, level: u32) -> Result<String, Refused> {
     };
     let together = one_hot(machine, 1 << 25, &effort)?;
     let single = one_hot_sizes(machine, &effort)?;
-    // Published counts leave this out.
+    // Published counts leave out the rows that apply to every state.
     let mut without = machine.clone();
     without.rows.retain(|row| row.from.is_some());
     let without = if without.rows.len() < machine.rows.len() {

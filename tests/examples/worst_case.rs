@@ -1,5 +1,5 @@
-//! The bound of a reaction and the worst case that a search finds: `worst_case [--machine avr|cortex-m3] FILE...`. Without the tools of a machine, only the
-//! bound.
+//! Prints the bound of a reaction and the worst case that a search finds: `worst_case [--machine avr|cortex-m3] FILE...`. Without the tools of a machine,
+//! prints only the bound.
 
 #![allow(clippy::print_stdout, reason = "it prints a table")]
 #![allow(clippy::disallowed_methods, reason = "it reads files")]

@@ -114,13 +114,13 @@ pub fn emitted(net: &Valid<Net>, mut options: Options) -> Result<(Package, Optio
     }
 }
 
-/// The features of a seed's chart: of three charts, one has all features of programs, one has some of them, and one has some of the features that the
+/// The features of a seed's chart. Of three charts, one has all features of programs, one has some of them, and one has some of the features that the
 /// styles with state variables support for Grafcet, or the features of the table engine, which random charts would hardly ever have.
 #[must_use]
 pub fn features(seed: u64, style: Style, max_steps: usize) -> Features {
     let all = Features { max_steps, ..Features::program() };
     if style == Style::Btrans {
-        // The features of the layout of seed 002; of all others, hardly one chart in a thousand would be supported.
+        // Only the features of the table layout `btrans`: with any others, hardly one chart in a thousand would be supported.
         let statecharts = Features { max_steps, ..Features::tabular_statecharts() };
         return if seed.is_multiple_of(3) { statecharts } else { statecharts.some(seed) };
     }
@@ -231,8 +231,8 @@ pub struct Compiler {
 }
 
 impl Compiler {
-    /// Sanitizers for every access and every operation: address and undefined behaviour, in C99, without optimisation because that takes longest.
-    /// `None` if no compiler has both; clang first, which is faster.
+    /// A compiler with sanitizers for every access and every operation (address and undefined behaviour), in C99; without optimisation, which would take
+    /// longest. `None` if no compiler has both; clang first, which is faster.
     #[must_use]
     pub fn watchful() -> Option<Self> {
         let flags =
@@ -243,8 +243,8 @@ impl Compiler {
         })
     }
 
-    /// Checks every number: clang's integer sanitizer, which also stops at an implicit conversion that changes a value, and at a shift that
-    /// loses bits. Unsigned sums may overflow where that is intended, in hash generators and ring indices. It stops by a signal, which needs no runtime
+    /// A compiler that checks every number: clang with its integer sanitizer, which also stops at an implicit conversion that changes a value, and at a shift
+    /// that loses bits. Unsigned sums may overflow where that is intended, in hash generators and ring indices. It stops by a signal, which needs no runtime
     /// library. `None` without clang.
     #[must_use]
     pub fn exact() -> Option<Self> {

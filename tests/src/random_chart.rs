@@ -1,5 +1,5 @@
-//! Random charts: random nets drawn as charts, with features that only charts have (several durations of one action, uses that are delayed or limited,
-//! delays in receptivities, macro-steps) and with odd names.
+//! Random charts: random nets drawn as charts, with features that only charts have, and with odd names. Such features are several durations of one action, uses
+//! that are delayed or limited, delays in receptivities, and macro-steps.
 //!
 //! Features that are impossible in a chart are left out of it, so that every resulting text is a chart without errors.
 
@@ -256,8 +256,7 @@ fn labelled(net: Valid<Net>, random: &mut Random) -> Valid<Net> {
     validate(net).unwrap_or(before)
 }
 
-/// A chart as a text, or `None` if the net cannot be drawn. It is the same for the same seed and features; `for_standard` leaves out what IEC 61131-3
-/// cannot express.
+/// A random chart as a text, the same for the same seed; `None` if its net cannot be drawn. The seed also decides which language must be able to express it.
 #[must_use]
 pub fn random_chart(seed: u64) -> Option<String> {
     let (features, say) = features_of(seed);
@@ -457,7 +456,7 @@ fn waits(chart: &mut Chart, random: &mut Random) {
     of(&mut chart.items, random);
 }
 
-/// Makes a step count its activations.
+/// Makes some steps count their activations.
 fn counting_step(chart: &mut Chart, random: &mut Random) {
     let max = 1 + random.below(3) as u32;
     for step in steps(chart) {

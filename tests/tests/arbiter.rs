@@ -1,4 +1,4 @@
-//! The arbiter example in every engine: requests are served within the bound that `check` prints, no smaller bound is correct, and with unequal
+//! The arbiter example in every engine. Requests are served within the bound that `check` prints, no smaller bound is correct, and with unequal
 //! priorities the printed cycle starves its client everywhere.
 
 #![allow(clippy::print_stdout, reason = "tests report what they skip and what they measured")]
@@ -28,7 +28,7 @@ fn unequal() -> Valid<Net> {
     chart("unequal.graf", &text)
 }
 
-/// Every engine that supports the chart agrees with the simulator.
+/// Checks that every engine that supports the chart agrees with the simulator.
 fn everywhere(net: &Valid<Net>, stimulus: &Stimulus) {
     let expected = net_trace(net, stimulus);
     let facts = grafsynth_verify::facts(net, &Limits::default());

@@ -40,7 +40,7 @@ fn has_busy(logic: &Logic) -> bool {
     logic.outputs.values().any(|output| output.role == PinRole::Busy)
 }
 
-/// Sums of products of larger circuits are usually rejected after a long search.
+/// True for circuits whose sums of products are found quickly: those of larger ones are usually rejected after a long search.
 fn is_small(logic: &Logic) -> bool {
     logic.nodes.len() < 700
 }
@@ -95,7 +95,7 @@ fn statecharts_with_a_clock_for_each_step() {
     assert!(n_clocked * 10 >= total, "only {n_clocked} of {total}");
 }
 
-/// Each text of such a circuit, read back, behaves the same.
+/// Each text of a circuit with `busy`, read back, behaves the same.
 #[test]
 fn texts_of_circuits_with_busy() {
     let total = rounds(80, 1_500);
@@ -116,7 +116,7 @@ fn texts_of_circuits_with_busy() {
     assert!(n_texts > 3, "only {n_texts} of {n_clocked} circuits became texts");
 }
 
-/// The enumeration proves such a circuit, and refutes it if a register is corrupted; the induction reports that it does not apply.
+/// The enumeration proves a circuit with `busy`, and refutes it if a register is corrupted; the induction reports that it does not apply.
 #[test]
 fn enumeration_proves_circuits_with_busy() {
     let limits = Limits { pairs: 4_000, rows_per_state: 256, states: 1_000, ..Limits::default() };
@@ -288,7 +288,7 @@ fn the_simulation_section_waits_for_busy() {
     assert!(n_run > 0 && n_checks > 50 * n_run, "{n_run} sections, {n_checks} checks");
 }
 
-/// Runs for three micro-steps after `go`; E counts in every step.
+/// After `go`, three micro-steps lead from `p0` to `p3`; `E` leads back and is counted in `n`.
 const WALK: &str = "chart walk {
     evolution stable limit 8
     input go
@@ -479,9 +479,8 @@ fn an_emergency_leaves_one_clock() {
     assert!(help.contains("emergency") && !help.contains("calls"), "{help}");
 }
 
-/// The proved number of rounds is exact: a composition of this many rounds equals the net, and a composition of fewer rounds is refuted,
-/// unless the missing rounds
-/// have no effect.
+/// The proved number of rounds is exact: a composition of this many rounds equals the net, and a composition of fewer rounds is refuted unless the missing
+/// rounds have no effect.
 #[test]
 fn as_many_rounds_as_proved_and_no_fewer() {
     use Policy::{InnerFirst, OuterFirst};

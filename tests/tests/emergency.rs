@@ -200,7 +200,7 @@ fn codes_without_a_value_count_where_the_rest_decides() {
     }
 }
 
-/// If there are only functions, or mealy outputs under a condition on more than inputs, a net has no rows that could violate the property: there is no
+/// If a net has only extern actions, or only mealy outputs and a condition that reads more than inputs, no row could violate the property. Then there is no
 /// property, rather than an empty proof.
 #[test]
 fn there_is_no_property_of_nothing() {
@@ -283,7 +283,7 @@ fn emergencies_of_random_nets_dominate() {
     assert!(n_circuits > 10 && n_open * 4 <= n_circuits, "{n_circuits} circuits, {n_open} open");
 }
 
-/// After the assumption was violated, the pins of a design with an emergency are still right: its chip is equal to the design without the assumption,
+/// After the assumption was violated, the pins of a design with an emergency are still right. Its chip is equal to the design without the assumption,
 /// from power-up on, for every input.
 #[test]
 fn no_pin_of_a_design_with_an_emergency_rests_on_an_assumption() {

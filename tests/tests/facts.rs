@@ -1,4 +1,4 @@
-//! Everything that is proved about a net is true in every run of it, and an independent judge would detect a violation; large irregular charts
+//! Everything that is proved about a net is true in every run of it, and an independent judge would detect a violation. Large irregular charts
 //! are covered by sequential components.
 
 #![allow(clippy::print_stdout, reason = "tests report what they counted")]

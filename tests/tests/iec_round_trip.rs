@@ -97,7 +97,7 @@ fn columns(trace: &Trace) -> BTreeMap<String, Vec<String>> {
     columns
 }
 
-/// The second trace has all columns of the first one, with the same values, except those that `may_miss` names.
+/// Checks that the second trace has all columns of the first one, with the same values, except those that `may_miss` names.
 fn agree(first: &Trace, second: &Trace, may_miss: impl Fn(&str) -> bool, about: &str) {
     let (first, second) = (columns(first), columns(second));
     for (name, values) in first {

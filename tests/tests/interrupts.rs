@@ -1,5 +1,5 @@
-//! The emitted port header with real interrupts at random phases: a timer and a pin of an ATmega1284P in simavr, two timers of a Cortex-M3 in qemu, a
-//! timer and a pin of an 8052 in s51; the chart in the main loop, or in the timer's interrupt.
+//! The emitted port header with real interrupts at random phases. They come from a timer and a pin of an ATmega1284P in simavr, two timers of a Cortex-M3 in
+//! qemu, and a timer and a pin of an 8052 in s51. The chart runs in the main loop or in the timer's interrupt.
 
 #![allow(clippy::print_stdout, reason = "tests report what they skip")]
 #![allow(clippy::disallowed_methods, reason = "tests write files for compilers")]
@@ -177,7 +177,7 @@ const PAIR: &str = "chart stress {
     uneven -> uneven when edge priority 2 do { edges := edges + 1; if n <> m { torn := torn + 1 } }
 }";
 
-/// The counts of one of these machines; `other` differs: nested interrupts, or pulses of the pin.
+/// The counts of one of these machines. The meaning of `other` depends on the machine: nested interrupts, or pulses of the pin.
 #[derive(Debug)]
 struct PairCounts {
     ticks: u64,

@@ -321,8 +321,8 @@ fn each_flipped_fuse_of_the_truck_is_caught() {
     }
 }
 
-/// The page reports for each macrocell as many terms as rows are used in the fuses, counted here row by row. And the reported minimum
-/// is consistent: no count is below its bound or above the available number.
+/// Checks that the page reports for each macrocell as many terms as rows are used in the fuses (counted here row by row), and that no reported count is below
+/// its bound or above the available number.
 fn pages_of_charts_on(device: &str, wanted: u64, max_steps: usize) {
     let mut n_pages = 0;
     let limits = Limits { pairs: 2_000, ..Limits::default() };
@@ -484,7 +484,7 @@ fn one_function(logic: &Logic) -> Logic {
     free
 }
 
-/// Both circuits show the same outputs and store the same values for random inputs.
+/// Checks that both circuits show the same outputs and store the same values for random inputs.
 fn same_signals(a: &Logic, b: &Logic, text: &str) {
     let (mut x, mut y) = (LogicSim::new(a), LogicSim::new(b));
     let mut random = 0x9E37_79B9_7F4A_7C15_u64;

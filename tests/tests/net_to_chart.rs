@@ -68,7 +68,7 @@ fn is_hierarchical(net: &Net) -> bool {
     net.steps.values().any(|step| step.parent.is_some())
 }
 
-/// Most random nets with hierarchy can be drawn; the others report the reason.
+/// Checks that most random nets with hierarchy can be drawn; the others report the reason.
 fn random_nets(features: &Features, n_nets: u64, least: u32, share: u32) {
     let (mut drawn, mut refused) = (0_u32, 0_u32);
     for seed in 0..rounds(n_nets, 4 * n_nets) {

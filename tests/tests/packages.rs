@@ -135,7 +135,7 @@ fn expected(net: &Valid<Net>, trace: &Trace) -> String {
     lines.join("\n") + "\n"
 }
 
-/// The example prints the same as the simulator.
+/// Checks that the example prints the same as the simulator.
 fn check_rows(net: &Valid<Net>, options: &Options, program: &Path) {
     let stimulus = Stimulus::random(net, 200, 7, 3);
     let package = package(net, options);

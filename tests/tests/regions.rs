@@ -181,7 +181,7 @@ const CASES: &[Case] = &[
     },
 ];
 
-/// Differences of the circuit from the net, with random stimuli and by enumeration.
+/// Checks that the circuit does not differ from the net: with a random stimulus, and by enumeration.
 fn check(what: &str, net: &Valid<Net>, logic: &Logic) {
     let stimulus = Stimulus::random(net, 300, 1, 1);
     let got = logic_trace(net, logic, &stimulus).expect("the stimulus is for a chip");
@@ -271,7 +271,7 @@ fn difference(net: &Valid<Net>, logic: &Logic, seed: u64) -> Option<Difference> 
     compare(&net_trace(net, &stimulus), &got)
 }
 
-/// Charts whose registers of regions are encoded as numbers, with the expected number of flip-flops: a register that is empty until its state is
+/// Charts whose registers of regions are encoded as numbers, with the expected number of flip-flops. They have a register that is empty until its state is
 /// entered, one that is set at once, and registers below a deep history, which become empty again when their state is left for another.
 const CODED: [(&str, usize); 3] = [
     (

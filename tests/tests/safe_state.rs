@@ -81,7 +81,7 @@ fn states(header: &str) -> BTreeMap<String, (i64, i64)> {
     all
 }
 
-/// The program that corrupts one chart: NAME, the number of rounds, and how numbers are printed.
+/// The program that runs a chart and corrupts its memory, for `n_rounds` rounds. `print` is its code for reporting numbers.
 fn program(chart: &Chart, facts: &Facts, n_rounds: u64, print: &str) -> String {
     let net = &chart.net;
     let name = chart.options.prefix.clone().unwrap_or_else(|| net.name.text.clone());
@@ -375,7 +375,7 @@ const PRINT: &str = "#include <stdio.h>
 static void report(uint32_t value) { printf(\"%lu \", (unsigned long)value); }
 static int finish(void) { return 0; }";
 
-/// Prints three more numbers, because the host waits for eight; when the machine sleeps without interrupts, it is done.
+/// Reports numbers to the host. At the end there are three more, because the host waits for eight; the run ends when the machine sleeps without interrupts.
 const PRINT_AVR: &str = "#include <avr/io.h>
 #include <avr/sleep.h>
 #include <avr/interrupt.h>

@@ -41,7 +41,7 @@ const ERRORS: [&str; 31] = [
     "314", "322", "326", "331", "332", "343", "344", "346", "376", "378", "401", "402", "487",
     "488", "496", "521", "528", "553",
 ];
-/// Longer than any delay in the charts: 300 ms at 10 ms a row.
+/// The number of rows: more than any delay in the charts takes (300 ms at 10 ms a row).
 const ROWS: usize = 40;
 
 fn folder(name: &str) -> PathBuf {
@@ -97,7 +97,7 @@ fn ending(trace: &Trace) -> (String, String) {
     (cell("steps"), cell("fault"))
 }
 
-/// Enough to prove the number of micro-steps of a reaction; the charts have few states.
+/// The facts of a chart. The limits are enough to prove the number of micro-steps of a reaction, because the charts have few states.
 fn facts(net: &Valid<Net>) -> Facts {
     grafsynth_verify::facts(net, &Limits { pairs: 20_000, states: 2_000, ..Limits::default() })
 }

@@ -36,12 +36,12 @@ fn packed(net: &Valid<Net>, options: Options) -> Result<Package, String> {
     })
 }
 
-/// Random nets that can be tables, all in one program.
+/// Runs random nets that can be tables, all in one program.
 fn agree(features: &Features, wanted: u64, most: u64) {
     agree_as(features, Style::Engine, "engine", wanted, most);
 }
 
-/// Random nets of this style, all in one program; those that get another style are counted, with the reason.
+/// Runs random nets of this style, all in one program; those that get another style are counted, with the reason.
 fn agree_as(features: &Features, style: Style, shape: &str, wanted: u64, most: u64) {
     if tools::c_compiler().is_none() {
         println!("skipped: no C compiler is installed");
@@ -103,7 +103,7 @@ fn statecharts_as_tables_do_what_the_net_does() {
     agree(&features, rounds(20, 240), rounds(400, 10_000));
 }
 
-/// Statecharts in the layout of seed 002: the engine's own rule gives the result of the net, or the chart is rejected with a code.
+/// Statecharts in the table layout `btrans`: the engine's own rule gives the result of the net, or the chart is rejected with a code.
 #[test]
 fn statecharts_as_bstate_and_btrans_do_what_the_net_does() {
     let features = Features::tabular_statecharts();

@@ -357,8 +357,8 @@ fn the_json_keeps_to_its_schema() {
     }
 }
 
-/// The subset of JSON Schema that the schema uses: `type`, `const`, `enum`, `required`, `properties`, `additionalProperties`, `items`, `oneOf`,
-/// `anyOf`, `$ref`.
+/// Checks a value against the subset of JSON Schema that the schema uses: `type`, `const`, `enum`, `required`, `properties`, `additionalProperties`, `items`,
+/// `oneOf`, `anyOf`, `$ref`.
 fn validate(root: &Value, schema: &Value, value: &Value, path: &str, wrong: &mut Vec<String>) {
     let Some(rules) = schema.as_object() else { return };
     for (rule, wanted) in rules {

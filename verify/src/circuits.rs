@@ -18,7 +18,7 @@ pub struct Pairs {
     pub inputs: Vec<(Option<PinInputId>, Option<PinInputId>)>,
     /// Pins that are compared.
     pub outputs: Vec<(PinOutputId, PinOutputId)>,
-    /// Flip-flops that may correspond. They are only used if the circuits are too large to enumerate, and the proof checks that they do.
+    /// Flip-flops that may correspond. They are only used if the circuits are too large to enumerate; the proof checks that they really correspond.
     pub flops: Vec<(FlopId, FlopId)>,
 }
 

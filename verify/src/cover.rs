@@ -11,8 +11,8 @@
 //! depends on the conflict policy: if transitions compete for a step, only one of them fires; under `all`, their receptivities must exclude each other
 //! ([`crate::exclusive`]). If 1 is weakened to `|post ∩ S| ≤ |pre ∩ S| ≤ 1`, at most one step remains active.
 //!
-//! Forcing and enclosing steps (semantics §8) set the situation of S directly; they keep the token exactly if each order, or the activation links,
-//! contain one step of S. Enclosed steps lose the token together with the enclosing step, so such a component is not always active.
+//! Forcing and enclosing steps (semantics §8) set the situation of S directly; they keep the token if and only if each order, or the activation links, contain
+//! exactly one step of S. Enclosed steps lose the token together with the enclosing step, so such a component is not always active.
 //!
 //! # How the sets are found
 //! By reduction, in nearly linear time. At first each step is a separate *place*.
@@ -136,7 +136,7 @@ struct Place {
     n_initial: u32,
     /// The number of its steps that the enclosing step activates.
     n_links: u32,
-    /// For each forcing order for a chart that contains them: its number, and the number of the place's steps in it (`None`: `hold`).
+    /// For each forcing order for a chart that contains these steps: its number, and how many of the steps it activates (`None`: `hold`).
     forced: Vec<(u32, Option<u32>)>,
     /// True if a token may get lost.
     is_lossy: bool,
@@ -503,8 +503,8 @@ impl<'a> Reduction<'a> {
         Some(always)
     }
 
-    /// Searches small sets first: adds places until every transition takes as many tokens as it puts, or gives up. Also returns whether a token may be
-    /// lost.
+    /// Searches for a set, small ones first: adds places until every transition takes as many tokens from the set as it puts into it, or gives up. Also returns
+    /// whether a token may be lost.
     fn grow(&self, start: u32, is_taken: &[bool], turns: &mut usize) -> Option<(Vec<u32>, bool)> {
         let mut set: Vec<u32> = vec![start];
         let mut inside: BTreeSet<u32> = BTreeSet::from([start]);

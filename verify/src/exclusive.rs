@@ -142,7 +142,7 @@ fn first_overlap(net: &Net, step: StepId, all: &[TransitionId]) -> Option<Overla
     None
 }
 
-/// A quick test that settles most charts: every two transitions contain contradictory literals.
+/// True if every two transitions contain contradictory literals: a quick test that settles most charts.
 fn pairwise_contradictory(net: &Net, all: &[TransitionId], targets: &[Vec<StepId>]) -> bool {
     if all.len() > 16 {
         return false;
@@ -176,7 +176,7 @@ fn conjuncts(expr: &Expr, out: &mut Vec<(Leaf, bool)>) {
     }
 }
 
-/// The meaning of a decision.
+/// The condition that a variable of the diagram represents.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum Atom {
     /// A Boolean value.

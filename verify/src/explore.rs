@@ -106,7 +106,7 @@ pub(crate) struct States {
     clocks: Vec<Clock>,
     /// The number of pairs of a node and a row (with a part of its zone) that were tried.
     pub(crate) pairs: u64,
-    /// The same count when all successors of a node were tried, for each completed node.
+    /// For each completed node, the value of `pairs` when all its successors had been tried.
     pairs_after: Vec<u64>,
 }
 
@@ -134,10 +134,10 @@ impl States {
             .map(|node| *node as usize)
     }
 
-    /// The result that a search with this limit of pairs would have, without repeating it.
+    /// Whether a search with this limit of pairs would have been complete; nothing is searched again.
     ///
     /// # Errors
-    /// Such a search would end before this one did.
+    /// The search would end early at that limit.
     pub(crate) fn within(&self, limit: u64) -> Result<(), OpenReason> {
         let tried = self.pairs_after.partition_point(|pairs| *pairs <= limit);
         if tried >= self.pairs_after.len() {

@@ -88,7 +88,7 @@ impl<'n> Explored<'n> {
     /// # Errors
     /// Like [`waiting`].
     pub fn waiting(&self, limits: &Limits) -> Result<Vec<Waiting>, OpenReason> {
-        // If times are counted, it needs other states than these.
+        // If times are counted, the analysis needs other states than these.
         if Relevance::of(self.net).has_time() || limits.pairs > self.limits.pairs {
             return waiting(self.net, limits);
         }

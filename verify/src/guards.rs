@@ -16,7 +16,7 @@ pub(crate) fn reads_inputs_only(net: &Net, transition: &Transition) -> bool {
     only
 }
 
-/// The value of a receptivity for which [`reads_inputs_only`] is true.
+/// The value of the receptivity of a transition for which [`reads_inputs_only`] is true.
 pub(crate) fn holds(transition: &Transition, situation: &Situation, row: &InputRow) -> bool {
     let value = &mut |leaf: &Leaf, _: i64| match leaf {
         Leaf::Input(input) => row.value(*input),

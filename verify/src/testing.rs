@@ -1,4 +1,4 @@
-//! Small nets for the tests of this crate, in a notation of one line: `a* b c | a>b:x b>c:nx a,b>c` has the steps a (initial), b and c and three
+//! Small nets for the tests of this crate, in a notation of one line. `a* b c | a>b:x b>c:nx a,b>c` has the steps a (initial), b and c and three
 //! transitions; the text after the colon is an input, with the prefix `n` for its negation (`t` for `true`).
 
 use grafsynth_ir::expr::{Expr, Type};

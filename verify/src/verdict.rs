@@ -245,7 +245,7 @@ impl Tested {
     }
 }
 
-/// The maximum number of names of transitions that never fired in a line.
+/// The maximum number of transitions that one line lists as never fired.
 const SHOWN: usize = 8;
 
 /// A number with its digits in groups of three.

@@ -6,7 +6,7 @@
 //! analysis counts the consecutive reactions in which the receptivity of the transition is true while none of its following steps is active, from the
 //! first until it fires; here the path is also endless if nothing ever deactivates the following step.
 //!
-//! Under `priority-age` (semantics §4, after seed 004) the bound exists if the priorities P are equal and only the competitors enter each following
+//! Under `priority-age` (semantics §4) the bound exists if the priorities P are equal and only the competitors enter each following
 //! step.
 
 use grafsynth_ir::Valid;
@@ -235,7 +235,7 @@ impl<'n, 's> Search<'n, 's> {
         Stimulus::of_rows(self.net, &rows)
     }
 
-    /// Of all paths over edges that are `kept`, one with the most edges that `count`; or a cycle with such an edge.
+    /// Of all paths over `kept` edges, one with the most edges that count; or a cycle with such an edge.
     fn walk(
         &self,
         kept: impl Fn(&Edge) -> bool,

@@ -1,4 +1,4 @@
-//! Sets of times: all possible times of a number of clocks that run in parallel, described by bounds on each clock and on the difference of each pair
+//! Sets of times: all possible times of a number of clocks that run in parallel. They are described by bounds on each clock and on the difference of each pair
 //! (difference bound matrices; Dill 1989, Bengtsson and Yi 2004). Times are whole numbers here, and each operation is exact for them.
 
 /// The value for "no bound". Sums of two bounds do not overflow.

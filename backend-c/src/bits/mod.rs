@@ -486,7 +486,7 @@ impl<'a> Emit<'a> {
         }
     }
 
-    /// The conditions that some step which assigns the output is active.
+    /// The condition that one of the steps that assign the output is active, if it can call extern conditions.
     fn carriers(&self, output: OutputId, value: &Expr) -> Vec<CExpr> {
         let steps = carriers(self.net, output, value);
         if steps.is_empty() {

@@ -84,13 +84,13 @@ impl Arm {
         }
     }
 
-    /// The same loop with its maximum number of rounds.
+    /// Sets the maximum number of rounds of a loop.
     pub(crate) fn at_most(mut self, rounds: u64) -> Self {
         self.at_most = Some(rounds);
         self
     }
 
-    /// The same branch with a comment and its origin.
+    /// Adds a comment and the object that the branch comes from.
     pub(crate) fn noted(mut self, note: impl Into<String>, object: Object) -> Self {
         self.note = note.into();
         self.objects.push(object);
@@ -218,7 +218,7 @@ impl Writer {
         (writer.text, writer.map)
     }
 
-    /// The same with the facts for an analysis.
+    /// Like [`Writer::write`], with the facts for an analysis.
     pub(crate) fn write_marked(nodes: &[Node]) -> (String, Vec<(u32, Vec<Object>)>, Marks) {
         let mut writer = Writer::default();
         writer.nodes(nodes);

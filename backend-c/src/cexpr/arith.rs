@@ -20,8 +20,8 @@ impl CExpr {
             (ArithOp::Add, Some(0), _) | (ArithOp::Mul, Some(1), _) => return b,
             (ArithOp::Add | ArithOp::Sub | ArithOp::Mul | ArithOp::Div | ArithOp::Mod, _, _) => {}
         }
-        // Operands with the same text are equal. No compiler needs to find that out; sdcc 4.2, which does, passes a 16-bit 0 or 1 to a function that
-        // expects 32 bits.
+        // Operands with the same text are equal. They are folded here, because sdcc 4.2, which would fold them itself, wrongly passes a 16-bit 0 or 1 to a
+        // function that expects 32 bits.
         if a.text == b.text {
             match op {
                 ArithOp::Sub | ArithOp::Mod => return CExpr::int(0),
@@ -30,7 +30,7 @@ impl CExpr {
             }
         }
         let (lo, hi) = arith_interval(op, &a, &b);
-        // For example the remainder of a division by 1, which one of the compilers reports as a mistake.
+        // The result is constant, for example the remainder of a division by 1, which one of the compilers reports as a mistake.
         if lo == hi {
             return CExpr::int(lo);
         }
@@ -75,7 +75,7 @@ impl CExpr {
 
     /// [`CExpr::arith`], with our own functions for the operators that some compilers lack: products and quotients of 64 bits.
     pub(super) fn arith_by(op: ArithOp, a: CExpr, b: CExpr, prefix: &str) -> Self {
-        // As in `arith`, so that the quotient under the sign also uses the function.
+        // A negative divisor is made positive, as in `arith`; done here, so that this quotient also uses the function.
         if let (ArithOp::Div, Some(magnitude @ 2..)) = (op, b.constant().and_then(i64::checked_neg))
         {
             return CExpr::arith_by(op, a, CExpr::int(magnitude), prefix).neg();

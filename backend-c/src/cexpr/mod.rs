@@ -629,7 +629,7 @@ pub(crate) fn c_expr<L>(expr: &Expr<L>, scope: &mut impl Scope<L>) -> CExpr {
     }
 }
 
-/// Joins conditions with one operator (`&&` or `||`) and puts each one that is not a name, a call or bracketed in brackets.
+/// Joins conditions with one operator (`&&` or `||`); puts brackets around each one that is not a name, a call or already in brackets.
 pub(crate) fn joined(conditions: &[String], sign: &str) -> String {
     if let [only] = conditions {
         return only.clone();

@@ -9,8 +9,8 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Block, Net, StmtKind, Task};
 use std::collections::BTreeMap;
 
-/// The maximum cost of each task of a net on a machine: the larger of the costs with inputs and outputs as members and as words, so that it does not
-/// depend on how the chart is built. `asked` selects the tasks.
+/// The maximum cost of each task of a net on a machine. It is the larger of the costs with inputs and outputs as members and as words, so it does not depend on
+/// how the chart is built. `asked` selects the tasks.
 ///
 /// # Errors
 /// A requested task calls user functions or contains user code, whose cost no model knows; or the net cannot be emitted.

@@ -28,7 +28,7 @@ pub(super) enum Word {
     UserCode,
 }
 
-/// Longest first.
+/// The operators and punctuators, longest first.
 const SIGNS: [&str; 45] = [
     "...", "<<=", ">>=", "->", "++", "--", "<<", ">>", "<=", ">=", "==", "!=", "&&", "||", "+=",
     "-=", "*=", "/=", "%=", "&=", "|=", "^=", "{", "}", "(", ")", "[", "]", ";", ",", ":", "?",
@@ -168,7 +168,7 @@ impl Preprocessor {
         Ok(())
     }
 
-    /// `defined(X)`, `!`, `&&`, `||`, brackets and numbers.
+    /// Evaluates a condition of `defined(X)`, `!`, `&&`, `||`, brackets and numbers.
     fn condition(&self, text: &str, line: u32) -> Result<bool, NotUnderstood> {
         let mut words = Vec::new();
         lex(text, line, false, &mut words)?;

@@ -185,7 +185,7 @@ impl Unit {
     }
 }
 
-/// Each expression of these statements.
+/// Calls `look` for each expression of these statements.
 pub(super) fn each_expr(list: &[Stmt], look: &mut dyn FnMut(&Expr)) {
     for stmt in list {
         match &stmt.kind {
@@ -213,12 +213,12 @@ pub(super) fn each_expr(list: &[Stmt], look: &mut dyn FnMut(&Expr)) {
     }
 }
 
-/// Each name that an expression of these statements mentions.
+/// Calls `look` for each name that an expression of these statements mentions.
 pub(super) fn each_name(list: &[Stmt], look: &mut dyn FnMut(&str)) {
     each_expr(list, &mut |expr| names_in(expr, look));
 }
 
-/// Each name that an expression mentions.
+/// Calls `look` for each name that an expression mentions.
 pub(super) fn names_in(expr: &Expr, look: &mut dyn FnMut(&str)) {
     if let Expr::Name(name) = expr {
         look(name);
@@ -226,7 +226,7 @@ pub(super) fn names_in(expr: &Expr, look: &mut dyn FnMut(&str)) {
     each_inner(expr, &mut |it| names_in(it, look));
 }
 
-/// Each call in an expression.
+/// Calls `look` for each call in an expression, with the name of the function.
 pub(super) fn each_call(expr: &Expr, look: &mut dyn FnMut(&Rc<str>)) {
     if let Expr::Call(name, _) = expr {
         look(name);
@@ -234,7 +234,7 @@ pub(super) fn each_call(expr: &Expr, look: &mut dyn FnMut(&Rc<str>)) {
     each_inner(expr, &mut |it| each_call(it, look));
 }
 
-/// The direct operands of an expression.
+/// Calls `look` for each direct operand of an expression.
 pub(super) fn each_inner(expr: &Expr, look: &mut dyn FnMut(&Expr)) {
     match expr {
         Expr::Member(inner, _)

@@ -1,5 +1,5 @@
-//! x86-64 with gcc 12.2. Time in clocks, as the more expensive case usually needs. These are estimates, not bounds, because the real time depends on
-//! caches and speculation.
+//! x86-64 with gcc 12.2. Times are in clock cycles: the typical time of the slower of two cases. These are estimates, not bounds, because the real time depends
+//! on caches and speculation.
 //!
 //! The main difference between the styles here is the mispredicted jump of a `switch`, about twenty clocks (Agner Fog, *The microarchitecture of
 //! Intel, AMD and VIA CPUs*, branch misprediction), against loads from tables in the cache, four to five. `scripts/bench` measures both: a ring of 10

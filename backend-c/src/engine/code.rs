@@ -152,7 +152,7 @@ impl Assembler<'_> {
         }
     }
 
-    /// The engine computes with 32 bits, so every intermediate value must fit.
+    /// Rejects an expression whose value may not fit in 32 bits, with which the engine computes.
     fn fits(&self, expr: &Expr) -> Result<(), Refusal> {
         let bounds = interval::net_type(self.plan.net, expr).map(|ty| ty.bounds());
         match bounds {

@@ -13,8 +13,8 @@ pub(super) fn as_type(ty: Type, number: &str) -> String {
     if ty.is_bool() { format!("{number} != 0") } else { format!("({}){number}", storage(ty)) }
 }
 
-/// Statements that pass the inputs, each at its position in an array; at reset, and if the engine evaluates it later, the value
-/// nearest to 0.
+/// Statements that pass the inputs, each at its position in an array. At reset, and for extern conditions, which are called later, they pass the value nearest
+/// to 0.
 pub(super) fn hand_in(
     net: &Net,
     names: &Names,

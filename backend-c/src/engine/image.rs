@@ -137,7 +137,7 @@ impl Image {
         self.sections[section as usize].push(Row { bytes, note: note.into(), object });
     }
 
-    /// The rows of a section so far.
+    /// The number of rows of a section so far.
     pub(super) fn count(&self, section: Section) -> usize {
         if section == Section::Code { self.n_code } else { self.sections[section as usize].len() }
     }

@@ -1,4 +1,4 @@
-//! The style `engine`: the chart as tables that a small engine interprets, after the statechart engine of seed 002.
+//! The style `engine`: the chart as tables that a small engine interprets, after the paper on statechart engines for CNC controllers.
 //!
 //! The engine (`grafsynth_engine.c`) is the same text for all charts: after a change of the chart only `NAME_tables.c` differs. It reads rows of
 //! states and of transitions like the paper's `BSTATE` and `BTRANS`: the transitions on an event whose origin is active, exits up to the common
@@ -390,7 +390,7 @@ impl<'a> Plan<'a> {
         Ok(())
     }
 
-    /// Variables, timers, edges and outputs.
+    /// Adds the sections of variables, timers, edges and outputs.
     fn rest(&self, image: &mut Image) -> Result<(), Refusal> {
         let net = self.net;
         for (id, var) in net.vars.iter() {

@@ -44,8 +44,8 @@ struct Phases {
 }
 
 impl Emit<'_> {
-    /// All functions of the evolution. The last one runs a micro-step for an event and returns whether one was due; `None` if no transition can ever
-    /// fire.
+    /// Defines the functions of the evolution, and returns the last one: it runs a micro-step for an event and returns whether one was due. `None` if no
+    /// transition can ever fire.
     pub(super) fn moves(&mut self) -> Option<Function> {
         self.shared = self.shared_entries();
         self.define_exits();
@@ -199,7 +199,7 @@ impl Emit<'_> {
         Some(self.table(&wanted, self.number_type(region), note, &rows))
     }
 
-    /// Returns early if the guard of a transition is false.
+    /// Statements that return early if the guard of a transition is false.
     fn unless(&mut self, id: TransitionId) -> Vec<Node> {
         let guard: CExpr = self.statements.expr(&self.pieces.transitions[id].guard);
         if guard.is_true() {
@@ -438,7 +438,7 @@ impl Emit<'_> {
         }
     }
 
-    /// The lines that choose a transition in one region.
+    /// Writes the lines that choose a transition in one region.
     fn choose(
         &self,
         region: usize,

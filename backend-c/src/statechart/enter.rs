@@ -167,8 +167,8 @@ impl Emit<'_> {
         function
     }
 
-    /// The path down through composite states with lists to an atomic state, by the region's function that has each entry list once. Returns the
-    /// number of items that it covers; `None` if the next items are not such a path.
+    /// Enters the next items by one call, if they are a path down through composite states with lists to an atomic state. The called function of the region
+    /// contains each entry list once. Returns the number of items entered and the call; `None` if the next items are not such a path.
     fn enter_path(&mut self, list: &[Enter]) -> Option<(usize, Node)> {
         let Some(Enter::Step(first)) = list.first().copied() else { return None };
         let region = self.plan.region_of[first];
@@ -248,7 +248,7 @@ impl Emit<'_> {
         }
     }
 
-    /// A `switch` over the number of a state; without a number, the common statements of all states.
+    /// A `switch` over the number of a state; if all `n` states have the same statements, only these.
     fn on_value(&mut self, word: &str, subject: &str, n: usize, cases: Vec<Case>) -> Vec<Node> {
         let cases = merged(cases);
         match cases.as_slice() {
@@ -260,7 +260,7 @@ impl Emit<'_> {
         }
     }
 
-    /// One state: its value of the variable, its entry list, and the effect of a final state.
+    /// Enters one state: assigns its value to the variable, and runs its entry list and the effect of a final state.
     fn enter_state(&mut self, step: StepId) -> Vec<Node> {
         let region = self.plan.region_of[step];
         let mut nodes = Vec::new();

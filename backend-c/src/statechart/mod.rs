@@ -239,7 +239,7 @@ fn function_namer(net: &Net, names: &Names) -> Namer {
     namer
 }
 
-/// All data needed to print.
+/// All data needed to print a statechart.
 pub(super) struct Emit<'a> {
     net: &'a Net,
     names: &'a Names,

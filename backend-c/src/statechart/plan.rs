@@ -50,7 +50,7 @@ pub(super) struct Region {
 }
 
 impl Region {
-    /// It needs a variable: it has more than one situation.
+    /// True if it needs a variable, because it has more than one situation.
     pub(super) fn has_variable(&self) -> bool {
         !self.is_always || self.terminals.len() > 1
     }
@@ -78,7 +78,7 @@ pub(super) enum Memory {
     All(Vec<Enter>),
 }
 
-/// All decisions.
+/// All decisions about the C code before it is printed.
 #[derive(Debug, Clone)]
 pub(super) struct Plan {
     pub(super) regions: Vec<Region>,
@@ -322,8 +322,8 @@ fn post_order(plan: &Plan) -> Vec<usize> {
     order
 }
 
-/// The order of actions must not depend on the situation. It does if a transition of a state with several regions can be selected together with one
-/// inside, before or after it depending on the active states: one of the two exits nothing, and both have actions.
+/// Rejects a chart in which the order of actions depends on the situation. It does if a transition of a state with several regions can be selected together
+/// with one inside, before or after it depending on the active states: one of the two exits nothing, and both have actions.
 fn fixed_order(net: &Net, plan: &Plan) -> Result<(), Refusal> {
     if net.settings.policy != Policy::InnerFirst {
         return Ok(());

@@ -64,7 +64,7 @@ pub(crate) enum Latch {
     OnDemand,
 }
 
-/// All decisions.
+/// All decisions about the C code before it is printed.
 #[derive(Debug, Clone)]
 pub(crate) struct Plan {
     /// The state variables, in the order in which they are handled.
@@ -309,7 +309,7 @@ pub(crate) fn list_exprs(net: &Net) -> impl Iterator<Item = &Expr> {
         .flat_map(|list| expressions(list))
 }
 
-/// The steps whose times are read, and the maximum of each variable's timer.
+/// Finds the steps whose times are read, and the maximum of each variable's timer.
 fn timers(net: &Net, plan: &mut Plan) {
     let all = (net.transitions.values().map(|transition| &transition.guard))
         .chain(output_exprs(net))
@@ -508,7 +508,7 @@ pub(crate) fn is_input_operand(net: &Net, expr: &Expr) -> bool {
     expr.leaves().all(|leaf| leaf.input().is_some_and(|input| !net.inputs[input].kind.is_event()))
 }
 
-/// When each extern condition is called (§6).
+/// Decides when each extern condition is called (§6).
 fn latches(net: &Net, plan: &mut Plan) {
     let in_edges: BTreeSet<InputId> =
         net.edges.values().flat_map(|edge| edge.expr.leaves()).filter_map(Leaf::input).collect();

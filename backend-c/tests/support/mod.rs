@@ -128,7 +128,7 @@ pub(crate) fn facts(components: Vec<Component>) -> Facts {
     Facts { components, ..Facts::default() }
 }
 
-/// Loading a truck (seed 004).
+/// Loading a truck, as in the paper on Grafcet, C and PALASM.
 pub(crate) fn truck() -> (Valid<Net>, Facts) {
     let mut b = Build::new("truck");
     b.net.settings.policy = Policy::PriorityAge;

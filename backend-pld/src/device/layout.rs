@@ -179,8 +179,8 @@ impl Mode {
     }
 }
 
-/// The fuses of consecutive macrocells in descending order of their pins, as in all of these devices: equal numbers of rows, one polarity
-/// fuse each, and optionally one fuse each for the kind.
+/// The fuses of consecutive macrocells in descending order of their pins, as in all of these devices. Each has the same number of rows, one polarity fuse, and
+/// optionally one fuse for the kind.
 pub(super) const fn cells<const N: usize>(
     highest: u32,
     n_rows: u32,

@@ -204,7 +204,7 @@ pub static DEVICES: &[Device] = &[
     pal20::PAL16L2_AS_GAL,
 ];
 
-/// Other names of the same structure: by other manufacturers, of the PALs that the GALs replace, and of the languages.
+/// Other names for the devices, each with our own: those of other manufacturers, of the PALs that GALs replace, and of the languages.
 const ALIASES: &[(&str, &str)] = &[
     ("pal22v10", "gal22v10"),
     ("palce22v10", "gal22v10"),
@@ -341,7 +341,7 @@ impl Device {
         self.grounds.contains(&pin) || self.supplies.contains(&pin)
     }
 
-    /// False if the fuse map is known and no row of any mode has a column for this pin.
+    /// False if the fuse map is known and this pin has no column in any mode.
     #[must_use]
     pub fn can_read(&self, pin: u32) -> bool {
         self.layout.is_none_or(|layout| layout.modes.iter().any(|mode| mode.column(pin).is_some()))

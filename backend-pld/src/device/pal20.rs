@@ -35,12 +35,12 @@ const AS_GAL: &[Figure] = &[
     },
 ];
 
-/// Registered functions only.
+/// A macrocell for registered functions only.
 const fn registers(pin: u32) -> Macrocell {
     cell(pin, 8, 0)
 }
 
-/// Combinational functions with an enable term.
+/// A macrocell for combinational functions with an enable term.
 const fn gate(pin: u32) -> Macrocell {
     cell(pin, 0, 7)
 }
@@ -98,7 +98,7 @@ const fn combinational(
     }
 }
 
-/// The GAL16V8 that replaces it.
+/// The device entry of a GAL16V8 that replaces a PAL.
 const fn as_gal(name: &'static str, pal: Device) -> Device {
     Device {
         name,

@@ -36,7 +36,7 @@ pub(super) const fn registered(enable_pin: u32) -> Shape {
 static CELLS_16: [CellFuses; 8] = cells(19, 8, 2048, Some(2120));
 static CELLS_20: [CellFuses; 8] = cells(22, 8, 2560, Some(2632));
 
-/// The pins that the rows of a GAL16V8 read in its complex mode, and the rows of the PALs that it replaces.
+/// The pins that the array of a GAL16V8 reads in its complex mode, with their columns; also those of the PALs that it replaces.
 pub(super) const COMPLEX_16: &[(u32, u32)] = &[
     (1, 2),
     (2, 0),
@@ -55,7 +55,7 @@ pub(super) const COMPLEX_16: &[(u32, u32)] = &[
     (17, 10),
     (18, 6),
 ];
-/// The pins that the rows of a GAL16V8 read in its registered mode, and the rows of the PALs that it replaces.
+/// The pins that the array of a GAL16V8 reads in its registered mode, with their columns; also those of the PALs that it replaces.
 pub(super) const REGISTERED_16: &[(u32, u32)] = &[
     (2, 0),
     (3, 4),

@@ -21,8 +21,8 @@ use grafsynth_logic::node_bdds::Var;
 use grafsynth_logic::split::{Wide, split};
 use std::collections::BTreeMap;
 
-/// In a design that cannot fit, this many functions may use up the whole size of a decision diagram before they are cut. The later ones are cut sooner:
-/// a design with hundreds of them would otherwise take minutes for sums that no device holds.
+/// In a design that cannot fit, the number of functions whose decision diagrams may reach the full node limit before the functions are cut. For the later ones,
+/// the limit is [`NODES_IF_REFUSED`]: a design with hundreds of them would otherwise take minutes for sums that no device holds.
 const MOST_REFUSED: usize = 4;
 /// The maximum number of nodes for the diagrams of those later functions.
 const NODES_IF_REFUSED: usize = 1 << 10;
@@ -97,7 +97,7 @@ impl Equations {
             (equations, wide)
         };
         let (mut equations, mut wide) = if is_refused {
-            // The number of signals without a pin is known without their sums.
+            // To know how many signals get no pin, their sums are not needed.
             let of = |function: &Function<'_>| {
                 let form = forms.unsaid(function.node, function.init);
                 first.equation(&mut signals, function, form, logic)
@@ -194,7 +194,7 @@ impl Equations {
             moved: Vec::new(),
         };
         result.share_pins(logic, options);
-        // If the circuit lacks macrocells or pins without the parts of its functions, no place is searched for the parts.
+        // If the circuit lacks macrocells or pins without the parts of its functions, pins are not assigned to the parts.
         let by_count = lack.as_ref().filter(|_| result.depth > 0);
         let mut misfit = result.assign_pins(logic, options, by_count.is_none(), &mut findings);
         if !is_hopeless && misfit.as_ref().is_some_and(Misfit::is_about_width) {

@@ -108,7 +108,7 @@ impl State {
     }
 }
 
-/// The remainder of the products that contain a divisor's products: `sum = quotient * divisor + rest`, by algebraic division.
+/// The quotient of the algebraic division of a sum by a divisor: `sum = quotient * divisor + rest`.
 fn quotient(sum: &[Product], divisor: &[Product]) -> Vec<Product> {
     let mut common: Option<BTreeSet<Product>> = None;
     for part in divisor {
@@ -136,7 +136,7 @@ fn union(a: &[(SignalIndex, bool)], b: &[(SignalIndex, bool)]) -> Product {
     all
 }
 
-/// The kernels of a sum that save the most: the remainder of the products that contain the common literals of two of them.
+/// The kernels of a sum that save the most. A kernel is what remains of the products that contain the common literals of two products, without these literals.
 fn kernels(sum: &[Product]) -> Vec<Vec<Product>> {
     if sum.len() > MOST_PRODUCTS {
         return Vec::new();
@@ -353,7 +353,7 @@ impl Equations {
         self.depth = self.longest_chain();
     }
 
-    /// The longest chain of buried nodes.
+    /// The length of the longest chain of buried nodes.
     fn longest_chain(&self) -> usize {
         let buried: Vec<&Equation> = (self.equations.iter())
             .filter(|equation| matches!(self.signals[equation.signal].source, Source::Buried(_)))

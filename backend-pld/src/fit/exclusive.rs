@@ -34,7 +34,7 @@ impl Exclusive {
         Exclusive { logic: with, changes }
     }
 
-    /// The form with the fewest products among those that the device supports: the plain one, that of a T flip-flop, or one with an inverter, which
+    /// The form with the fewest products among those that the device supports. These are the plain one, that of a T flip-flop, and one with an inverter, which
     /// counts as one more product. Of equal forms, the simplest. `flop`: the flip-flop that stores the function, if any.
     pub(crate) fn best(
         &self,

@@ -32,6 +32,8 @@ pub(crate) struct Obstacles {
     pub(crate) inputs: Vec<String>,
     /// Functions that any macrocell could hold, if one were left.
     functions: Vec<String>,
+    /// Combinational functions, if every macrocell is registered.
+    combinational: Vec<String>,
     /// Functions that are wider than any macrocell.
     wide: Vec<TooWide>,
     /// Functions that fit in no logic block.
@@ -74,9 +76,11 @@ impl Obstacles {
                 Need::Input => found.inputs.push(name),
                 Need::Macrocell { terms, is_registered, .. } => {
                     let limit = attempt.view.widest(is_registered);
-                    if limit == 0 {
-                        found.has_no_flops |= is_registered;
+                    if limit == 0 && is_registered {
+                        found.has_no_flops = true;
                         found.functions.push(name);
+                    } else if limit == 0 {
+                        found.combinational.push(name);
                     } else if terms > limit {
                         let causes = causes(equations, logic, wish.index);
                         let meta = signal.meta.clone();
@@ -91,7 +95,10 @@ impl Obstacles {
     }
 
     pub(crate) fn count(&self) -> usize {
-        let functions = self.functions.len() + self.wide.len() + self.homeless.len();
+        let functions =
+            [&self.functions, &self.combinational].iter().map(|all| all.len()).sum::<usize>()
+                + self.wide.len()
+                + self.homeless.len();
         self.inputs.len() + functions + usize::from(self.has_no_flops)
     }
 
@@ -108,6 +115,15 @@ impl Obstacles {
                 finds(&self.functions),
                 device.macrocells.len(),
                 listed(&self.functions)
+            ));
+        }
+        if !self.combinational.is_empty() {
+            let is_one = self.combinational.len() == 1;
+            parts.push(format!(
+                "{} {} combinational, and all {} macrocells are registered",
+                listed(&self.combinational),
+                if is_one { "is" } else { "are" },
+                device.macrocells.len()
             ));
         }
         if !self.inputs.is_empty() {
@@ -179,7 +195,9 @@ impl Misfit {
     /// True if a function has no macrocell because it is wide, or because wider functions use the macrocells that could hold it.
     pub(crate) fn is_about_width(&self) -> bool {
         let lacks = |mode: &Obstacles| {
-            mode.inputs.is_empty() && !(mode.functions.is_empty() && mode.wide.is_empty())
+            mode.inputs.is_empty()
+                && mode.combinational.is_empty()
+                && !(mode.functions.is_empty() && mode.wide.is_empty())
         };
         self.modes.iter().any(lacks)
     }

@@ -15,7 +15,7 @@ pub(crate) enum Need {
 }
 
 impl Need {
-    /// The order of placement: those that are hardest to place first.
+    /// The key for the order of placement: the signals that are hardest to place come first.
     pub(crate) fn order(self) -> (u32, usize) {
         match self {
             Need::Clock => (0, 0),

@@ -210,7 +210,7 @@ impl Equations {
         Order { board, wishes, has_registers }
     }
 
-    /// Requested pins that cannot be used in any mode, as reported by the mode that accepts most of them.
+    /// Reports requested pins that cannot be used in any mode, as refused by the mode that accepts most of them.
     pub(crate) fn bad_pins(
         &self,
         order: &Order,
@@ -229,7 +229,7 @@ impl Equations {
         }
     }
 
-    /// An output without its own macrocell has the pin of its flip-flop.
+    /// Gives each output without its own macrocell the pin of its flip-flop.
     pub(crate) fn copy_shared_pins(&mut self) {
         for index in 0..self.signals.len() {
             if let Some(flop) = self.signals[index].shared {

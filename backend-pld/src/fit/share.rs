@@ -66,8 +66,8 @@ impl Equations {
             }
     }
 
-    /// True if the user does not assign them to different pins, and the flip-flop has no other output unless both are assigned to
-    /// one pin.
+    /// True if an output may share the pin of a flip-flop. The user must not assign them to different pins, and the flip-flop must have no other output unless
+    /// both are assigned to one pin.
     fn may_share(
         &self,
         logic: &Logic,

@@ -58,8 +58,8 @@ pub fn logic(placement: &Placement, roles: &[Role]) -> Result<Logic, Vec<Diagnos
     Ok(maker.builder.finish())
 }
 
-/// The default roles of the pins of a placement: every macrocell's pin is an output, a registered one also a flip-flop, and every other pin
-/// that is read is an input, with the names of the placement.
+/// The default roles of the pins of a placement, with its names. Every macrocell's pin is an output, a registered one also a flip-flop, and every other pin
+/// that is read is an input.
 #[must_use]
 pub fn own_roles(placement: &Placement) -> Vec<Role> {
     let clock = clock(placement).ok().flatten();

@@ -57,7 +57,7 @@ fn is_read(placement: &Placement, pin: u32) -> bool {
     placement.products().any(|product| product.literal(pin).is_some())
 }
 
-/// The simplest mode that holds the design; otherwise the mode with the fewest obstacles, and the obstacles of all modes, its own first.
+/// The simplest mode that holds the design, without obstacles; otherwise the mode with the fewest obstacles, and those of all modes (its own come first).
 fn choose_mode(placement: &Placement, layout: &'static Layout) -> (&'static Mode, Vec<Diagnostic>) {
     let has_registers = placement.cells.iter().any(|cell| cell.kind == CellKind::Registered);
     let is_registered = |shape: &Shape| shape.register != Register::None;
@@ -208,7 +208,7 @@ impl Mapper<'_> {
         }
     }
 
-    /// A row for the whole device.
+    /// Programs a row that acts on the whole device; it is an error if the device has no such row.
     fn global(&mut self, what: &str, row: Option<u32>, product: Option<&Product>) {
         match (row, product) {
             (Some(row), Some(product)) => self.row(row, product),
@@ -219,7 +219,7 @@ impl Mapper<'_> {
         }
     }
 
-    /// A macrocell without a function: if possible, it drives nothing, and its pin can be read if necessary.
+    /// Sets up a macrocell without a function: if possible, it drives nothing, and its pin can be read if necessary.
     fn idle(&mut self, cell: &CellFuses) {
         if let Some(Setting::Fuse(kind)) = cell.kind {
             self.set(kind, is_read(self.placement, cell.pin));
@@ -266,7 +266,7 @@ impl Mapper<'_> {
         }
     }
 
-    /// The clock, reset and preset of a single macrocell.
+    /// Programs the rows for the clock, reset and preset of a single macrocell.
     fn clock(&mut self, shape: &Shape, fuses: &CellFuses, cell: &Cell) {
         let always = Product::default();
         match (shape.register, cell.kind) {

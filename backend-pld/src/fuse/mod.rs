@@ -51,7 +51,7 @@ impl FuseMap {
         checksum(&self.fuses)
     }
 
-    /// A fuse; 1 if the device does not have it.
+    /// The value of a fuse; 1 if the device does not have it.
     #[must_use]
     pub fn get(&self, fuse: u32) -> bool {
         self.fuses.get(fuse as usize).copied().unwrap_or(true)

@@ -36,7 +36,7 @@ fn output_name(object: &Object) -> Option<&str> {
     if let Object::Output(output) = object { Some(&output.name) } else { None }
 }
 
-/// Removes the first wire with a name from a list.
+/// Removes the first wire with this name from a list and returns it.
 fn take(wires: &mut Vec<(&str, Wire)>, name: &str) -> Wire {
     let at = wires.iter().position(|(known, _)| *known == name)?;
     wires.remove(at).1

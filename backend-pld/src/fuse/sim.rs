@@ -160,7 +160,7 @@ impl<'a> Chip<'a> {
         self.settle()
     }
 
-    /// A pulse on a clock pin: low, high, low.
+    /// Applies a pulse to a clock pin: low, high, low.
     ///
     /// # Errors
     /// Levels that do not settle.
@@ -261,7 +261,7 @@ impl<'a> Chip<'a> {
         Rows { wired: &self.wired, columns }
     }
 
-    /// One pass over all macrocells; true if a level or a flip-flop changed.
+    /// Makes one pass over all macrocells; true if a level or a flip-flop changed.
     fn pass(&mut self) -> bool {
         let rows = self.rows();
         let reset_all = self.layout.async_reset.map_or(0, |row| rows.get(row));
@@ -310,7 +310,7 @@ impl<'a> Chip<'a> {
     }
 }
 
-/// A macrocell after a pass.
+/// The state of a macrocell after a pass.
 fn next_state(
     chip: &Chip<'_>,
     cell: &State,

@@ -222,7 +222,7 @@ impl<'a> Walk<'a> {
         self.random
     }
 
-    /// The device after power-up, all inputs low.
+    /// Powers the device up with all inputs low, and returns the vector that checks it.
     fn wake(&mut self) -> Result<Vector, Box<Diagnostic>> {
         let mut levels: Vec<(u32, u64)> = self.inputs.iter().map(|pin| (*pin, 0)).collect();
         levels.extend(self.clocks.iter().map(|pin| (*pin, 0)));
@@ -233,7 +233,7 @@ impl<'a> Walk<'a> {
         Ok(self.vector(false))
     }
 
-    /// A clock with some inputs given; the others keep their values.
+    /// Clocks once with these inputs (the others keep their values), and returns the vector.
     fn given(&mut self, row: &[(u32, bool)]) -> Result<Vector, Box<Diagnostic>> {
         for (pin, value) in &mut self.last {
             if let Some((_, given)) = row.iter().find(|(known, _)| known == pin) {
@@ -248,7 +248,7 @@ impl<'a> Walk<'a> {
         Ok(self.vector(true))
     }
 
-    /// A clock with the inputs that lead to the least visited state.
+    /// Clocks once with inputs that take a rarely used transition, if possible to the least visited state, and returns the vector.
     fn step(&mut self) -> Result<Vector, Box<Diagnostic>> {
         let before = self.chip.state(0);
         // Half of the runs change single inputs of the last row, so that the walk tests both sides of every literal.

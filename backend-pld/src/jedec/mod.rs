@@ -108,7 +108,7 @@ impl Jedec {
         ))
     }
 
-    /// The fuse map of the device that the file is for: `device` if it is given, otherwise the device with this number of fuses; of several, the one
+    /// The fuse map of the device that the file is for. This is `device` if it is given, otherwise the device with this number of fuses; of several, the one
     /// that the file names in its head or in a note.
     ///
     /// # Errors

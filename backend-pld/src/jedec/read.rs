@@ -336,7 +336,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// `L0040 0101...`, and `K` with hexadecimal digits of four fuses each.
+    /// Reads `L0040 0101...`, or `K` with hexadecimal digits of four fuses each.
     fn fuse_list(&mut self, field: Field<'a>, is_hex: bool) {
         let text = field.text;
         let digits = text.bytes().take_while(u8::is_ascii_digit).count();

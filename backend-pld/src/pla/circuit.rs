@@ -63,8 +63,8 @@ pub fn circuit(table: &Pla) -> (Logic, Vec<usize>) {
     (builder.finish(), open)
 }
 
-/// The table of a circuit's functions, each minimised to a sum of products: its inputs and the present values of its flip-flops on the left; its outputs and,
-/// as `NAME.d`, the next values of the flip-flops on the right. Equal products of several outputs are one row.
+/// The table of a circuit's functions, each minimised to a sum of products. On the left are its inputs and the present values of its flip-flops; on the right
+/// its outputs and, as `NAME.d`, the next values of the flip-flops. Equal products of several outputs are one row.
 ///
 /// # Errors
 /// A function that needs too many products.

@@ -42,8 +42,8 @@ pub fn function(table: &Pla, places: &Places, nodes: usize) -> (Option<Function>
     (function.contradictory().is_empty().then_some(function), findings)
 }
 
-/// Finds contradictions in a table that is converted to a circuit ([`circuit`](super::circuit())): a point that is on and off is an error, one that
-/// is on and free is treated as on. The check of a very large table is cut short, with a note.
+/// Finds contradictions in a table that is converted to a circuit ([`circuit`](super::circuit())). A point that is on and off is an error, one that is on and
+/// free is treated as on. The check of a very large table is cut short, with a note.
 #[must_use]
 pub fn clashes(table: &Pla, places: &Places) -> Vec<Diagnostic> {
     let mut left = 50 * PAIRS;
@@ -129,7 +129,7 @@ struct Pair {
     places: [Span; 2],
     /// The values of the inputs that one of the products fixes.
     point: Vec<(usize, bool)>,
-    /// The first product is a don't-care, not a 1.
+    /// True if the first product is a don't-care; false if it is a 1.
     is_free: bool,
 }
 

@@ -152,7 +152,7 @@ impl<'a> Reader<'a> {
         self.find(finding.at(span, "this row ends too early").help(help));
     }
 
-    /// One directive; true if the table ends here.
+    /// Reads one directive; true if the table ends here.
     fn directive(&mut self, content: &'a str, start: usize) -> bool {
         let word = content.split_whitespace().next().unwrap_or_default();
         let rest = content[word.len()..].trim();

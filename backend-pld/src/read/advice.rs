@@ -34,7 +34,7 @@ pub(crate) fn outputs(device: &Device) -> String {
 }
 
 impl Dialect {
-    /// How a name that is read without a declaration is declared.
+    /// Says how to declare a name that is read without a declaration.
     pub(crate) fn declare(self, name: &str) -> String {
         match self {
             Dialect::Palasm | Dialect::Galasm => {
@@ -50,7 +50,7 @@ impl Dialect {
         }
     }
 
-    /// How a declared signal gets a function.
+    /// Says how to give a declared signal a function.
     pub(crate) fn define(self, name: &str) -> String {
         match self {
             Dialect::Palasm | Dialect::Galasm => format!("write its equation: `{name} = ..`"),
@@ -64,7 +64,7 @@ impl Dialect {
         }
     }
 
-    /// How two functions of one signal become one.
+    /// Says how to combine two functions of one signal.
     pub(crate) fn combine(self, name: &str) -> String {
         match self {
             Dialect::Palasm | Dialect::Galasm => {
@@ -83,7 +83,7 @@ impl Dialect {
         }
     }
 
-    /// How a register gets an initial value.
+    /// Says how to give registers an initial value.
     pub(crate) fn first_value(self, register: &str) -> String {
         match self {
             Dialect::Blif => {

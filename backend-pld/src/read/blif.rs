@@ -93,7 +93,7 @@ impl<'a> Parser<'a, '_> {
         self.draft.error_with(codes::SYNTAX, span, message, help);
     }
 
-    /// False if nothing more is read.
+    /// Reads a statement; false if the rest of the text is not read.
     fn statement(&mut self, words: &[Word<'a>]) -> bool {
         let first = words[0];
         if first.0 == ".model" {
@@ -197,7 +197,7 @@ impl<'a> Parser<'a, '_> {
         }
     }
 
-    /// The driven signal of a latch or table: internal unless it is an output.
+    /// The signal that a latch or table drives; it becomes internal if it has no role yet.
     fn driven(&mut self, word: Word<'_>) -> u32 {
         let span = self.span(word);
         let id = self.draft.signal(word.0, span);
@@ -209,7 +209,7 @@ impl<'a> Parser<'a, '_> {
         id
     }
 
-    /// `.latch input output [type control] [init]`.
+    /// Reads `.latch input output [type control] [init]`.
     fn latch(&mut self, head: Word<'_>, words: &[Word<'a>]) {
         let (Some(&input), Some(&output)) = (words.first(), words.get(1)) else {
             self.error_with(

@@ -138,7 +138,7 @@ impl Parser<'_, '_> {
         }
     }
 
-    /// `SEQUENCE f { .. }` and similar blocks.
+    /// Refuses `SEQUENCE f { .. }` and similar blocks.
     fn refuse_block(&mut self) -> Option<()> {
         let token = self.lexer.token;
         let message =
@@ -176,7 +176,7 @@ impl Parser<'_, '_> {
         Some(())
     }
 
-    /// `FIELD name = [A7..0] ;`
+    /// Reads `FIELD name = [A7..0] ;`.
     fn field(&mut self) -> Option<()> {
         self.lexer.advance();
         let (span, name) = (self.lexer.span(), self.lexer.token);
@@ -222,7 +222,7 @@ impl Parser<'_, '_> {
         Some(())
     }
 
-    /// `$DEFINE name expression`: like an intermediate variable; `$DEFINE name 'b'01`: a number. Other directives are rejected by name.
+    /// Reads `$DEFINE name expression`, like an intermediate variable; `$DEFINE name 'b'01`: a number. Other directives are rejected by name.
     fn directive(&mut self) -> Option<()> {
         let start = self.lexer.token.start;
         self.lexer.advance();
@@ -301,7 +301,7 @@ impl Parser<'_, '_> {
         Some(())
     }
 
-    /// After an error: skips to after the next `;` (at least one token).
+    /// After an error: skips past the next `;`, or at least one token.
     fn recover(&mut self, before: usize) {
         if self.lexer.token.start == before {
             self.lexer.advance();
@@ -337,7 +337,7 @@ impl Parser<'_, '_> {
         self.semicolon()
     }
 
-    /// `PIN 2 = !name ;`, without a number if the pin is open, or with lists in brackets for both.
+    /// Reads `PIN 2 = !name ;`, without a number if the pin is open, or with lists in brackets for both.
     fn pin(&mut self) -> Option<()> {
         let is_node = !self.lexer.token.is_word("pin");
         let start = self.lexer.token.start;
@@ -485,7 +485,7 @@ impl Parser<'_, '_> {
         }
     }
 
-    /// `!x.d = expression ;`, with a list or a field on the left as well.
+    /// Reads `!x.d = expression ;`, also with a list or a field on the left.
     fn equation(&mut self, is_append: bool) -> Option<()> {
         let start = self.lexer.token.start;
         let is_complemented = self.lexer.eat("!");
@@ -663,7 +663,7 @@ impl Parser<'_, '_> {
             }
             Some("ar") => preset(self.draft, Some(id), false, definition),
             Some("sp") => {
-                // A circuit with one clock loses nothing by this.
+                // A circuit with one clock expresses a synchronous preset exactly, so nothing is reported.
                 let before = self.draft.beyond.len();
                 preset(self.draft, Some(id), true, definition);
                 self.draft.beyond.truncate(before);

@@ -77,7 +77,7 @@ pub(crate) struct Lexer<'a> {
 }
 
 impl<'a> Lexer<'a> {
-    /// `quotes`: text in quotes is one token.
+    /// A lexer at the start of a text. If `quotes` is true, text in quotes is one token.
     pub(crate) fn new(text: &'a str, file: FileId, comments: Comments, quotes: bool) -> Self {
         Self::starting_at(text, file, comments, quotes, 0)
     }

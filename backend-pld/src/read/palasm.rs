@@ -278,7 +278,7 @@ impl<'a> Parser<'a, '_> {
         }
     }
 
-    /// `CHIP name device`, followed by the pin names in the older form.
+    /// Reads `CHIP name device`, followed by the pin names in the older form.
     fn chip(&mut self) {
         self.lexer.advance();
         if !self.lexer.token.is_first {
@@ -334,7 +334,7 @@ impl<'a> Parser<'a, '_> {
         !is_section && (token.kind == Kind::Word || token.kind == Kind::Number || token.is("/"))
     }
 
-    /// `PIN 2 name [REGISTERED | COMBINATORIAL | LATCHED]`, `PIN ? name`, `NODE 1 GLOBAL`.
+    /// Reads `PIN 2 name [REGISTERED | COMBINATORIAL | LATCHED]`, `PIN ? name` or `NODE 1 GLOBAL`.
     fn pin(&mut self) {
         let is_node = self.lexer.token.is_word("node");
         self.lexer.advance();
@@ -413,7 +413,7 @@ impl<'a> Parser<'a, '_> {
         signal.is_pin_inverted = is_inverted;
     }
 
-    /// `STRING NAME 'text'`: the text replaces the name wherever it is used.
+    /// Reads `STRING NAME 'text'`: the text replaces the name wherever it is used.
     fn string(&mut self) {
         self.lexer.advance();
         let name = self.lexer.advance();
@@ -615,7 +615,7 @@ impl<'a> Parser<'a, '_> {
         None
     }
 
-    /// `P1.TRST = VCC`, `P1.CLKF = CLK`, `GLOBAL.RSTF = RST` and so on.
+    /// Reads `P1.TRST = VCC`, `P1.CLKF = CLK`, `GLOBAL.RSTF = RST` and so on.
     fn control(&mut self, name: &str, span: Span, start: usize) -> Option<()> {
         let (suffix_span, suffix) = (self.lexer.span(), self.lexer.advance());
         if !self.lexer.eat("=") {

@@ -157,7 +157,7 @@ fn numbering(draft: &PldAst, signals: &[SignalId]) -> Numbering {
     Numbering::Index(indices)
 }
 
-/// Whether two lists of equal length match bit by bit in their stored order.
+/// Checks whether two lists of equal length match bit by bit in their stored order; the error says why not.
 fn pair(
     a: &Numbering,
     is_field_a: bool,
@@ -440,7 +440,7 @@ impl Parser<'_, '_> {
         Some(value)
     }
 
-    /// A number without a list is one bit.
+    /// Reads a number as a constant of one bit, because no list gives its width.
     fn constant(&mut self, number: Number, span: Span) -> Option<Value> {
         if number.mask & 1 == 0 || number.value > 1 {
             return self.error_with(
@@ -457,7 +457,7 @@ impl Parser<'_, '_> {
         self.draft.read(signal)
     }
 
-    /// `.io`, `.dfb` and similar extensions on a right side select the feedback source; the known devices have only one source.
+    /// Reads and ignores `.io`, `.dfb` and similar extensions on a right side: they select the feedback source, but the known devices have only one.
     fn feedback(&mut self) -> Option<()> {
         if !self.lexer.token.is(".") || self.lexer.token.is_first {
             return Some(());
@@ -662,13 +662,13 @@ struct Numbered {
     is_open: bool,
 }
 
-/// `[A, B, C]`, `[A7..A0]`, `[A7..0]`: the signals with their positions, the most significant first. `None` after an error, which is reported.
+/// Reads `[A, B, C]`, `[A7..A0]` or `[A7..0]`: the signals with their spans, the most significant first. `None` after an error, which is reported.
 pub(crate) fn list(lexer: &mut Lexer<'_>, draft: &mut PldAst) -> Option<Vec<(SignalId, Span)>> {
     let names = names(lexer, draft)?;
     Some(names.into_iter().map(|(name, span)| (draft.signal(&name, span), span)).collect())
 }
 
-/// The names of such a list.
+/// Reads the names of a list in brackets, with their spans.
 pub(crate) fn names(lexer: &mut Lexer<'_>, draft: &mut PldAst) -> Option<Vec<(String, Span)>> {
     lexer.advance();
     let mut found = Vec::new();

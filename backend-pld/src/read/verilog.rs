@@ -142,7 +142,7 @@ impl<'a> Parser<'a, '_> {
         let _: Option<()> = self.unexpected("`endmodule`");
     }
 
-    /// After an error: skips to after the next `;` or to a word that begins an item.
+    /// After an error: skips past the next `;` or to a word that begins an item.
     fn recover(&mut self) {
         let starts = ["assign", "wire", "reg", "always", "initial", "endmodule"];
         while self.lexer.token.kind != Kind::End
@@ -269,7 +269,7 @@ impl<'a> Parser<'a, '_> {
         None
     }
 
-    /// `wire a = .., b;` and similar; `output reg a;` after a bare port name.
+    /// Reads `wire a = .., b;` and similar; `output reg a;` after a bare port name.
     fn declaration(&mut self, role: Role, is_wire: bool) -> Option<()> {
         self.no_vector()?;
         loop {
@@ -421,7 +421,7 @@ impl<'a> Parser<'a, '_> {
         Some(())
     }
 
-    /// `posedge RESET` in addition to the clock: the block must begin with `if (RESET)`.
+    /// Reads `posedge RESET` in addition to the clock: the block must begin with `if (RESET)`.
     fn asynchronous_reset(&mut self) -> Option<()> {
         if !self.lexer.eat_word("posedge") {
             let message = format!(
@@ -446,7 +446,7 @@ impl<'a> Parser<'a, '_> {
         Some(())
     }
 
-    /// A statement of the clocked block.
+    /// Reads a statement of the clocked block.
     fn statement(&mut self, scope: &mut Scope<'_>) -> Option<()> {
         self.enter()?;
         if self.lexer.eat_word("begin") {
@@ -623,7 +623,7 @@ impl<'a> Parser<'a, '_> {
         Some(if is_negated { self.draft.not(value) } else { value })
     }
 
-    /// `1'b0`, `1'b1` (any base).
+    /// Reads `1'b0` or `1'b1` (in any base).
     fn constant(&mut self) -> Option<ExprId> {
         let span = self.lexer.span();
         let width = self.lexer.advance().text;

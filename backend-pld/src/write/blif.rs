@@ -37,7 +37,7 @@ pub(crate) fn write(logic: &Logic, netlist: &Netlist) -> SourceText {
     source
 }
 
-/// A directive with names, broken into lines if it is long.
+/// Writes a directive with names, broken into lines if it is long.
 fn list<'a>(source: &mut SourceText, directive: &str, names: impl Iterator<Item = &'a str>) {
     let mut line = directive.to_owned();
     for name in names {
@@ -122,7 +122,7 @@ impl Writer<'_> {
         }
     }
 
-    /// One row is enough: a product is true if all literals are true, a sum is false if none is.
+    /// Prints a gate as a table of one row: a product is true if all literals are true, a sum is false if none is.
     fn row(&mut self, all: &[NodeId], name: &str, is_and: bool) {
         let literals: Vec<(String, bool)> = all
             .iter()

@@ -80,8 +80,8 @@ pub(crate) fn write(equations: &Equations, vectors: Option<&Vectors>) -> SourceT
     source
 }
 
-/// The first row is the state after power-up; each further row sets what changed, clocks, and checks every pin. A row of several clocks clears its
-/// events after the first clock, and `busy` is checked between clocks.
+/// Prints the simulation section. The first row is the state after power-up; each further row sets what changed, clocks, and checks every pin. A row of several
+/// clocks clears its events after the first clock, and `busy` is checked between clocks.
 fn simulation(source: &mut SourceText, equations: &Equations, vectors: &Vectors) {
     let literal = |index: usize, value: bool| {
         let name = &equations.signals[index].name;
@@ -165,7 +165,7 @@ fn simulation(source: &mut SourceText, equations: &Equations, vectors: &Vectors)
     source.line("TRACE_OFF");
 }
 
-/// A statement with a list of names; omitted if the list is empty.
+/// Writes a statement with a list of names, unless the list is empty.
 fn wrapped<S: AsRef<str>>(source: &mut SourceText, verb: &str, names: &[S]) {
     if names.is_empty() {
         return;

@@ -168,7 +168,7 @@ struct Expressions<'a> {
 }
 
 impl Expressions<'_> {
-    /// A node where it is used: its name if it has one. The recursion is bounded by the depth at which functions become wires.
+    /// Writes a node where it is used: its name if it has one. The recursion is bounded by the depth at which functions become wires.
     fn operand(&self, node: NodeId, level: Level, text: &mut String) {
         if let Some(name) = self.netlist.name(self.logic, node) {
             text.push_str(name);

@@ -153,7 +153,7 @@ impl Plan<'_> {
         )
     }
 
-    /// Writes all of them and the list of outputs, or nothing.
+    /// Writes all outputs and the list of outputs, or nothing.
     ///
     /// # Errors
     /// The error of the system, a name that leads out of the folder or to a symbolic link, two outputs with the same name, or an output that would replace a
@@ -265,7 +265,8 @@ pub(crate) fn is_taken(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok()
 }
 
-/// True if nothing with that name exists in a folder below `root`. Its name comes from an untrusted text, which learns nothing about other folders.
+/// True if the folder of `path` is `root` or below it, and does not contain that name. The path comes from an untrusted text, which learns nothing about other
+/// folders.
 pub(crate) fn is_absent_within(path: &Path, root: &Path) -> bool {
     let folder = path.parent().filter(|folder| *folder != Path::new(""));
     let folder = fs::canonicalize(folder.unwrap_or(Path::new(".")));
@@ -273,7 +274,7 @@ pub(crate) fn is_absent_within(path: &Path, root: &Path) -> bool {
     folder.is_ok_and(is_below) && !is_taken(path)
 }
 
-/// The size of a regular file below `root`, after following symbolic links; `None` otherwise. Its name comes from an untrusted text.
+/// The size of a regular file below `root`, after following symbolic links; `None` otherwise. The path comes from an untrusted text.
 pub(crate) fn size_within(path: &Path, root: &Path) -> Option<u64> {
     let path = fs::canonicalize(path).ok()?;
     let data = fs::metadata(&path).ok().filter(fs::Metadata::is_file)?;

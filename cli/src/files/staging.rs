@@ -72,11 +72,11 @@ impl Place {
     }
 }
 
-/// The new file `index` and its destination.
+/// The destination of a new file, which has its index in [`Journal::files`] as its name until then.
 #[derive(Debug, Serialize, Deserialize)]
 struct Move {
     name: String,
-    /// A file with that name existed, and `old-index` is a link to it.
+    /// A file with that name existed, and `old-INDEX` is a link to it.
     replaces: bool,
     keep_existing: bool,
 }
@@ -88,7 +88,7 @@ pub(crate) struct Staging {
     lock: Option<File>,
     /// Folders that were created for `folder`, outer ones first.
     made: Vec<PathBuf>,
-    /// A write that could be neither completed nor undone: it is left to a later run.
+    /// True if a write could be neither completed nor undone: it is left to a later run.
     is_stuck: bool,
 }
 
@@ -411,7 +411,7 @@ impl Staging {
         Ok(())
     }
 
-    /// A complete journal that names nothing outside the folder.
+    /// Reads a journal; `None` unless it is complete and names nothing outside the folder.
     fn journal(&self, name: &str) -> Option<Journal> {
         let path = self.entry.join(name);
         if !fs::symlink_metadata(&path).ok()?.is_file() {

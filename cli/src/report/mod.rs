@@ -62,7 +62,7 @@ impl Report {
         matches!(self.format, MessageFormat::Json | MessageFormat::Sarif)
     }
 
-    /// The following results belong to this file.
+    /// Begins the results for this file.
     pub(crate) fn design(&self, file: &str) {
         if self.format == MessageFormat::Json {
             self.line(&json::design(file));
@@ -131,14 +131,14 @@ impl Report {
         self.log(|log| log.beside(file));
     }
 
-    /// Findings that are printed later; they are printed at once if the user interrupts the program first.
+    /// Records findings that are printed later, or at once if the user interrupts the program first.
     pub(crate) fn know_findings(&self, sources: &Sources, findings: Vec<Diagnostic>) {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         known.sources.clone_from(sources);
         known.findings = findings;
     }
 
-    /// The same for answers.
+    /// Records answers that are printed later, or at once if the user interrupts the program first.
     pub(crate) fn know_answers(&self, answers: Vec<(Answer, String)>) {
         self.known.lock().unwrap_or_else(PoisonError::into_inner).answers = answers;
     }

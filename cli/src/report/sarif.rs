@@ -1,5 +1,5 @@
-//! SARIF 2.1.0: findings are results of the kind `fail` with their level; answers have the kind `pass`, `fail`, `open`, `notApplicable` or
-//! `informational`, and their basis as properties.
+//! SARIF 2.1.0. Findings are results of the kind `fail` with their level; answers have the kind `pass`, `fail`, `open`, `notApplicable` or `informational`, and
+//! their basis as properties.
 
 use super::answer::{Answer, Status};
 use super::json::uri;

@@ -484,7 +484,7 @@ fn check_c(
     Ok(())
 }
 
-/// The first style that agrees with the chart if another one does not.
+/// Finds a style that agrees with the chart, in place of the style of the package, which does not.
 fn right_style(net: &Valid<Net>, facts: &Facts, options: &BuildOptions, wrong: &Package) -> Note {
     for style in [Style::Switch, Style::Bits, Style::Engine] {
         let c = options.c_for(net, Some(style));

@@ -58,7 +58,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Compare) -> Result<Exit, St
     })
 }
 
-/// Charts with the same name in two folders; a file that only one folder has is reported.
+/// Compares the charts with the same name in two folders, and reports files that only one folder has.
 fn folders(session: &Session, arguments: &Compare, renames: &Renames) -> Result<Exit, Stop> {
     let [first, second] = arguments.inputs.files.as_slice() else { return Ok(Exit::Usage) };
     let name = |folder: &str, path: &str| {
@@ -250,7 +250,7 @@ fn reactions(asked: usize, all: usize) -> String {
     format!("{asked} of {all} reactions (the others follow a violated assumption)")
 }
 
-/// No row of a stimulus satisfies the assumptions of the chart, so nothing was compared.
+/// The error if every row of a stimulus follows a violated assumption, so nothing was compared.
 fn nothing_asked() -> Stop {
     Stop::Input("each row follows a violated assumption, so there is nothing to compare".to_owned())
 }
@@ -300,7 +300,7 @@ fn of_second(first: &Reading, path: &str) -> Reading {
     }
 }
 
-/// Two designs: the common columns of both traces must be equal. If one is logic, this is then proved for every stimulus.
+/// Compares two designs: the common columns of both traces must be equal. If one is logic, this is then proved for every stimulus.
 fn pair(
     session: &mut Session,
     arguments: &Compare,

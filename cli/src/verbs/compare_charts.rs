@@ -120,7 +120,7 @@ pub(crate) fn run(
     })
 }
 
-/// Two charts without a common row, so nothing can be compared.
+/// The error for two charts that allow no common row, so nothing can be compared.
 pub(crate) fn nothing_legal() -> Stop {
     Stop::Input(
         "no row of inputs satisfies the assumptions of both charts, so there is nothing to compare"

@@ -42,7 +42,7 @@ pub(super) fn matching(old: &[Part<'_>], new: &[Part<'_>]) -> (Matching, Renames
                 more.insert(from.to_owned(), to.to_owned());
             }
             let next = Matcher::new(old, new, &more).run();
-            // The pair itself saves two. It is evident if something else agrees too, or nothing else names it and it is in the same place.
+            // The pair itself saves two changes. It is a renaming if other parts agree too, or if no other part names it and it is in the same place.
             let saved = cost.saturating_sub(n_changed(old, new, &next, &more));
             if saved > 2 || (saved == 2 && is_in_place(old, new, &next, from, to)) {
                 renames = more;
@@ -140,7 +140,7 @@ fn names<'p>(parts: &[Part<'p>]) -> BTreeMap<&'p str, usize> {
     names
 }
 
-/// True if both are named nowhere else, and the preceding parts of their kind are the same.
+/// True if no other part names the old or the new part, and the preceding parts of their kind are the same.
 fn is_in_place(
     old: &[Part<'_>],
     new: &[Part<'_>],
@@ -180,7 +180,7 @@ impl<'p, 'd> Matcher<'p, 'd> {
         Matcher { old, new, renames, matching }
     }
 
-    /// From the outermost parts inwards: only parts with matched parents can be the same object.
+    /// Matches all parts, from the outermost inwards: only parts with matched parents can be the same object.
     fn run(mut self) -> Matching {
         let (old, new) = (children(self.old), children(self.new));
         let kinds: BTreeSet<Kind> = self.old.iter().map(|part| part.kind).collect();

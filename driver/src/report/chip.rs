@@ -228,7 +228,7 @@ impl Chip {
         }
     }
 
-    /// A fuse map: its macrocells are decoded from the fuses again. Only names are taken from the intended `placement`.
+    /// The chip of a fuse map: its macrocells are decoded from the fuses again. Only names are taken from the intended `placement`.
     pub(crate) fn burned(
         made: Made<'_>,
         map: &FuseMap,
@@ -321,7 +321,7 @@ impl Chip {
         all
     }
 
-    /// Equations as they were printed.
+    /// The chip of equations, as they were printed.
     pub(crate) fn of_equations(
         made: Made<'_>,
         dialect: Dialect,
@@ -382,7 +382,7 @@ impl Chip {
         chip
     }
 
-    /// A netlist: it has signals; other tools choose how their functions are built.
+    /// The chip of a netlist: it has only signals, because other tools choose how their functions are built.
     pub(crate) fn of_netlist(made: Made<'_>, emitted: &Emitted, n_vectors: usize) -> Self {
         let mut chip = Chip::new(made, Language::Text(emitted.dialect));
         chip.n_vectors = n_vectors;
@@ -409,7 +409,7 @@ impl Chip {
         }
     }
 
-    /// Flip-flops come before inputs, as is usual.
+    /// The order of a signal within a product: flip-flops come before inputs, as is usual.
     fn rank(&self, signal: usize) -> (u32, usize) {
         let kind = match self.signals[signal].kind {
             Kind::Flop(_) => 0,
@@ -622,7 +622,7 @@ impl<'a> Known<'a> {
         };
         // Signals keep their indices, which the functions use.
         let (kind, source, meta) = found.unwrap_or((Kind::Buried, printed, &none));
-        // A stored output and its memory have one name in the chart; the name in the text distinguishes them, or else a mark.
+        // A stored output and its memory have one name in the chart; the name in the text distinguishes them, or else a suffix.
         let mut name = plain(source);
         if self.taken.contains(&name) {
             let is_useless = printed.is_empty() || self.taken.contains(printed);
@@ -706,8 +706,8 @@ fn question(circuit: &mut Logic, signals: &[Signal], cell: &Cell) -> Option<Node
     Some(node)
 }
 
-/// The number of products for a macrocell of this kind; on devices where wide sums use adjacent macrocells, of all that it uses. `None` for a
-/// function that has no pin yet.
+/// The number of products that a macrocell of this kind has; on devices where wide sums use adjacent macrocells, that of all macrocells that the sum uses.
+/// `None` for a function that has no pin yet.
 fn available(device: &Device, pin: Option<u32>, kind: CellKind, n_terms: usize) -> Option<u32> {
     if let Some(blocks) = device.blocks {
         let n_terms = u32::try_from(n_terms).unwrap_or(u32::MAX);

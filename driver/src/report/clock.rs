@@ -164,7 +164,7 @@ fn depths(chip: &Chip) -> Vec<usize> {
     depths
 }
 
-/// A row for each input: its timing requirement, and the registers that could see it differently.
+/// A row for each input: its timing requirement, and the registers that read it.
 fn inputs(subject: &Subject<'_>, chip: &Chip, reads: &[Reads]) -> String {
     let mut table = Table::new(["Input", "It is", "Registers that read it"]);
     let mut is_exposed = false;

@@ -206,7 +206,7 @@ fn tasks(subject: &Subject<'_>, bounds: &[(&Machine, Bound)]) -> String {
     format!("\nTasks, with their worst-case cost:\n\n{}", table.text())
 }
 
-/// How often the loop over micro-steps is counted, and the proof.
+/// How often the bounds count the loop over micro-steps, and the proof.
 fn rounds(subject: &Subject<'_>) -> String {
     let Some(rounds) = &subject.rounds else { return String::new() };
     let net = subject.net;

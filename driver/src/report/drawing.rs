@@ -472,7 +472,7 @@ enum Side {
     Bottom,
 }
 
-/// A pin at a point of the package's border: its leg, number, arrow and name.
+/// Draws a pin at a point of the package's border: its leg, number, arrow and name.
 fn draw_pin(svg: &mut Svg, pin: &PinMark, (x, y): (u32, u32), side: Side, room: u32) {
     let colour = pin.role.colour();
     let title = match (pin.number, pin.label.as_str()) {

@@ -76,7 +76,7 @@ pub struct Subject<'a> {
     pub built: &'a Built,
     /// The tasks whose costs come from a model.
     pub counted: Option<&'a Counted>,
-    /// How often its loop over micro-steps is counted.
+    /// How often the bounds count the loop over micro-steps of its C code.
     pub rounds: Option<Rounds>,
     /// The texts that it was read from: properties are shown as they were written.
     pub sources: &'a Sources,
@@ -89,7 +89,7 @@ pub struct Subject<'a> {
 }
 
 impl Subject<'_> {
-    /// The lines of an output with a requirement tag, each once, with their contents.
+    /// The lines of an output that carry a requirement tag, each once.
     fn tagged<'m>(file: &'m OutputFile, tag: &str) -> Vec<&'m MapEntry> {
         let mut entries: Vec<&MapEntry> = Vec::new();
         for entry in &file.map {

@@ -56,7 +56,7 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
     Some(text)
 }
 
-/// All pins of a small package; only the used pins of others.
+/// True if a pin is listed: all pins of packages with two rows and of symbols, only the used pins of others.
 fn is_listed(pin: &PinMark, shape: Shape) -> bool {
     match shape {
         Shape::Dual | Shape::Symbol => true,

@@ -110,7 +110,7 @@ fn tags(subject: &Subject<'_>) -> BTreeMap<String, Tagged> {
     tags
 }
 
-/// A row for each property: output, location, result.
+/// A row for each property: where it is checked (the chart), its kind, and its result.
 fn properties(subject: &Subject<'_>, tagged: &Tagged) -> Vec<[String; 3]> {
     let row = |at: &usize| {
         let verdict = subject.properties.iter().find(|verdict| verdict.property == *at);

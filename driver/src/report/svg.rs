@@ -40,13 +40,13 @@ impl Svg {
         Svg { width, height, title: escape(title), body: String::new() }
     }
 
-    /// An element without content. Attributes are escaped.
+    /// Adds an element without content. Attributes are escaped.
     pub fn element(&mut self, name: &str, attributes: &[(&str, String)]) {
         self.open(name, attributes);
         self.body.push_str("/>\n");
     }
 
-    /// An element with a tooltip.
+    /// Adds an element with a tooltip.
     pub fn element_with_title(&mut self, name: &str, attributes: &[(&str, String)], title: &str) {
         self.open(name, attributes);
         self.body.push_str(&format!("><title>{}</title></{name}>\n", escape(title)));
@@ -60,7 +60,7 @@ impl Svg {
         }
     }
 
-    /// A filled rectangle, with a border if `stroke` is a colour.
+    /// Adds a filled rectangle, with a border if `stroke` is a colour.
     pub fn rect(&mut self, x: u32, y: u32, width: u32, height: u32, fill: &str, stroke: &str) {
         self.element(
             "rect",
@@ -75,7 +75,7 @@ impl Svg {
         );
     }
 
-    /// A line along a path of SVG's path language.
+    /// Adds a shape whose outline is given in SVG's path language.
     pub fn path(&mut self, path: &str, fill: &str, stroke: &str) {
         self.element(
             "path",
@@ -88,12 +88,12 @@ impl Svg {
         );
     }
 
-    /// A text with its baseline at a point. A text longer than `room` pixels is cut with an ellipsis, and the full text is the tooltip.
+    /// Adds a text with its baseline at a point. A text longer than `room` pixels is cut with an ellipsis, and the full text is the tooltip.
     pub fn text(&mut self, at: (u32, u32), anchor: Anchor, pen: Pen<'_>, text: &str, room: u32) {
         self.write(at, anchor, pen, text, room, None);
     }
 
-    /// The same from the bottom up.
+    /// Adds a text that runs from the bottom up.
     pub fn text_upwards(
         &mut self,
         at: (u32, u32),
@@ -141,7 +141,7 @@ impl Svg {
         self.body.push_str(&format!(">{title}{}</text>\n", escape(&shown)));
     }
 
-    /// The whole text.
+    /// The complete SVG file.
     #[must_use]
     pub fn finish(self) -> String {
         let Svg { width, height, title, body } = self;

@@ -117,7 +117,7 @@ fn every_device_has_its_drawing() {
     assert!(n_drawn >= 5, "{n_drawn}");
 }
 
-/// A picture is XML, and nothing in it is outside its frame.
+/// Checks that a picture is XML and that nothing in it is outside its frame.
 fn check_svg(text: &str) {
     let parsed = document(text);
     let root = parsed.root_element();

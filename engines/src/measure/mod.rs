@@ -18,7 +18,7 @@ use grafsynth_sim::Stimulus;
 pub struct Measured {
     /// `NAME_init`, from the call to the return.
     pub init: u64,
-    /// The worst `NAME_step`.
+    /// The worst call of `NAME_step`.
     pub step: u64,
     /// The maximum stack of either in bytes, including the return address; `None` on a Cortex-M3 if user functions are called, because their stack cannot
     /// be separated.
@@ -29,7 +29,7 @@ pub struct Measured {
     pub text: u64,
 }
 
-/// The cycles of a call instruction and its return address: the machine is first observed after it.
+/// The cycles of a call instruction: the host first observes the machine after it.
 const CALL: u64 = 4;
 
 /// Runs the firmware and prints each call of `NAME_init` (0) and `NAME_step` (1): its time and its stack.
@@ -215,7 +215,7 @@ impl Prepared for OnAvr {
     }
 }
 
-/// Measures a Cortex-M3, in instructions: each reaction is repeated many times from the same instance, and measured with the timer of the processor, which
+/// Measures a Cortex-M3, in instructions. Each reaction is repeated many times from the same instance, and measured with the timer of the processor, which
 /// counts one for 40 instructions under qemu's `-icount shift=0`. The time of an empty function with the same arguments is subtracted. For the stack, the
 /// memory below the stack pointer is filled with a pattern before one more call, and what has changed afterwards was used: a word that a function reserves
 /// but never writes is not detected. User functions count as empty.

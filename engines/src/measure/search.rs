@@ -14,7 +14,7 @@ pub struct Effort {
     pub rows: usize,
     /// The number of reactions that are directed at transitions that have not fired.
     pub directed: usize,
-    /// The number of runs that change a row of the worst ones.
+    /// The number of runs that change a row of one of the worst runs.
     pub changes: usize,
 }
 

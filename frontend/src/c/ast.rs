@@ -80,7 +80,7 @@ pub(super) struct Specifiers {
 pub(super) enum Base {
     Void,
     Bool,
-    /// The types in the order char, short, int, long, long long; with the sign as written.
+    /// `char`; `None` if no sign was written.
     Char(Option<bool>),
     Short {
         is_signed: bool,

@@ -282,7 +282,7 @@ impl<'s> Flow<'_, 's> {
         self.current = Some(node);
     }
 
-    /// Ends the current statements: the values in temporaries may differ afterwards.
+    /// Forgets which numbers are in temporaries, because their values may differ from here on.
     fn forget(&mut self) {
         self.clamped.clear();
     }

@@ -6,7 +6,7 @@ use super::parser::{Parser, Read};
 use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::{Name, Span};
 
-/// Binding powers, lowest first: `,` 1, assignment 2, `?:` 3, `||` 4, `&&` 5, then these.
+/// A binary operator and its binding power. The powers below are `,` 1, assignment 2, `?:` 3, `||` 4 and `&&` 5.
 fn binary(sign: &str) -> Option<(BinaryOp, u8)> {
     Some(match sign {
         "|" => (BinaryOp::Or, 6),

@@ -253,7 +253,7 @@ impl<'t> Parser<'t> {
         has_room
     }
 
-    /// Skips to after the next `;`, or to the next `}` of this level.
+    /// Skips past the next `;`, or to the next `}` of this level.
     fn recover(&mut self) {
         let mut open = 0_usize;
         loop {

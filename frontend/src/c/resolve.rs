@@ -309,7 +309,7 @@ impl<'s> Resolver<'s, '_> {
         self.kept_callees();
     }
 
-    /// The callees of a kept function are kept too, because its text needs them.
+    /// Keeps the callees of kept functions too, because the texts of these functions need them.
     fn kept_callees(&mut self) {
         let mut open: Vec<FunctionId> = (0..self.program.functions.len())
             .filter(|id| self.program.functions[*id].is_kept)

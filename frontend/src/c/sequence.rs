@@ -26,7 +26,7 @@ pub(super) fn check(expr: &Expr, findings: &mut Findings) {
     effects(expr, findings);
 }
 
-/// Operands without a defined order.
+/// The effects of operands without a defined order; reports conflicting accesses.
 fn unordered(operands: &[&Expr], findings: &mut Findings) -> Effects {
     let mut all = Effects::default();
     for operand in operands {

@@ -813,7 +813,7 @@ impl<'s> Flow<'_, 's> {
     }
 }
 
-/// The values of nested lists in the order of the elements; `None` for the elements that a short row omits.
+/// Collects the values of nested lists in the order of the elements; `None` for elements that a short row omits.
 pub(super) fn flatten<'s>(all: &'s [Init], rest: &[u32], values: &mut Vec<Option<&'s Expr>>) {
     for one in all {
         match one {

@@ -210,7 +210,7 @@ impl Bodies {
             .map(|text| Name::new(text, full.span))
     }
 
-    /// The local name of an object that certainly belongs to this part.
+    /// The local name of an object that certainly belongs to this body.
     pub(super) fn own(&self, body: BodyId, full: &Name) -> Name {
         let text = full.text.strip_prefix(self.bodies[body].prefix.as_str()).unwrap_or(&full.text);
         Name::new(text, full.span)

@@ -15,7 +15,7 @@ use grafsynth_ir::{Name, Span};
 use super::bodies::BodyId;
 use super::{Writer, cannot, timers};
 
-/// Whether the qualifier alone does not make an action controlled.
+/// True for qualifiers that do not by themselves make an action controlled.
 pub(super) fn is_plain(qualifier: Qualifier) -> bool {
     match qualifier {
         Qualifier::N | Qualifier::L | Qualifier::D => true,

@@ -2,7 +2,7 @@
 //!
 //! Macro-steps are folded back (one macro for each, named after it), enclosing steps and states are restored, full names become local ones,
 //! ticks become durations, and `otherwise` is recognised. Lowering the result gives the same net, except for names that lowering generates,
-//! spans, and the order of outputs' shares within a step.
+//! spans, and the order in which a step lists its outputs.
 
 mod bodies;
 mod expr;
@@ -429,7 +429,7 @@ impl Writer<'_> {
         items
     }
 
-    /// Controlled actions with lists, each before the output whose action is next in the net, so that lowering restores the same order.
+    /// Adds the controlled actions with lists, each before the output whose action is next in the net, so that lowering restores the same order.
     fn drawn_actions(&mut self, body: BodyId, items: &mut Vec<Item>) {
         let net = self.net;
         for id in self.drawn.clone() {
@@ -457,7 +457,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The properties whose names begin with the name of a chart. Properties without such a name are written in the first chart.
+    /// Adds the properties whose names begin with the name of a chart. Properties without such a name are written in the first chart.
     fn properties(&mut self, items: &mut Vec<Item>, root: BodyId, is_first: bool) {
         for property in &self.net.properties {
             let home = self.bodies.root_called_in(&property.name);

@@ -39,7 +39,7 @@ pub(super) struct States {
     end: Vec<usize>,
     /// For each step, its histories.
     histories: BTreeMap<StepId, Vec<HistoryId>>,
-    /// The entries after a composite state when its initial transition is taken, without the mark of its content.
+    /// The entries after a composite state when its initial transition is taken, without its own [`Enter::InitialContent`].
     defaults: BTreeMap<StepId, Vec<Enter>>,
     /// States that are marked as initial.
     pub(super) marked: BTreeSet<StepId>,
@@ -242,7 +242,7 @@ impl States {
         }
     }
 
-    /// The fewest targets that restore a list; `None` if no targets do.
+    /// Adds the fewest targets that restore a list; `None` if no targets do.
     fn goals(&self, net: &Net, list: &[Enter], out: &mut Vec<Goal>) -> Option<()> {
         let mut at = 0;
         while let Some(enter) = list.get(at) {
@@ -416,7 +416,7 @@ impl Writer<'_> {
         (initial, items)
     }
 
-    /// The states that a reset enters, if a mark at an outermost state cannot express them.
+    /// The states that a reset enters, if marking an outermost state as initial cannot express them.
     fn initial_of_chart(&mut self, part: PartId, body: BodyId) -> Vec<Path> {
         let net = self.net;
         let data = &net.parts[part];
@@ -538,7 +538,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The initial transition of a composite state; `None` if a mark at a child expresses it, or it is never taken.
+    /// The initial transition of a composite state; `None` if marking a child as initial expresses it, or if it is never taken.
     fn initial_of(
         &mut self,
         id: StepId,

@@ -630,7 +630,7 @@ impl<'a> Parser<'a> {
         Ok(Path { names })
     }
 
-    /// A fallback location for a label.
+    /// The span of the next token, as a fallback location for a label.
     pub(crate) fn here(&self) -> Span {
         self.span(self.peek(0))
     }

@@ -622,8 +622,8 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Skips to a place where an item can begin: a word or an arrow at the start of a line or after `;`, outside of braces opened during
-    /// the skip, or the closing brace of the block. Parsing must not resume at byte `failed`, where the item that could not be read began.
+    /// Skips to a place where an item can begin. This is a word or an arrow at the start of a line or after `;`, outside of braces opened during the skip, or
+    /// the closing brace of the block. Parsing must not resume at byte `failed`, where the item that could not be read began.
     pub(crate) fn skip_to_item(&mut self, failed: u32) {
         let mut open = 0usize;
         loop {

@@ -578,7 +578,7 @@ fn library(r: &mut Random, chart: fn(&mut Random) -> Chart) -> Library {
     Library { name: label, parameters, items, certificate, span: Span::default(), meta }
 }
 
-/// A design of one or two charts with declared numbers.
+/// A random design of one or two charts that declare integer inputs and an array.
 pub(crate) fn design(r: &mut Random) -> Design {
     let chart = |r: &mut Random| {
         let mut items: Vec<Item> = NUMBERS

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::diag::{Diagnostic, nearest};
+use itertools::Itertools;
 use roxmltree::Node;
 
 use super::reader::{Reader, Unit, children, tag};
@@ -107,9 +108,10 @@ impl Reader<'_, '_> {
                     unit.refuse(what, span, "combine the two, or make one of them a separate unit");
                 }
                 (Some(what), _) => self.report(|| {
-                    Diagnostic::error(codes::PLC_MARKUP, what)
-                        .at(span, "")
-                        .help("delete one of them")
+                    Diagnostic::error(codes::PLC_MARKUP, what).at(span, "").help(match name {
+                        "connectionPointIn" => "move its <connection> elements into the first one",
+                        _ => "delete one of them",
+                    })
                 }),
                 // An empty element has no meaning.
                 (None, Times::NotRead(_)) if kind == FREE && is_blank(child) => {}
@@ -132,7 +134,7 @@ impl Reader<'_, '_> {
             || rules::RULES.iter().flat_map(|rule| rule.children).copied().flatten().copied();
         let meant =
             if is_known { Some(name) } else { nearest(name, everywhere().map(|(one, ..)| one)) };
-        // An element that belongs to several others is not moved by advice.
+        // The help suggests no move if the element may be in several others.
         let homes = meant.and_then(|meant| {
             let mut kinds = rules::RULES.iter().filter(|rule| {
                 rule.children.iter().copied().flatten().any(|(one, ..)| *one == meant)
@@ -286,13 +288,15 @@ impl Reader<'_, '_> {
                 let id = wire.attribute("refLocalId").unwrap_or("");
                 if !seen.contains_key(&("localId", id)) {
                     let span = self.span(wire);
+                    let own = node.attribute("localId");
+                    let others = ids.iter().filter(|id| Some(**id) != own).join(", ");
                     self.report(|| {
                         Diagnostic::error(
                             codes::PLC_CHART,
                             format!("connection from unknown element {id}"),
                         )
                         .at(span, format!("in this <{}>", tag(node)))
-                        .help(format!("write the localId of another element: {}", ids.join(", ")))
+                        .help(format!("write the localId of another element: {others}"))
                     });
                 }
             }

@@ -403,8 +403,8 @@ impl Writer {
         }
     }
 
-    /// The mealy outputs, and whether all shares of each can be written in transition rules: every share must be the left side of one rule,
-    /// and reading the rules must restore the order of the shares.
+    /// The mealy outputs, and whether all shares of each (the conditions under which steps drive it) can be written in transition rules. Every share must be
+    /// the left side of one rule, and reading the rules must restore the order of the shares.
     fn sub_rules(&mut self, flat: &Flat<'_>) -> BTreeMap<String, bool> {
         let mut found = BTreeMap::new();
         // The left sides, by the step that has the share.
@@ -485,7 +485,7 @@ fn active(path: &Path) -> Expr {
     Expr::leaf(Leaf::Name(Path { names }), Span::default())
 }
 
-/// Whether the lists alone declare it.
+/// Whether the lists alone express this declaration, so that it needs no option.
 fn is_plain(declaration: &Declaration, sub_rules: &BTreeMap<String, bool>) -> bool {
     let Meta { label, req, span: _ } = &declaration.meta;
     label.is_empty()

@@ -652,7 +652,7 @@ impl<'m> Builder<'m, '_> {
         };
         let mut from = chart_name.clone();
         if assigns(body, name) {
-            // Changes of the array do not affect the running loop (assertion 525).
+            // Changes of the array do not affect the running loop (W3C test assertion 525).
             let copy = self.names.fresh(&format!("{chart_name}_copy"), "");
             self.copies.push((chart_name.clone(), copy.clone(), span));
             for at in 0..len {

@@ -367,7 +367,7 @@ impl Outer {
         }
     }
 
-    /// Transitions may be anywhere, so the nesting of states is determined first.
+    /// Rewrites all items. Transitions may be anywhere, so the nesting of states is determined first.
     fn items(&mut self, items: &mut Vec<Item>) {
         let mut parents: BTreeMap<String, Vec<String>> = BTreeMap::new();
         self.ancestors(items, &mut parents);

@@ -9,7 +9,7 @@ use super::tree::{Child, Machine, State, StateKind};
 use crate::codes;
 use crate::graf::parser::Findings;
 
-/// All warnings.
+/// Reports all warnings.
 pub(super) fn lints(machine: &Machine, found: &mut Findings) {
     machine.each_state(&mut |state| {
         if state.kind == StateKind::Parallel {
@@ -18,7 +18,7 @@ pub(super) fn lints(machine: &Machine, found: &mut Findings) {
     });
 }
 
-/// Warns about transitions between two children of `<parallel>` that are single states: the children are active together, so such a
+/// Warns about transitions between two children of `<parallel>` that are single states. The children are active together, so such a
 /// transition leaves and enters all of them. Regions with states of their own are not checked.
 fn between_regions(parallel: &State, found: &mut Findings) {
     let regions: BTreeMap<&str, Span> = parallel

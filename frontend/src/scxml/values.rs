@@ -521,7 +521,7 @@ impl Data {
                     return Err(Box::new(names.unknown(id, *place)));
                 };
                 if state.is_history {
-                    // A history is never active (assertion 580).
+                    // A history is never active (W3C test assertion 580).
                     return made(ExprKind::Bool(false), Kind::Bool);
                 }
                 let mut path = names.path_of(state, *place);

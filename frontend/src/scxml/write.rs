@@ -36,6 +36,9 @@ pub fn write_design(
     let [chart] = design.charts.as_slice() else {
         return Err(vec![cannot("a file with several charts", Span::default())]);
     };
+    if !net.settings.policy.is_statechart() {
+        return Err(vec![cannot("a chart that is not a statechart", chart.name.span)]);
+    }
     let Some((chart, notes)) = legalize(chart).map_err(|finding| vec![*finding])? else {
         return write_chart(chart, net);
     };
@@ -390,7 +393,6 @@ impl<'c> Writer<'c> {
     /// The settings of the chart as attributes of the document.
     fn settings(&mut self, chart: &'c Chart) -> String {
         let mut out = String::new();
-        let mut is_inner = false;
         for item in &chart.items {
             let Item::Setting(setting) = item else { continue };
             let span = setting.span;
@@ -398,10 +400,8 @@ impl<'c> Writer<'c> {
                 SettingKind::Tick(ns) => {
                     let _ = write!(out, " g:tick=\"{}\"", time::text(*ns));
                 }
-                SettingKind::Conflict(Policy::InnerFirst) => is_inner = true,
                 SettingKind::Conflict(Policy::OuterFirst) => {
                     self.refuse("`conflict outer-first`: the inner state has priority", span);
-                    is_inner = true;
                 }
                 SettingKind::Conflict(_) => {}
                 SettingKind::EvolutionStable(Some(limit)) => {
@@ -422,9 +422,6 @@ impl<'c> Writer<'c> {
                 | SettingKind::FinalScan
                 | SettingKind::Priority(_) => self.refuse("a setting of Grafcet charts", span),
             }
-        }
-        if !is_inner {
-            self.refuse("a chart that is not a statechart", chart.name.span);
         }
         out.push_str(&self.event_lists(chart));
         out

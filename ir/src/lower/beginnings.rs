@@ -6,7 +6,7 @@ use super::expand::Work;
 use crate::diag::{Diagnostic, Notation};
 use crate::net::PartId;
 
-/// Runs after `forcing`, because a forced chart needs no initial step of its own.
+/// Reports Grafcets that never do anything. Runs after `forcing`, because a forced chart needs no initial step of its own.
 pub(super) fn beginnings(lowering: &mut Lowering<'_>) {
     if lowering.is_statechart() {
         return;

@@ -12,7 +12,7 @@ use crate::expr::{CompareOp, Expr, ExprKind};
 use crate::net::{Enter, InputId, Leaf, Meta, Policy, StepId, Task, TransitionId};
 use crate::span::{Name, Span};
 
-/// Runs after `roles` and `declarations`, because conditions and lists read outputs.
+/// Lowers the contents of steps, reactions and transitions. Runs after `roles` and `declarations`, because conditions and lists read outputs.
 pub(super) fn behaviour(lowering: &mut Lowering<'_>) {
     lowering.leaving = vec![Vec::new(); lowering.net.steps.len()];
     if lowering.is_statechart() {
@@ -262,7 +262,7 @@ fn transition<'a>(
     }
 }
 
-/// `in a on E do { .. }`: the reaction of a step, written as a transition so that it can have a name.
+/// Lowers `in a on E do { .. }`: the reaction of a step, written as a transition so that it can have a name.
 fn reaction_of_step<'a>(
     lowering: &mut Lowering<'a>,
     scope: ScopeId,

@@ -20,7 +20,7 @@ codes! {
     WRONG_KIND = "G0203", "name of the wrong kind";
     /// The expansion of a macro-step contains the macro-step itself.
     MACRO_RECURSION = "G0204", "recursive macro";
-    /// A macro has exactly one entry step and one exit step.
+    /// A macro does not have exactly one entry step and one exit step.
     MACRO_SHAPE = "G0205", "macro without one entry and one exit step";
     /// A setting is written twice.
     SETTING_TWICE = "G0206", "duplicate setting";

@@ -201,7 +201,7 @@ pub(super) struct Lowering<'a> {
     pub(super) chart_bodies: Vec<(ScopeId, Range<usize>)>,
     /// Per chart: true if it contains `actions iec`.
     pub(super) iec: Vec<bool>,
-    /// The scope inside an enclosing step or a state.
+    /// Per enclosing step or state, the scope inside it.
     pub(super) bodies: BTreeMap<StepId, ScopeId>,
     pub(super) macros: Vec<MacroDefinition<'a>>,
     pub(super) instances: Vec<Instance>,
@@ -251,7 +251,7 @@ pub(super) struct Lowering<'a> {
     pub(super) max_objects: usize,
     /// Number of candidates examined for name suggestions.
     pub(super) suggestions: usize,
-    /// How the name that is looked up now would be declared, up to the name: messages about unknown names show it.
+    /// The keyword that would declare the name being looked up, such as `input`: messages about unknown names suggest such a declaration.
     pub(super) wanted: &'static str,
     /// The source steps of the transition whose receptivity is being lowered: messages suggest them first.
     pub(super) left: Vec<StepId>,

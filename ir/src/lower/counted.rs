@@ -1,5 +1,5 @@
-//! Counted steps (`step p count 0..n`, the activation counters of the paper on the Graphical FSM Editor): transitions decrement and increment
-//! a number (semantics §8, C27).
+//! Counted steps: `step p count 0..n`, the activation counters of the paper on the Graphical FSM Editor. Transitions decrement and increment a number
+//! (semantics §8, C27).
 //!
 //! ```text
 //! step p count 0..3          var p: int 0..3     a hidden step p, always active, so that the transitions after p still compete for it
@@ -108,7 +108,7 @@ fn refuse(lowering: &mut Lowering<'_>, span: Span, message: String, help: &str) 
     lowering.report(Diagnostic::error(codes::COUNTED, message).at(span, "").help(help));
 }
 
-/// `p > 0`
+/// The condition `p > 0`: the counted step is active.
 pub(super) fn is_active<L: Copy>(var: VarId, span: Span, leaf: impl Fn(Leaf) -> L) -> Expr<L> {
     let zero = Expr::new(ExprKind::Int(0), span);
     Expr::compare(CompareOp::Gt, Expr::leaf(leaf(Leaf::Var(var)), span), zero)

@@ -10,7 +10,7 @@ use crate::diag::{Code, Diagnostic};
 use crate::expr::Type;
 use crate::span::Name;
 
-/// Runs after `roles`, because the condition of a timer may read a stored output.
+/// Lowers initial values, safe values and the conditions of timers. Runs after `roles`, because the condition of a timer may read a stored output.
 pub(super) fn declarations(lowering: &mut Lowering<'_>) {
     for index in 0..lowering.work.len() {
         let Work::Declaration { scope, source, symbol } = lowering.work[index] else { continue };
@@ -109,7 +109,7 @@ fn initial_values(
     }
 }
 
-/// Words for a constant value in messages.
+/// The code of findings about a constant value, and the word for this value in messages.
 struct Called {
     code: Code,
     what: &'static str,

@@ -7,7 +7,8 @@ use super::expressions::Place;
 use crate::diag::Diagnostic;
 use crate::net::{self, Emergency};
 
-/// Runs after `roles`, which determines which outputs can be read. [`crate::validate`] reports what a net with an emergency must not contain.
+/// Lowers the emergency. Runs after `roles`, which determines which outputs can be read. [`crate::validate`] reports what a net with an emergency must not
+/// contain.
 pub(super) fn emergency(lowering: &mut Lowering<'_>) {
     let mut first = None;
     for index in 0..lowering.work.len() {

@@ -1,5 +1,6 @@
-//! Pass `expand`: every macro-step becomes a copy of its macro, every body becomes a scope, every object becomes an item of the net with its full name, in
-//! declaration order (semantics §1). Later passes lower the contents (conditions, lists) when all names are known.
+//! Pass `expand`, which expands macros and collects all objects of the net. Every macro-step becomes a copy of its macro, every body becomes a scope, every
+//! object becomes an item of the net with its full name, in declaration order (semantics §1). Later passes lower the contents (conditions, lists) when all
+//! names are known.
 //!
 //! ```text
 //! macro m { entry step e  exit step x  e -> x }        steps  p  a.e  a.x  b.e  b.x

@@ -51,7 +51,7 @@ impl Place<'_> {
 /// The leaves of lowered expressions: those of the net, or those of a property, which can also read outputs.
 pub(super) trait Target: Copy + Ord {
     fn of_net(leaf: Leaf) -> Self;
-    /// The output of the row; `None` if only the net's values can be read.
+    /// The leaf that reads an output of the row; `None` if only the net's values can be read.
     fn of_output(output: OutputId) -> Option<Self>;
 }
 
@@ -74,7 +74,7 @@ impl Target for PropertyLeaf {
 }
 
 impl Lowering<'_> {
-    /// A condition: Boolean.
+    /// Lowers a condition, which must be Boolean.
     pub(super) fn condition<L: Target>(
         &mut self,
         syntax: &Syntax,
@@ -93,7 +93,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// An expression with its type.
+    /// Lowers an expression; returns it with its type.
     pub(super) fn typed(
         &mut self,
         syntax: &Syntax,

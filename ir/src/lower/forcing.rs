@@ -8,7 +8,7 @@ use crate::diag::Diagnostic;
 use crate::net::{Forcing, ForcingOrder, PartId, StepId};
 use crate::span::Span;
 
-/// Runs after `expand`. The order is declaration order, which decides between conflicting orders.
+/// Lowers the forcing orders, in declaration order, which decides between conflicting orders. Runs after `expand`.
 pub(super) fn forcing(lowering: &mut Lowering<'_>) {
     let n_charts = lowering.chart_bodies.len();
     let mut forces: Vec<Vec<(usize, Span)>> = vec![Vec::new(); n_charts];

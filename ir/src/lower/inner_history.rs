@@ -49,7 +49,7 @@ struct Memory {
     states: BTreeMap<StepId, VarId>,
 }
 
-/// Runs last of the passes that change transitions, because it changes their ids.
+/// Splits transitions to a history of a state that contains their source. Of the passes that change transitions, it runs last, because it changes their ids.
 pub(super) fn inner_histories(lowering: &mut Lowering<'_>) {
     let inner = std::mem::take(&mut lowering.inner_histories);
     let mut memories: BTreeMap<HistoryId, Memory> = BTreeMap::new();
@@ -80,7 +80,7 @@ fn ways_of(
     let outermost = domain(lowering, source, &[Goal::History(one.history)], one.is_internal);
     let mut ways = Vec::new();
     let is_recorded = net.transitions.values().any(|other| other.clears.contains(&owner));
-    // A shallow history of atomic states records the same states, and then no state encloses the source.
+    // A shallow history also counts as deep if it records only atomic states: it then records the same states as a deep one.
     let is_deep = data
         .cases
         .iter()
@@ -141,8 +141,8 @@ fn too_many(lowering: &mut Lowering<'_>, one: Inner, state: StepId, span: Span) 
     );
 }
 
-/// The composite states inside `owner` that contain the source, innermost first, and that may contain everything recorded: between them and the owner no
-/// parallel state has another region.
+/// The composite states inside `owner` that contain the source and may contain everything recorded, innermost first. Between such a state and the owner there
+/// is no parallel state with several regions, because states in its other regions would be recorded too.
 fn shared_states(
     lowering: &Lowering<'_>,
     source: StepId,
@@ -161,7 +161,7 @@ fn shared_states(
     if forks(&owner) {
         return Vec::new();
     }
-    // States in the outermost parallel state record together with other regions.
+    // States inside a parallel state are recorded together with states in its other regions, so the search begins outside the outermost one.
     if let Some(last) = chain.iter().rposition(forks) {
         chain.drain(..=last);
     }
@@ -252,8 +252,9 @@ fn set(var: VarId, value: Expr<Leaf>, span: Span) -> Stmt {
     Stmt { kind: StmtKind::Assign { var, index: None, value }, span }
 }
 
-/// The memory changes when the owner is left, like the history. With `assign simultaneous` the owner's exit list still sees which states were active;
-/// otherwise they are already inactive, and each sets a mark that is kept until the transition's actions.
+/// Adds the statements that update the memory when the owner is left, as the history itself is updated. With `assign simultaneous` the owner's exit list still
+/// sees which states were active. Otherwise they are already inactive, so each state sets a mark in its own exit list; the owner's exit list reads and clears
+/// the marks, and a transition that leaves the state but not the owner clears its mark.
 fn record(lowering: &mut Lowering<'_>, history: HistoryId, memory: &Memory) {
     let owner = lowering.net.histories[history].owner;
     let span = lowering.net.histories[history].name.span;

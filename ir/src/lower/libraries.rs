@@ -125,7 +125,7 @@ pub(super) fn unused(lowering: &mut Lowering<'_>) {
 }
 
 impl<'a> Expansion<'_, 'a> {
-    /// `use conveyor as c1(..)`
+    /// Lowers `use conveyor as c1(..)`.
     pub(super) fn instance(&mut self, scope: ScopeId, source: &'a Use) {
         if !self.has_room(source.meta.span) {
             return;

@@ -14,8 +14,8 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The minimum limit if the transitions of a statechart form a cycle without events: loops over a counter are common in SCXML.
 const LOOPS: u32 = 1000;
 
-/// Runs last, when all steps and transitions exist: the limit is the number of leaf and enclosing steps plus transitions, without reactions. Without a
-/// cycle no reaction of a statechart needs more, so only charts that need the larger number pay for it.
+/// Sets the limit of micro-steps if the chart has none. Runs last, when all steps and transitions exist: the limit is the number of leaf and enclosing steps
+/// plus transitions, without reactions. Without a cycle no reaction of a statechart needs more, so only charts that need the larger number pay for it.
 pub(super) fn limit(lowering: &mut Lowering<'_>) {
     let net = &mut lowering.net;
     if !matches!(net.settings.evolution, Evolution::Stable { limit: 0 }) {

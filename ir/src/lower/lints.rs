@@ -504,7 +504,7 @@ fn truth(net: &Net, expr: &Expr<Leaf>) -> Option<bool> {
     }
 }
 
-/// `a and not a` is false, `a or not a` is true.
+/// The value of a conjunction or disjunction if it is constant; `a and not a` is false, and `a or not a` is true.
 fn junction(net: &Net, all: &[Expr<Leaf>], is_and: bool) -> Option<bool> {
     let values: Vec<Option<bool>> = all.iter().map(|one| truth(net, one)).collect();
     if values.contains(&Some(!is_and)) {

@@ -58,6 +58,7 @@ use crate::chart::Design;
 use crate::diag::{Diagnostic, any_error};
 use crate::net::Net;
 use crate::span::Span;
+use crate::validate::emergency::unenforceable;
 use crate::validate::{Valid, validate};
 use context::Lowering;
 use std::collections::BTreeSet;
@@ -95,7 +96,7 @@ pub fn passes() -> impl Iterator<Item = &'static str> {
 
 /// Lowers a design to its net, with all findings of the design: errors, and warnings about probable mistakes.
 ///
-/// There is a net exactly if no finding is an error. The same design gives the same net and the same findings in the same order.
+/// There is a net if and only if no finding is an error. The same design gives the same net and the same findings in the same order.
 #[must_use]
 pub fn lower(design: &Design) -> (Option<Valid<Net>>, Vec<Diagnostic>) {
     let lowered = lower_with(design, &TaskCosts::default());
@@ -105,7 +106,7 @@ pub fn lower(design: &Design) -> (Option<Valid<Net>>, Vec<Diagnostic>) {
 /// The result of [`lower_with`].
 #[derive(Debug, Clone)]
 pub struct Lowered {
-    /// The net; there is one exactly if no finding is an error.
+    /// The net; there is one if and only if no finding is an error.
     pub net: Option<Valid<Net>>,
     /// The findings.
     pub found: Vec<Diagnostic>,
@@ -120,6 +121,7 @@ pub fn lower_with(design: &Design, costs: &TaskCosts) -> Lowered {
     let (net, mut found, undeclared) = run(design, costs, PIPELINE);
     // A file that contains only library charts is valid, but there is nothing to run.
     if any_error(&found) || design.charts.is_empty() {
+        found.extend(unenforceable(&net));
         return Lowered { net: None, found, undeclared };
     }
     match validate(net) {

@@ -17,7 +17,7 @@ use crate::net::{
 use crate::span::Span;
 use std::collections::BTreeMap;
 
-/// Runs after `roles`; no later pass reads what it adds.
+/// Lowers the uses of outputs to their drivers. Runs after `roles`; no later pass reads what it adds.
 pub(super) fn outputs(lowering: &mut Lowering<'_>) {
     for id in lowering.net.outputs.ids() {
         let role = lowering.roles[id.index()];
@@ -166,7 +166,7 @@ fn calls(lowering: &mut Lowering<'_>, id: OutputId, uses: &[Use<'_>]) {
     }
 }
 
-/// An extern action with qualifiers: one controlled action for each list of arguments, with the call as its body.
+/// Lowers an extern action with qualifiers: to one controlled action for each list of arguments, with the call as its body.
 fn controlled_extern(lowering: &mut Lowering<'_>, id: OutputId, uses: &[Use<'_>]) {
     let mut by_arguments: BTreeMap<Vec<Expr<Leaf>>, usize> = BTreeMap::new();
     let mut groups: Vec<(Vec<Expr<Leaf>>, Vec<Use<'_>>)> = Vec::new();
@@ -201,7 +201,7 @@ fn controlled_extern(lowering: &mut Lowering<'_>, id: OutputId, uses: &[Use<'_>]
     }
 }
 
-/// The uses of a controlled action and its durations.
+/// Lowers the uses of a controlled action and its durations.
 fn controlled(lowering: &mut Lowering<'_>, action: ActionId, uses: &[Use<'_>]) {
     let mut made = Vec::with_capacity(uses.len());
     let timers = lowering.more_timers.remove(&action).unwrap_or_default();

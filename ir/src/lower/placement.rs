@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 /// Pins that do not belong to a signal of the chart.
 const BOARD_SIGNALS: &[&str] = &["clock", "tick", "reset", "busy", "oe", "vcc", "gnd", "nc"];
 
-/// Runs after `expand`.
+/// Lowers the placement requests and the boards. Runs after `expand`.
 pub(super) fn placement(lowering: &mut Lowering<'_>) {
     let mut first_board: Option<Span> = None;
     for index in 0..lowering.work.len() {

@@ -12,7 +12,8 @@
 //! the program has a sequence; where it requires earlier values, the program reads cells before they are stored, or temporaries set before. Values that
 //! are never read are not created: a step whose time is not read has no counter, a policy without competition has no ages, and so on (`needs`).
 //!
-//! Reset has no program of its own: it is made in the same way, executed once ([`crate::program_run`]), and only its results are kept, as constants.
+//! The program of the reset is not part of the result: it is made in the same way and executed once ([`crate::program_run`]), and only its results are kept, as
+//! constants.
 //!
 //! | module | semantics |
 //! |---|---|
@@ -23,7 +24,7 @@
 //! | `change` | the next situation: enclosing steps, forcing, restart (NEXT and FIRE of §3.9) |
 //! | `grafcet` | the evolution outside statecharts |
 //! | `statechart` | the evolution of statecharts, with their `tree`, their `queues`, the `order` of their actions, and the states that they leave and `enter` |
-//! | `pieces` | the same in pieces, for code of another shape |
+//! | `pieces` | the parts of a statechart's reaction, for code that arranges them differently |
 //! | `ending` | the end of a reaction (§3.8) |
 //! | `prune` | removes values that are written but never read |
 

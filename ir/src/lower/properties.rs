@@ -8,7 +8,7 @@ use crate::chart;
 use crate::diag::Diagnostic;
 use crate::net::{Leaf, Property, PropertyLeaf, PropertyRole};
 
-/// Runs after `roles`, which determines how outputs are read.
+/// Lowers all properties. Runs after `roles`, which determines how outputs are read.
 pub(super) fn properties(lowering: &mut Lowering<'_>) {
     for index in 0..lowering.work.len() {
         let Work::Property { scope, source } = lowering.work[index] else { continue };

@@ -42,7 +42,7 @@ pub(super) fn is_controlling(how: ActionHow) -> bool {
     !matches!(qualifier, Qualifier::N | Qualifier::L | Qualifier::D)
 }
 
-/// Runs after `expand`, when all steps that may use an output are known.
+/// Determines the role of each output. Runs after `expand`, when all steps that may use an output are known.
 pub(super) fn roles(lowering: &mut Lowering<'_>) {
     let n_outputs = lowering.net.outputs.len();
     let mut collected = Collected {
@@ -70,7 +70,7 @@ pub(super) fn roles(lowering: &mut Lowering<'_>) {
     }
 }
 
-/// A controlled action without an output; later passes lower its uses and its list.
+/// Declares a controlled action without an output; later passes lower its uses and its list.
 fn drawn_action(lowering: &mut Lowering<'_>, action: usize, source: &chart::Action) {
     let drawn = &lowering.drawn_actions[action];
     let (name, is_used) = (drawn.name.clone(), !drawn.uses.is_empty());
@@ -99,8 +99,8 @@ fn drawn_action(lowering: &mut Lowering<'_>, action: usize, source: &chart::Acti
 }
 
 /// Creates the additional actions for further durations of an action. One action has one timer of each kind. If L or D is used with several durations,
-/// each additional duration gets an action of its own, which is placed before the main one and has no column; the steps then use the main action while
-/// that one runs (semantics §3.5). Other qualifiers with several durations are reported where they are lowered.
+/// each additional duration gets an action of its own, which is placed before the main one and has no column; its Q is then combined with the inputs of the
+/// main action, as by qualifier N (semantics §3.5). Other qualifiers with several durations are reported where they are lowered.
 pub(super) fn more_timers(
     lowering: &mut Lowering<'_>,
     name: &Name,

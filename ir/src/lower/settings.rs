@@ -29,7 +29,7 @@ struct Said {
     shared: Set<Sharing>,
 }
 
-/// Runs first: durations need the tick, and names depend on the kind of chart.
+/// Lowers the settings of all charts. Runs first: durations need the tick, and names depend on the kind of chart.
 pub(super) fn settings(lowering: &mut Lowering<'_>) {
     let design = lowering.design;
     let mut said: Vec<Said> =
@@ -102,7 +102,7 @@ fn read(lowering: &mut Lowering<'_>, items: &[Item]) -> Said {
                     let message = format!("the limit of micro-steps must be in 1..{MAX_LIMIT}");
                     lowering.report(
                         Diagnostic::error(codes::RANGE, message).at(span, "").help(
-                            "remove it: the default is enough for a chart that becomes stable",
+                            "write a smaller limit, or none: without `limit`, it is large enough for each chart that becomes stable",
                         ),
                     );
                 } else if let Some(limit) = *limit {
@@ -171,7 +171,7 @@ struct Shared<'s> {
 }
 
 impl Shared<'_> {
-    /// A setting that may be written in any chart of the file and applies to all.
+    /// The value of a setting that may be written in any chart of the file and applies to all charts.
     fn one<T: Copy + PartialEq>(&mut self, word: &str, get: impl Fn(&Said) -> Set<T>) -> Option<T> {
         let mut found: Set<T> = None;
         for (value, span) in self.said.iter().filter_map(get) {

@@ -10,7 +10,7 @@ use crate::net::{Sharing, VarId, VarOrigin};
 use crate::span::Span;
 use std::collections::BTreeMap;
 
-/// Runs after all passes that make lists and receptivities: [`crate::sharing::separate`] rewrites them.
+/// Lowers the sharing settings. Runs after all passes that make lists and receptivities: [`crate::sharing::separate`] rewrites them.
 pub(super) fn sharing(lowering: &mut Lowering<'_>) {
     let mut said: BTreeMap<VarId, (Sharing, Span)> = BTreeMap::new();
     for index in 0..lowering.work.len() {

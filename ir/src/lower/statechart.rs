@@ -240,7 +240,7 @@ impl Entering<'_, '_> {
         self.state(state, &BTreeSet::new(), &BTreeMap::new())
     }
 
-    /// The initial transition of a composite state or of the chart: as drawn, else to the child marked initial, else to the first child.
+    /// Takes the initial transition of a composite state or of the chart: as drawn, else to the child marked initial, else to the first child.
     fn initial(&mut self, state: Option<StepId>) -> Result<(), Clash> {
         let tree = &self.lowering.tree;
         if let Some(state) = state

@@ -7,7 +7,7 @@ use crate::chart::{self, StepItemKind};
 use crate::net::{Net, StepId};
 use crate::span::{Name, Span};
 
-/// Runs after `expand`, when all names from the designer are in use.
+/// Names the transitions that have no name. Runs after `expand`, when all names from the designer are in use.
 pub(super) fn transition_names(lowering: &mut Lowering<'_>) {
     for index in 0..lowering.work.len() {
         let (scope, id, base, span) = match lowering.work[index] {

@@ -116,8 +116,8 @@ pub(super) const SYSTEM_VERILOG: &[&str] = &[
     "until_with", "untyped", "var", "virtual", "void", "wait_order", "weak", "wildcard", "with", "within",
 ];
 
-/// Words that tools reserve in addition to both standards: words of Verilog-AMS and of earlier drafts that Icarus Verilog knows, and the classes of the
-/// package `std`, whose names Verilator reads as types.
+/// Words that tools reserve in addition to both standards. These are words of Verilog-AMS and of earlier drafts that Icarus Verilog knows, and the classes of
+/// the package `std`, whose names Verilator reads as types.
 #[rustfmt::skip]
 pub(super) const VERILOG_TOOLS: &[&str] = &[
     "bool", "mailbox", "process", "semaphore", "wone", "wreal",
@@ -135,7 +135,7 @@ pub(super) const PALASM: &[&str] = &[
     "trst", "vcc", "vector", "while", "xor",
 ];
 
-/// CUPL.
+/// Reserved words of CUPL.
 #[rustfmt::skip]
 pub(super) const CUPL: &[&str] = &[
     "append", "assembly", "assy", "b", "ckmux", "company", "condition", "d", "date", "declare", "default", "designer", "device", "dfb",
@@ -145,7 +145,7 @@ pub(super) const CUPL: &[&str] = &[
     "sequenced", "sequencejk", "sequencers", "sequencet", "table", "tec", "tfb", "undef", "until", "x",
 ];
 
-/// GALasm and galette.
+/// Reserved words of GALasm and galette.
 #[rustfmt::skip]
 pub(super) const GALASM: &[&str] = &[
     "ar", "description", "gnd", "nc", "sp", "vcc",

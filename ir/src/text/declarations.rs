@@ -23,7 +23,7 @@ const QUALIFIERS: [Qualifier; 11] = [
 ];
 
 impl Parser<'_> {
-    /// The whole text.
+    /// Reads the whole text.
     pub(super) fn net(&mut self) {
         let mut has_name = false;
         loop {
@@ -60,7 +60,7 @@ impl Parser<'_> {
         }
     }
 
-    /// A declaration with its continuation lines.
+    /// Reads a declaration with its continuation lines.
     fn declaration(&mut self) -> Result<(), Fail> {
         if !self.at_head() {
             return self.no_line(&[]);

@@ -190,7 +190,7 @@ impl Parser<'_> {
         Ok(tall(ExprKind::Select(c, a, b), start.to(self.before()), h.max(i).max(j)))
     }
 
-    /// `-5` is a constant, `-(5)` the negation of one.
+    /// Parses a minus sign: `-5` is a constant, `-(5)` the negation of one.
     fn minus<L: ReadLeaf>(&mut self, depth: usize) -> Result<Tall<L>, Fail> {
         if self.peek_kind() == Kind::Number {
             return self.constant();

@@ -190,7 +190,7 @@ fn near<V>(wanted: &str, map: &Map<'_, V>) -> Option<String> {
     nearest(wanted, map.keys().map(AsRef::as_ref)).map(str::to_owned)
 }
 
-/// The second pass.
+/// The parser of the second pass.
 pub(super) struct Parser<'a> {
     file: FileId,
     source: &'a str,
@@ -243,7 +243,7 @@ impl<'a> Parser<'a> {
         history_ref history_named: histories -> HistoryId, "history";
     }
 
-    /// An input or event.
+    /// Reads the name of an input or event.
     pub(super) fn input_ref(&mut self) -> Result<InputId, Fail> {
         let token = self.reference("input or event")?;
         if token.kind == Kind::Position {
@@ -468,7 +468,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// A number, with its sign.
+    /// Reads a number with its sign.
     pub(super) fn integer(&mut self) -> Result<i64, Fail> {
         let start = self.here();
         let is_negative = self.eat("-");
@@ -590,7 +590,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// The name of the declared object.
+    /// Reads the name of the declared object.
     pub(super) fn name(&mut self) -> Result<Name, Fail> {
         match self.token.kind {
             Kind::Word => self.not_reserved()?,

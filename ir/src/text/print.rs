@@ -483,7 +483,7 @@ impl Printer<'_> {
         }
     }
 
-    /// A condition, if there is one, and the end of the line.
+    /// Prints a condition, if there is one, and the end of the line.
     fn condition(&mut self, word: &str, condition: Option<&Expr>) {
         if let Some(condition) = condition {
             put!(self, " {word} ");
@@ -517,7 +517,7 @@ impl Printer<'_> {
         }
     }
 
-    /// A list of statements below a declaration, if there is one.
+    /// Prints a list of statements below a declaration, if there is one.
     fn list(&mut self, word: &str, list: &[Stmt]) {
         if !list.is_empty() {
             put!(self, "    {word} ");
@@ -526,7 +526,7 @@ impl Printer<'_> {
         }
     }
 
-    /// A block, on one line if it is short and flat.
+    /// Prints a block, on one line if it is short and flat.
     fn block(&mut self, list: &[Stmt], indent: usize) {
         let is_flat =
             !list.iter().any(|stmt| matches!(stmt.kind, StmtKind::If { .. })) && list.len() <= 4;

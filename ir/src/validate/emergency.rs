@@ -3,7 +3,7 @@
 use super::Checker;
 use crate::codes;
 use crate::diag::Diagnostic;
-use crate::net::{InputKind, Leaf};
+use crate::net::{InputId, InputKind, Leaf, Net};
 use std::collections::BTreeSet;
 
 impl Checker<'_> {
@@ -23,49 +23,52 @@ impl Checker<'_> {
                 self.report(codes::BAD_INIT, span, message);
             }
         }
-        let Some(emergency) = &net.emergency else { return };
-        let span = emergency.meta.span;
-        let mut asked = BTreeSet::new();
-        for leaf in emergency.condition.leaves() {
-            if let Leaf::Input(id) = leaf
-                && let Some(input) = net.inputs.get(*id)
-                && input.kind == InputKind::Extern
-            {
-                asked.insert(*id);
-            }
-        }
-        for name in asked.into_iter().map(|id| &net.inputs[id].name) {
-            self.out.push(
-                Diagnostic::error(
-                    codes::EMERGENCY,
-                    format!("the emergency reads the extern condition `{name}`"),
-                )
-                .at(emergency.condition.span, "")
-                .at(name.span, "declared here")
-                .help("make it an input: an emergency must not wait for a function call"),
-            );
-        }
-        for output in net.outputs.values().filter(|output| output.registered) {
-            let name = &output.name;
-            self.out.push(
-                Diagnostic::error(
-                    codes::EMERGENCY,
-                    format!(
-                        "the output `{name}` is registered, so an emergency cannot force it between clock edges"
-                    ),
-                )
-                .at(name.span, "declared here")
-                .at(span, "forces all outputs")
-                .help("remove `registered`"),
-            );
-        }
-        if let Some(open) = net.unspecified.first() {
-            self.out.push(
-                Diagnostic::error(codes::EMERGENCY, "a net with an emergency contains open cells")
-                    .at(span, "")
-                    .at(open.when.span, "outputs have no defined value here")
-                    .help("specify the open cells, or remove the emergency"),
-            );
-        }
+        self.out.extend(unenforceable(net));
     }
+}
+
+/// The reasons why the emergency of a net cannot force every output at once. They need only the declarations and the condition, so [`crate::lower`] reports
+/// them for a chart with other errors too.
+pub(crate) fn unenforceable(net: &Net) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    let Some(emergency) = &net.emergency else { return found };
+    let span = emergency.meta.span;
+    let is_extern =
+        |id: &InputId| net.inputs.get(*id).is_some_and(|input| input.kind == InputKind::Extern);
+    let read = emergency.condition.leaves().filter_map(Leaf::input);
+    let asked: BTreeSet<InputId> = read.filter(is_extern).collect();
+    for name in asked.into_iter().map(|id| &net.inputs[id].name) {
+        found.push(
+            Diagnostic::error(
+                codes::EMERGENCY,
+                format!("the emergency reads the extern condition `{name}`"),
+            )
+            .at(emergency.condition.span, "")
+            .at(name.span, "declared here")
+            .help("make it an input: an emergency must not wait for a function call"),
+        );
+    }
+    for output in net.outputs.values().filter(|output| output.registered) {
+        let name = &output.name;
+        found.push(
+            Diagnostic::error(
+                codes::EMERGENCY,
+                format!(
+                    "the output `{name}` is registered, so an emergency cannot force it between clock edges"
+                ),
+            )
+            .at(name.span, "declared here")
+            .at(span, "forces all outputs")
+            .help("remove `registered`"),
+        );
+    }
+    if let Some(open) = net.unspecified.first() {
+        found.push(
+            Diagnostic::error(codes::EMERGENCY, "a net with an emergency contains open cells")
+                .at(span, "")
+                .at(open.when.span, "outputs have no defined value here")
+                .help("specify the open cells, or remove the emergency"),
+        );
+    }
+    found
 }

@@ -20,7 +20,7 @@ enum Domain {
     Part(PartId),
     /// A state that is active before and after.
     State(StepId),
-    /// Like `State`, but only one of several lists that are entered together.
+    /// Like `State`, for one of several lists that are entered together: this list alone need not be complete.
     Share(StepId),
 }
 

@@ -109,7 +109,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Checks that all kinds of transitions share; further checks depend on the kind of chart.
+    /// Runs the checks that apply to transitions of all kinds; further checks depend on the kind of chart.
     pub(super) fn transitions(&mut self) {
         let net = self.net;
         for (id, transition) in net.transitions.iter() {
@@ -513,7 +513,7 @@ impl Checker<'_> {
         }
     }
 
-    /// True if a queue can contain some event: one that is raised, sent, or raised by completion.
+    /// True if this input is an event, external or internal.
     pub(super) fn is_event(&self, id: crate::net::InputId) -> bool {
         self.net
             .inputs

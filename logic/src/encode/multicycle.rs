@@ -3,7 +3,7 @@
 //! ```text
 //!   one reaction              one clock
 //!   before                    take the inputs, or those held         an event that comes while busy is kept
-//!   repeat while c       ──►  if not busy { before } else { what of before and of the last round is still read := held }
+//!   repeat while c       ──►  if not busy { before } else { values of before and of the last round that are still read := held }
 //!     { round }               if c { round }
 //!   after                     if not c { after, outputs and fault into registers }
 //!                             busy := c;  held := what the next clock reads
@@ -105,7 +105,7 @@ fn is_evolution(program: &Program, stmt: &Stmt) -> bool {
     matches!(stmt, Stmt::Repeat { body, .. } if moves(program, body))
 }
 
-/// True if some step may be stored.
+/// True if the block may change the bit of a step.
 pub(super) fn moves(program: &Program, block: &[Stmt]) -> bool {
     statements(block).filter_map(Stmt::target).any(|target| match target {
         Leaf::Cell(cell) => matches!(program.cells[cell].origin, Origin::Step(_)),
@@ -396,7 +396,8 @@ impl<'a> Maker<'a> {
         self.inputs.values().chain(&self.tick)
     }
 
-    /// In a clock with busy 0: the values of the pins and the late events; otherwise the values taken then.
+    /// Sets the inputs of the reaction: in a clock with busy 0, to the values of the pins and the late events; otherwise to the values taken in that earlier
+    /// clock.
     fn take_inputs(&self) -> Vec<Stmt> {
         let mut out = Vec::new();
         let mut lost = Vec::new();
@@ -418,7 +419,7 @@ impl<'a> Maker<'a> {
                 let kept = Expr::or([occurs, of_cell(late)]);
                 keep.push(Stmt::Store(late, None, Expr::and([of_cell(self.busy), kept])));
             }
-            // Without a cell it is read only in the first clock.
+            // An input without a cell is read only in the first clock.
             let value = match taken.held {
                 Some(held) => select(of_cell(self.busy), of_cell(held), fresh),
                 None => fresh,

@@ -12,8 +12,8 @@
 //! active if its flip-flop is set and its parent is active ([`Origin::Region`]). Before the first activation of the state its register is zero: nothing is
 //! recorded, and a history uses its default.
 //!
-//! A deep history uses all registers below its owner; an atomic state is recorded if every flip-flop on the path up to the owner is set. The regions of a
-//! parallel state are active exactly if it is active and need no flip-flop, unless a history records the region itself.
+//! A deep history uses all registers below its owner; an atomic state is recorded if every flip-flop on the path up to the owner is set. A region of a parallel
+//! state is active if and only if that state is active, so it needs no flip-flop, unless a history records the region itself.
 //!
 //! The program's own cells become temporaries: they are unpacked from the registers before the reaction and packed after its last micro-step. So the
 //! behaviour of the reaction is unchanged.
@@ -41,7 +41,7 @@ pub(super) struct Regions {
     pub(super) gated: Vec<Gated>,
 }
 
-/// A state without a flip-flop that alone tells whether it is active.
+/// A state whose activity is not stored in one flip-flop.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Gated {
     /// Whether it is active, within the reaction.

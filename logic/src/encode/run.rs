@@ -36,7 +36,7 @@ impl Encoder<'_> {
         }
     }
 
-    /// After the registers of regions are packed, the activity of a state is also a function of the new state.
+    /// Once the registers of regions are packed, records the activity of each state as a function of the new state too.
     fn note_packed(&mut self) {
         let Some(regions) = self.regions.filter(|regions| regions.packed_at == self.now) else {
             return;
@@ -205,7 +205,7 @@ impl Encoder<'_> {
         depth: u32,
     ) {
         if let Some(value) = self.builder.as_constant(condition) {
-            // Even a branch that always runs hides what it sets from the new state, because its conditions read the old state.
+            // Even in a branch that always runs, calls and outputs have a form over the new state only if the condition has one.
             let outer = self.path_after;
             self.path_after = self.join_after(after, value);
             self.block(if value { then } else { otherwise }, depth + 1);
@@ -278,7 +278,7 @@ impl Encoder<'_> {
         }
     }
 
-    /// Micro-steps in one clock: each round runs if its condition is true. A round that does not run changes nothing, so the next condition is false
+    /// Encodes micro-steps in one clock: each round runs if its condition is true. A round that does not run changes nothing, so the next condition is false
     /// too and needs no nesting.
     fn repeat(&mut self, limit: u32, condition: &Expr<Leaf>, body: &[Stmt], depth: u32) {
         // The proved bound of rounds applies to the outermost loop that changes the situation. Loops inside it resolve conflicts, and another
@@ -297,7 +297,7 @@ impl Encoder<'_> {
         }
     }
 
-    /// True if some step may be stored.
+    /// True if the block may change the bit of a step.
     fn moves(&self, block: &[Stmt]) -> bool {
         super::multicycle::moves(self.program, block)
     }
@@ -327,7 +327,7 @@ impl Encoder<'_> {
         }
     }
 
-    /// The value of an expression over the current state of the execution, or (`after`) over the state after the clock edge; `None` if a temporary is
+    /// The value of an expression over the current state of the execution, or (`after`) over the state after the clock edge. `None` if a temporary is
     /// not set or, with `after`, if some cell is stored later.
     pub(super) fn eval(&mut self, expr: &Expr<Leaf>, after: bool) -> Option<Value> {
         Some(match &expr.kind {

@@ -233,7 +233,7 @@ impl Search {
         if lower >= goal || depth >= MAX_DEPTH || self.steps == 0 {
             return Solution { columns: name(&best), lower: lower.min(best.len()) };
         }
-        // Columns whose price shows that no better cover contains them, or that each better one does.
+        // Columns whose reduced cost shows that no better cover contains them, or that every better cover does.
         let (is_out, is_in) = relaxed.fixed(goal);
         if is_out.contains(&true) || is_in.contains(&true) {
             let mut smaller = matrix.clone();

@@ -25,11 +25,11 @@ pub(super) struct Growth<'a> {
     n_hopeful: usize,
 }
 
-/// Above this number of rows the last step searches a large prime part by part.
+/// Above this number of rows the last step builds a large prime part by part.
 const MAX_COVER_ROWS: usize = 500;
 
 impl<'a> Growth<'a> {
-    /// Starts with a product of a list, which may come to contain the `candidates` of the list.
+    /// Starts with one product of a list; the `candidates` are the other products of the list that its prime may come to contain.
     pub(super) fn new(
         terms: &'a Terms,
         index: usize,
@@ -103,7 +103,7 @@ impl<'a> Growth<'a> {
         self.largest()
     }
 
-    /// The candidates that one prime can contain together with this product, each by itself.
+    /// The candidates that fit into one prime together with this product, each considered alone.
     pub(super) fn partners(mut self) -> Vec<usize> {
         let mut low = vec![0; self.stride];
         let needs = std::mem::take(&mut self.needs);
@@ -278,7 +278,7 @@ impl<'a> Growth<'a> {
         bits(&self.free).max_by_key(|part| (counts[*part], std::cmp::Reverse(*part))).unwrap_or(0)
     }
 
-    /// A large prime: as few free parts as possible are not raised.
+    /// A large prime: raises as many free parts as possible.
     fn largest(mut self) -> Vec<u64> {
         self.raise_harmless();
         if self.rows.len() > MAX_COVER_ROWS * self.stride {

@@ -21,7 +21,7 @@ pub(super) struct Loop<'a> {
     pub(super) off: Option<Terms>,
     /// What each output may or may not cover.
     free: Terms,
-    /// The free part, and the essential primes once they are known: other products do not have to cover it.
+    /// The free part, and the essential primes once they are known: other products do not have to cover these points.
     done: Terms,
     /// The primes that every sum of primes contains.
     essential: Option<Terms>,

@@ -262,7 +262,7 @@ pub fn minimise(
 /// Larger problems than these get only a local minimum: variables, products, nodes.
 const SMALL: (usize, usize, usize) = (18, 96, 1 << 15);
 
-/// Searches the proved minimum of a small problem; a sum that is not shorter is discarded.
+/// Searches for the proved minimum of a small problem; a sum that is not shorter is discarded.
 fn improve(
     bdd: &Bdd,
     lower: Ref,
@@ -305,7 +305,7 @@ fn improve(
 /// Limits of the work of a minimisation. All figures count steps, never seconds: the same problem gives the same result on every machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
-    /// Search the proved minimum; otherwise only a small sum.
+    /// Search for the proved minimum; otherwise only for a small sum.
     pub exact: bool,
     /// The maximum size of the diagrams, in nodes.
     pub nodes: usize,
@@ -321,7 +321,7 @@ pub struct Effort {
     pub branching: u64,
     /// The maximum number of forbidden products that are listed; beyond it the diagram is used instead.
     pub forbidden: usize,
-    /// Visits of forbidden products for a lower bound if no proof was found otherwise.
+    /// The maximum number of visits of forbidden products to find a lower bound, if nothing else proved one.
     pub looks: usize,
 }
 
@@ -348,7 +348,7 @@ impl Effort {
         }
     }
 
-    /// For a small sum quickly: the loop may do the work of this level, but the table of primes is made only if it is short.
+    /// The effort to find a small sum quickly: the loop may do the work of this level, but the table of primes is made only if it is short.
     #[must_use]
     pub fn quick(level: u32) -> Self {
         let effort = Self::of_level(level, true);
@@ -408,7 +408,7 @@ pub struct Outcome {
 /// A small sum for all outputs together, with shared products: for a PLA. Minimises the number of products, then the literals.
 ///
 /// # Errors
-/// If the diagrams need more than the effort's nodes, or if there is no initial sum and none of acceptable length.
+/// If the diagrams need more than the effort's nodes, or if there is no initial sum and the first one computed is too long.
 pub fn shared(function: &Function, effort: &Effort) -> Result<Outcome, Refused> {
     let mut function = function.clone();
     let free = function.free(effort.forbidden)?;

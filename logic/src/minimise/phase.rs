@@ -77,7 +77,7 @@ impl Search<'_> {
     }
 }
 
-/// Searches the phases with the fewest shared products; judges at most `tries` choices.
+/// Searches for the phases with the fewest shared products; judges at most `tries` choices.
 ///
 /// # Errors
 /// If the diagrams need more than the effort's nodes, or if the sum of the outputs without inversion is too long.
@@ -129,7 +129,8 @@ pub fn phased(function: &Function, effort: &Effort, tries: usize) -> Result<Phas
     Ok(Phased { is_complemented: best.1, outcome, tries, is_complete })
 }
 
-/// One phase for each of `n` outputs of a sum that contains both, the complements last: with as few products as inverting single outputs achieves.
+/// One phase for each of `n` outputs, from a sum of the outputs followed by their complements. Single outputs are inverted as long as this reduces the number
+/// of products needed.
 fn sides(terms: &Terms, n: usize) -> Vec<bool> {
     let shape = terms.shape;
     let users: Vec<Vec<usize>> =

@@ -17,10 +17,9 @@ use super::{Effort, Minimum, Outcome, Primes, Refused};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// A small sum for all outputs together if exactly one of the inputs in `field` is always true: true on `on`, false on `off`, free elsewhere and
-/// wherever none or several of those inputs are true. Each product contains a literal of each of those inputs. `function` must be the same function;
-/// the result is compared with it. `known` is a sum of it that may serve as a start. `None` if `function` is different, or if `on` and `off`
-/// contradict each other.
+/// A small sum for all outputs together if exactly one of the inputs in `field` is always true. It is true on `on`, false on `off`, free elsewhere and wherever
+/// none or several of those inputs are true. Each product contains a literal of each of those inputs. `function` must be the same function; the result is
+/// compared with it. `known` is a sum of it that may serve as a start. `None` if `function` is different, or if `on` and `off` contradict each other.
 ///
 /// # Errors
 /// If the diagrams need more than the effort's nodes.
@@ -80,7 +79,7 @@ fn without_values(shape: Shape, term: &[u64]) -> Vec<u64> {
     term
 }
 
-/// Excludes this value with a negative literal.
+/// Restricts a product to this value, with negative literals of all other values.
 fn add_negative(shape: Shape, term: &mut [u64], value: usize) {
     for other in shape.one_hot().filter(|other| *other != value) {
         shape.set_literal(term, other, Some(false));
@@ -104,7 +103,7 @@ fn of_one_value(
     single
 }
 
-/// The same products as sets of values, with negative literals only.
+/// Products in terms of sets of values, with negative literals only.
 fn of_values(terms: &Terms, shape: Shape) -> Terms {
     let mut sets = Terms::new(shape);
     for term in terms.iter() {
@@ -153,7 +152,7 @@ fn free(on: &Terms, off: &Terms, shape: Shape, effort: &Effort) -> Result<Option
     Ok(Some(free))
 }
 
-/// A product of one value has only that positive literal; one of several values has the others negated.
+/// The products with few literals: a product of one value gets only its positive literal; one of several values keeps the negative literals of the others.
 fn with_few_literals(terms: &Terms, plain: Shape) -> Terms {
     let shape = terms.shape;
     let mut short = Terms::new(plain);

@@ -267,7 +267,7 @@ impl Terms {
         &mut self.data[index * stride..(index + 1) * stride]
     }
 
-    /// All of them, in order.
+    /// All products, in order.
     pub fn iter(&self) -> impl Iterator<Item = &[u64]> {
         (0..self.n).map(|index| self.get(index))
     }

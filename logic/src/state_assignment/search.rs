@@ -1,4 +1,4 @@
-//! Searches the assignment of codes to steps.
+//! Searches for a good assignment of codes to steps.
 //!
 //! Steps that follow each other, or that occur together in a function, should have codes that differ in few bits: an embedding weights these pairs
 //! and is improved by exchanges. Then exchanges are judged by the sums themselves: by the widest sum and the total ([`better`]), or by whether they
@@ -70,7 +70,7 @@ enum Start {
     ByName,
 }
 
-/// Searches codes whose sums fit in a device, within the given number of judgements: from each start and with each number of bits that the device
+/// Searches for codes whose sums fit in a device, within the given number of judgements: from each start and with each number of bits that the device
 /// has flip-flops for. The search accepts slightly worse moves, but fewer and fewer of them.
 pub(super) fn within(
     logic: &Logic,
@@ -227,7 +227,7 @@ fn natural(name: &str) -> Vec<(String, u64)> {
     parts
 }
 
-/// Searches codes: first for similar codes of neighbouring steps, then for short sums.
+/// Searches for codes: first similar codes of neighbouring steps, then short sums.
 pub(super) fn better(logic: &Logic, mut plans: Vec<Plan>, tries: usize) -> Vec<Plan> {
     for plan in &mut plans {
         embed(logic, plan);

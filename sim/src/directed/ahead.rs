@@ -28,7 +28,8 @@ pub struct Ahead<'n> {
     /// For each saved state, the answer after which it was saved; the index is the number of the state.
     saved: Vec<usize>,
     reactions: usize,
-    /// The remaining number of attempts. A run ends if no inputs satisfy the chart's assumptions, and there may be no other inputs.
+    /// The remaining number of attempts. An attempt gives no reaction if no inputs that satisfy the chart's assumptions are found, and this may happen every
+    /// time.
     tries: usize,
     micro_steps: u64,
 }

@@ -1,4 +1,4 @@
-//! The distance of a Boolean from a wanted value: the branch distance of search-based testing [Korel 1990; McMinn, Search-based software test data
+//! The distance of a Boolean from a wanted value. This is the branch distance of search-based testing [Korel 1990; McMinn, Search-based software test data
 //! generation, 2004], for receptivities as they are read in the first check of a reaction.
 
 use grafsynth_ir::expr::{CompareOp, Expr as GenericExpr, ExprKind};
@@ -62,7 +62,7 @@ impl<'s> Context<'s> {
         row.value(event) != 0 || raised
     }
 
-    /// The distance of `expr` from `wanted`: 0 exactly if it has this value. The transitions that `otherwise` refers to are followed once (`deep`),
+    /// The distance of `expr` from `wanted`: 0 if and only if it has this value. The transitions that `otherwise` refers to are followed once (`deep`),
     /// because a long chain of them would take exponential time.
     fn to(&self, expr: &Expr, wanted: bool, deep: bool) -> u64 {
         match &expr.kind {
@@ -190,7 +190,7 @@ impl<'s> Context<'s> {
     }
 }
 
-/// The change of `a` that makes the comparison true.
+/// The smallest change of `a` that makes the comparison true.
 fn compare(op: CompareOp, a: i64, b: i64) -> u64 {
     match op {
         _ if op.apply(a, b) => 0,

@@ -107,7 +107,7 @@ struct Distance {
 enum Aim {
     /// Any inputs, generated in this manner.
     Any(Manner),
-    /// This transition.
+    /// A reaction in which this transition fires.
     Fire(TransitionId),
 }
 
@@ -171,7 +171,7 @@ impl<'n> Directed<'n> {
         }
     }
 
-    /// Adds relevant values of an input for another user, such as a chart that is compared with this one.
+    /// Adds values of an input that matter to something other than the net, such as a chart that is compared with it.
     pub fn also_try(&mut self, input: grafsynth_ir::net::InputId, values: &[i64]) {
         let (lo, hi) = self.net.inputs[input].ty.bounds();
         let known = &mut self.rows.interesting[input.index()];
@@ -388,8 +388,8 @@ impl<'n> Directed<'n> {
         }
     }
 
-    /// True if the current state should be saved for its situation: there is no such state yet, or it replaces another one occasionally, because its
-    /// variables and times may differ.
+    /// True if the current state should be saved for its situation. This is so if there is no such state yet; occasionally, a state replaces another one,
+    /// because its variables and times may differ.
     fn is_new_situation(&mut self, is_first: bool) -> bool {
         if self.situations.contains_key(self.simulator.state().situation()) {
             return is_first || self.rows.random.one_in(16);

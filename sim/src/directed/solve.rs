@@ -9,9 +9,9 @@ use crate::row::InputRow;
 use crate::rows::Manner;
 use crate::stimulus::breaks_assumption;
 
-/// Starting points of one search.
+/// The number of starting points of one search.
 const STARTS: usize = 3;
-/// Rounds over all inputs from each of them.
+/// The number of rounds over all inputs from each starting point.
 const ROUNDS: usize = 3;
 /// Inputs with at most this many values are searched completely if no step improves the distance (for a remainder or a product).
 const SCANNED: u64 = 1 << 16;
@@ -72,7 +72,7 @@ impl Directed<'_> {
         lack.saturating_add(if breaks_assumption(self.net, row) { UNLAWFUL } else { 0 })
     }
 
-    /// Sets one of the events that it waits for, usually alone, because another one could lead elsewhere.
+    /// Sets one of the events that the transition waits for, usually alone, because another one could lead elsewhere.
     fn only_event(&mut self, transition: TransitionId, row: &mut InputRow) {
         let net = self.net;
         let external: Vec<InputId> = net.transitions[transition]
@@ -95,7 +95,7 @@ impl Directed<'_> {
         }
     }
 
-    /// The inputs that its receptivity reads, including those of its edges and of transitions that `otherwise` refers to; `dt` if it reads a time.
+    /// The inputs that the transition's receptivity reads, including those of its edges and of transitions that `otherwise` refers to; `dt` if it reads a time.
     fn knobs(&mut self, transition: TransitionId) -> Vec<Knob> {
         let net = self.net;
         let mut knobs = Vec::new();

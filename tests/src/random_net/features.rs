@@ -162,9 +162,8 @@ impl Features {
         some
     }
 
-    /// All switches except `unspecified`, which leaves cells undefined that two engines may fill differently, and `waits_for_inputs`, which is a
-    /// shape and
-    /// and not a feature of a net.
+    /// All switches except `unspecified`, which leaves cells undefined that two engines may fill differently, and `waits_for_inputs`, which is a shape and not
+    /// a feature of a net.
     fn switches(&mut self) -> [&mut bool; 34] {
         [
             &mut self.single,

@@ -346,7 +346,7 @@ impl<'f> Builder<'f> {
         StepId::from_index(self.random.below(self.net.steps.len().max(1)))
     }
 
-    /// Controlled actions are declared before transitions and lists, which read them; their bodies are generated with the lists.
+    /// Declares controlled actions, before transitions and lists, which read them; their bodies are generated with the lists.
     fn actions(&mut self) {
         if !self.wants(self.on.controlled_actions, 2) {
             return;

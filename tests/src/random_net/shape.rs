@@ -16,7 +16,7 @@ struct Ends {
 }
 
 impl Builder<'_> {
-    /// Steps and, for each part, the ends of its transitions; receptivities are generated later, when all steps are known.
+    /// Generates steps and, for each part, the ends of its transitions; receptivities are generated later, when all steps are known.
     pub(super) fn steps(&mut self) {
         let n_steps = 1 + self.random.below(self.on.max_steps.max(1));
         let n_parts = if self.on.several_parts && self.random.one_in(3) {
@@ -100,7 +100,7 @@ impl Builder<'_> {
         }
     }
 
-    /// A chain of steps in which each transition competes with its neighbours: the winner is determined link by link, so a policy takes as many
+    /// Adds a chain of steps in which each transition competes with its neighbours: the winner is determined link by link, so a policy takes as many
     /// rounds as the chain is long. All links share one receptivity, because long chains would otherwise rarely compete at once; the transitions back
     /// often wait until it is false, so that a stable chart comes to rest.
     fn conflict_chain(&mut self) {
@@ -252,7 +252,7 @@ impl Builder<'_> {
         });
     }
 
-    /// `on EVENT` or a targetless reaction; one on a plain level would be a livelock in `stable`, so those are rare.
+    /// Adds a reaction of a step: mostly with an event, because one that only has a level as its condition would be a livelock in `stable`.
     pub(super) fn reaction(&mut self) {
         let step = self.any_step();
         if self.net.steps[step].kind == StepKind::Final {
@@ -286,7 +286,7 @@ impl Builder<'_> {
         });
     }
 
-    /// Generates orders from earlier root charts to later ones, so that there is no cycle.
+    /// Generates forcing orders from earlier root charts to later ones, so that there is no cycle.
     pub(super) fn forcing(&mut self) {
         let roots: Vec<PartId> =
             self.net.parts.iter().filter(|(_, part)| part.level == 1).map(|(id, _)| id).collect();

@@ -450,7 +450,7 @@ fn drop_input(net: &Net, at: usize) -> Option<Option<Net>> {
     })
 }
 
-/// Removes a timer, send or history; then one entry of a longer list.
+/// Removes a timer, send or history, or an entry of another list ([`drop_entry`]).
 fn drop_various(net: &Net, at: usize) -> Option<Option<Net>> {
     let mut at = at;
     for list in 0..3 {
@@ -558,7 +558,7 @@ fn change_statement(block: &mut Block, at: &mut usize) -> bool {
     false
 }
 
-/// Every condition of the net, and whether it may be removed.
+/// The expressions of the net outside lists: conditions, and the arguments of calls.
 fn conditions(net: &mut Net) -> Vec<&mut Expr> {
     let mut all: Vec<&mut Expr> = Vec::new();
     all.extend(net.transitions.iter_mut().map(|(_, transition)| &mut transition.guard));

@@ -44,7 +44,7 @@ impl Builder<'_> {
         }
     }
 
-    /// A state with its contents, in document order.
+    /// Adds a state with its contents, in document order.
     fn state(
         &mut self,
         part: PartId,
@@ -86,7 +86,7 @@ impl Builder<'_> {
         }
     }
 
-    /// A composite state around a parallel one: transitions to the history of the inner one enter both.
+    /// Adds a composite state around a parallel one: transitions to the history of the inner one enter both.
     fn nest(&mut self, part: PartId) {
         let mut add = |kind: StepKind, parent: Option<StepId>| {
             let text = format!("s{}", self.net.steps.len() + 1);
@@ -341,7 +341,7 @@ impl Builder<'_> {
         self.move_to(source, target, history, false);
     }
 
-    /// A transition to a state or its history.
+    /// Adds a transition to a state or its history.
     fn move_to(
         &mut self,
         source: StepId,

@@ -230,7 +230,7 @@ impl Builder<'_> {
         Some(leaf(found))
     }
 
-    /// An index within an array: a constant, or some number folded into it.
+    /// An index within an array: a constant, or some number reduced to its range.
     fn index(&mut self, place: Place, len: u32) -> Expr {
         let len = i64::from(len);
         let some =

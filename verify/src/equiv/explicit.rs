@@ -38,7 +38,7 @@ impl<'a> Lanes<'a> {
         }
     }
 
-    /// The circuit after power-up with the inputs of row 0.
+    /// Sets the circuit to its state after power-up, with the inputs of row 0.
     pub(super) fn reset(&mut self, net: &Net) {
         self.sim.reset();
         let mut zero = InputRow::zero(net);
@@ -76,7 +76,7 @@ impl<'a> Lanes<'a> {
         }
     }
 
-    /// One reaction with a row for each lane (at most 64).
+    /// Runs one reaction with a row for each lane (at most 64).
     ///
     /// # Errors
     /// A lane whose reaction does not end (`busy` stays 1).
@@ -176,7 +176,7 @@ impl<'a> Lanes<'a> {
 
     /// For each of the first lanes, the first compared bit that differs from the net's row of that lane (at most 64 rows).
     ///
-    /// The same as [`Lanes::difference`] lane by lane, but the active steps of all rows are transposed once instead of searched for each bit.
+    /// The result is that of [`Lanes::difference`] for each lane, but the active steps of all rows are transposed once instead of searched for each bit.
     pub(super) fn differences(&self, net: &Net, rows: &[&Row]) -> Vec<Option<&'a Compared>> {
         let binding = self.binding;
         let mut active = vec![0_u64; net.steps.len()];

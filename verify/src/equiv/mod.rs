@@ -28,7 +28,7 @@ pub use verdict::{Certificate, Counterexample, Method, Verdict};
 /// From this number of steps on, the symbolic proof is tried first.
 const LARGE: usize = 24;
 
-/// Proves that the circuit behaves like the net from reset on, for every stimulus with `dt` 0 or 1 that satisfies the assumptions; or finds a stimulus
+/// Proves that the circuit behaves like the net from reset on, for every stimulus with `dt` 0 or 1 that satisfies the assumptions. Otherwise finds a stimulus
 /// that shows a difference.
 ///
 /// Pins are found by [`PinRole`](grafsynth_ir::logic::PinRole), steps and variables by [`Flop::holds`](grafsynth_ir::logic::Flop::holds). The explicit
@@ -56,7 +56,7 @@ pub fn equiv(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Limits) ->
     only_tested(net, logic, reasons, limits)
 }
 
-/// The answer if there is no proof, for these reasons: tests with directed random reactions.
+/// The answer if there is no proof, for these reasons: the result of tests with directed random reactions.
 #[must_use]
 pub fn only_tested(
     net: &Valid<Net>,

@@ -13,7 +13,7 @@ use super::binding::Binding;
 use super::explicit::Lanes;
 use crate::verdict::Tested;
 
-/// The number of reactions of the net before the circuit executes them.
+/// The number of reactions that the net executes before the circuit executes them.
 const BATCH: usize = 1024;
 /// The number of reactions that the circuit executes at once.
 const LANES: usize = 64;

@@ -63,7 +63,7 @@ fn with_first_values(net: &Net, guard: &Expr<Leaf>, vars: &[VarId]) -> Expr<Leaf
     guard.map(&mut value_of, &mut |leaf, _| *leaf)
 }
 
-/// The finding about such a transition.
+/// The finding about a transition that never fires, with the variables that are the cause.
 pub(super) fn finding(net: &Net, id: TransitionId, vars: &[VarId]) -> Diagnostic {
     let data = &net.transitions[id];
     let value = |var: VarId| match (net.vars[var].ty, net.vars[var].init.first()) {

@@ -26,7 +26,7 @@ const EDGE_LIMIT: usize = 4_000_000;
 /// The limit of pairs for a search that is known not to end.
 const HOPELESS: u64 = 200_000;
 
-/// Pairs of transitions.
+/// A set of pairs of transitions.
 type Together = BTreeSet<(TransitionId, TransitionId)>;
 
 /// The results of a search, for all questions about states.
@@ -46,8 +46,8 @@ pub(crate) struct Shown<'n> {
     noticed: BTreeMap<Noticed, (Vec<InputRow>, State)>,
 }
 
-/// The nodes it leads from and to, the rivals that were fireable and did not fire (a bit set), the rivals that fired (a bit set), whether anything
-/// fired, and whether it is possible from every state of the node.
+/// A reaction, as an edge of the graph of nodes. It stores the nodes that it leads from and to, the rivals that were fireable and did not fire (a bit set), the
+/// rivals that fired (a bit set), whether anything fired, and whether it is possible from every state of the node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Edge {
     from: u32,
@@ -111,8 +111,8 @@ pub(super) fn run(
 
 /// Answers the questions about paths: dead ends and starvation. Returns the reason for each that is open.
 ///
-/// A search with zones skips zones contained in others, so an edge may lead to a node of which only a part can follow. An edge that is sure exists
-/// from every state of its node; an absent edge exists from none. If the graph of sure edges and the graph of all edges give the same result, that is
+/// A search with zones skips zones contained in others, so an edge may lead to a node of which only some states can be reached by it. An edge that is sure
+/// exists from every state of its node; an absent edge exists from none. If the graph of sure edges and the graph of all edges give the same result, that is
 /// the answer. Otherwise the search is repeated with more nodes.
 fn ways(
     net: &Valid<Net>,
@@ -155,7 +155,7 @@ fn ways(
             each.starvation(each.starving(&states, |_| true), out);
             (None, None)
         }
-        // Both show what exists; whether that is everything is a separate question.
+        // Everything that both report exists; whether they report everything is a separate question.
         (Err(why), None) => {
             findings.dead_ends = all.dead_ends(&all_states, out);
             all.starvation(all.starving(&all_states, |_| true), out);
@@ -215,7 +215,7 @@ impl<'n> Shown<'n> {
         }
     }
 
-    /// Call this when all reactions are noted.
+    /// Sorts the reactions and removes duplicates, when all reactions are noted.
     pub(crate) fn settle(&mut self) {
         self.edges.sort_unstable();
         self.edges.dedup();
@@ -304,7 +304,7 @@ impl<'n> Shown<'n> {
         }
     }
 
-    /// Two transitions that leave a step in one micro-step. Pairs with the same effect are skipped: firing both is the same as firing one.
+    /// Reports transitions that leave the same step in one micro-step. Pairs with the same effect are skipped: firing both is the same as firing one.
     fn conflicts(&self, together: &Together, out: &mut Vec<Diagnostic>) -> Vec<Conflict> {
         let net = self.net;
         let mut conflicts = Vec::new();
@@ -341,7 +341,7 @@ impl<'n> Shown<'n> {
         conflicts
     }
 
-    /// The conflicts that the policy resolves: the winner, or that either may win.
+    /// Notes about the conflicts that the policy resolves: which transition wins, or that either may win.
     fn decided(&self) -> Vec<Diagnostic> {
         let net = self.net;
         let mut out = Vec::new();

@@ -386,7 +386,7 @@ fn is_own(kind: ColumnKind) -> bool {
     matches!(kind, ColumnKind::Steps | ColumnKind::Fault)
 }
 
-/// Assumptions restrict the comparison. Those that both make, word by word, are not reported.
+/// Lists the assumptions that only one net makes, because they restrict the comparison. Those that both make, word for word, are not listed.
 fn assumptions(left: &Net, right: &Net, omitted: &mut Vec<Omitted>) {
     let texts = |net: &Net| -> BTreeSet<String> {
         let assumed = net.properties.iter().filter(|one| one.role == PropertyRole::Assume);

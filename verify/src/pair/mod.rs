@@ -1,5 +1,5 @@
-//! Equivalence of two nets: every row of both is compared, in the columns that both have, for every stimulus that both allow: any values of inputs with
-//! the same names, any number of ticks.
+//! Equivalence of two nets. Every row of both is compared, in the columns that both have, for every stimulus that both allow: any values of inputs with the
+//! same names, any number of ticks.
 //!
 //! Three methods, one after the other: a breadth-first search of the product of two reference simulators, where a difference comes with a shortest
 //! stimulus (`product`); induction over state bits that are always equal; and the decision diagram of all pairs of states. The last two use the

@@ -10,7 +10,7 @@ use crate::limits::Limits;
 
 /// The number of conflicts in the solver's first attempt. Nearly all queries need fewer, and one that needs more is often easy for a decision diagram.
 const FEW_CONFLICTS: u64 = 200;
-/// One query may use this fraction of [`Limits::bdd_nodes`]: a proof has one query per function, and after each the solver may still make its full
+/// One query may use [`Limits::bdd_nodes`] divided by this number: a proof has one query per function, and after each the solver may still make its full
 /// attempt.
 const PART_OF_DIAGRAM: usize = 4;
 

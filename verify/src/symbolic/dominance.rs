@@ -1,10 +1,10 @@
-//! Proves that the emergency dominates: in every state of a circuit, reachable or not, and under every input, assumed or not, each output pin has its
+//! Proves that the emergency dominates. In every state of a circuit, reachable or not, and under every input, assumed or not, each output pin has its
 //! safe value if the condition is true.
 //!
 //! Nothing is assumed, not even that the flip-flops contain a valid code; the equality proof with the net, in contrast, covers only reachable states.
 //! The condition is taken from the net and evaluated over the flip-flops that store its operands. A comparison with a number whose code is invalid
-//! has no defined value; if the rest of the condition decides without it, the condition still counts as true. Calls in lists happen at moments and
-//! are omitted (semantics §3.8).
+//! has no defined value; if the rest of the condition decides without it, the condition still counts as true. Calls in lists are made during an emergency too,
+//! so they are not checked (semantics §3.8).
 
 use std::collections::BTreeMap;
 

@@ -35,7 +35,7 @@ impl Maker<'_> {
         }
     }
 
-    /// Step N3: the situation of every chart that is forced now.
+    /// Step N3: gives every chart that is forced now the requested situation.
     pub(super) fn force(&mut self, before: &[Lit], next: &mut [Lit], restarted: &mut [Lit]) {
         let net = self.net;
         for chart in self.forced.clone() {

@@ -1,4 +1,4 @@
-//! Images of sets of states under one reaction, as decision diagrams [Burch, Clarke, Long 1991]: the relation is a list of parts, each for a few bits
+//! Images of sets of states under one reaction, as decision diagrams [Burch, Clarke, Long 1991]. The relation is a list of parts, each for a few bits
 //! of the next state, and each variable is quantified as soon as no later part mentions it [Ranjan, Aziz, Brayton, Plessier, Pixley 1995].
 //!
 //! Levels: a bit of the state has an even level, and its value after the reaction has the next odd level; inputs have even levels.
@@ -46,7 +46,7 @@ pub(super) struct Machine {
 }
 
 impl Machine {
-    /// `state` and `inputs` are the levels of the bits before the reaction.
+    /// A machine with this relation; `state` and `inputs` are the levels of the bits before the reaction.
     ///
     /// # Errors
     /// If the manager is full.
@@ -165,8 +165,8 @@ impl Machine {
     }
 }
 
-/// The order in which parts are joined to a set: always the part that completes the most variables for the fewest new ones; if equal, the nearest one
-/// after the last.
+/// The parts in the order in which they are joined to a set. The next one is always the part that completes the most variables for the fewest new ones; if
+/// equal, the nearest one after the last.
 fn sorted(parts: Vec<Part>, n_levels: usize) -> Vec<Part> {
     let mut n_left = vec![0usize; n_levels];
     for level in parts.iter().flat_map(|part| &part.reads) {

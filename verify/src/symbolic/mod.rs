@@ -53,7 +53,7 @@ use number::Number;
 use reaction::{Inputs, Maker, Reaction};
 use state::{Key, State, Value};
 
-/// The maximum part of the graph for one query.
+/// The maximum number of nodes of the graph that one query may contain.
 const CONE: usize = 100_000;
 
 /// An input that two nets share: a code counted from `lo`, of a value that is possible in both.
@@ -102,7 +102,7 @@ struct Model<'n> {
 }
 
 impl<'n> Model<'n> {
-    /// `depth` is a bound on the micro-steps of a reaction, if one is known.
+    /// The model of a net; `depth` is a bound on the micro-steps of a reaction, if one is known.
     fn of(net: &'n Net, depth: Option<u32>, limits: &Limits) -> Result<Self, String> {
         Self::within(Aig::new(), net, depth, limits, &BTreeMap::new())
     }
@@ -279,7 +279,7 @@ impl<'n> Model<'n> {
         (holds, clauses)
     }
 
-    /// Ages are a total order.
+    /// Adds the assumption that the ages of these steps are a total order.
     fn total_order(&self, mut steps: Vec<StepId>, clauses: &mut Vec<Vec<Lit>>) {
         steps.sort_unstable();
         steps.dedup();
@@ -605,8 +605,8 @@ impl Proof<'_, '_> {
     }
 }
 
-/// Proves that a property of rows is never true after a reaction, for a net of any size: because the invariants exclude it, or by induction over one
-/// reaction, after any `dt`. `None` if neither works; the caller checks row 0.
+/// Proves that a property of rows is never true after a reaction, for a net of any size. Either the invariants exclude it, or induction over one reaction
+/// proves it, for any `dt`. `None` if neither works; the caller checks row 0.
 pub(crate) fn never(
     net: &Valid<Net>,
     facts: &Facts,

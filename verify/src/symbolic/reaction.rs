@@ -134,7 +134,7 @@ impl<'n> Maker<'n> {
         Ok(())
     }
 
-    /// Ranks and the orders of lists (semantics §3.3, §4).
+    /// Computes the ranks and the orders of lists (semantics §3.3, §4).
     fn orders(&mut self) {
         let net = self.net;
         let mut root = 0;
@@ -756,7 +756,7 @@ fn advance(aig: &mut Aig, counter: &Number, runs: Lit, dt: &Number, cap: i64) ->
     Number::select(aig, runs, &capped, counter)
 }
 
-/// Constructs that are not covered here.
+/// Returns an error if the net contains a construct that is not covered here.
 fn refuse(net: &Net) -> Result<(), Unsupported> {
     if net.settings.policy.is_statechart() {
         return Err("statecharts are not covered by the symbolic proof yet".to_owned());
@@ -764,7 +764,7 @@ fn refuse(net: &Net) -> Result<(), Unsupported> {
     Ok(())
 }
 
-/// If a net leaves cells open, properties of the results of a reaction cannot be derived.
+/// Returns an error if the net leaves cells open: then properties of the results of a reaction cannot be derived.
 pub(super) fn refuse_open_cells(net: &Net) -> Result<(), Unsupported> {
     if net.unspecified.is_empty() {
         return Ok(());

@@ -10,7 +10,7 @@ use super::state::{State, is_move};
 use crate::exclusive::entered;
 
 impl Maker<'_> {
-    /// Which transitions compete under `priority-age`, and whose ages are compared.
+    /// Determines which transitions compete under `priority-age`, and whose ages are compared.
     pub(super) fn competition(&mut self) -> Result<(), Unsupported> {
         let net = self.net;
         if net.settings.policy != Policy::PriorityAge {

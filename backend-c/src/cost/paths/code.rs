@@ -117,7 +117,7 @@ pub(in crate::cost) enum What {
         /// The cost of a jump, which is the same back to the condition and out of the loop.
         jump: Price,
         rounds: u64,
-        /// True if the number of rounds is proved to be the maximum; otherwise the count stops there.
+        /// True if `rounds` is a proved maximum: then no state is left after that many rounds. Otherwise the remaining states leave the loop there.
         is_proved: bool,
     },
     Return(Price, Option<Code>),

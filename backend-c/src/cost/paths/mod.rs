@@ -409,8 +409,8 @@ impl<'a> Search<'a> {
         Err(Stopped::TooMuch)
     }
 
-    /// The cells that keep states apart in a reaction: the variables of `NAME_step`, and members of the instance that count what is pending; `all`: all
-    /// members except arrays.
+    /// The cells that keep states apart in a reaction: the variables of `NAME_step`, and members of the instance that count what is pending. With `all`, these
+    /// are all members except arrays.
     fn keys(&self, all: bool) -> Vec<usize> {
         let chart = self.chart;
         let first = self.own.len() + self.inputs.len();

@@ -166,7 +166,7 @@ impl Walker<'_> {
         }
     }
 
-    /// `cost` is the cost of the whole expression.
+    /// The executable form of an expression that is evaluated for its effect; `cost` is the cost of the whole expression.
     pub(super) fn effect_op(&mut self, expr: &Expr, cost: Cost) -> What {
         match expr {
             Expr::Cast(Type::Void, _) | Expr::Nothing => What::Pay(own(cost)),
@@ -214,7 +214,7 @@ impl Walker<'_> {
         }
     }
 
-    /// A local that is initialised.
+    /// The executable form of the initialisation of a local.
     pub(super) fn local_op(
         &mut self,
         cell: usize,
@@ -291,7 +291,7 @@ impl Walker<'_> {
         }
         match self.measured(|it| it.condition(expr)) {
             Ok((cost, _)) => own(cost),
-            // It was understood before.
+            // This does not occur: the walk has already understood the expression.
             Err(_) => Price::default(),
         }
     }

@@ -45,7 +45,7 @@ impl Walker<'_> {
         self.pay_width(widths, bits);
     }
 
-    /// An expression that is evaluated for its effect.
+    /// Adds the cost of an expression that is evaluated for its effect.
     pub(super) fn effect(&mut self, expr: &Expr) -> Result<(), NotUnderstood> {
         // `(void)name` and `((void)0)` cost nothing.
         if let Expr::Cast(Type::Void, inner) = expr
@@ -56,7 +56,7 @@ impl Walker<'_> {
         self.value(expr).map(|_| ())
     }
 
-    /// An expression as a condition: every operand is evaluated, and each ends in a jump.
+    /// Adds the cost of an expression as a condition: every operand is evaluated, and each ends in a jump.
     pub(super) fn condition(&mut self, expr: &Expr) -> Result<(), NotUnderstood> {
         let machine = self.machine;
         if self.unit.value(expr).is_some() {
@@ -103,7 +103,7 @@ impl Walker<'_> {
         }
     }
 
-    /// A value that is stored in this type.
+    /// Adds the cost of a value that is stored in this type.
     pub(super) fn value_into(&mut self, expr: &Expr, ty: &Type) -> Result<(), NotUnderstood> {
         let machine = self.machine;
         let value = self.value(expr)?;

@@ -30,7 +30,7 @@ pub(super) fn replaced(expr: &Expr, arguments: &BTreeMap<&str, &Expr>) -> Expr {
     }
 }
 
-/// A function that only returns the value of an expression.
+/// True if a function only returns the value of an expression.
 pub(super) fn is_one_return(function: &Function) -> bool {
     matches!(function.body.as_slice(), [Stmt { kind: Kind::Return(Some(_)), .. }])
 }

@@ -80,7 +80,7 @@ fn is_numbers(unit: &Unit, ty: &Type) -> bool {
         && unit.members(ty).is_some_and(|all| all.iter().all(|it| is_number(&it.ty)))
 }
 
-/// Each local with its type, and whether it is uninitialised.
+/// Calls `look` for each local, with its type and whether it is uninitialised.
 pub(super) fn each_local(list: &[Stmt], look: &mut dyn FnMut(&Rc<str>, &Type, bool)) {
     for stmt in list {
         match &stmt.kind {

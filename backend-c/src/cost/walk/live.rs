@@ -12,9 +12,9 @@ use std::rc::Rc;
 /// Bytes of locals that are live at the same time.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Live {
-    /// The maximum.
+    /// The maximum in the whole function.
     pub(super) most: u64,
-    /// The maximum at the calls of each function.
+    /// For each called function, the maximum at its calls.
     pub(super) at_calls: BTreeMap<Rc<str>, u64>,
 }
 
@@ -103,7 +103,7 @@ impl<'a> Spans<'a> {
         each_call(expr, &mut |name| self.calls.push((at, name.clone())));
     }
 
-    /// The contents of braces: its locals are not visible after them.
+    /// Visits the statements in braces: their locals are not visible after them.
     fn list(&mut self, list: &[Stmt]) {
         let n = self.declared.len();
         list.iter().for_each(|it| self.stmt(it));

@@ -164,7 +164,7 @@ struct Walker<'a> {
     /// Stack bytes of the library functions.
     helper: u64,
     // --- for path exploration (see [`compile`]):
-    /// The cost of a function that was computed in another way.
+    /// A function whose cost was computed in another way, and that cost.
     known: Option<(String, Cost)>,
     routines: Vec<code::Routine>,
     ops: Vec<Option<code::Op>>,

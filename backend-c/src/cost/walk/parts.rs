@@ -73,7 +73,7 @@ impl Need {
         }
     }
 
-    /// The need if these structures are in registers.
+    /// Moves these structures from memory to registers.
     fn keep(
         &mut self,
         unit: &Unit,
@@ -92,7 +92,7 @@ impl Need {
         });
     }
 
-    /// A function with parts, one of which runs at a time.
+    /// The need of a function with parts, one of which runs at a time.
     fn with(self, parts: &[Need], calls: bool) -> Need {
         let most = |of: &dyn Fn(&Need) -> u64| parts.iter().map(of).max().unwrap_or(0);
         Need {
@@ -282,7 +282,7 @@ fn without_handed_on(need: &Need, part: &Function, caller: &Frame, machine: &Mac
     }
 }
 
-/// A pointer that a part receives unchanged from its caller, or to a local of its caller.
+/// True for a pointer that a part receives unchanged from its caller, or that points to a local of its caller.
 pub(super) fn is_handed_on(ty: &Type, argument: &Expr) -> bool {
     matches!(ty, Type::Pointer(..)) && handed(argument).is_some()
 }
@@ -301,8 +301,8 @@ fn has_user_code(list: &[Stmt]) -> bool {
     })
 }
 
-/// The names of a function in order: the value of a constant, for others the index of the first occurrence. Two functions with the same code have the
-/// same result, whatever their locals and members are called.
+/// The shape of a function: its names in order, each as the value of a constant or as the index of its first occurrence. Two functions with the same code have
+/// the same result, whatever their locals and members are called.
 fn shape(unit: &Unit, function: &Function) -> Vec<i128> {
     let mut met: Vec<Rc<str>> = Vec::new();
     let mut out = vec![function.parameters.len() as i128];

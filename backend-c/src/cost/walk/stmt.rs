@@ -28,7 +28,7 @@ impl Walker<'_> {
         Ok((flow, ops))
     }
 
-    /// The cost of expressions on their own.
+    /// The cost of what `work` walks, without what was walked before, and the functions that it calls.
     pub(super) fn measured(
         &mut self,
         work: impl FnOnce(&mut Self) -> Result<(), NotUnderstood>,
@@ -120,7 +120,7 @@ impl Walker<'_> {
         Ok(flow)
     }
 
-    /// A local with its initial value.
+    /// Walks the declaration of a local with its initial value.
     fn declared(
         &mut self,
         stmt: &Stmt,
@@ -360,7 +360,7 @@ impl Walker<'_> {
         })
     }
 
-    /// The maximum number of rounds of a loop: from the emitter, or from a conjunct `counter < constant` of a counter that begins with a constant and
+    /// The maximum number of rounds of a loop. It comes from the emitter, or from a conjunct `counter < constant` of a counter that begins with a constant and
     /// is incremented in every round. The flag is true if the text alone does not end the loop there.
     fn rounds(&self, stmt: &Stmt, condition: Option<&Expr>, body: &[Stmt]) -> Option<(u64, bool)> {
         let marked = self

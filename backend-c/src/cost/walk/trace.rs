@@ -98,7 +98,7 @@ impl Tracer<'_> {
         flow
     }
 
-    /// The expressions of a statement: its own time, then its callees.
+    /// Follows the expressions of a statement: adds its own time, then its callees.
     fn own(&mut self, line: u32, cost: Cost, calls: &[usize], times: u64, around: &[Object]) {
         let called: u64 = calls
             .iter()

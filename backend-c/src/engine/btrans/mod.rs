@@ -1,5 +1,5 @@
-//! The table layout of seed 002: a table of states, `BSTATE`, with descendant, sibling and ancestor, and a table of transitions, `BTRANS`, with origin, event,
-//! destination, guard and action, sorted by event and preceded by an index.
+//! The table layout of the paper on statechart engines for CNC controllers. It has a table of states, `BSTATE`, with descendant, sibling and ancestor, and a
+//! table of transitions, `BTRANS`, with origin, event, destination, guard and action, sorted by event and preceded by an index.
 //!
 //! `grafsynth_btrans.c` is the same text for all charts. It determines the states that a transition exits and enters as the paper's engine does: the nearest
 //! common ancestor of origin and destination, all active states in it from the innermost outwards, then the path down to the destination, all regions of
@@ -153,7 +153,7 @@ impl Tables {
         }
     }
 
-    /// A constant array; an empty one gets a row of zeros, because C has no empty arrays.
+    /// Adds a constant array; an empty one gets a row of zeros, because C has no empty arrays.
     fn add(&mut self, ty: &str, name: &str, title: &str, rows: Vec<(String, String)>) {
         self.most = self.most.max(rows.len());
         let mut body: Vec<Node> = rows

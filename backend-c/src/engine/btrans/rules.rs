@@ -74,7 +74,7 @@ impl Rules<'_> {
         Ok(c_expr(expr, &mut Reader { plan: self.plan, names: self.names }))
     }
 
-    /// The tables have no helpers for 64 bits, and can read a time only if the state has a timer.
+    /// Rejects what the rules cannot compute: they have no helpers for 64 bits, and can read a time only if the state has a timer.
     fn fits(&self, expr: &Expr) -> Tabled {
         use grafsynth_ir::expr::ExprKind;
         match &expr.kind {

@@ -93,7 +93,7 @@ impl Tree {
         Some(way)
     }
 
-    /// The states entered by default, computed like `gb_descend`; nothing is entered below `closed` by default.
+    /// Marks the states entered by default, like `gb_descend`; nothing is entered below `closed` by default.
     pub(super) fn descend(&self, marked: &mut BTreeSet<usize>, closed: Option<usize>) {
         for state in 0..self.parent.len() {
             if !marked.contains(&state) || closed == Some(state) {

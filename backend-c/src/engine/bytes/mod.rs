@@ -309,7 +309,8 @@ impl<'a> Assembler<'a> {
 
     // --- expressions -----------------------------------------------------------------------------------------------------------------------
 
-    /// Puts the value of an expression on the stack, which must be empty except for `below` values. The caller releases temps that hold operands.
+    /// Puts the value of an expression on the stack. Operands that are too deep are first moved into temps, which are added to `kept`; the caller releases
+    /// them.
     fn value(&mut self, expr: &Expr, kept: &mut Vec<usize>) {
         if expr.height() > HEIGHT {
             let lower = self.lowered(expr.clone(), kept);
@@ -422,7 +423,7 @@ impl<'a> Assembler<'a> {
         }
     }
 
-    /// Operands other than leaves are skipped if the result is already known; none has a side effect.
+    /// Emits a conjunction or disjunction. Operands other than leaves are skipped if the result is already known; none has a side effect.
     fn junction(&mut self, all: &[Expr], both: Op, then: Op, none: i64) {
         let Some((first, rest)) = all.split_first() else { return self.constant(none) };
         self.push(first);
@@ -591,7 +592,7 @@ impl<'a> Assembler<'a> {
         Ok(())
     }
 
-    /// Decides which of two branches is taken.
+    /// Emits code that sets the flag of the branch that is taken: `yes` or `no`.
     fn decide(&mut self, condition: &Expr, yes: usize, no: usize) {
         let mut kept = Vec::new();
         self.value(condition, &mut kept);
@@ -663,7 +664,7 @@ impl<'a> Assembler<'a> {
 
     // --- extern conditions -----------------------------------------------------------------------------------------------------------------
 
-    /// The source steps of a transition.
+    /// The bits of a transition's source steps.
     fn enabled(&self, transition: TransitionId) -> Vec<Expr> {
         let requires = self.net.transitions[transition].requires.iter();
         requires.filter_map(|step| self.active(*step)).collect()

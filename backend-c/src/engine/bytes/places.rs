@@ -37,7 +37,7 @@ pub(in crate::engine) struct Places {
 }
 
 impl Places {
-    /// Steps come first, in declaration order, so that an unrelated edit moves little.
+    /// Assigns all locations. Steps come first, in declaration order, so that an unrelated edit moves little.
     pub(in crate::engine) fn of(net: &Net, program: &Program) -> Self {
         let (mut n_bits, mut n_values) = (0, 0);
         let mut rows = Vec::new();

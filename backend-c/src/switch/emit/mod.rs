@@ -29,7 +29,7 @@ use moves::weight;
 use read::{Place, Reader};
 use std::collections::BTreeSet;
 
-/// All data needed to print.
+/// All data needed to print the C code.
 pub(super) struct Emit<'a> {
     pub(super) net: &'a Net,
     pub(super) names: &'a Names,

@@ -343,7 +343,7 @@ impl Emit<'_> {
         CExpr::condition(format!("{var} == {}", self.step_code(step)), Prec::Compare)
     }
 
-    /// When a transition fires, given that `step` is active and the earlier transitions of the case do not fire.
+    /// The condition under which a transition fires, given that `step` is active and the earlier transitions of the case do not fire.
     pub(super) fn condition(&mut self, owner: usize, id: TransitionId, step: StepId) -> CExpr {
         let asked = self.plan.leaving[step].iter().position(|it| *it == id).unwrap_or(0);
         let mut all = self.other_sources(id, owner);

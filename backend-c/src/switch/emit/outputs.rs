@@ -268,7 +268,7 @@ impl Emit<'_> {
     }
 }
 
-/// The search for equal cases is quadratic, so it is done for small variables only.
+/// True if equal cases of a variable are merged: the search for them is quadratic, so it is done for small variables only.
 fn shared_cases(plan: &Plan, machine: usize) -> bool {
     plan.machines[machine].steps.len() <= 256
 }

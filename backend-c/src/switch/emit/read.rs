@@ -1,5 +1,5 @@
-//! Expressions and lists of the net, read in their context: known facts (the active step, the transitions that did not fire, the times
-//! that have been reset) are folded in.
+//! Expressions and lists of the net, read in their context. Known facts (the active step, the transitions that did not fire, the times that have been reset)
+//! are folded in.
 
 use super::Emit;
 use crate::Object;

@@ -280,12 +280,12 @@ impl Tables {
 }
 
 impl Bank {
-    /// If all inputs that are bits fit in one word, that word is the bank's word.
+    /// True if all inputs that are bits fit in one word, which is then the bank's word.
     fn words_are_inputs(&self, names: &Names) -> bool {
         !self.inputs.is_empty() && (1..=SHARED_BITS).contains(&names.io.n_inputs)
     }
 
-    /// If all outputs that are bits fit in one word, rows contain what is added to it.
+    /// True if all outputs that are bits fit in one word; then each row contains the bits to add to it.
     fn lamps_are_outputs(&self, names: &Names) -> bool {
         !self.outputs.is_empty() && (1..=SHARED_BITS).contains(&names.io.n_outputs)
     }
@@ -304,7 +304,7 @@ impl Bank {
         self.machines.iter().flat_map(|it| plan.machines[*it].steps.iter().copied())
     }
 
-    /// The number of rows for a variable: one for each value.
+    /// The number of values of all its variables together: each value has a row.
     fn values(&self, plan: &Plan) -> usize {
         self.machines.iter().map(|it| plan.machines[*it].values()).sum()
     }
@@ -402,7 +402,7 @@ fn terms(net: &Net, expr: &Expr, wanted: bool) -> Option<Vec<Term>> {
     }
 }
 
-/// The conjunctions of a conjunction.
+/// A conjunction of conditions (or of their negations) as a few conjunctions of inputs.
 fn product(net: &Net, all: &[GenericExpr<Leaf>], wanted: bool) -> Option<Vec<Term>> {
     let mut result = vec![Term::new()];
     for operand in all {

@@ -8,7 +8,7 @@ use crate::times::count_type;
 use grafsynth_ir::net::{StepId, TransitionId};
 
 impl Tables {
-    /// Row types and tables.
+    /// The definitions of the row types and the tables.
     pub(crate) fn definitions(&self, emit: &Emit<'_>) -> Vec<Node> {
         let mut nodes = Vec::new();
         for bank in &self.banks {
@@ -68,7 +68,7 @@ impl Tables {
         nodes
     }
 
-    /// The loops.
+    /// The loops over the tables that move the variables.
     pub(crate) fn moves(&self, emit: &Emit<'_>) -> Vec<Node> {
         self.banks.iter().flat_map(|bank| bank.moves(self, emit)).collect()
     }

@@ -88,7 +88,7 @@ fn design(device: &'static Device, random: &mut TestRng) -> Placement {
     placement
 }
 
-/// The levels of all macrocells for random inputs, from power-up, by the fuses and by the decoded circuit.
+/// Checks that the fuses and the decoded circuit give the same levels of all macrocells for random inputs, from power-up.
 fn same_levels(map: &FuseMap, said: &Placement, random: &mut TestRng) {
     let circuit = logic(said, &[]).unwrap();
     let (mut chip, mut sim) = (Chip::new(map).unwrap(), LogicSim::new(&circuit));

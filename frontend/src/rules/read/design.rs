@@ -435,10 +435,10 @@ impl Builder<'_> {
             .at(name.span, "an output, not a step");
             finding.help(match step {
                 Some(step) => format!(
-                    "remove it here and write `{step}: |- {shown}` after `Steps:`, so that it is on while `{step}` is active"
+                    "remove `@{shown}` from this rule, and write `{step}: |- {shown}` below a line `Steps:` at the end of the file, so that it is on while `{step}` is active"
                 ),
                 None => format!(
-                    "remove it here and write a rule such as `p1: |- {shown}` after `Steps:` for the step that turns it on"
+                    "remove `@{shown}` from this rule, and write a rule such as `p1: |- {shown}`, for the step that turns it on, below a line `Steps:` at the end of the file"
                 ),
             })
         });
@@ -512,7 +512,7 @@ impl Builder<'_> {
             )
             .at(factor.span, "a sum of steps")
             .help(format!(
-                "a transition leaves all of its preceding steps; write one rule for each, and list their labels: {}{more}",
+                "a transition leaves all of its preceding steps; write one rule for each, {}{more}, and list their labels in the line `Transition`",
                 rules.join(" and ")
             ))
         });
@@ -598,7 +598,7 @@ impl Builder<'_> {
             .push(item);
     }
 
-    /// The steps in the order of their list, with the items from options and rules.
+    /// Adds the steps in the order of their list, with the items from options and rules.
     fn steps(&mut self, items: &mut Vec<Item>) {
         let mut bodies: BTreeMap<String, Vec<StepItem>> = BTreeMap::new();
         for rule in std::mem::take(&mut self.rules.step_rules) {

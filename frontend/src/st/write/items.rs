@@ -199,13 +199,27 @@ pub(crate) fn programs_of(net: &Net, target: &'static str) -> Result<Programs, V
     Ok(made)
 }
 
+/// A chart that is a statechart, which no target has.
+fn statechart(chart: &Chart) -> Option<Lack> {
+    let setting = chart.items.iter().find_map(|item| {
+        let Item::Setting(setting) = item else { return None };
+        let SettingKind::Conflict(policy) = setting.kind else { return None };
+        policy.is_statechart().then_some(setting)
+    })?;
+    // The setting of a text in another language has no place of its own.
+    let span = if setting.span == Span::default() { chart.name.span } else { setting.span };
+    Some(Lack { what: "statecharts".to_owned(), name: None, span })
+}
+
 /// The programs of a design. `target` is the name of the target for messages.
 fn programs(design: &Design, target: &'static str) -> Programs {
     let mut all =
         Programs { programs: Vec::new(), lost: Vec::new(), findings: Vec::new(), tick_ns: None };
     let mut taken_charts = BTreeSet::new();
-    let mut lacks = Vec::new();
-    for chart in &design.charts {
+    let mut lacks: Vec<Lack> = design.charts.iter().filter_map(statechart).collect();
+    // What else the target lacks for a statechart follows from that.
+    let charts = if lacks.is_empty() { design.charts.as_slice() } else { &[] };
+    for chart in charts {
         let mut maker = Maker {
             lost: Vec::new(),
             lacks: Vec::new(),
@@ -347,12 +361,6 @@ impl<'a> Maker<'a> {
                     SettingKind::FinalScan => {
                         self.unordered = Some("together with a final scan");
                         program.pragmas.push("final scan".to_owned());
-                    }
-                    SettingKind::Conflict(policy) if policy.is_statechart() => {
-                        // The setting of a text in another language has no place of its own.
-                        let is_placed = setting.span != Span::default();
-                        let place = if is_placed { setting.span } else { chart.name.span };
-                        self.cannot("statecharts", place);
                     }
                     SettingKind::Conflict(_)
                     | SettingKind::EvolutionStable(_)

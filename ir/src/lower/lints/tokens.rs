@@ -1,5 +1,5 @@
-//! Warnings about transitions that leave more steps active than the designer probably intended: a source transition next to an initial step, and parallel
-//! branches that end separately.
+//! Warnings about transitions that leave more steps active than the designer probably intended. Examples are a source transition next to an initial step, and
+//! parallel branches that end separately.
 
 use std::collections::BTreeSet;
 
@@ -58,7 +58,7 @@ impl<'n> Flow<'n> {
         flow
     }
 
-    /// A step that only transitions activate and deactivate.
+    /// True if only transitions activate and deactivate a step.
     fn is_plain(&self, step: StepId) -> bool {
         let data = &self.net.steps[step];
         data.parent.is_none() && !data.hidden && !data.activation_link
@@ -105,8 +105,8 @@ fn names(net: &Net, steps: impl IntoIterator<Item = StepId>, last: &str) -> Stri
     }
 }
 
-/// A source transition into a part of the chart that has an initial step and from which no transition removes a step: each time it fires, one more step
-/// stays active.
+/// Warns about a source transition into a part of the chart that has an initial step and from which no transition removes a step. Each time it fires, one more
+/// step stays active.
 fn sources(flow: &Flow<'_>, out: &mut Vec<Diagnostic>) {
     let net = flow.net;
     for (id, transition) in net.transitions.iter() {
@@ -275,15 +275,25 @@ fn report(
                     place(net, fork),
                     format!("{} become active together here", names(net, targets.iter().copied(), "and")),
                 )
-                .help(match both(net, first, second, "and", "not") {
-                    Some(both) => format!("replace both transitions by one that joins the branches: `{left} & {right} -> {again} when {both}`"),
-                    None => format!("replace both transitions by one that joins the branches: `{left} & {right} -> {again} when a and b`, with their receptivities for a and b"),
+                .help({
+                    let both = both(net, first, second, "and", "not").map_or_else(
+                        || "a and b` with their receptivities for a and b".to_owned(),
+                        |both| format!("{both}`"),
+                    );
+                    format!(
+                        "let each branch end in a step of its own that waits for the other, and join these: `{left}_done & {right}_done -> {again}`; if `{left}` and `{right}` may both stay active until both have ended, replace the two transitions by `{left} & {right} -> {again} when {both}"
+                    )
                 })
                 .help_in(
                     Notation::Iec,
-                    match both(net, first, second, "AND", "NOT") {
-                        Some(both) => format!("replace both transitions by one that joins the branches: `TRANSITION FROM ({left}, {right}) TO {again} := {both}; END_TRANSITION`"),
-                        None => format!("replace both transitions by one that joins the branches: `TRANSITION FROM ({left}, {right}) TO {again} := a AND b; END_TRANSITION`, with their conditions for a and b"),
+                    {
+                        let both = both(net, first, second, "AND", "NOT").map_or_else(
+                            || "a AND b; END_TRANSITION` with their conditions for a and b".to_owned(),
+                            |both| format!("{both}; END_TRANSITION`"),
+                        );
+                        format!(
+                            "let each branch end in a step of its own that waits for the other, and join these: `TRANSITION FROM ({left}_done, {right}_done) TO {again} := TRUE; END_TRANSITION`; if `{left}` and `{right}` may both stay active until both have ended, replace the two transitions by `TRANSITION FROM ({left}, {right}) TO {again} := {both}"
+                        )
                     },
                 ),
             );

@@ -136,7 +136,7 @@ impl Builder<'_> {
         Expr::or([any(&loops), Expr::and([any(leaving), any(&others)])])
     }
 
-    /// N1 and N2: the next bits from the transitions, then clearing and activation links of enclosing steps, outer before inner.
+    /// N1 and N2: computes the next bits from the transitions, then applies clearing and activation links of enclosing steps, outer before inner.
     fn enclosures(
         &mut self,
         inside: &[StepId],
@@ -200,7 +200,7 @@ impl Builder<'_> {
         }
     }
 
-    /// K5 and N3: forced charts, top of the hierarchy first. Their transitions do not fire, and their situation is the requested one.
+    /// K5 and N3 for forced charts, from the top of the hierarchy down: their transitions do not fire, and they get the requested situation.
     fn force(
         &mut self,
         charts: &[ForcedChart],

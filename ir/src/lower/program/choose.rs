@@ -103,7 +103,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The next transition in a static order: it fires unless an earlier one took a prize that it needs.
+    /// Adds the next transition of a static order: it fires unless an earlier one took a prize that it needs.
     fn take(
         &mut self,
         id: TransitionId,
@@ -164,7 +164,7 @@ impl Builder<'_> {
         Expr::and(all)
     }
 
-    /// A connected group of competing transitions of one class: the oldest goes first.
+    /// Decides a connected group of competing transitions of equal rank and priority by age: the oldest goes first.
     fn take_by_age(
         &mut self,
         party: &[TransitionId],
@@ -321,7 +321,7 @@ impl Builder<'_> {
     }
 }
 
-/// Splits a class into groups of connected competitors, each in declaration order.
+/// Splits transitions of equal rank and priority into groups of connected competitors, each in declaration order.
 fn parties(
     group: &[TransitionId],
     contested: &IdMap<Transition, Vec<Prize>>,

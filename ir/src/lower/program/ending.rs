@@ -68,12 +68,12 @@ fn held_of(part: ActionPart) -> ActionPart {
 }
 
 impl Builder<'_> {
-    /// The cells of controlled actions: Q if it is read later, and the memory of the standard's block for the qualifiers in use.
+    /// Adds the cells of controlled actions: Q if it is read later, and the memory of the standard's block for the qualifiers in use.
     pub(super) fn action_cells(&mut self) {
         let net = self.net;
         for (id, action) in net.actions.iter() {
             let has_final_scan = net.settings.final_scan && !action.body.is_empty();
-            // On a chip, an output that an emergency forces comes after a flip-flop, so that the pin is a function of the state after the clock edge.
+            // On a chip, Q of an output that an emergency forces is stored in a flip-flop, so that the pin is a function of the state after the clock edge.
             let is_forced = net.emergency.is_some()
                 && net.outputs.values().any(|output| output.driver == Driver::Controlled(id));
             let statechart = net.settings.policy.is_statechart();
@@ -245,7 +245,7 @@ impl Builder<'_> {
         q
     }
 
-    /// A value that is computed in `list`; it is false if the list does not run.
+    /// `value`, which `list` computes, or false if the list does not run because the charts of the action have ended.
     fn unless(
         &mut self,
         stops: &Option<Expr>,
@@ -362,7 +362,7 @@ impl Builder<'_> {
         Expr::and([reset.not(), Expr::or(ways)])
     }
 
-    /// Stores the inputs of pulses for the comparison in the next reaction; the values that they read have not changed since.
+    /// Stores the inputs of pulses for the comparison in the next reaction. They are evaluated again here: what they read has not changed since Q was computed.
     fn remember_pulses(&mut self, id: ActionId, out: &mut Vec<Stmt>) {
         for (qualifier, part) in [
             (Qualifier::P, ActionPart::P),
@@ -486,7 +486,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Whether the emergency condition is true in the current state; `None` in a net without one.
+    /// Whether the emergency condition is true in the current state; `None` in a net without an emergency.
     fn emergency(&mut self, out: &mut Vec<Stmt>) -> Option<Expr> {
         let emergency = self.net.emergency.as_ref()?;
         let holds = self.read(&emergency.condition);
@@ -494,7 +494,7 @@ impl Builder<'_> {
         (!holds.is_false()).then_some(holds)
     }
 
-    /// True if some step that drives it is active and its condition is true.
+    /// True if one of the emissions applies: its step is active, its condition is true, and its chart had not ended before this reaction.
     pub(super) fn emitted<'e>(&self, emissions: impl IntoIterator<Item = &'e Emission>) -> Expr {
         Expr::or(emissions.into_iter().map(|emission| {
             let condition = self.read_condition(emission.condition.as_ref());
@@ -502,7 +502,7 @@ impl Builder<'_> {
         }))
     }
 
-    /// One call per reaction; with arguments, those of the first calling step in declaration order [C22].
+    /// Calls a continuous extern action once per reaction, with the arguments of the first calling step in declaration order [C22].
     pub(super) fn continuous_call(
         &mut self,
         id: OutputId,

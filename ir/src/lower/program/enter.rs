@@ -15,7 +15,7 @@ pub(super) struct Entries {
     states: IdMap<Step, Vec<Expr>>,
     by_default: IdMap<Step, Vec<Expr>>,
     histories: IdMap<History, Vec<Expr>>,
-    /// The history's default content runs.
+    /// True if the default content of the history runs.
     default_content: IdMap<History, Expr>,
 }
 
@@ -94,7 +94,7 @@ impl Builder<'_> {
         }
     }
 
-    /// A history is replaced by its recorded states, or by its default. A history that another one refers to belongs to a state inside the other's state,
+    /// Replaces each history by its recorded states, or by its default. A history that another one refers to belongs to a state inside the other's state,
     /// so outer histories come first.
     pub(super) fn resolve_histories(&mut self, entries: &mut Entries, out: &mut Vec<Stmt>) {
         let net = self.net;
@@ -133,7 +133,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Exit, content, entry: the sequence of a micro-step.
+    /// Emits exits, contents and entries: the sequence of a micro-step.
     pub(super) fn fire_states(
         &mut self,
         tree: &Tree,

@@ -133,7 +133,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The current values of the operands over inputs, which do not change during the reaction.
+    /// Computes the current values of the operands over inputs, which do not change during the reaction.
     pub(super) fn compare_inputs(&mut self, out: &mut Vec<Stmt>) {
         for (edge, operand) in self.net.edges.iter() {
             if self.needs.edge[edge] && is_over_inputs(operand) {
@@ -152,7 +152,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The current values of all other operands, at a check.
+    /// Computes the current values of all other operands, at a check.
     pub(super) fn compare_others(&mut self, out: &mut Vec<Stmt>) {
         for (edge, operand) in self.net.edges.iter() {
             if self.needs.edge[edge] && !is_over_inputs(operand) {
@@ -163,7 +163,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The compared values become the values for the next comparison.
+    /// Stores the compared values for the next comparison.
     pub(super) fn renew_edges(&mut self, out: &mut Vec<Stmt>) {
         for edge in self.net.edges.ids() {
             if let (Some(id), Some(now)) = (self.edge[edge], self.edge_now[edge].clone()) {

@@ -13,9 +13,9 @@ use crate::walk::expressions;
 pub(super) struct Needs {
     /// One above the largest constant that `s.t` is compared with; `None` if it is never read.
     pub(super) elapsed: IdMap<Step, Option<i64>>,
-    /// The same for `s.T`.
+    /// One above the largest constant that `s.T` is compared with; `None` if it is never read.
     pub(super) last_elapsed: IdMap<Step, Option<i64>>,
-    /// The same for a free timer.
+    /// One above the largest constant that a free timer is compared with; `None` if it is never read.
     pub(super) timer: IdMap<Timer, Option<i64>>,
     /// Some edge of the operand is read.
     pub(super) edge: IdMap<EdgeOperand, bool>,

@@ -26,7 +26,8 @@ pub(super) fn prune(program: Program) -> Program {
     }
 }
 
-/// The same for the pieces of a program: their lists and expressions, and the temporaries and cells that others read. Returns the new ids.
+/// Does the same for the pieces of a program: `lists` and `exprs`. `kept_temp` and `kept_cells` count as read, because the caller uses them. Returns the new
+/// ids.
 pub(super) fn prune_pieces(
     program: &mut Program,
     lists: &mut [&mut Vec<Stmt>],
@@ -173,7 +174,8 @@ impl Renamed {
         out
     }
 
-    /// A kept statement reads only kept values, except a removed counter that reads itself.
+    /// The expression with the new ids. A kept statement reads only kept values; only the update of a removed counter reads a removed value, and it is removed
+    /// too.
     fn expr(&self, expr: &Expr) -> Expr {
         let leaf = |leaf: &Leaf| match leaf {
             Leaf::Cell(id) => self.cells[*id].map(Leaf::Cell),

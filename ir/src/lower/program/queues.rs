@@ -292,7 +292,8 @@ impl Builder<'_> {
         }
     }
 
-    /// In each round, all slots with the fewest remaining ticks join the queue. With ticks of 1 one round is enough.
+    /// Adds the due events to the queue in rounds: in each round, those of all slots with the fewest remaining ticks. If `dt` is at most 1, one round is
+    /// enough.
     fn join_in_order(&mut self, due: &[(TempId, InputId)], longest: i64, out: &mut Vec<Stmt>) {
         let waits = |had: TempId| Expr::compare(CompareOp::Gt, temp(had), Expr::int(0));
         let least = self.new_temp("least", Type::Int { lo: 0, hi: longest }, TempRole::Helper);

@@ -52,7 +52,7 @@ impl Ranks {
         self.chart[part]
     }
 
-    /// The lower value goes first.
+    /// The rank of a transition: the lower one goes first.
     pub(super) fn of_transition(&self, net: &Net, transition: TransitionId) -> u64 {
         self.rank[net.transitions[transition].part]
     }

@@ -5,7 +5,7 @@
 //!
 //! # The choice as a formula
 //! semantics.md offers transitions atomic state by atomic state and lets an inner one replace outer ones. Exit sets are whole subtrees, so two of them
-//! intersect exactly if one domain contains the other. The result equals processing the sources from the inside out and in document order: an offered
+//! intersect if and only if one domain contains the other. The result equals processing the sources from the inside out and in document order: an offered
 //! transition fires unless one with an intersecting exit set was taken before it. A transition is offered if it is the first fireable one of its source
 //! and, from some active atomic state, nothing fireable is on the path (inner-first: up to the source; outer-first: from the root down to it).
 
@@ -390,7 +390,7 @@ impl Builder<'_> {
         fire
     }
 
-    /// True if, from some active atomic state in an active state, nothing fireable is on the path up to it.
+    /// For an active state: true if, from some active atomic state inside it, nothing fireable is on the path up to that state (itself not included).
     fn is_free_below(
         &mut self,
         tree: &Tree,

@@ -1,5 +1,5 @@
-//! All pairs of states that two nets reach together, as decision diagrams, ring by ring from reset: exact for any number of ticks, and a difference
-//! comes with a shortest stimulus.
+//! All pairs of states that two nets reach together, as decision diagrams, ring by ring from reset. The result is exact for any number of ticks, and a
+//! difference comes with a shortest stimulus.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,6 +1,6 @@
-//! State bits that are always equal, found by induction over one reaction [van Eijk, Sequential equivalence checking based on structural similarities,
-//! 2000]: bits that random runs from reset do not distinguish are assumed equal, and classes are split until a reaction preserves the rest. If the
-//! compared columns cannot differ between equal bits, the nets are equal for ever.
+//! State bits that are always equal, found by induction over one reaction [van Eijk, Sequential equivalence checking based on structural similarities, 2000].
+//! Bits that random runs from reset do not distinguish are assumed equal, and classes are split until a reaction preserves the rest. If the compared columns
+//! cannot differ between equal bits, the nets are equal for ever.
 
 use std::collections::BTreeMap;
 
@@ -11,9 +11,9 @@ use super::{Chance, Joint, Question, depths, why};
 use crate::symbolic::aig::Lit;
 use crate::symbolic::reach::Failed;
 
-/// Reactions of the random runs, 64 runs at once.
+/// The number of reactions in each random run; 64 runs are made at once.
 const ROUNDS: usize = 48;
-/// Passes over all classes; each splits at least one.
+/// The maximum number of passes over all classes; each pass splits at least one class.
 const MAX_PASSES: usize = 400;
 /// The maximum size of the graph: each pass adds to it.
 const MAX_NODES: usize = 4_000_000;

@@ -47,7 +47,7 @@ struct Bit {
     first: bool,
 }
 
-/// Both nets.
+/// Both nets in one graph.
 pub(crate) struct Joint<'q> {
     question: &'q Question<'q>,
     aig: Aig,

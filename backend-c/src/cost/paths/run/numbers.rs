@@ -14,7 +14,7 @@ enum Cells {
 }
 
 impl Run<'_> {
-    /// A number, with a state for each path that a call or a truth value creates.
+    /// Evaluates code as a number: one result and state for each path, because a call or a truth value can fork.
     pub(super) fn values(&mut self, code: &Code, state: State) -> Done<Vec<(State, Number)>> {
         match code {
             Code::Call(index, given) => {
@@ -53,7 +53,7 @@ impl Run<'_> {
         }
     }
 
-    /// A number in one state: the effects of calls within it are joined.
+    /// Evaluates code as a number in one state: the effects of calls within it are joined.
     pub(super) fn number(&mut self, code: &Code, state: &mut State) -> Done<Number> {
         let int = Kind::int(self.int_bits);
         Ok(match code {
@@ -187,7 +187,7 @@ impl Run<'_> {
         };
         let mut cells: Vec<usize> = bases.into_iter().map(|it| it + address.offset).collect();
         for (index, n, stride) in &address.indices {
-            // A repeated evaluation must not be paid for twice, nor be omitted.
+            // The index may be evaluated more than once, but its effects must count exactly once.
             let values = if is_plain(index) {
                 self.number(index, state)?.values
             } else if calls(index) {

@@ -218,7 +218,7 @@ impl Run<'_> {
     }
 }
 
-/// A number without calls and choices: its evaluation changes nothing.
+/// True for a number without calls and choices: its evaluation changes nothing.
 pub(super) fn is_plain(code: &Code) -> bool {
     match code {
         Code::Constant(_) | Code::Unknown(_) => true,
@@ -229,7 +229,7 @@ pub(super) fn is_plain(code: &Code) -> bool {
     }
 }
 
-/// A number is the value of a single cell, perhaps cast.
+/// True if the number is the value of a single cell, perhaps cast.
 fn is_direct(code: &Code) -> bool {
     let mut code = code;
     while let Code::Cast(_, inner) = code {
