@@ -348,34 +348,48 @@ fn comparison<L>(
     }
 }
 
-fn arithmetic(
-    op: ArithOp,
-    (a_lo, a_hi): (i64, i64),
-    (b_lo, b_hi): (i64, i64),
-    span: Span,
-    divisor_span: Span,
-) -> Typed {
-    let (al, ah, bl, bh) = (i128::from(a_lo), i128::from(a_hi), i128::from(b_lo), i128::from(b_hi));
-    if matches!(op, ArithOp::Div | ArithOp::Mod) && b_lo <= 0 && b_hi >= 0 {
-        return refuse(divisor_span, TypeErrorKind::DivisorMayBeZero { lo: b_lo, hi: b_hi });
+fn arithmetic(op: ArithOp, a: (i64, i64), b: (i64, i64), span: Span, divisor_span: Span) -> Typed {
+    if may_divide_by_zero(op, b) {
+        return refuse(divisor_span, TypeErrorKind::DivisorMayBeZero { lo: b.0, hi: b.1 });
     }
+    let (lo, hi) = exact(op, a, b);
+    fit(op.symbol(), lo, hi, span)
+}
+
+/// The interval of an arithmetic result. `None` if the divisor may be 0 or a bound exceeds 64 bits.
+#[must_use]
+pub fn arith(op: ArithOp, a: (i64, i64), b: (i64, i64)) -> Option<(i64, i64)> {
+    if may_divide_by_zero(op, b) {
+        return None;
+    }
+    let (lo, hi) = exact(op, a, b);
+    Some((i64::try_from(lo).ok()?, i64::try_from(hi).ok()?))
+}
+
+fn may_divide_by_zero(op: ArithOp, (lo, hi): (i64, i64)) -> bool {
+    matches!(op, ArithOp::Div | ArithOp::Mod) && lo <= 0 && hi >= 0
+}
+
+/// The interval of an arithmetic result whose divisor is not 0.
+fn exact(op: ArithOp, (a_lo, a_hi): (i64, i64), (b_lo, b_hi): (i64, i64)) -> (i128, i128) {
+    let (al, ah, bl, bh) = (i128::from(a_lo), i128::from(a_hi), i128::from(b_lo), i128::from(b_hi));
     // Multiplication is monotone in each operand, and so is truncated division while the divisor keeps its sign: the extremes are at the corners.
     let corners = |f: fn(i128, i128) -> i128| {
         let all = [f(al, bl), f(al, bh), f(ah, bl), f(ah, bh)];
         (all.into_iter().min().unwrap_or(0), all.into_iter().max().unwrap_or(0))
     };
-    let (lo, hi) = match op {
+    match op {
         ArithOp::Add => (al + bl, ah + bh),
         ArithOp::Sub => (al - bh, ah - bl),
         ArithOp::Mul => corners(|x, y| x * y),
         ArithOp::Div => corners(|x, y| x / y),
-        ArithOp::Mod => remainder((al, ah), (bl, bh)),
-    };
-    // The hardware (and `ArithOp::apply`) computes a remainder with a division, and that division must not overflow either.
-    if op == ArithOp::Mod && a_lo == i64::MIN && b_lo <= -1 && b_hi >= -1 {
-        return fit(op.symbol(), lo.min(al), -al, span);
+        ArithOp::Mod => {
+            let (lo, hi) = remainder((al, ah), (bl, bh));
+            // The hardware (and `ArithOp::apply`) computes a remainder with a division, and that division must not overflow either.
+            let overflows = a_lo == i64::MIN && b_lo <= -1 && b_hi >= -1;
+            if overflows { (lo.min(al), -al) } else { (lo, hi) }
+        }
     }
-    fit(op.symbol(), lo, hi, span)
 }
 
 /// The interval of a truncated remainder. A remainder is smaller than the largest divisor (both as absolute values), no farther from 0 than the dividend, and

@@ -1,8 +1,8 @@
 //! Arithmetic: sums, products, quotients and remainders in the class that contains them, and stores that saturate.
 
 use super::{CExpr, Class, Prec, literal};
-use grafsynth_ir::expr::{ArithOp, Expr, ExprKind, Type};
-use grafsynth_ir::interval::type_of;
+use grafsynth_ir::expr::{ArithOp, Type};
+use grafsynth_ir::interval;
 
 impl CExpr {
     /// Arithmetic; validation has shown that the result fits in 64 bits.
@@ -29,7 +29,9 @@ impl CExpr {
                 ArithOp::Add | ArithOp::Mul => {}
             }
         }
-        let (lo, hi) = arith_interval(op, &a, &b);
+        // Validation rejects nets without a result; the widest interval keeps the printer total.
+        let (lo, hi) =
+            interval::arith(op, (a.lo, a.hi), (b.lo, b.hi)).unwrap_or((i64::MIN, i64::MAX));
         // The result is constant, for example the remainder of a division by 1, which one of the compilers reports as a mistake.
         if lo == hi {
             return CExpr::int(lo);
@@ -117,18 +119,6 @@ impl CExpr {
             inner.within(Prec::Unary)
         };
         CExpr::exact(format!("-{inner}"), Prec::Unary, class, (lo, hi))
-    }
-}
-
-/// The interval of an arithmetic result, as [`type_of`] computes it everywhere else.
-fn arith_interval(op: ArithOp, a: &CExpr, b: &CExpr) -> (i64, i64) {
-    let leaves = [Type::Int { lo: a.lo, hi: a.hi }, Type::Int { lo: b.lo, hi: b.hi }];
-    let leaf = |index: usize| Box::new(Expr::leaf(index, grafsynth_ir::Span::default()));
-    let expr = Expr::new(ExprKind::Arith(op, leaf(0), leaf(1)), grafsynth_ir::Span::default());
-    match type_of(&expr, &mut |index: &usize| leaves[*index]) {
-        Ok(ty) => ty.bounds(),
-        // Validation rejects such nets; the widest interval keeps the printer total.
-        Err(_) => (i64::MIN, i64::MAX),
     }
 }
 

@@ -3,9 +3,8 @@
 use super::types::Scalar;
 use grafsynth_ir::Span;
 use grafsynth_ir::chart::Expr;
-use grafsynth_ir::expr;
-use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type as NetType};
-use grafsynth_ir::interval::type_of;
+use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind};
+use grafsynth_ir::interval;
 
 /// A number of the net with the interval that the net infers for it.
 #[derive(Debug, Clone)]
@@ -69,22 +68,7 @@ impl Num {
         if op == ArithOp::Mod && other.is_constant() && self.lo >= 0 && self.hi < other.lo {
             return Some(self.clone());
         }
-        let probe: expr::Expr<bool> = expr::Expr::new(
-            ExprKind::Arith(
-                op,
-                Box::new(expr::Expr::leaf(false, span)),
-                Box::new(expr::Expr::leaf(true, span)),
-            ),
-            span,
-        );
-        let ty = type_of(&probe, &mut |is_second| {
-            if *is_second {
-                NetType::Int { lo: other.lo, hi: other.hi }
-            } else {
-                NetType::Int { lo: self.lo, hi: self.hi }
-            }
-        });
-        let (lo, hi) = ty.ok()?.bounds();
+        let (lo, hi) = interval::arith(op, (self.lo, self.hi), (other.lo, other.hi))?;
         let expr = Expr::new(
             ExprKind::Arith(op, Box::new(self.expr.clone()), Box::new(other.expr.clone())),
             span,
