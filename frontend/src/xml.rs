@@ -612,23 +612,7 @@ fn malformed(file: FileId, text: &str, error: &Error, unclosed: Option<Span>) ->
                     ),
                 })
         }
-        Error::InvalidXmlPrefixUri(_)
-        | Error::UnexpectedXmlUri(_)
-        | Error::UnexpectedXmlnsUri(_)
-        | Error::InvalidElementNamePrefix(_)
-        | Error::DuplicatedNamespace(..)
-        | Error::UnexpectedEntityCloseTag(_)
-        | Error::EntityReferenceLoop(_)
-        | Error::UnexpectedDeclaration(_)
-        | Error::NonXmlChar(..)
-        | Error::InvalidChar(..)
-        | Error::InvalidChar2(..)
-        | Error::InvalidString(..)
-        | Error::InvalidExternalID(_)
-        | Error::EntityResolver(..)
-        | Error::InvalidComment(_)
-        | Error::InvalidCharacterData(_)
-        | Error::UnknownToken(_) => {
+        _ => {
             // The message of the parser ends with the position, which the label already shows.
             let words = error.to_string();
             let words = words.rsplit_once(" at ").map_or(words.as_str(), |(words, _)| words);

@@ -267,6 +267,12 @@ impl<L> Expr<L> {
         if let ExprKind::And(factors) = &self.kind { factors } else { std::slice::from_ref(self) }
     }
 
+    /// The operands of a disjunction; any other expression is its own only operand.
+    #[must_use]
+    pub fn alternatives(&self) -> &[Expr<L>] {
+        if let ExprKind::Or(all) = &self.kind { all } else { std::slice::from_ref(self) }
+    }
+
     fn junction(operands: impl IntoIterator<Item = Expr<L>>, is_and: bool) -> Self {
         let mut flat = Vec::new();
         for operand in operands {

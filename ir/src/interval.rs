@@ -169,14 +169,10 @@ impl TypeErrorKind {
                 Some("write a comparison such as `s.t >= 3 s`; use a variable to count")
             }
             TypeErrorKind::TooDeep => Some("split it with several variables"),
-            TypeErrorKind::Mixed
-            | TypeErrorKind::NotAnArray
-            | TypeErrorKind::DurationNegative { .. }
-            | TypeErrorKind::Dangling
-            | TypeErrorKind::NotReadableHere { .. } => None,
             TypeErrorKind::DurationTooLong { .. } => {
                 Some("use a longer tick, or count with a variable")
             }
+            _ => None,
         }
     }
 }

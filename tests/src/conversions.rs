@@ -130,15 +130,7 @@ fn alike(
         let twin = second.layout.columns.iter().position(|other| match column.kind {
             ColumnKind::Steps => other.kind == ColumnKind::Steps,
             ColumnKind::Fault => other.kind == ColumnKind::Fault,
-            ColumnKind::Scan
-            | ColumnKind::Dt
-            | ColumnKind::Input(_)
-            | ColumnKind::Output(_)
-            | ColumnKind::Calls(_)
-            | ColumnKind::Var(_)
-            | ColumnKind::Element(..) => {
-                is_own(column.kind) && is_own(other.kind) && other.name == name
-            }
+            _ => is_own(column.kind) && is_own(other.kind) && other.name == name,
         });
         let Some(twin) = twin else {
             if is_own(column.kind) || column.kind == ColumnKind::Steps {

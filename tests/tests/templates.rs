@@ -173,10 +173,7 @@ fn job(number: usize, net: &Valid<Net>, tree: &Value, stimulus: &Stimulus) -> Va
             let kind = match &output.driver {
                 Driver::Extern { params, .. } if params.is_empty() => "count",
                 Driver::Extern { .. } => "calls",
-                Driver::Continuous(_)
-                | Driver::Mealy(_)
-                | Driver::Stored(_)
-                | Driver::Controlled(_) => "value",
+                _ => "value",
             };
             object!([output.name.text, kind])
         })

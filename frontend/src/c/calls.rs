@@ -176,14 +176,7 @@ impl Resolver<'_, '_> {
                     var.reference = Reference::Scalar;
                 }
                 (Type::Array(..), true) => var.reference = Reference::Array,
-                (
-                    Type::Pointer(_)
-                    | Type::Array(..)
-                    | Type::Void
-                    | Type::Scalar(_)
-                    | Type::Opaque,
-                    _,
-                ) => {}
+                _ => {}
             }
         }
     }

@@ -66,18 +66,6 @@ pub(super) fn value(expr: &Expr, names: &BTreeMap<String, i64>) -> Result<i64, S
                 of(b)
             }
         }
-        ExprKind::Float
-        | ExprKind::Text
-        | ExprKind::Index(..)
-        | ExprKind::Call(..)
-        | ExprKind::Opaque(_)
-        | ExprKind::Step { .. }
-        | ExprKind::Deref(_)
-        | ExprKind::AddressOf(_)
-        | ExprKind::Cast(..)
-        | ExprKind::SizeofType(_)
-        | ExprKind::Sizeof(_)
-        | ExprKind::Assign(..)
-        | ExprKind::Comma(_) => Err(span),
+        _ => Err(span),
     }
 }

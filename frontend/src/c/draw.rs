@@ -294,22 +294,13 @@ impl Drawing<'_, '_> {
     }
 
     fn is_used(&self, name: &str) -> bool {
-        let in_expr = |expr: &Expr| {
-            expr.leaves().any(|leaf| matches!(leaf, Leaf::Name(path) if path.names.len() == 1 && path.names[0].text == name))
-        };
+        let is_it = |path: &Path| path.names.len() == 1 && path.names[0].text == name;
+        let in_expr =
+            |expr: &Expr| expr.leaves().any(|leaf| matches!(leaf, Leaf::Name(path) if is_it(path)));
         let in_block = |block: &Block| {
-            block.iter().any(|stmt| match &stmt.kind {
-                StmtKind::Assign { target, index, value } => {
-                    (target.names.len() == 1 && target.names[0].text == name)
-                        || index.iter().any(in_expr)
-                        || in_expr(value)
-                }
-                StmtKind::Raise(_)
-                | StmtKind::Send { .. }
-                | StmtKind::Cancel(_)
-                | StmtKind::Call { .. }
-                | StmtKind::If { .. }
-                | StmtKind::Code(_) => false,
+            block.iter().any(|stmt| {
+                matches!(&stmt.kind, StmtKind::Assign { target, index, value }
+                    if is_it(target) || index.iter().any(in_expr) || in_expr(value))
             })
         };
         self.graph.nodes.iter().any(|node| {

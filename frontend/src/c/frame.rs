@@ -197,10 +197,7 @@ fn at_top(items: Vec<Item>) -> Vec<Item> {
                 StepRole::MacroEntry => step.role = StepRole::Initial,
                 StepRole::MacroExit if !targets.contains(&step.name.text) => continue,
                 StepRole::MacroExit => step.role = StepRole::Plain,
-                StepRole::Plain
-                | StepRole::Initial
-                | StepRole::MacroEntryExit
-                | StepRole::Final => {}
+                _ => {}
             }
         }
         top.push(item);

@@ -222,16 +222,7 @@ impl Flow<'_, '_> {
             BinaryOp::Le => Some(CompareOp::Le),
             BinaryOp::Gt => Some(CompareOp::Gt),
             BinaryOp::Ge => Some(CompareOp::Ge),
-            BinaryOp::Add
-            | BinaryOp::Sub
-            | BinaryOp::Mul
-            | BinaryOp::Div
-            | BinaryOp::Mod
-            | BinaryOp::ShiftLeft
-            | BinaryOp::ShiftRight
-            | BinaryOp::And
-            | BinaryOp::Or
-            | BinaryOp::Xor => None,
+            _ => None,
         };
         if let (Repr::Bool(x), Repr::Bool(y)) = (&a.repr, &b.repr) {
             let both = || (x.clone(), y.clone());
@@ -242,17 +233,7 @@ impl Flow<'_, '_> {
                 BinaryOp::Xor | BinaryOp::Ne => {
                     Some(Expr::compare(CompareOp::Ne, x.clone(), y.clone()))
                 }
-                BinaryOp::Add
-                | BinaryOp::Sub
-                | BinaryOp::Mul
-                | BinaryOp::Div
-                | BinaryOp::Mod
-                | BinaryOp::ShiftLeft
-                | BinaryOp::ShiftRight
-                | BinaryOp::Lt
-                | BinaryOp::Le
-                | BinaryOp::Gt
-                | BinaryOp::Ge => None,
+                _ => None,
             };
             if let Some(truth) = truth {
                 let value = self.of_truth(truth);
@@ -278,14 +259,7 @@ impl Flow<'_, '_> {
             BinaryOp::Mul => self.product(&x, &y, ty),
             BinaryOp::Div | BinaryOp::Mod => self.quotient(op == BinaryOp::Div, &x, &y, ty),
             BinaryOp::And | BinaryOp::Or | BinaryOp::Xor => self.bitwise(op, &x, &y, ty),
-            BinaryOp::ShiftLeft
-            | BinaryOp::ShiftRight
-            | BinaryOp::Eq
-            | BinaryOp::Ne
-            | BinaryOp::Lt
-            | BinaryOp::Le
-            | BinaryOp::Gt
-            | BinaryOp::Ge => x,
+            _ => x,
         };
         let num = self.result(&num, ty);
         self.shallow(Value { repr: Repr::Num(num), ty })

@@ -157,12 +157,7 @@ impl<'t> Parser<'t> {
         let token = self.here();
         let found = match token.kind {
             Kind::End => "the end of the file".to_owned(),
-            Kind::Text
-            | Kind::Word
-            | Kind::Number { .. }
-            | Kind::Float
-            | Kind::Char(_)
-            | Kind::Sign => {
+            _ => {
                 format!("`{}`", self.word_of(token))
             }
         };

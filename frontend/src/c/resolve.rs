@@ -539,11 +539,6 @@ impl<'s> Resolver<'s, '_> {
 
     fn statement(&mut self, statement: &'s Stmt) {
         match &statement.kind {
-            StmtKind::Null
-            | StmtKind::Goto(_)
-            | StmtKind::Break
-            | StmtKind::Continue
-            | StmtKind::Return(None) => {}
             StmtKind::Expr(expr) | StmtKind::Return(Some(expr)) => self.expr(expr),
             StmtKind::Block(all) => {
                 self.scopes.push(BTreeMap::new());
@@ -573,6 +568,7 @@ impl<'s> Resolver<'s, '_> {
             StmtKind::Case(_, body) | StmtKind::Default(body) | StmtKind::Label(_, body) => {
                 self.statement(body)
             }
+            _ => {}
         }
     }
 
@@ -637,21 +633,7 @@ impl<'s> Resolver<'s, '_> {
                 self.written(operand);
                 self.names(operand);
             }
-            ExprKind::Number { .. }
-            | ExprKind::Char(_)
-            | ExprKind::Float
-            | ExprKind::Text
-            | ExprKind::SizeofType(_) => {}
-            ExprKind::Opaque(_)
-            | ExprKind::Unary(..)
-            | ExprKind::Cast(..)
-            | ExprKind::Sizeof(_)
-            | ExprKind::Binary(..)
-            | ExprKind::Junction(..)
-            | ExprKind::Conditional(..)
-            | ExprKind::Comma(_) => {
-                expr.operands().into_iter().for_each(|operand| self.names(operand))
-            }
+            _ => expr.operands().into_iter().for_each(|operand| self.names(operand)),
         }
     }
 
@@ -794,11 +776,6 @@ fn returns_value(statement: &Stmt) -> bool {
         | StmtKind::Case(_, body)
         | StmtKind::Default(body)
         | StmtKind::Label(_, body) => returns_value(body),
-        StmtKind::Null
-        | StmtKind::Expr(_)
-        | StmtKind::Declaration(_)
-        | StmtKind::Goto(_)
-        | StmtKind::Break
-        | StmtKind::Continue => false,
+        _ => false,
     }
 }

@@ -126,11 +126,6 @@ struct Collector<'p, 's> {
 impl<'s> Collector<'_, 's> {
     fn statement(&mut self, statement: &'s Stmt) {
         match &statement.kind {
-            StmtKind::Null
-            | StmtKind::Goto(_)
-            | StmtKind::Break
-            | StmtKind::Continue
-            | StmtKind::Return(None) => {}
             StmtKind::Expr(expr) => self.unit(expr, None),
             StmtKind::Return(Some(expr)) => {
                 self.unit(expr, self.program.functions[self.function].result)
@@ -156,6 +151,7 @@ impl<'s> Collector<'_, 's> {
             StmtKind::Case(_, body) | StmtKind::Default(body) | StmtKind::Label(_, body) => {
                 self.statement(body)
             }
+            _ => {}
         }
     }
 
@@ -278,15 +274,7 @@ impl<'s> Collector<'_, 's> {
                 }
                 self.look(inner, unit);
             }
-            ExprKind::Step { .. }
-            | ExprKind::Unary(..)
-            | ExprKind::Binary(..)
-            | ExprKind::Junction(..)
-            | ExprKind::Conditional(..)
-            | ExprKind::Assign(..)
-            | ExprKind::Comma(_) => {
-                expr.operands().into_iter().for_each(|operand| self.look(operand, unit))
-            }
+            _ => expr.operands().into_iter().for_each(|operand| self.look(operand, unit)),
         }
     }
 

@@ -70,17 +70,7 @@ impl Writer<'_> {
                     |expr: &Expr<L>| matches!(&expr.kind, ExprKind::Leaf(leaf) if leaf.is_time());
                 let mut side = |writer: &mut Self, one: &Expr<L>, other: &Expr<L>| match &one.kind {
                     ExprKind::Int(ticks) if is_time(other) => writer.duration(*ticks, one.span),
-                    ExprKind::Bool(_)
-                    | ExprKind::Int(_)
-                    | ExprKind::Leaf(_)
-                    | ExprKind::Element(..)
-                    | ExprKind::Not(_)
-                    | ExprKind::And(_)
-                    | ExprKind::Or(_)
-                    | ExprKind::Compare(..)
-                    | ExprKind::Neg(_)
-                    | ExprKind::Arith(..)
-                    | ExprKind::Select(..) => inner(writer, one),
+                    _ => inner(writer, one),
                 };
                 let left = side(self, a, b);
                 let right = side(self, b, a);
@@ -169,20 +159,7 @@ impl Writer<'_> {
     fn is_otherwise(&self, expr: &Expr<Leaf>, transition: TransitionId) -> bool {
         let ExprKind::Not(inner) = &expr.kind else { return false };
         let mut named = BTreeSet::new();
-        let alternatives = match &inner.kind {
-            ExprKind::Or(all) => all.as_slice(),
-            ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Leaf(_)
-            | ExprKind::Element(..)
-            | ExprKind::Not(_)
-            | ExprKind::And(_)
-            | ExprKind::Compare(..)
-            | ExprKind::Neg(_)
-            | ExprKind::Arith(..)
-            | ExprKind::Select(..) => std::slice::from_ref(inner.as_ref()),
-        };
-        for one in alternatives {
+        for one in inner.alternatives() {
             let ExprKind::Leaf(Leaf::Fireable(id)) = one.kind else { return false };
             named.insert(id);
         }

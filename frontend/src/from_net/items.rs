@@ -7,40 +7,11 @@ use grafsynth_ir::chart::{
     StepItem, StepItemKind, StepRole, Stmt, StmtKind, Transition,
 };
 use grafsynth_ir::expr::ExprKind;
-use grafsynth_ir::net::{
-    self, Driver, Enter, ForcingOrder, Qualifier, StepId, TransitionId, TransitionKind,
-};
+use grafsynth_ir::net::{self, Driver, Enter, ForcingOrder, StepId, TransitionId, TransitionKind};
 use grafsynth_ir::{Name, Span};
 
 use super::bodies::BodyId;
 use super::{Writer, cannot, timers};
-
-/// True for qualifiers that do not by themselves make an action controlled.
-pub(super) fn is_plain(qualifier: Qualifier) -> bool {
-    match qualifier {
-        Qualifier::N | Qualifier::L | Qualifier::D => true,
-        Qualifier::R
-        | Qualifier::S
-        | Qualifier::P
-        | Qualifier::P0
-        | Qualifier::P1
-        | Qualifier::SD
-        | Qualifier::DS
-        | Qualifier::SL => false,
-    }
-}
-
-pub(super) fn is_timed(qualifier: Qualifier) -> bool {
-    match qualifier {
-        Qualifier::L | Qualifier::D | Qualifier::SD | Qualifier::DS | Qualifier::SL => true,
-        Qualifier::N
-        | Qualifier::R
-        | Qualifier::S
-        | Qualifier::P
-        | Qualifier::P0
-        | Qualifier::P1 => false,
-    }
-}
 
 /// The extern action that steps use with qualifiers, in the form into which lowering turns it: a controlled action with one call and the
 /// same name.
@@ -209,7 +180,7 @@ impl Writer<'_> {
             };
             let duration = self.nanoseconds(of.duration, of.name.span);
             let how =
-                ActionHow::Qualified(one.qualifier, is_timed(one.qualifier).then_some(duration));
+                ActionHow::Qualified(one.qualifier, one.qualifier.is_timed().then_some(duration));
             self.action(one.step, target, arguments, how, one.condition.as_ref(), one.span);
         }
     }

@@ -19,8 +19,8 @@ use grafsynth_ir::chart::{
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{ExprKind, Type};
 use grafsynth_ir::net::{
-    ActionId, Block, Driver, Evolution, InputId, InputKind, Net, PlacedItem, PropertyRole,
-    SHARINGS, StepId, StepKind, StmtKind, TransitionId, TransitionKind, VarId, VarOrigin,
+    ActionId, Driver, Evolution, InputId, InputKind, Net, PlacedItem, PropertyRole, SHARINGS,
+    StepId, StepKind, StmtKind, TransitionId, TransitionKind, VarId, VarOrigin,
 };
 use grafsynth_ir::{Name, Span};
 
@@ -160,31 +160,10 @@ fn refuse(net: &Net, findings: &mut Vec<Diagnostic>) {
 
 /// The variables that lists assign.
 fn written(net: &Net) -> BTreeSet<VarId> {
-    let mut lists: Vec<&Block> = Vec::new();
-    for step in net.steps.values() {
-        lists.extend([&step.entry, &step.exit, &step.initial_content]);
-        lists.extend(step.tasks.iter().map(|task| &task.body));
-    }
-    lists.extend(net.transitions.values().map(|it| &it.actions));
-    lists.extend(net.histories.values().map(|it| &it.default_content));
-    lists.extend(net.actions.values().map(|it| &it.body));
-    let mut found = BTreeSet::new();
-    while let Some(list) = lists.pop() {
-        for stmt in list {
-            match &stmt.kind {
-                StmtKind::Assign { var, .. } => {
-                    found.insert(*var);
-                }
-                StmtKind::If { then, otherwise, .. } => lists.extend([then, otherwise]),
-                StmtKind::Raise(_)
-                | StmtKind::Send(_)
-                | StmtKind::Cancel(_)
-                | StmtKind::Call { .. }
-                | StmtKind::Code(_) => {}
-            }
-        }
-    }
-    found
+    let assigned = net.statements().filter_map(|stmt| {
+        if let StmtKind::Assign { var, .. } = stmt.kind { Some(var) } else { None }
+    });
+    assigned.collect()
 }
 
 /// The names of all objects that a chart declares.
@@ -198,21 +177,14 @@ fn declared(net: &Net) -> impl Iterator<Item = &Name> {
 
 /// Whether an action is controlled only because of the setting `actions iec`.
 fn needs_iec(net: &Net) -> bool {
-    let drives = |id: ActionId| {
-        net.outputs.values().any(|output| match output.driver {
-            Driver::Controlled(action) => action == id,
-            Driver::Continuous(_)
-            | Driver::Mealy(_)
-            | Driver::Stored(_)
-            | Driver::Extern { .. } => false,
-        })
-    };
+    let drives =
+        |id: ActionId| net.outputs.values().any(|output| output.driver == Driver::Controlled(id));
     net.actions.iter().any(|(id, action)| {
         // An action that is written as such is always controlled.
         let is_output = drives(id) || items::called_by_qualifiers(net, action).is_some();
         is_output
             && !action.uses.is_empty()
-            && action.uses.iter().all(|one| items::is_plain(one.qualifier))
+            && action.uses.iter().all(|one| !one.qualifier.is_controlling())
     })
 }
 
@@ -368,10 +340,7 @@ impl Writer<'_> {
                 Driver::Extern { params, .. } => DeclarationKind::ExternAction {
                     params: params.iter().map(|param| (param.name.clone(), param.ty)).collect(),
                 },
-                Driver::Continuous(_)
-                | Driver::Mealy(_)
-                | Driver::Stored(_)
-                | Driver::Controlled(_) => {
+                _ => {
                     if let Driver::Stored(var) = output.driver {
                         let var = &net.vars[var];
                         let value = var.init.first().copied().unwrap_or(0);
@@ -441,11 +410,7 @@ impl Writer<'_> {
                 .values()
                 .filter_map(|output| match output.driver {
                     Driver::Controlled(other) if other > id => Some((other, &output.name)),
-                    Driver::Controlled(_)
-                    | Driver::Continuous(_)
-                    | Driver::Mealy(_)
-                    | Driver::Stored(_)
-                    | Driver::Extern { .. } => None,
+                    _ => None,
                 })
                 .min_by_key(|(other, _)| *other)
                 .and_then(|(_, name)| self.bodies.local(body, name));

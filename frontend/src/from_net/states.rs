@@ -95,7 +95,7 @@ impl States {
             states.histories.entry(history.owner).or_default().push(id);
         }
         for transition in net.transitions.values() {
-            looked_at(&transition.guard, &mut states.looked_at);
+            states.looked_at.extend(looked_at(&transition.guard));
         }
         states.find_defaults(net, findings);
         states
@@ -388,13 +388,13 @@ fn order_of_states(name: &Name) -> String {
     format!("the position of the state `{name}`")
 }
 
-/// Collects the transitions whose fireability an expression refers to.
-fn looked_at(expr: &net::Expr, out: &mut BTreeSet<TransitionId>) {
-    for leaf in expr.leaves() {
-        if let net::Leaf::Fireable(id) = leaf {
-            out.insert(*id);
-        }
-    }
+/// The transitions whose fireability an expression refers to.
+fn looked_at(expr: &net::Expr) -> impl Iterator<Item = TransitionId> {
+    expr.leaves().filter_map(
+        |leaf| {
+            if let net::Leaf::Fireable(id) = leaf { Some(*id) } else { None }
+        },
+    )
 }
 
 impl Writer<'_> {
@@ -639,9 +639,7 @@ impl Writer<'_> {
     }
 
     fn holds_otherwise(&self, guard: &net::Expr) -> bool {
-        let mut found = BTreeSet::new();
-        looked_at(guard, &mut found);
-        !found.is_empty()
+        looked_at(guard).next().is_some()
     }
 
     /// The chart names of events: the completion event of a state is named after the state.

@@ -13,8 +13,6 @@ use std::collections::BTreeMap;
 use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::net::{ActionId, ActionUse, Driver, Expr, Leaf, Net, PropertyLeaf, Qualifier};
 
-use super::items::is_timed;
-
 /// The action whose Q is the only condition of this use, if the use has that form.
 pub(super) fn asked(one: &ActionUse) -> Option<ActionId> {
     match (one.qualifier, one.condition.as_ref().map(|condition| &condition.kind)) {
@@ -61,13 +59,13 @@ pub(super) fn of(net: &Net) -> BTreeMap<ActionId, ActionId> {
         durations.sort_unstable();
         let is_twice = durations.windows(2).any(|pair| pair[0] == pair[1]);
         let stores = |one: &ActionUse| {
-            is_timed(one.qualifier) && !matches!(one.qualifier, Qualifier::L | Qualifier::D)
+            one.qualifier.is_timed() && !matches!(one.qualifier, Qualifier::L | Qualifier::D)
         };
         let first = action.uses.iter().find(|one| {
-            is_timed(one.qualifier) || asked(one).is_some_and(|timer| timers.contains(&timer))
+            one.qualifier.is_timed() || asked(one).is_some_and(|timer| timers.contains(&timer))
         });
         let keeps =
-            action.uses.iter().any(stores) || first.is_some_and(|one| is_timed(one.qualifier));
+            action.uses.iter().any(stores) || first.is_some_and(|one| one.qualifier.is_timed());
         if before.ends_with(&timers) && !is_twice && keeps {
             found.extend(timers.into_iter().map(|timer| (timer, id)));
         }

@@ -556,10 +556,7 @@ fn library(r: &mut Random, chart: fn(&mut Random) -> Chart) -> Library {
                 *internal = false;
                 None
             }
-            DeclarationKind::Timer { .. }
-            | DeclarationKind::ExternCondition { .. }
-            | DeclarationKind::ExternAction { .. }
-            | DeclarationKind::Const { .. } => {
+            _ => {
                 let value = number(r, 1);
                 declaration.kind = DeclarationKind::Const { value: value.clone() };
                 Some(value)

@@ -236,11 +236,7 @@ fn mentions(expr: &Expr, root: &str) -> bool {
         ExprKind::Binary(_, a, b) => mentions(a, root) || mentions(b, root),
         ExprKind::And(all) | ExprKind::Or(all) => all.iter().any(|one| mentions(one, root)),
         ExprKind::Call(_, arguments) => arguments.iter().any(|one| mentions(&one.value, root)),
-        ExprKind::Bool(_)
-        | ExprKind::Int(_)
-        | ExprKind::Time(_)
-        | ExprKind::Address(_)
-        | ExprKind::Refused(_) => false,
+        _ => false,
     }
 }
 

@@ -220,9 +220,7 @@ impl Writer {
                 DeclarationKind::Output { .. } | DeclarationKind::ExternAction { .. } => {
                     Some(false)
                 }
-                DeclarationKind::Var { .. }
-                | DeclarationKind::Timer { .. }
-                | DeclarationKind::Const { .. } => None,
+                _ => None,
             };
             if let Some(is_input) = is_input {
                 lists[if is_input { 2 } else { 3 }].1.push(name);
@@ -243,10 +241,7 @@ impl Writer {
             match step.role {
                 StepRole::Plain => {}
                 StepRole::Initial => lists[4].1.push(name.clone()),
-                StepRole::MacroEntry
-                | StepRole::MacroExit
-                | StepRole::MacroEntryExit
-                | StepRole::Final => {
+                _ => {
                     self.findings.push(cannot(
                         format!("rules cannot express an item of step `{}`", step.name),
                         step.name.span,
@@ -331,15 +326,7 @@ impl Writer {
                     });
                     rules.push(format!("{label}: {left}|- {target}"));
                 }
-                StepItemKind::Action { .. }
-                | StepItemKind::Entry(_)
-                | StepItemKind::Exit(_)
-                | StepItemKind::On { .. }
-                | StepItemKind::Priority(_)
-                | StepItemKind::Budget(_)
-                | StepItemKind::Task { .. }
-                | StepItemKind::Code(_)
-                | StepItemKind::Force { .. } => rest.push(self.text.one_line_item(item)),
+                _ => rest.push(self.text.one_line_item(item)),
             }
         }
         let attributes = attributes(&step.meta);
@@ -467,15 +454,7 @@ fn share(item: &StepItem, name: &str) -> Option<Option<Vec<Expr>>> {
             Some(Some(factors.map(Expr::unplaced).collect()))
         }
         StepItemKind::Action { target, .. } if target.text == name => None,
-        StepItemKind::Action { .. }
-        | StepItemKind::Entry(_)
-        | StepItemKind::Exit(_)
-        | StepItemKind::On { .. }
-        | StepItemKind::Priority(_)
-        | StepItemKind::Budget(_)
-        | StepItemKind::Task { .. }
-        | StepItemKind::Code(_)
-        | StepItemKind::Force { .. } => Some(None),
+        _ => Some(None),
     }
 }
 
@@ -499,13 +478,6 @@ fn is_plain(declaration: &Declaration, sub_rules: &BTreeMap<String, bool>) -> bo
                 mealy,
                 safe: None,
             } => !mealy || sub_rules.get(&declaration.name.text) == Some(&true),
-            DeclarationKind::Input { .. }
-            | DeclarationKind::Output { .. }
-            | DeclarationKind::Var { .. }
-            | DeclarationKind::Event { .. }
-            | DeclarationKind::Timer { .. }
-            | DeclarationKind::ExternCondition { .. }
-            | DeclarationKind::ExternAction { .. }
-            | DeclarationKind::Const { .. } => false,
+            _ => false,
         }
 }

@@ -732,17 +732,7 @@ fn blocks_of<'s>(item: &'s Item, out: &mut Vec<&'s [Stmt]>) {
                 blocks_of(item, out);
             }
         }
-        Item::Setting(_)
-        | Item::Declaration(_)
-        | Item::Action(_)
-        | Item::Macro(_)
-        | Item::MacroStep(_)
-        | Item::Enclosing(_)
-        | Item::Use(_)
-        | Item::Emergency(_)
-        | Item::Property(_)
-        | Item::Place(_)
-        | Item::Board(_) => {}
+        _ => {}
     }
 }
 

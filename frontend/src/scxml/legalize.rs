@@ -73,18 +73,7 @@ fn transitions<'c>(items: &'c [Item], out: &mut Vec<&'c Transition>) {
         match item {
             Item::Transition(transition) => out.push(transition),
             Item::State(state) => transitions(&state.items, out),
-            Item::Step(_)
-            | Item::Setting(_)
-            | Item::Declaration(_)
-            | Item::Macro(_)
-            | Item::MacroStep(_)
-            | Item::Enclosing(_)
-            | Item::Use(_)
-            | Item::Action(_)
-            | Item::Emergency(_)
-            | Item::Property(_)
-            | Item::Place(_)
-            | Item::Board(_) => {}
+            _ => {}
         }
     }
 }
@@ -246,16 +235,7 @@ fn names(items: &[Item], out: &mut BTreeSet<String>) {
                 names(&one.items, out);
             }
             Item::Transition(one) => out.extend(one.name.iter().map(|it| it.text.clone())),
-            Item::Setting(_)
-            | Item::Macro(_)
-            | Item::MacroStep(_)
-            | Item::Enclosing(_)
-            | Item::Use(_)
-            | Item::Action(_)
-            | Item::Emergency(_)
-            | Item::Property(_)
-            | Item::Place(_)
-            | Item::Board(_) => {}
+            _ => {}
         }
     }
 }
@@ -282,17 +262,7 @@ fn delayed_items(items: &mut [Item], made: &BTreeMap<(String, u64), Made>) {
                 delayed_state(&mut state.step, made);
                 delayed_items(&mut state.items, made);
             }
-            Item::Setting(_)
-            | Item::Declaration(_)
-            | Item::Macro(_)
-            | Item::MacroStep(_)
-            | Item::Enclosing(_)
-            | Item::Use(_)
-            | Item::Action(_)
-            | Item::Emergency(_)
-            | Item::Property(_)
-            | Item::Place(_)
-            | Item::Board(_) => {}
+            _ => {}
         }
     }
 }
@@ -342,17 +312,7 @@ impl Outer {
                     self.collect_body(&state.step);
                     self.collect(&state.items);
                 }
-                Item::Setting(_)
-                | Item::Declaration(_)
-                | Item::Macro(_)
-                | Item::MacroStep(_)
-                | Item::Enclosing(_)
-                | Item::Use(_)
-                | Item::Action(_)
-                | Item::Emergency(_)
-                | Item::Property(_)
-                | Item::Place(_)
-                | Item::Board(_) => {}
+                _ => {}
             }
         }
     }
@@ -415,17 +375,7 @@ impl Outer {
                     self.guarded(&mut state.items, parents);
                     out.push(Item::State(state));
                 }
-                other @ (Item::Setting(_)
-                | Item::Declaration(_)
-                | Item::Macro(_)
-                | Item::MacroStep(_)
-                | Item::Enclosing(_)
-                | Item::Use(_)
-                | Item::Action(_)
-                | Item::Emergency(_)
-                | Item::Property(_)
-                | Item::Place(_)
-                | Item::Board(_)) => out.push(other),
+                other => out.push(other),
             }
         }
         *items = out;

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::chart::{
-    Expr, Item, State, Step, StepItemKind, StepRole, Stmt, StmtKind, Transition,
+    Expr, Item, State, Step, StepItemKind, StepRole, Stmt, StmtKind, Transition, statements,
 };
 use grafsynth_ir::{Name, Span};
 
@@ -44,20 +44,10 @@ impl<'c> Mentions<'_, 'c> {
     }
 
     fn block(&mut self, block: &'c [Stmt]) {
-        for stmt in block {
-            match &stmt.kind {
-                StmtKind::Raise(event) | StmtKind::Send { event, .. } => {
-                    self.name(event);
-                    self.raised.insert(&event.text);
-                }
-                StmtKind::If { then, otherwise, .. } => {
-                    self.block(then);
-                    self.block(otherwise);
-                }
-                StmtKind::Assign { .. }
-                | StmtKind::Cancel(_)
-                | StmtKind::Call { .. }
-                | StmtKind::Code(_) => {}
+        for stmt in statements(block) {
+            if let StmtKind::Raise(event) | StmtKind::Send { event, .. } = &stmt.kind {
+                self.name(event);
+                self.raised.insert(&event.text);
             }
         }
     }

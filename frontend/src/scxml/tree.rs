@@ -172,10 +172,7 @@ impl Machine {
                         acts(otherwise, visit);
                     }
                     ActKind::Foreach { body, .. } => acts(body, visit),
-                    ActKind::Assign { .. }
-                    | ActKind::Raise(_)
-                    | ActKind::Send { .. }
-                    | ActKind::Cancel(_) => {}
+                    _ => {}
                 }
             }
         }

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use grafsynth_ir::chart::{Expr, Leaf, Path, Stmt, StmtKind};
+use grafsynth_ir::chart::{Expr, Leaf, Path, Stmt, StmtKind, statements};
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
 use grafsynth_ir::interval::{self, Leaves, TypeError, TypeErrorKind};
@@ -233,24 +233,11 @@ impl Data {
             };
             Some(value)
         })?;
-        let folded = grafsynth_ir::simplify::simplify(&expr.0);
-        match folded.kind {
-            ExprKind::Bool(value) => Ok(Value::Bool(value)),
-            ExprKind::Int(value) => Ok(Value::Int(value)),
-            ExprKind::Leaf(_)
-            | ExprKind::Element(..)
-            | ExprKind::Not(_)
-            | ExprKind::And(_)
-            | ExprKind::Or(_)
-            | ExprKind::Compare(..)
-            | ExprKind::Neg(_)
-            | ExprKind::Arith(..)
-            | ExprKind::Select(..) => {
-                Err(Box::new(kind_error(ast.span, "not a constant expression".to_owned()).help(
-                    "write a number, true or false here, and assign the expression in an <onentry>",
-                )))
-            }
-        }
+        constant_of(&expr.0).ok_or_else(|| {
+            Box::new(kind_error(ast.span, "not a constant expression".to_owned()).help(
+                "write a number, true or false here, and assign the expression in an <onentry>",
+            ))
+        })
     }
 
     /// The value of an expression that reads no data element.
@@ -259,23 +246,13 @@ impl Data {
     /// It reads a data element, or has no value.
     pub(super) fn fixed(&self, ast: &Ast, names: &Names) -> Result<Value, Box<Diagnostic>> {
         let (expr, _) = self.value(ast, names, false, &|_, _, _| None)?;
-        match grafsynth_ir::simplify::simplify(&expr).kind {
-            ExprKind::Bool(value) => Ok(Value::Bool(value)),
-            ExprKind::Int(value) => Ok(Value::Int(value)),
-            ExprKind::Leaf(_)
-            | ExprKind::Element(..)
-            | ExprKind::Not(_)
-            | ExprKind::And(_)
-            | ExprKind::Or(_)
-            | ExprKind::Compare(..)
-            | ExprKind::Neg(_)
-            | ExprKind::Arith(..)
-            | ExprKind::Select(..) => Err(Box::new(
+        constant_of(&expr).ok_or_else(|| {
+            Box::new(
                 Diagnostic::error(codes::SCXML_LOOP, "the elements of this loop are not constant")
                     .at(ast.span, "this changes while the chart runs")
                     .help("declare them as an array: <data id=\"list\">[1, 2, 3]</data>"),
-            )),
-        }
+            )
+        })
     }
 
     /// Declares the variables of loops that are not declared otherwise.
@@ -291,11 +268,7 @@ impl Data {
                     var.is_assigned = true;
                 }
             }
-            ActKind::Assign { .. }
-            | ActKind::Raise(_)
-            | ActKind::Send { .. }
-            | ActKind::Cancel(_)
-            | ActKind::If { .. } => {}
+            _ => {}
         });
         for (name, _) in wanted {
             if self.by_id.contains_key(&name.text) {
@@ -376,12 +349,7 @@ impl Data {
             {
                 Some(Kind::Int)
             }
-            AstKind::Bool(_)
-            | AstKind::In(..)
-            | AstKind::Not(_)
-            | AstKind::And(_)
-            | AstKind::Or(_)
-            | AstKind::Compare(..) => Some(Kind::Bool),
+            _ => Some(Kind::Bool),
         }
     }
 
@@ -708,28 +676,25 @@ impl Data {
 /// Values of names before the chart runs: of a data element, or of an array element.
 type Known<'k> = &'k dyn Fn(&Data, &str, Option<i64>) -> Option<Value>;
 
+fn constant_of(expr: &Expr) -> Option<Value> {
+    match grafsynth_ir::simplify::simplify(expr).kind {
+        ExprKind::Bool(value) => Some(Value::Bool(value)),
+        ExprKind::Int(value) => Some(Value::Int(value)),
+        _ => None,
+    }
+}
+
 fn collect<'s>(
     block: &'s [Stmt],
     by_name: &BTreeMap<&str, usize>,
     out: &mut Vec<(usize, &'s Expr)>,
 ) {
-    for stmt in block {
-        match &stmt.kind {
-            StmtKind::Assign { target, value, .. } => {
-                let name = target.names.first().map_or("", |name| name.text.as_str());
-                if let Some(index) = by_name.get(name) {
-                    out.push((*index, value));
-                }
+    for stmt in statements(block) {
+        if let StmtKind::Assign { target, value, .. } = &stmt.kind {
+            let name = target.names.first().map_or("", |name| name.text.as_str());
+            if let Some(index) = by_name.get(name) {
+                out.push((*index, value));
             }
-            StmtKind::If { then, otherwise, .. } => {
-                collect(then, by_name, out);
-                collect(otherwise, by_name, out);
-            }
-            StmtKind::Raise(_)
-            | StmtKind::Send { .. }
-            | StmtKind::Cancel(_)
-            | StmtKind::Call { .. }
-            | StmtKind::Code(_) => {}
         }
     }
 }

@@ -328,8 +328,7 @@ impl<'c> Writer<'c> {
                     DeclarationKind::Timer { .. } => {
                         self.refuse("a timer", declaration.name.span);
                     }
-                    DeclarationKind::ExternCondition { .. }
-                    | DeclarationKind::ExternAction { .. } => {
+                    _ => {
                         self.refuse(
                             "a function of the program around the chart",
                             declaration.name.span,
@@ -415,12 +414,7 @@ impl<'c> Writer<'c> {
                 SettingKind::AssignSimultaneous(false) | SettingKind::FireOne(false) => {}
                 SettingKind::AssignSimultaneous(true) => self.refuse("`assign simultaneous`", span),
                 SettingKind::Shared(..) => self.refuse("`shared`", span),
-                SettingKind::EvolutionSingle
-                | SettingKind::Schedule(_)
-                | SettingKind::FireOne(true)
-                | SettingKind::ActionsIec
-                | SettingKind::FinalScan
-                | SettingKind::Priority(_) => self.refuse("a setting of Grafcet charts", span),
+                _ => self.refuse("a setting of Grafcet charts", span),
             }
         }
         out.push_str(&self.event_lists(chart));
@@ -495,10 +489,7 @@ impl<'c> Writer<'c> {
                     let output = self.net.outputs.values().find(|output| output.name.text == name);
                     let init = output.and_then(|output| match output.driver {
                         Driver::Stored(var) => self.net.vars[var].init.first().copied(),
-                        Driver::Continuous(_)
-                        | Driver::Mealy(_)
-                        | Driver::Controlled(_)
-                        | Driver::Extern { .. } => None,
+                        _ => None,
                     });
                     (*ty, vec![init.unwrap_or(0)], None, " g:role=\"output\"")
                 }
@@ -510,11 +501,7 @@ impl<'c> Writer<'c> {
                     };
                     (*ty, var.init.clone(), *len, "")
                 }
-                DeclarationKind::Event { .. }
-                | DeclarationKind::Timer { .. }
-                | DeclarationKind::ExternCondition { .. }
-                | DeclarationKind::ExternAction { .. }
-                | DeclarationKind::Const { .. } => continue,
+                _ => continue,
             };
             let value = |value: &i64| match ty {
                 Type::Bool => if *value == 0 { "false" } else { "true" }.to_owned(),
@@ -562,18 +549,7 @@ impl<'c> Writer<'c> {
                 let tag = if step.role == StepRole::Final { "final" } else { "state" };
                 self.element(tag, step, None);
             }
-            Item::Setting(_)
-            | Item::Declaration(_)
-            | Item::Transition(_)
-            | Item::Macro(_)
-            | Item::MacroStep(_)
-            | Item::Enclosing(_)
-            | Item::Use(_)
-            | Item::Action(_)
-            | Item::Emergency(_)
-            | Item::Property(_)
-            | Item::Place(_)
-            | Item::Board(_) => {}
+            _ => {}
         }
     }
 

@@ -38,8 +38,7 @@ pub(super) struct Use<'a> {
 
 /// True for a qualifier that makes all uses of its action controlled.
 pub(super) fn is_controlling(how: ActionHow) -> bool {
-    let ActionHow::Qualified(qualifier, _) = how else { return false };
-    !matches!(qualifier, Qualifier::N | Qualifier::L | Qualifier::D)
+    matches!(how, ActionHow::Qualified(qualifier, _) if qualifier.is_controlling())
 }
 
 /// Determines the role of each output. Runs after `expand`, when all steps that may use an output are known.

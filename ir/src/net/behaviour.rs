@@ -121,6 +121,12 @@ pub enum Qualifier {
 }
 
 impl Qualifier {
+    /// True for a qualifier that makes all uses of its action controlled.
+    #[must_use]
+    pub const fn is_controlling(self) -> bool {
+        !matches!(self, Qualifier::N | Qualifier::L | Qualifier::D)
+    }
+
     /// True for a qualifier with a duration.
     #[must_use]
     pub const fn is_timed(self) -> bool {

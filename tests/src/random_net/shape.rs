@@ -227,11 +227,7 @@ impl Builder<'_> {
         let restart = self.wants(self.on.restart, 8);
         let priority = match self.net.settings.policy {
             Policy::Priority if !self.random.one_in(3) => Some(1 + self.random.below(3) as u32),
-            Policy::All
-            | Policy::Priority
-            | Policy::PriorityAge
-            | Policy::InnerFirst
-            | Policy::OuterFirst => None,
+            _ => None,
         };
         let actions = if self.random.one_in(4) { self.list(2) } else { Vec::new() };
         let id = self.net.transitions.len() + 1;

@@ -133,13 +133,6 @@ impl Builder<'_> {
 
     fn keep_option(&mut self, parser: &mut Parser<'_>, item: Item) {
         let refused = match &item {
-            Item::Setting(_)
-            | Item::Declaration(_)
-            | Item::Action(_)
-            | Item::Emergency(_)
-            | Item::Property(_)
-            | Item::Place(_)
-            | Item::Board(_) => None,
             Item::Step(step) => Some((
                 step.meta.span,
                 "write `# option: step NAME …`; list initial steps in `Marking`",
@@ -153,6 +146,7 @@ impl Builder<'_> {
             Item::Enclosing(one) => Some((one.step.meta.span, "rules describe flat charts")),
             Item::Use(one) => Some((one.meta.span, "rules describe flat charts")),
             Item::State(one) => Some((one.step.meta.span, "rules describe flat charts")),
+            _ => None,
         };
         match refused {
             Some((span, help)) => {
@@ -294,19 +288,8 @@ impl Builder<'_> {
                         }),
                     }
                 }
-                item @ (Item::Setting(_)
-                | Item::Step(_)
-                | Item::Transition(_)
-                | Item::Macro(_)
-                | Item::MacroStep(_)
-                | Item::Enclosing(_)
-                | Item::State(_)
-                | Item::Use(_)
-                | Item::Emergency(_)
-                | Item::Property(_)
-                | Item::Place(_)
-                | Item::Board(_)) => rest.push(item),
                 item @ Item::Action(_) => actions.push(item),
+                item => rest.push(item),
             }
         }
         actions.append(&mut rest);
@@ -326,9 +309,7 @@ impl Builder<'_> {
                         is_output
                     }
                     DeclarationKind::ExternAction { .. } => is_output,
-                    DeclarationKind::Var { .. }
-                    | DeclarationKind::Timer { .. }
-                    | DeclarationKind::Const { .. } => false,
+                    _ => false,
                 };
                 if !fits {
                     let (span, list) =

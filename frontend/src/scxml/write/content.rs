@@ -148,12 +148,7 @@ impl<'c> Writer<'c> {
             ExprKind::Bool(_) | ExprKind::Leaf(_) | ExprKind::Element(..) => true,
             ExprKind::Int(value) => *value >= 0,
             ExprKind::Arith(op, ..) => *op == ArithOp::Div,
-            ExprKind::Not(_)
-            | ExprKind::Neg(_)
-            | ExprKind::And(_)
-            | ExprKind::Or(_)
-            | ExprKind::Compare(..)
-            | ExprKind::Select(..) => false,
+            _ => false,
         };
         if is_tight { text } else { format!("({text})") }
     }
