@@ -71,14 +71,7 @@ fn rules(verb: &Verb) -> Vec<Rule> {
             reading.from = None;
             of_reading(&Files::of([&arguments.chart], &reading))
         }
-        Verb::New(_)
-        | Verb::Minimise(_)
-        | Verb::Fmt(_)
-        | Verb::Diff(_)
-        | Verb::Explain(_)
-        | Verb::Doctor
-        | Verb::Completions(_)
-        | Verb::Man(_) => Vec::new(),
+        _ => Vec::new(),
     }
 }
 

@@ -127,12 +127,7 @@ pub fn synchronised(net: &Net, logic: Logic, stages: u32) -> (Logic, Vec<synchro
             Some(code.checked_shr(bit).unwrap_or(0) & 1 == 1)
         }
         PinRole::Tick => Some(false),
-        PinRole::Input(..)
-        | PinRole::Reset
-        | PinRole::Output(..)
-        | PinRole::Busy
-        | PinRole::Fault
-        | PinRole::Unknown => None,
+        _ => None,
     })
 }
 

@@ -68,13 +68,7 @@ pub fn nets(
     let only = |wanted: Side| {
         let columns = common.omitted.iter().filter_map(move |omitted| match omitted {
             Omitted::Column { name, side } if *side == wanted => Some(name.clone()),
-            Omitted::Column { .. }
-            | Omitted::Calls { .. }
-            | Omitted::Steps
-            | Omitted::Code { .. }
-            | Omitted::Input { .. }
-            | Omitted::Values { .. }
-            | Omitted::Assumptions { .. } => None,
+            _ => None,
         });
         columns.collect()
     };

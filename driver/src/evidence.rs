@@ -64,11 +64,11 @@ impl Evidence {
         leaves(&property.never, &mut terms);
         let mut run = Run::of(net, stimulus, &terms);
         let mut read = BTreeSet::new();
-        property.never.for_each_leaf(&mut |leaf| {
+        for leaf in property.never.leaves() {
             if let PropertyLeaf::Net(leaf) = leaf {
                 inputs_of(net, *leaf, &mut read);
             }
-        });
+        }
         run.keep_inputs(net, &read);
         let mut all = run.columns("active", "fired");
         for (at, term) in terms.iter().enumerate() {
@@ -261,7 +261,9 @@ impl<'n> Run<'n> {
             for id in self.simulator.fired() {
                 let transition = &net.transitions[*id];
                 self.read.extend(&transition.events);
-                transition.guard.for_each_leaf(&mut |leaf| inputs_of(net, *leaf, &mut self.read));
+                for leaf in transition.guard.leaves() {
+                    inputs_of(net, *leaf, &mut self.read);
+                }
             }
         }
         self.fired.push(fired.join(" "));
@@ -301,17 +303,14 @@ impl<'n> Run<'n> {
     fn column(&self, name: &str) -> Option<Cells> {
         let is_there = self.trace.layout.columns.iter().any(|column| {
             column.name == name
-                && match column.kind {
+                && matches!(
+                    column.kind,
                     ColumnKind::Output(_)
-                    | ColumnKind::Calls(_)
-                    | ColumnKind::Var(_)
-                    | ColumnKind::Element(..)
-                    | ColumnKind::Fault => true,
-                    ColumnKind::Scan
-                    | ColumnKind::Dt
-                    | ColumnKind::Input(_)
-                    | ColumnKind::Steps => false,
-                }
+                        | ColumnKind::Calls(_)
+                        | ColumnKind::Var(_)
+                        | ColumnKind::Element(..)
+                        | ColumnKind::Fault
+                )
         });
         is_there.then(|| (name.to_owned(), cells(&self.trace, name)))
     }
@@ -327,11 +326,11 @@ fn cells(trace: &Trace, name: &str) -> Vec<String> {
 /// Collects the inputs that a leaf reads, also through edges and timers.
 fn inputs_of(net: &Net, leaf: Leaf, all: &mut BTreeSet<InputId>) {
     let mut below = |expr: &grafsynth_ir::net::Expr| {
-        expr.for_each_leaf(&mut |leaf| {
+        for leaf in expr.leaves() {
             if let Leaf::Input(input) = leaf {
                 all.insert(*input);
             }
-        });
+        }
     };
     match leaf {
         Leaf::Input(input) => {
@@ -339,13 +338,7 @@ fn inputs_of(net: &Net, leaf: Leaf, all: &mut BTreeSet<InputId>) {
         }
         Leaf::Rise(edge) | Leaf::Fall(edge) => below(&net.edges[edge].expr),
         Leaf::Timer(timer) => below(&net.timers[timer].condition),
-        Leaf::Var(_)
-        | Leaf::Active(_)
-        | Leaf::Elapsed(_)
-        | Leaf::LastElapsed(_)
-        | Leaf::TasksDone(_)
-        | Leaf::Fireable(_)
-        | Leaf::Controlled(_) => {}
+        _ => {}
     }
 }
 
@@ -367,16 +360,7 @@ fn reason<'e>(simulator: &Simulator<'_>, expr: &'e PropertyExpr) -> &'e Property
             .iter()
             .find(|one| simulator.value(one) != 0)
             .map_or(expr, |one| reason(simulator, one)),
-        ExprKind::Bool(_)
-        | ExprKind::Int(_)
-        | ExprKind::Leaf(_)
-        | ExprKind::Element(..)
-        | ExprKind::Not(_)
-        | ExprKind::And(_)
-        | ExprKind::Compare(..)
-        | ExprKind::Neg(_)
-        | ExprKind::Arith(..)
-        | ExprKind::Select(..) => expr,
+        _ => expr,
     }
 }
 

@@ -188,14 +188,7 @@ fn first_difference(ours: &Trace, theirs: &Trace, outputs: &[OutputId]) -> Optio
         .enumerate()
         .filter(|(_, column)| match column.kind {
             ColumnKind::Output(id) => outputs.contains(&id),
-            ColumnKind::Scan
-            | ColumnKind::Dt
-            | ColumnKind::Input(_)
-            | ColumnKind::Steps
-            | ColumnKind::Calls(_)
-            | ColumnKind::Var(_)
-            | ColumnKind::Element(..)
-            | ColumnKind::Fault => false,
+            _ => false,
         })
         .map(|(at, _)| at)
         .collect();

@@ -274,17 +274,7 @@ pub(crate) fn dialect(format: Format) -> Dialect {
         Format::Galasm => Dialect::Galasm,
         Format::Verilog => Dialect::Verilog,
         Format::Blif => Dialect::Blif,
-        Format::Palasm
-        | Format::Graf
-        | Format::Rules
-        | Format::Scxml
-        | Format::St
-        | Format::Plcopen
-        | Format::Net
-        | Format::Pla
-        | Format::Jedec
-        | Format::Kiss2
-        | Format::C => Dialect::Palasm,
+        _ => Dialect::Palasm,
     }
 }
 

@@ -92,10 +92,7 @@ fn chip_row<S: Parts>(net: &Net, chip: &mut ChipSim<'_, S>, input: InputRow) -> 
         // A circuit without the pin of a stored output still has its memory; if the pin exists, its value counts, whether wrong or forced.
         let memory = || match output.driver {
             Driver::Stored(var) => chip.var(var, 0),
-            Driver::Continuous(_)
-            | Driver::Mealy(_)
-            | Driver::Controlled(_)
-            | Driver::Extern { .. } => None,
+            _ => None,
         };
         let value = chip.output(id).or_else(memory).unwrap_or(0);
         row.outputs[id.index()] = match &output.driver {
@@ -104,10 +101,7 @@ fn chip_row<S: Parts>(net: &Net, chip: &mut ChipSim<'_, S>, input: InputRow) -> 
                 row.effects.extend((0..value).map(|_| Effect::Call(id, Vec::new())));
                 value
             }
-            Driver::Continuous(_)
-            | Driver::Mealy(_)
-            | Driver::Stored(_)
-            | Driver::Controlled(_) => value,
+            _ => value,
         };
     }
     let mut place = 0;

@@ -397,11 +397,6 @@ impl<L> Expr<L> {
         self.children_mut().for_each(Expr::erase_spans);
     }
 
-    /// Calls `visit` on every leaf, including arrays of elements, left to right.
-    pub fn for_each_leaf(&self, visit: &mut impl FnMut(&L)) {
-        self.leaves().for_each(visit);
-    }
-
     /// The same expression over other leaves. `leaf` maps a plain leaf to an expression; `array` maps the array of an element.
     ///
     /// # Errors

@@ -160,9 +160,10 @@ pub(crate) fn cuts(net: &Net, input: InputId, lo: i64, hi: i64) -> Option<Vec<i6
     for property in &net.properties {
         match net_expr(&property.never) {
             Some(expr) => collect(&expr, input, &mut cuts, &mut only_compared),
-            None => property.never.for_each_leaf(&mut |leaf| {
-                only_compared &= *leaf != PropertyLeaf::Net(Leaf::Input(input));
-            }),
+            None => {
+                let input = PropertyLeaf::Net(Leaf::Input(input));
+                only_compared &= property.never.leaves().all(|leaf| *leaf != input);
+            }
         }
     }
     cuts.retain(|cut| (lo..=hi).contains(cut));

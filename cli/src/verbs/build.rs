@@ -296,12 +296,7 @@ fn measured(
 ) -> Vec<report::cpu::Measured> {
     let Some(style) = targets.iter().find_map(|target| match target {
         Target::C(style) => Some(style.unwrap_or(options.c.style)),
-        Target::Logic(_)
-        | Target::Jedec
-        | Target::Ice40
-        | Target::Net
-        | Target::Json
-        | Target::Template => None,
+        _ => None,
     }) else {
         return Vec::new();
     };

@@ -34,26 +34,18 @@ pub(super) enum Kind {
 impl Kind {
     /// Whether the order of parts of this kind can change the behaviour or the trace of a chart (semantics §1).
     pub(super) fn is_ordered(self) -> bool {
-        match self {
+        matches!(
+            self,
             Kind::Chart
-            | Kind::Input
-            | Kind::Output
-            | Kind::Var
-            | Kind::Timer
-            | Kind::ExternAction
-            | Kind::Action
-            | Kind::Step
-            | Kind::Transition => true,
-            Kind::Import
-            | Kind::Library
-            | Kind::Setting
-            | Kind::Const
-            | Kind::Emergency
-            | Kind::Property
-            | Kind::Macro
-            | Kind::Place
-            | Kind::Board => false,
-        }
+                | Kind::Input
+                | Kind::Output
+                | Kind::Var
+                | Kind::Timer
+                | Kind::ExternAction
+                | Kind::Action
+                | Kind::Step
+                | Kind::Transition
+        )
     }
 }
 
@@ -203,17 +195,7 @@ fn inner(item: &Item) -> (&[Item], bool) {
         Item::State(state) => (&state.items, state.is_parallel),
         Item::Enclosing(enclosing) => (&enclosing.items, false),
         Item::Macro(body) => (&body.items, false),
-        Item::Setting(_)
-        | Item::Declaration(_)
-        | Item::Step(_)
-        | Item::Transition(_)
-        | Item::MacroStep(_)
-        | Item::Use(_)
-        | Item::Action(_)
-        | Item::Emergency(_)
-        | Item::Property(_)
-        | Item::Place(_)
-        | Item::Board(_) => (&[], false),
+        _ => (&[], false),
     }
 }
 
@@ -235,17 +217,7 @@ fn without_parts(item: &Item) -> Option<Item> {
             items: Vec::new(),
             meta: body.meta.clone(),
         })),
-        Item::Setting(_)
-        | Item::Declaration(_)
-        | Item::Step(_)
-        | Item::Transition(_)
-        | Item::MacroStep(_)
-        | Item::Use(_)
-        | Item::Action(_)
-        | Item::Emergency(_)
-        | Item::Property(_)
-        | Item::Place(_)
-        | Item::Board(_) => None,
+        _ => None,
     }
 }
 

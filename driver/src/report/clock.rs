@@ -177,12 +177,7 @@ fn inputs(subject: &Subject<'_>, chip: &Chip, reads: &[Reads]) -> String {
             .collect();
         let is_declared = match pin.role {
             PinRole::Input(id, _) => subject.net.inputs[id].synchronous,
-            PinRole::Tick
-            | PinRole::Reset
-            | PinRole::Output(..)
-            | PinRole::Busy
-            | PinRole::Fault
-            | PinRole::Unknown => false,
+            _ => false,
         };
         let is_synchronised = chip.chains.iter().any(|chain| chain.input == input);
         let is = if is_synchronised {

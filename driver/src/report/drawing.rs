@@ -101,16 +101,7 @@ impl PinRole {
     }
 
     fn is_in(self) -> bool {
-        match self {
-            PinRole::Clock | PinRole::Enable | PinRole::Control | PinRole::Input => true,
-            PinRole::Supply
-            | PinRole::Ground
-            | PinRole::Output
-            | PinRole::Register
-            | PinRole::Programming
-            | PinRole::Idle
-            | PinRole::Driven => false,
-        }
+        matches!(self, PinRole::Clock | PinRole::Enable | PinRole::Control | PinRole::Input)
     }
 
     fn is_out(self) -> bool {

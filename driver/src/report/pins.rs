@@ -28,13 +28,7 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
             PinRole::Control => "; tie it high",
             PinRole::Driven => "; leave it open",
             PinRole::Idle => "; tie it to a level",
-            PinRole::Supply
-            | PinRole::Ground
-            | PinRole::Clock
-            | PinRole::Input
-            | PinRole::Output
-            | PinRole::Register
-            | PinRole::Programming => "",
+            _ => "",
         };
         table.row([
             pin.number.map_or_else(|| "-".to_owned(), |pin| pin.to_string()),

@@ -343,19 +343,7 @@ impl Writer<'_> {
             Item::Declaration(next) => {
                 keyword(next) == keyword(first) && is_short(next) && is_short(first)
             }
-            Item::Setting(_)
-            | Item::Step(_)
-            | Item::Transition(_)
-            | Item::Macro(_)
-            | Item::MacroStep(_)
-            | Item::Enclosing(_)
-            | Item::State(_)
-            | Item::Use(_)
-            | Item::Action(_)
-            | Item::Emergency(_)
-            | Item::Property(_)
-            | Item::Place(_)
-            | Item::Board(_) => false,
+            _ => false,
         };
         1 + items[1..].iter().take_while(belongs).count()
     }
@@ -472,11 +460,7 @@ impl Writer<'_> {
                 self.list(&head, actions, item.span, item.span.start)
             }
             StepItemKind::Task { body, .. } => self.list(&head, body, item.span, item.span.start),
-            StepItemKind::Action { .. }
-            | StepItemKind::Priority(_)
-            | StepItemKind::Budget(_)
-            | StepItemKind::Code(_)
-            | StepItemKind::Force { .. } => self.simple(item.span, &head),
+            _ => self.simple(item.span, &head),
         }
     }
 
@@ -523,12 +507,7 @@ impl Writer<'_> {
                 );
                 self.after(stmt.span.end);
             }
-            StmtKind::Assign { .. }
-            | StmtKind::Raise(_)
-            | StmtKind::Send { .. }
-            | StmtKind::Cancel(_)
-            | StmtKind::Call { .. }
-            | StmtKind::Code(_) => {
+            _ => {
                 let text = self.text.stmt_text(stmt);
                 self.simple(stmt.span, &text);
             }
@@ -765,14 +744,12 @@ pub(super) fn fill(
 /// Whether the declaration is short: short declarations share a line if there is no source to follow.
 fn is_short(declaration: &Declaration) -> bool {
     declaration.meta.req.is_empty()
-        && match &declaration.kind {
+        && matches!(
+            &declaration.kind,
             DeclarationKind::Input { .. }
-            | DeclarationKind::Output { .. }
-            | DeclarationKind::Event { .. }
-            | DeclarationKind::ExternCondition { .. }
-            | DeclarationKind::ExternAction { .. } => true,
-            DeclarationKind::Var { .. }
-            | DeclarationKind::Timer { .. }
-            | DeclarationKind::Const { .. } => false,
-        }
+                | DeclarationKind::Output { .. }
+                | DeclarationKind::Event { .. }
+                | DeclarationKind::ExternCondition { .. }
+                | DeclarationKind::ExternAction { .. }
+        )
 }

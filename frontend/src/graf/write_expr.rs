@@ -50,15 +50,7 @@ impl ExprWriter {
         let (word, operands, level) = match &expr.kind {
             ExprKind::And(operands) => ("and ", operands, Level::Not),
             ExprKind::Or(operands) => ("or ", operands, Level::And),
-            ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Leaf(_)
-            | ExprKind::Element(..)
-            | ExprKind::Not(_)
-            | ExprKind::Compare(..)
-            | ExprKind::Neg(_)
-            | ExprKind::Arith(..)
-            | ExprKind::Select(..) => return None,
+            _ => return None,
         };
         let pieces = operands.iter().map(|operand| {
             let mut out = String::new();
@@ -109,11 +101,7 @@ impl ExprWriter {
             ExprKind::Arith(ArithOp::Mul | ArithOp::Div | ArithOp::Mod, ..) => Level::Mul,
             // A duration before a slash would be read as a delay.
             ExprKind::Leaf(Leaf::Duration(_) | Leaf::Delay(..)) => Level::Add,
-            ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Leaf(_)
-            | ExprKind::Element(..)
-            | ExprKind::Neg(_) => Level::Prefix,
+            _ => Level::Prefix,
         };
         if own < within {
             out.push('(');
@@ -132,11 +120,7 @@ impl ExprWriter {
             ExprKind::Element(array, index) => {
                 match array {
                     Leaf::Name(path) => out.push_str(&names::path(path, Position::Anywhere)),
-                    Leaf::Rise(_)
-                    | Leaf::Fall(_)
-                    | Leaf::Otherwise
-                    | Leaf::Duration(_)
-                    | Leaf::Delay(..) => self.leaf(out, array),
+                    _ => self.leaf(out, array),
                 }
                 out.push('[');
                 self.write(out, index, Level::Open);

@@ -89,11 +89,7 @@ impl Text {
             DeclarationKind::Input { ty, .. }
             | DeclarationKind::Output { ty, .. }
             | DeclarationKind::Var { ty, .. } => type_suffix(*ty),
-            DeclarationKind::Event { .. }
-            | DeclarationKind::Timer { .. }
-            | DeclarationKind::ExternCondition { .. }
-            | DeclarationKind::ExternAction { .. }
-            | DeclarationKind::Const { .. } => String::new(),
+            _ => String::new(),
         };
         let default = parameter
             .default
@@ -113,11 +109,7 @@ impl Text {
             StepItemKind::Code(verbatim) if !verbatim.text.contains('\n') => {
                 Some(self.step_item_head(item))
             }
-            StepItemKind::Code(_)
-            | StepItemKind::Entry(_)
-            | StepItemKind::Exit(_)
-            | StepItemKind::On { .. }
-            | StepItemKind::Task { .. } => None,
+            _ => None,
         }
     }
 
@@ -204,12 +196,7 @@ impl Text {
         match &stmt.kind {
             StmtKind::If { .. } => None,
             StmtKind::Code(verbatim) if verbatim.text.contains('\n') => None,
-            StmtKind::Assign { .. }
-            | StmtKind::Raise(_)
-            | StmtKind::Send { .. }
-            | StmtKind::Cancel(_)
-            | StmtKind::Call { .. }
-            | StmtKind::Code(_) => Some(self.stmt_text(stmt)),
+            _ => Some(self.stmt_text(stmt)),
         }
     }
 
@@ -392,11 +379,7 @@ impl Text {
                 out
             }
             StmtKind::Code(verbatim) => one_line_code(verbatim),
-            StmtKind::Assign { .. }
-            | StmtKind::Raise(_)
-            | StmtKind::Send { .. }
-            | StmtKind::Cancel(_)
-            | StmtKind::Call { .. } => self.stmt_text(stmt),
+            _ => self.stmt_text(stmt),
         }
     }
 
@@ -411,10 +394,7 @@ impl Text {
                 format!("{head} {}", self.one_line_list(block))
             }
             StepItemKind::Code(verbatim) => one_line_code(verbatim),
-            StepItemKind::Action { .. }
-            | StepItemKind::Priority(_)
-            | StepItemKind::Budget(_)
-            | StepItemKind::Force { .. } => head,
+            _ => head,
         }
     }
 }

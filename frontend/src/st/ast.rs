@@ -361,12 +361,7 @@ impl StmtKind {
             }
             StmtKind::While { condition, body } => vec![Part::Expr(condition), Part::List(body)],
             StmtKind::Repeat { body, until } => vec![Part::List(body), Part::Expr(until)],
-            StmtKind::Assign { .. }
-            | StmtKind::Call { .. }
-            | StmtKind::Exit
-            | StmtKind::Continue
-            | StmtKind::Return
-            | StmtKind::Refused(_) => Vec::new(),
+            _ => Vec::new(),
         }
     }
 }
@@ -388,17 +383,7 @@ impl Expr {
             ExprKind::Field(inner, _) | ExprKind::Bit(inner, _) | ExprKind::Index(inner, _) => {
                 inner.root()
             }
-            ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Time(_)
-            | ExprKind::Address(_)
-            | ExprKind::Not(_)
-            | ExprKind::Neg(_)
-            | ExprKind::Binary(..)
-            | ExprKind::And(_)
-            | ExprKind::Or(_)
-            | ExprKind::Call(..)
-            | ExprKind::Refused(_) => None,
+            _ => None,
         }
     }
 }

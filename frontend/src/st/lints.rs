@@ -118,11 +118,7 @@ fn overwritten(list: &[Stmt], aliases: &BTreeSet<String>, out: &mut Vec<Diagnost
                 overwritten(body, aliases, out);
                 seen.stmt(stmt);
             }
-            StmtKind::Call { .. }
-            | StmtKind::Exit
-            | StmtKind::Continue
-            | StmtKind::Return
-            | StmtKind::Refused(_) => seen.stmt(stmt),
+            _ => seen.stmt(stmt),
         }
         forget(&mut open, &seen);
     }
@@ -141,16 +137,7 @@ fn shown(expr: &Expr, is_inner: bool) -> Option<String> {
         ExprKind::Not(inner) => format!("NOT {}", shown(inner, true)?),
         ExprKind::And(all) => chain(all, " AND ")?,
         ExprKind::Or(all) => chain(all, " OR ")?,
-        ExprKind::Bool(_)
-        | ExprKind::Int(_)
-        | ExprKind::Time(_)
-        | ExprKind::Bit(..)
-        | ExprKind::Index(..)
-        | ExprKind::Address(_)
-        | ExprKind::Neg(_)
-        | ExprKind::Binary(..)
-        | ExprKind::Call(..)
-        | ExprKind::Refused(_) => return None,
+        _ => return None,
     };
     (text.len() <= 80).then_some(text)
 }
@@ -322,11 +309,7 @@ impl Mentions {
                 self.has_function = true;
                 self.arguments(arguments);
             }
-            ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Time(_)
-            | ExprKind::Address(_)
-            | ExprKind::Refused(_) => {}
+            _ => {}
         }
     }
 }

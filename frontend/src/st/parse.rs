@@ -1,10 +1,6 @@
 //! The parser: shared functions, program organisation units and configurations.
 //!
 //! Recursive descent over the token list. The parser reports every error and continues at the next statement, declaration or unit.
-#![expect(
-    clippy::wildcard_enum_match_arm,
-    reason = "a parser matches the tokens that it accepts; all others are one case"
-)]
 
 use std::collections::BTreeSet;
 

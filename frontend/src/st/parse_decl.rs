@@ -1,8 +1,4 @@
 //! Declarations: variables, types, initial values.
-#![expect(
-    clippy::wildcard_enum_match_arm,
-    reason = "a parser matches the tokens that it accepts; all others are one case"
-)]
 
 use grafsynth_ir::Name;
 use grafsynth_ir::diag::Diagnostic;

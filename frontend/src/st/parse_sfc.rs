@@ -178,7 +178,7 @@ impl Parser<'_> {
                 }
                 let value = self.expression()?;
                 let is_time = matches!(value.kind, super::ast::ExprKind::Time(_));
-                if duration.is_none() && (is_timed(found) || is_time) {
+                if duration.is_none() && (found.is_timed() || is_time) {
                     duration = Some(value);
                 } else {
                     self.findings.report(|| {
@@ -291,18 +291,5 @@ impl Parser<'_> {
         let span = self.span_from(start);
         self.take(Kind::Semicolon);
         Ok(Action { name, body, label, span })
-    }
-}
-
-/// Whether the qualifier has a duration.
-pub(crate) fn is_timed(qualifier: Qualifier) -> bool {
-    match qualifier {
-        Qualifier::L | Qualifier::D | Qualifier::SD | Qualifier::DS | Qualifier::SL => true,
-        Qualifier::N
-        | Qualifier::R
-        | Qualifier::S
-        | Qualifier::P
-        | Qualifier::P0
-        | Qualifier::P1 => false,
     }
 }

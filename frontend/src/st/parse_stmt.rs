@@ -1,8 +1,4 @@
 //! Parser of statements and expressions of structured text.
-#![expect(
-    clippy::wildcard_enum_match_arm,
-    reason = "a parser matches the tokens that it accepts; all others are one case"
-)]
 
 use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;

@@ -258,13 +258,10 @@ fn assumed(net: &Net, side: Side, common: &Common) -> Vec<Set> {
     for property in net.properties.iter().filter(|one| one.role == PropertyRole::Assume) {
         let mut set = vec![false; common.inputs.len()];
         match net_expr(&property.never) {
-            Some(never) => never.for_each_leaf(&mut |leaf| {
-                if let grafsynth_ir::net::Leaf::Input(id) = leaf
-                    && let Some(at) = place(*id)
-                {
-                    set[at] = true;
-                }
-            }),
+            Some(never) => {
+                let read = never.leaves().filter_map(grafsynth_ir::net::Leaf::input);
+                read.filter_map(place).for_each(|at| set[at] = true);
+            }
             None => set.fill(true),
         }
         sets.push(set);

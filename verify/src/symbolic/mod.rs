@@ -676,4 +676,5 @@ fn over_state(net: &Net, property: &PropertyExpr) -> Option<Expr> {
 }
 
 #[cfg(test)]
+#[allow(clippy::wildcard_enum_match_arm, reason = "random nets cover what they like")]
 mod tests;

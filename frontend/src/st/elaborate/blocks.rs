@@ -159,13 +159,7 @@ impl Block {
             Block::Ton => Some("IN"),
             Block::Tof => Some("RUN"),
             Block::Tp => Some("Q"),
-            Block::RTrig
-            | Block::FTrig
-            | Block::Ctu(..)
-            | Block::Ctd(..)
-            | Block::Ctud(..)
-            | Block::Sr
-            | Block::Rs => None,
+            _ => None,
         }
     }
 }
@@ -492,13 +486,7 @@ impl Elaborator<'_> {
             Ty::Array(bounds, element) => {
                 (element.simple(), u32::try_from(super::length(bounds)).ok())
             }
-            Ty::Bool
-            | Ty::Int { .. }
-            | Ty::Time
-            | Ty::Block(_)
-            | Ty::User(_)
-            | Ty::Struct(_)
-            | Ty::Broken => (ty.simple(), None),
+            _ => (ty.simple(), None),
         };
         let meta = Meta { span: name.span, ..meta };
         self.items.push(Item::Declaration(Declaration {
@@ -531,10 +519,10 @@ fn step_by(name: &Name, by: i64, span: Span) -> Stmt {
 /// Whether an expression reads a name that begins with `prefix`.
 pub(super) fn mentions(expr: &Expr, prefix: &str) -> bool {
     let mut found = false;
-    expr.for_each_leaf(&mut |leaf| {
+    for leaf in expr.leaves() {
         if let Leaf::Name(path) = leaf {
             found |= path.names.last().is_some_and(|name| name.text.starts_with(prefix));
         }
-    });
+    }
     found
 }

@@ -353,27 +353,17 @@ impl Elaborator<'_> {
                     };
                     self.frames[inside].names.insert(key, binding);
                 }
-                (Section::InOut, None) => {
-                    if !self.frames[inside].names.contains_key(&key) {
-                        return Err(self.report(
-                            Diagnostic::error(
-                                codes::ST_CALL,
-                                format!("the in-out parameter `{}` needs a variable", var.name),
-                            )
-                            .at(span, "in this call")
-                            .help(format!("add `{} := variable` to the call", var.name)),
-                        ));
-                    }
+                (Section::InOut, None) if !self.frames[inside].names.contains_key(&key) => {
+                    return Err(self.report(
+                        Diagnostic::error(
+                            codes::ST_CALL,
+                            format!("the in-out parameter `{}` needs a variable", var.name),
+                        )
+                        .at(span, "in this call")
+                        .help(format!("add `{} := variable` to the call", var.name)),
+                    ));
                 }
-                (
-                    Section::Input
-                    | Section::Local
-                    | Section::Output
-                    | Section::Global
-                    | Section::External
-                    | Section::Temp,
-                    _,
-                ) => {}
+                _ => {}
             }
         }
         for (key, var, ty, value) in taken {
@@ -435,7 +425,7 @@ impl Elaborator<'_> {
     /// Whether a value cannot change within a scan: constants, inputs, steps.
     fn is_steady(&self, value: &Value) -> bool {
         let mut steady = true;
-        value.expr.for_each_leaf(&mut |leaf| {
+        for leaf in value.expr.leaves() {
             if let grafsynth_ir::chart::Leaf::Name(path) = leaf {
                 let first = path.names.first().map(|name| upper(&name.text)).unwrap_or_default();
                 steady &= path.names.len() > 1
@@ -445,7 +435,7 @@ impl Elaborator<'_> {
                         .is_some_and(|last| matches!(last.text.as_str(), "active" | "t" | "T"))
                     || self.inputs.contains(&first);
             }
-        });
+        }
         steady
     }
 }

@@ -208,15 +208,15 @@ impl<'a> Elaborator<'a> {
     /// Whether a value contains only inputs and constants, so that it does not change within a scan.
     fn is_input(&self, value: &Value) -> bool {
         let mut is_input = true;
-        value.expr.for_each_leaf(&mut |leaf| {
+        for leaf in value.expr.leaves() {
             if let grafsynth_ir::chart::Leaf::Name(path) = leaf {
                 let [name] = path.names.as_slice() else {
                     is_input = false;
-                    return;
+                    continue;
                 };
                 is_input &= self.inputs.contains(&upper(&name.text));
             }
-        });
+        }
         is_input
     }
 }

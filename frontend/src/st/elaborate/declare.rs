@@ -389,11 +389,7 @@ impl<'a> Elaborator<'a> {
                 let is_bound_by_calls = match var.section {
                     Section::Input => !omitted(&key) && !inner.assigned.contains(&key),
                     Section::InOut => true,
-                    Section::Local
-                    | Section::Output
-                    | Section::Global
-                    | Section::External
-                    | Section::Temp => false,
+                    _ => false,
                 };
                 if is_bound_by_calls {
                     return;

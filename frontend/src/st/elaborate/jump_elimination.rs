@@ -186,15 +186,7 @@ pub(super) fn round(body: &[Stmt], var: &Name) -> Vec<Stmt> {
                 Some(vec![raise(LEFT, span), keep])
             }
             StmtKind::Continue => Some(vec![raise(SKIPPED, span)]),
-            StmtKind::Return
-            | StmtKind::Assign { .. }
-            | StmtKind::Call { .. }
-            | StmtKind::If { .. }
-            | StmtKind::Case { .. }
-            | StmtKind::For { .. }
-            | StmtKind::While { .. }
-            | StmtKind::Repeat { .. }
-            | StmtKind::Refused(_) => None,
+            _ => None,
         }
     };
     let list = cut(body, &leaves, &replace, &flags);
@@ -212,15 +204,7 @@ pub(super) fn returned(list: &[Stmt]) -> Vec<Stmt> {
             let kind = StmtKind::For { var, from, to, by, body };
             Some(vec![Stmt { kind, span: stmt.span }])
         }
-        StmtKind::Exit
-        | StmtKind::Continue
-        | StmtKind::Assign { .. }
-        | StmtKind::Call { .. }
-        | StmtKind::If { .. }
-        | StmtKind::Case { .. }
-        | StmtKind::While { .. }
-        | StmtKind::Repeat { .. }
-        | StmtKind::Refused(_) => None,
+        _ => None,
     };
     cut(list, &leaves, &replace, &[RETURNED])
 }
@@ -252,14 +236,7 @@ fn out_of_loop(body: &[Stmt]) -> Vec<Stmt> {
                 let arms = vec![(flag(RETURNED, span), vec![leave])];
                 out.push(Stmt { kind: StmtKind::If { arms, otherwise: Vec::new() }, span });
             }
-            StmtKind::Assign { .. }
-            | StmtKind::Call { .. }
-            | StmtKind::For { .. }
-            | StmtKind::While { .. }
-            | StmtKind::Repeat { .. }
-            | StmtKind::Exit
-            | StmtKind::Continue
-            | StmtKind::Refused(_) => out.push(stmt.clone()),
+            _ => out.push(stmt.clone()),
         }
     }
     out
@@ -300,16 +277,7 @@ pub(super) fn nested(list: &[Stmt], depth: usize) -> Option<Vec<Stmt>> {
             out.push(Stmt { kind: StmtKind::If { arms, otherwise }, span: stmt.span });
             Some(out)
         }
-        StmtKind::If { .. }
-        | StmtKind::Case { .. }
-        | StmtKind::For { .. }
-        | StmtKind::While { .. }
-        | StmtKind::Repeat { .. }
-        | StmtKind::Assign { .. }
-        | StmtKind::Call { .. }
-        | StmtKind::Exit
-        | StmtKind::Continue
-        | StmtKind::Refused(_) => None,
+        _ => None,
     }
 }
 

@@ -16,7 +16,6 @@ use super::value::{Kind, Time};
 use super::{Access, Binding, Elaborator, FrameId};
 use crate::codes;
 use crate::st::ast::{self, Element, Role, Sfc};
-use crate::st::parse_sfc::is_timed;
 
 /// The meaning of an action that a step uses.
 #[derive(Debug, Clone)]
@@ -387,7 +386,7 @@ impl Elaborator<'_> {
             }
             None => None,
         };
-        if !is_timed(one.qualifier)
+        if !one.qualifier.is_timed()
             && let Some(written) = &one.duration
         {
             self.report(
@@ -402,7 +401,7 @@ impl Elaborator<'_> {
                 )),
             );
         }
-        if is_timed(one.qualifier) && duration.is_none() {
+        if one.qualifier.is_timed() && duration.is_none() {
             self.report(
                 Diagnostic::error(
                     codes::ST_TIMER,
@@ -421,7 +420,7 @@ impl Elaborator<'_> {
             (Qualifier::D, Some(ns)) => ActionHow::After(ns),
             (Qualifier::L, Some(ns)) => ActionHow::For(ns),
             (qualifier, duration) => {
-                ActionHow::Qualified(qualifier, duration.filter(|_| is_timed(qualifier)))
+                ActionHow::Qualified(qualifier, duration.filter(|_| qualifier.is_timed()))
             }
         };
         match build.targets.get(&upper(&one.action.text)) {
@@ -440,15 +439,7 @@ impl Elaborator<'_> {
                         body.push(item(control, how, one.span));
                     }
                 }
-                Qualifier::N
-                | Qualifier::L
-                | Qualifier::D
-                | Qualifier::P
-                | Qualifier::P0
-                | Qualifier::P1
-                | Qualifier::SD
-                | Qualifier::DS
-                | Qualifier::SL => body.push(item(control, how, one.span)),
+                _ => body.push(item(control, how, one.span)),
             },
             Some(Target::Broken) | None => {}
         }

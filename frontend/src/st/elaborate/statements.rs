@@ -293,11 +293,7 @@ impl Elaborator<'_> {
             ast::ExprKind::Int(value) => Some(*value),
             ast::ExprKind::Name(name) => match self.lookup(frame, &name.text)? {
                 Binding::Value(Value { kind: Kind::Int(lo, hi), .. }) if lo == hi => Some(lo),
-                Binding::Value(_)
-                | Binding::Place(_)
-                | Binding::Object(_)
-                | Binding::Step(_)
-                | Binding::Broken => None,
+                _ => None,
             },
             ast::ExprKind::Bool(_)
             | ast::ExprKind::Time(_)

@@ -127,17 +127,7 @@ impl Elaborator<'_> {
         let (arith, apply): (_, fn(i64, i64) -> i64) = match op {
             Op::Add => (ArithOp::Add, i64::saturating_add),
             Op::Sub => (ArithOp::Sub, i64::saturating_sub),
-            Op::Xor
-            | Op::Eq
-            | Op::Ne
-            | Op::Lt
-            | Op::Le
-            | Op::Gt
-            | Op::Ge
-            | Op::Mul
-            | Op::Div
-            | Op::Mod
-            | Op::Power => {
+            _ => {
                 return Err(self.type_error("times can only be added and subtracted", span));
             }
         };
@@ -158,17 +148,7 @@ impl Elaborator<'_> {
         let arith = match op {
             Op::Mul => ArithOp::Mul,
             Op::Div => ArithOp::Div,
-            Op::Xor
-            | Op::Eq
-            | Op::Ne
-            | Op::Lt
-            | Op::Le
-            | Op::Gt
-            | Op::Ge
-            | Op::Add
-            | Op::Sub
-            | Op::Mod
-            | Op::Power => {
+            _ => {
                 let message = "a time can only be multiplied or divided by a number";
                 return Err(self.type_error(message, span));
             }

@@ -89,19 +89,7 @@ impl Walk<'_> {
                     self.expr(inner);
                 }
             }
-            ExprKind::Field(..)
-            | ExprKind::Bit(..)
-            | ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Time(_)
-            | ExprKind::Address(_)
-            | ExprKind::Not(_)
-            | ExprKind::Neg(_)
-            | ExprKind::Binary(..)
-            | ExprKind::And(_)
-            | ExprKind::Or(_)
-            | ExprKind::Call(..)
-            | ExprKind::Refused(_) => self.expr(target),
+            _ => self.expr(target),
         }
     }
 
@@ -205,11 +193,7 @@ impl Walk<'_> {
             }
             ExprKind::And(all) | ExprKind::Or(all) => all.iter().for_each(|one| self.expr(one)),
             ExprKind::Call(_, arguments) => self.arguments(arguments, &Params::new()),
-            ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Time(_)
-            | ExprKind::Address(_)
-            | ExprKind::Refused(_) => {}
+            _ => {}
         }
     }
 }

@@ -410,12 +410,7 @@ impl Elaborator<'_> {
                     CompareOp::Ne if ns > limit => Expr::bool(true),
                     CompareOp::Eq if ns == limit => with(CompareOp::Ge, ns),
                     CompareOp::Ne if ns == limit => with(CompareOp::Lt, ns),
-                    CompareOp::Ge
-                    | CompareOp::Gt
-                    | CompareOp::Lt
-                    | CompareOp::Le
-                    | CompareOp::Eq
-                    | CompareOp::Ne => with(op, ns),
+                    _ => with(op, ns),
                 };
                 if op.apply(0, ns) {
                     Expr::or([running.not(), while_running])

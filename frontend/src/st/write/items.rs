@@ -16,7 +16,6 @@ use super::text::{self, Names, duration};
 use crate::codes;
 use crate::graf::write_text::setting_text;
 use crate::st::parse::is_reserved;
-use crate::st::parse_sfc::is_timed;
 
 /// All programs of a design.
 pub(crate) struct Programs {
@@ -362,15 +361,7 @@ impl<'a> Maker<'a> {
                         self.unordered = Some("together with a final scan");
                         program.pragmas.push("final scan".to_owned());
                     }
-                    SettingKind::Conflict(_)
-                    | SettingKind::EvolutionStable(_)
-                    | SettingKind::Schedule(_)
-                    | SettingKind::FireOne(_)
-                    | SettingKind::AssignSimultaneous(_)
-                    | SettingKind::Queue(_)
-                    | SettingKind::EventsExclusive
-                    | SettingKind::Shared(..)
-                    | SettingKind::Priority(_) => {
+                    _ => {
                         if let SettingKind::EvolutionStable(_) = setting.kind {
                             self.unordered = Some("in a chart that evolves until it is stable");
                         } else if let SettingKind::AssignSimultaneous(_) = setting.kind {
@@ -550,18 +541,7 @@ impl<'a> Maker<'a> {
                     let label = self.label(&action.meta);
                     program.actions.push(Action { name, body, label });
                 }
-                Item::Action(_)
-                | Item::Setting(_)
-                | Item::Declaration(_)
-                | Item::Macro(_)
-                | Item::MacroStep(_)
-                | Item::Enclosing(_)
-                | Item::State(_)
-                | Item::Use(_)
-                | Item::Emergency(_)
-                | Item::Property(_)
-                | Item::Place(_)
-                | Item::Board(_) => {}
+                _ => {}
             }
         }
     }
@@ -571,15 +551,7 @@ impl<'a> Maker<'a> {
         let constant = |expr: &grafsynth_ir::chart::Expr| match expr.kind {
             ExprKind::Bool(value) => (if value { "TRUE" } else { "FALSE" }).to_owned(),
             ExprKind::Int(value) => value.to_string(),
-            ExprKind::Leaf(_)
-            | ExprKind::Element(..)
-            | ExprKind::Not(_)
-            | ExprKind::And(_)
-            | ExprKind::Or(_)
-            | ExprKind::Compare(..)
-            | ExprKind::Neg(_)
-            | ExprKind::Arith(..)
-            | ExprKind::Select(..) => String::new(),
+            _ => String::new(),
         };
         let (section, ty, len, init) = match &declaration.kind {
             DeclarationKind::Input { ty, .. } => (0, *ty, None, Vec::new()),
@@ -659,7 +631,7 @@ impl<'a> Maker<'a> {
                         Some(action) => uses.push(Use {
                             action,
                             qualifier: format!("{qualifier:?}"),
-                            duration: ns.filter(|_| is_timed(qualifier)).map(duration),
+                            duration: ns.filter(|_| qualifier.is_timed()).map(duration),
                         }),
                         None => self.cannot("extern actions", span),
                     }

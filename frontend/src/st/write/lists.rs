@@ -30,10 +30,7 @@ fn of_block(block: &Block, visit: &mut dyn FnMut(&Expr)) {
                 of_block(otherwise, visit);
             }
             StmtKind::Call { arguments, .. } => arguments.iter().for_each(&mut *visit),
-            StmtKind::Raise(_)
-            | StmtKind::Send { .. }
-            | StmtKind::Cancel(_)
-            | StmtKind::Code(_) => {}
+            _ => {}
         }
     }
 }
@@ -42,7 +39,7 @@ fn of_block(block: &Block, visit: &mut dyn FnMut(&Expr)) {
 pub(super) fn asks_for_steps(block: &Block) -> bool {
     let mut asks = false;
     of_block(block, &mut |expr| {
-        expr.for_each_leaf(&mut |leaf| {
+        for leaf in expr.leaves() {
             if let Leaf::Name(path) = leaf {
                 asks |= path.names.len() > 1
                     && path
@@ -50,7 +47,7 @@ pub(super) fn asks_for_steps(block: &Block) -> bool {
                         .last()
                         .is_some_and(|last| matches!(last.text.as_str(), "active" | "t" | "T"));
             }
-        });
+        }
     });
     asks
 }
@@ -59,14 +56,14 @@ pub(super) fn asks_for_steps(block: &Block) -> bool {
 pub(super) fn asks_for(block: &Block, names: &BTreeSet<&str>) -> Option<String> {
     let mut found = None;
     of_block(block, &mut |expr| {
-        expr.for_each_leaf(&mut |leaf| {
+        for leaf in expr.leaves() {
             if let Leaf::Name(path) = leaf
                 && let [name] = path.names.as_slice()
                 && names.contains(name.text.as_str())
             {
                 found.get_or_insert_with(|| name.text.clone());
             }
-        });
+        }
     });
     found
 }
@@ -105,11 +102,11 @@ pub(super) fn renewed(chart: &Chart) -> BTreeSet<&str> {
 pub(super) fn longest(chart: &Chart) -> u64 {
     let mut longest = 0;
     let mut visit = |expr: &Expr| {
-        expr.for_each_leaf(&mut |leaf| {
+        for leaf in expr.leaves() {
             if let Leaf::Duration(ns) = leaf {
                 longest = longest.max(*ns);
             }
-        });
+        }
     };
     for item in &chart.items {
         match item {
@@ -128,16 +125,7 @@ pub(super) fn longest(chart: &Chart) -> u64 {
                 }
             }
             // These items cannot be written.
-            Item::Setting(_)
-            | Item::Macro(_)
-            | Item::MacroStep(_)
-            | Item::Enclosing(_)
-            | Item::State(_)
-            | Item::Use(_)
-            | Item::Emergency(_)
-            | Item::Property(_)
-            | Item::Place(_)
-            | Item::Board(_) => {}
+            _ => {}
         }
     }
     longest
