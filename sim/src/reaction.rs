@@ -502,7 +502,7 @@ pub(crate) fn eval_by<L>(expr: &GenericExpr<L>, value: &impl Fn(&L, Option<i64>)
     }
 }
 
-fn compares(op: CompareOp, a: i64, b: i64) -> bool {
+pub(crate) fn compares(op: CompareOp, a: i64, b: i64) -> bool {
     match op {
         CompareOp::Eq => a == b,
         CompareOp::Ne => a != b,

@@ -13,6 +13,7 @@ mod controllers;
 mod conversions;
 mod emergency;
 mod engines;
+mod evaluators;
 mod facts;
 mod frame;
 mod hostile;

@@ -5,7 +5,7 @@ use grafsynth_ir::expr::{CompareOp, Expr as GenericExpr, ExprKind};
 use grafsynth_ir::net::{EdgeId, Expr, Leaf, Net, StepId, TransitionId};
 
 use crate::layout::Layout;
-use crate::reaction::{Work, eval_by, value_of};
+use crate::reaction::{Work, compares, eval_by, value_of};
 use crate::row::InputRow;
 use crate::simulator::Simulator;
 use crate::state::State;
@@ -193,7 +193,7 @@ impl<'s> Context<'s> {
 /// The smallest change of `a` that makes the comparison true.
 fn compare(op: CompareOp, a: i64, b: i64) -> u64 {
     match op {
-        _ if op.apply(a, b) => 0,
+        _ if compares(op, a, b) => 0,
         CompareOp::Eq | CompareOp::Le | CompareOp::Ge => a.abs_diff(b),
         CompareOp::Ne => 1,
         CompareOp::Lt | CompareOp::Gt => a.abs_diff(b).saturating_add(1),
