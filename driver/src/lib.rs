@@ -42,4 +42,5 @@ pub mod stem;
 pub mod target;
 pub mod task_costs;
 pub mod template;
+mod texts;
 pub mod trust;

@@ -1,12 +1,12 @@
 //! Library charts from other files: `use "FILE"` at the top of a chart.
 //!
 //! The driver opens no files. The caller asks `wanted` which files a text names, adds their texts to the table of sources and lists them in
-//! [`Texts::libraries`](crate::read::Texts); `resolve` joins them.
+//! [`Texts::libraries`](crate::texts::Texts); `resolve` joins them.
 
 use crate::codes;
-use crate::read::Texts;
 use crate::source::Sources;
 use crate::task_costs;
+use crate::texts::Texts;
 use grafsynth_backend_c::cost::Machine;
 use grafsynth_frontend::graf::{self, Limits};
 use grafsynth_ir::chart::{Design, Import};
@@ -14,17 +14,6 @@ use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, FileId};
 use grafsynth_sim::Stimulus;
 use itertools::Itertools;
-
-/// A text that another text names.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct LibraryText {
-    /// The text that contains the name.
-    pub from: FileId,
-    /// The name as written there.
-    pub name: String,
-    /// The referenced text.
-    pub text: FileId,
-}
 
 /// The maximum number of files that one design may use.
 const MAX_FILES: usize = 1_000;

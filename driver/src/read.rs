@@ -2,18 +2,18 @@
 
 use crate::codes;
 use crate::format::Format;
-use crate::libraries::{self, LibraryText};
+use crate::libraries;
 use crate::logic::LogicDesign;
 use crate::source::Sources;
 use crate::stem::FileStem;
 use crate::task_costs::{self, Counted};
-use grafsynth_backend_c::cost::Machine;
 use grafsynth_backend_pld::Dialect;
 use grafsynth_backend_pld::codes::NOT_PLACED;
 use grafsynth_ir::diag::{Code, any_error};
 use grafsynth_ir::net::Net;
-use grafsynth_ir::{Diagnostic, FileId, Span, Valid, chart, lower, text, validate};
+use grafsynth_ir::{Diagnostic, Span, Valid, chart, lower, text, validate};
 
+pub use crate::texts::{LibraryText, Texts};
 pub use grafsynth_frontend::c::{Calls as CCalls, Group as CGroup, Options as COptions};
 
 /// The contents of a source.
@@ -36,29 +36,6 @@ pub struct NetDesign {
     pub counted: Option<Counted>,
     /// C text that defines the extern functions of a chart that was read from C.
     pub library: Option<String>,
-}
-
-/// The texts of one design.
-#[derive(Debug, Clone, Default)]
-pub struct Texts {
-    /// The design itself.
-    pub main: FileId,
-    /// Its format.
-    pub format: Option<Format>,
-    /// The stem of its file: the name of a chart whose text does not name it. `None` for standard input.
-    pub stem: Option<FileStem>,
-    /// A board file.
-    pub board: Option<FileId>,
-    /// The texts of the files that the design and its libraries name.
-    pub libraries: Vec<LibraryText>,
-    /// The files that these name but that do not exist: each with the text that names it.
-    pub absent: Vec<(FileId, String)>,
-    /// Files with properties, and single properties from the command line.
-    pub properties: Vec<FileId>,
-    /// Options for reading a design in C.
-    pub c: COptions,
-    /// The machine whose cost model estimates the cost of tasks that declare none.
-    pub machine: Option<&'static Machine>,
 }
 
 /// Limits of the front ends.

@@ -285,7 +285,7 @@ impl Parser<'_, '_> {
     }
 
     fn define_number(&mut self, name: &str, start: usize) -> Option<()> {
-        let number = number::definition(&mut self.lexer, self.draft, &self.names)?;
+        let number = number::definition(&mut self.lexer, self.draft, &self.names.numbers)?;
         let whole = self.lexer.span_from(start);
         if !self.lexer.token.is_first {
             let message =

@@ -2,8 +2,11 @@
 
 use super::ast::PldAst;
 use super::lexer::{Kind, Lexer};
-use super::sets::Names;
 use crate::codes;
+use std::collections::BTreeMap;
+
+/// The names that `$DEFINE` defines as numbers.
+pub(crate) type Defined = BTreeMap<String, Digits>;
 
 /// The base of numbers without an explicit base.
 const DEFAULT_BASE: u32 = 16;
@@ -34,19 +37,19 @@ impl Digits {
 pub(crate) fn definition(
     lexer: &mut Lexer<'_>,
     draft: &mut PldAst,
-    names: &Names,
+    defined: &Defined,
 ) -> Option<Digits> {
     let base = base(lexer, draft)?;
     let text = lexer.token.text;
-    let text = names.numbers.get(text).map_or(text, |defined| &defined.text).to_owned();
-    digits(lexer, draft, names, base)?;
+    let text = defined.get(text).map_or(text, |one| &one.text).to_owned();
+    digits(lexer, draft, defined, base)?;
     Some(Digits { text, base })
 }
 
 /// Reads a number. `None` after an error, which is reported.
-pub(crate) fn read(lexer: &mut Lexer<'_>, draft: &mut PldAst, names: &Names) -> Option<Number> {
+pub(crate) fn read(lexer: &mut Lexer<'_>, draft: &mut PldAst, defined: &Defined) -> Option<Number> {
     let base = base(lexer, draft)?;
-    digits(lexer, draft, names, base)
+    digits(lexer, draft, defined, base)
 }
 
 /// The base, if it is explicit.
@@ -76,13 +79,13 @@ pub(crate) fn base(lexer: &mut Lexer<'_>, draft: &mut PldAst) -> Option<Option<u
 pub(crate) fn digits(
     lexer: &mut Lexer<'_>,
     draft: &mut PldAst,
-    names: &Names,
+    defined: &Defined,
     outer: Option<u32>,
 ) -> Option<Number> {
     let own = base(lexer, draft)?;
     let base = own.or(outer);
     let (span, token) = (lexer.span(), lexer.token);
-    let defined = names.numbers.get(token.text).filter(|_| token.kind == Kind::Word);
+    let defined = defined.get(token.text).filter(|_| token.kind == Kind::Word);
     let number = match defined {
         // Two consecutive bases are invalid.
         Some(defined) if own.is_some() && defined.base.is_some() => None,

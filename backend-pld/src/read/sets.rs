@@ -13,7 +13,7 @@
 use super::MAX_NESTING;
 use super::ast::{Expr, ExprId, PldAst, SignalId};
 use super::lexer::{Kind, Lexer};
-use super::number::{self, Digits, Number};
+use super::number::{self, Number};
 use super::range::within;
 use crate::codes;
 use grafsynth_ir::diag::Diagnostic;
@@ -31,7 +31,7 @@ const MAX_INDEX: u32 = 31;
 #[derive(Debug, Default)]
 pub(crate) struct Names {
     pub(crate) fields: BTreeMap<String, Field>,
-    pub(crate) numbers: BTreeMap<String, Digits>,
+    pub(crate) numbers: number::Defined,
     /// The expressions of `$DEFINE`, with the lowest precedence of an operator in each: CUPL substitutes the text without parentheses.
     pub(crate) defined: BTreeMap<SignalId, Binding>,
 }
@@ -395,7 +395,7 @@ impl Parser<'_, '_> {
             let bits = listed.into_iter().map(|(signal, at)| self.read(signal, at)).collect();
             Value { bits, numbering: numbering(self.draft, &signals), is_field: false }
         } else if token.kind == Kind::Quoted {
-            let number = number::read(self.lexer, self.draft, self.names)?;
+            let number = number::read(self.lexer, self.draft, &self.names.numbers)?;
             self.constant(number, span)?
         } else if token.kind == Kind::Word {
             self.lexer.advance();
@@ -495,7 +495,7 @@ impl Parser<'_, '_> {
         let base = number::base(self.lexer, self.draft)?;
         if !self.lexer.eat("[") {
             let start = self.lexer.token.start;
-            let number = number::digits(self.lexer, self.draft, self.names, base)?;
+            let number = number::digits(self.lexer, self.draft, &self.names.numbers, base)?;
             self.check_width(&numbers, number, 0, self.lexer.span_from(start))?;
             return Some(self.equals(&numbers, number));
         }
@@ -510,10 +510,10 @@ impl Parser<'_, '_> {
                     "write ranges, as in `[10..1F]`, or several comparisons joined by `#`",
                 );
             }
-            let first = number::digits(self.lexer, self.draft, self.names, base)?;
+            let first = number::digits(self.lexer, self.draft, &self.names.numbers, base)?;
             if self.lexer.eat(".") {
                 self.lexer.eat(".");
-                let last = number::digits(self.lexer, self.draft, self.names, base)?;
+                let last = number::digits(self.lexer, self.draft, &self.names.numbers, base)?;
                 // Below its lowest bit, a field represents whole blocks of addresses.
                 let lowest = numbers.bits.keys().next().map_or(0, |at| (1_u64 << at) - 1);
                 let free = if numbers.is_open { lowest } else { 0 };

@@ -16,7 +16,7 @@ pub(in crate::cost) mod run;
 pub(in crate::cost) mod values;
 
 use super::tree::{Type, Unit};
-use super::walk::{NOWHERE, cells, numbers};
+use super::walk::compile::{NOWHERE, cells, numbers};
 use code::{Price, Routine};
 pub(crate) use contract::Contract;
 use run::{Run, State, Stopped};

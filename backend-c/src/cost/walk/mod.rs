@@ -4,7 +4,7 @@
 //! add them up; `if` and `switch` take the maximum of each kind; so a branch that returns early is not added to the statements after it. The path is
 //! found afterwards, by determining in reverse which part produced the result.
 
-mod compile;
+pub(super) mod compile;
 mod expr;
 mod frame;
 mod kept;
@@ -13,7 +13,6 @@ mod parts;
 mod stmt;
 mod trace;
 
-pub(super) use compile::{NOWHERE, cells, numbers};
 pub use trace::Place;
 
 use self::frame::{Frame, is_one_return};

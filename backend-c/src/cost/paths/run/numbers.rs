@@ -5,7 +5,7 @@ use super::super::values::{Kind, Number, Values, arithmetic};
 use super::join::either;
 use super::questions::is_plain;
 use super::{Done, Run, State, Stopped};
-use crate::cost::walk::NOWHERE;
+use crate::cost::walk::compile::NOWHERE;
 
 /// The cells of an address.
 enum Cells {
