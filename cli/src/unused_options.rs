@@ -58,6 +58,11 @@ fn rules(verb: &Verb) -> Vec<Rule> {
                 },
                 is_taken: files.any_chart() && !is_dumped,
             }));
+            rules.push(Rule {
+                option: "trace",
+                taker: "checks without --dump-after and --certify",
+                is_taken: !is_dumped && arguments.certify.is_none(),
+            });
             rules
         }
         Verb::Build(arguments) => of_build(arguments),

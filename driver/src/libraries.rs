@@ -179,7 +179,7 @@ pub fn certificates(
                 .at(certificate.span, format!("issued by version {}", certificate.version))
                 .at(library.name.span, "changed since then")
                 .help(format!(
-                    "run `check --certify FILE` to prove its properties again and write the certificate: version {}, sha256 \"{hash}\"",
+                    "run `check LIBRARY --certify -` to prove its properties again and print a new certificate (version {}, sha256 \"{hash}\")",
                     env!("CARGO_PKG_VERSION")
                 )),
             );
@@ -208,12 +208,9 @@ pub fn certificates(
                 .map(|verdict| &verdict.outcome);
             let (why, is_wrong) = match outcome {
                 Some(grafsynth_verify::Outcome::Proved { .. }) => continue,
-                Some(grafsynth_verify::Outcome::Refuted { row, .. }) => (
-                    format!(
-                        "it is violated in row {row} of a stimulus that `check` of the library shows"
-                    ),
-                    true,
-                ),
+                Some(grafsynth_verify::Outcome::Refuted { row, .. }) => {
+                    (format!("it is violated in row {row} of a stimulus"), true)
+                }
                 Some(grafsynth_verify::Outcome::Open(why)) => (why.to_string(), false),
                 None => ("no property of the library chart has that name".to_owned(), true),
             };
@@ -225,7 +222,8 @@ pub fn certificates(
                 Diagnostic::warning(codes::CERTIFICATE, message)
             };
             let help = if is_wrong {
-                "correct the library chart, or remove the property from its certificate; `check LIBRARY --certify -` prints one that is right"
+                "correct the library chart (`check` of a file with only this library chart shows the stimulus), or remove the property from its certificate \
+                 (`check LIBRARY --certify -` prints a correct one)"
             } else {
                 "remove the property from the certificate, or raise --proof-limit"
             };

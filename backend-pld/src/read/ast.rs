@@ -216,8 +216,9 @@ impl PldAst {
             && device.macrocell(pin).is_none()
         {
             let message = format!(
-                "`{}` is on pin {pin} of a {}, which is not an output",
-                signal.name, device.name
+                "`{}` is on pin {pin} of {}, which is not an output",
+                signal.name,
+                device.with_article()
             );
             let help =
                 format!("assign it to an output, one of the pins {}", advice::outputs(device));

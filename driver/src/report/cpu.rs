@@ -1,6 +1,6 @@
 //! The worst-case cost of a reaction of emitted C on machines with known constants, the worst-case path, and why the C code has its style.
 
-use super::{Subject, table::Table};
+use super::{Subject, counted, table::Table};
 pub use crate::built::Measured;
 use grafsynth_backend_c::cost::{self, Bound, Machine, Way};
 use grafsynth_backend_c::{Object, Package, Style};
@@ -36,7 +36,8 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
                 text += &format!("No time bound: {}.\n", error.what);
                 if let Some(n) = package.instructions {
                     text += &format!(
-                        "\nA reaction runs at most {n} instructions of the program; the time of the engine for one instruction was not counted.\n"
+                        "\nA reaction runs at most {} of the program; the time of the engine for one instruction was not counted.\n",
+                        counted(n, "instruction", "instructions")
                     );
                     text += &rounds(subject);
                 }
@@ -210,7 +211,7 @@ fn tasks(subject: &Subject<'_>, bounds: &[(&Machine, Bound)]) -> String {
 fn rounds(subject: &Subject<'_>) -> String {
     let Some(rounds) = &subject.rounds else { return String::new() };
     let net = subject.net;
-    let micro_steps = |n: u32| format!("{n} micro-step{}", if n == 1 { "" } else { "s" });
+    let micro_steps = |n: u32| counted(n, "micro-step", "micro-steps");
     match rounds.proved {
         Some((checks, by)) => {
             let by = match by {
@@ -224,8 +225,9 @@ fn rounds(subject: &Subject<'_>) -> String {
             let while_it_holds =
                 if assumed { ", as long as the assumptions of the chart hold" } else { "" };
             format!(
-                "\nThe loop over micro-steps is counted {checks} times, including the check that finds nothing: it is proved that no reaction needs more ({by}){while_it_holds}. \
+                "\nThe loop over micro-steps is counted {}, including the check that finds nothing: it is proved that no reaction needs more ({by}){while_it_holds}. \
                  The chart would allow {}.\n",
+                counted(checks, "time", "times"),
                 micro_steps(rounds.limit)
             )
         }
