@@ -288,6 +288,7 @@ mod tests {
             ("check src --entry f", "--entry"),
             ("check a.v --certify b.graf --assert never(a)", "--assert --certify"),
             ("check a.graf --dump-after flatten --notes conflicts", "--notes"),
+            ("check a.graf --certify b.graf --trace t.csv", "--trace"),
             ("build a.graf -t palasm --gate", "--gate"),
             ("build a.graf -t c --reset rst --device gal22v10", "--device --reset"),
             ("build a.graf -t verilog --keep-pins old.jed", "--keep-pins"),

@@ -201,8 +201,8 @@ impl PldAst {
             1 => format!("register `{first}` has no initial value; 0 is used"),
             n => format!("{n} registers have no initial value (the first is `{first}`); 0 is used"),
         };
-        let mut finding =
-            Diagnostic::warning(codes::TAKEN_AS, message).help(self.dialect.first_value(first));
+        let mut finding = Diagnostic::warning(codes::TAKEN_AS, message)
+            .help(self.dialect.first_values(first, registers.len()));
         for (name, span) in registers.iter().take(6) {
             finding = finding.at(*span, format!("`{name}` has no initial value"));
         }

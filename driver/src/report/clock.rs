@@ -166,7 +166,7 @@ fn depths(chip: &Chip) -> Vec<usize> {
 
 /// A row for each input: its timing requirement, and the registers that could see it differently.
 fn inputs(subject: &Subject<'_>, chip: &Chip, reads: &[Reads]) -> String {
-    let mut table = Table::new(["Input", "It is", "Registers that read it"]);
+    let mut table = Table::new(["Input", "Timing", "Registers that read it"]);
     let mut is_exposed = false;
     for (at, signal) in chip.signals.iter().enumerate() {
         let Kind::Input(input) = signal.kind else { continue };

@@ -25,7 +25,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
         "Instance",
         "Inputs, outputs",
         "Ring",
-        "Text, about",
+        "Code, about",
     ]);
     let mut scans =
         Table::new(["Machine", "`NAME_scan` at most", "`NAME_scan_isr`", "Time", "Stack"]);
@@ -126,7 +126,7 @@ fn ways(bounds: &[(&Machine, Bound)]) -> String {
                 format!("the text alone, with the most expensive branch of each `if` and `switch`{why}")
             }
         };
-        text += &format!("\nCounted on {}: {how}.", machine.about);
+        text += &format!("\nComputed for {}: {how}.", machine.about);
         if let Some(why) = &bound.unbounded {
             text += &format!(" No bound: {why}.");
         }
@@ -146,7 +146,7 @@ fn style(package: &Package) -> String {
         return format!("Style: {}{why}.\n\n", package.style);
     }
     let mut table =
-        Table::new(["Style", "Reaction at most", "Text, about", "Instance", "Stack", "Taken"]);
+        Table::new(["Style", "Reaction at most", "Code, about", "Instance", "Stack", "Chosen"]);
     for candidate in &package.tried {
         let name = if candidate.style == Style::Switch && package.style == "statechart" {
             "switch (statechart)".to_owned()
