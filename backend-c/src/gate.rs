@@ -25,21 +25,28 @@ use grafsynth_ir::net::{InputKind, Net};
 /// Why the gate would not be exact for this chart.
 pub(crate) fn refusal(net: &Net) -> Option<Diagnostic> {
     let condition = net.inputs.values().find(|it| it.kind == InputKind::Extern).map(|it| {
-        (format!("the extern condition `{}`, which may change on its own", it.name), it.name.span)
+        (
+            format!("the extern condition `{}`, which may change on its own", it.name),
+            it.name.span,
+            "leave out `--gate`, or make the condition an input",
+        )
     });
     let action = net.outputs.values().find(|it| it.is_extern()).map(|it| {
         (
             format!("the extern action `{}`, whose calls are not part of the instance", it.name),
             it.name.span,
+            "leave out `--gate`, or make the action an output",
         )
     });
-    let code =
-        net.c_texts().first().map(|span| ("C text, which may do anything".to_owned(), *span));
-    let (what, span) = condition.or(action).or(code)?;
+    let code = net.c_texts().first().map(|span| {
+        let what = "C text, which may do anything".to_owned();
+        (what, *span, "leave out `--gate`, or write the text as assignments")
+    });
+    let (what, span, help) = condition.or(action).or(code)?;
     Some(
         Diagnostic::error(codes::GATE_REFUSED, format!("the gate does not support {what}"))
             .at(span, "used here")
-            .help("leave out `--gate`, or make the condition an input and the action an output"),
+            .help(help),
     )
 }
 

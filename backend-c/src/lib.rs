@@ -117,7 +117,7 @@ impl Style {
             Style::Tables => "constant tables for each component that only waits for inputs",
             Style::Bits => "one bit per step, straight-line code",
             Style::Engine => "an image of the chart that a fixed engine interprets",
-            Style::Program => "byte code that a fixed engine interprets, for every chart",
+            Style::Program => "byte code that a fixed engine interprets, for every kind of chart",
             Style::Btrans => {
                 "statecharts: tables of states and of transitions sorted by event, with a fixed engine"
             }
@@ -353,7 +353,7 @@ pub fn emit(
                 diagnostics.push(
                     Diagnostic::error(codes::BTRANS_REFUSED, message)
                         .at(refusal.span, "used here")
-                        .help("build it as `c-engine`, which supports every chart"),
+                        .help("build it as `c` or `c-engine`"),
                 );
                 return Err(diagnostics);
             }
@@ -414,7 +414,7 @@ pub fn emit(
                     diagnostics.push(
                         Diagnostic::error(codes::STYLE_REFUSED, message)
                             .at(refusal.span, "used here")
-                            .help("omit `--style`, or use `--style bits`"),
+                            .help("build it as `c` without `--style`, which chooses a style that supports the chart, or as `c-bits`"),
                     );
                     return Err(diagnostics);
                 }

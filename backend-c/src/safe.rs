@@ -106,7 +106,7 @@ pub(crate) fn refusal(net: &Net, options: &Options) -> Option<Diagnostic> {
         }
     };
     let message = format!(
-        "the safe state cannot check {engine}: only its tables define the meaning of its instance"
+        "`--safe-state` does not support {engine}: only the tables define what its instance means"
     );
     options.safe_state.then(|| {
         Diagnostic::error(codes::SAFE_STATE_REFUSED, message)

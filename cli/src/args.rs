@@ -6,12 +6,12 @@ use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 use grafsynth_backend_c::cost::{self, Machine};
 use std::path::PathBuf;
 
-/// Compile charts to C and programmable logic, and prove each output equal to the chart.
+/// Compile charts to C and programmable logic, and check the results against the chart.
 #[derive(Debug, Parser)]
 #[command(name = "grafsynth", version, max_term_width = 100, arg_required_else_help = true)]
 #[command(
-    after_help = "Exit codes: 0 success, every claim proved; 1 invalid input, or an impossible request; 2 invalid option, or a file that cannot be read or written; 3 refuted, or a difference found; 4 a question is still open; 130 stopped by Ctrl-C.",
-    after_long_help = "Exit codes: 0 success, every claim proved; 1 invalid input, or an impossible request; 2 invalid option, or a file that cannot be read or written; 3 refuted, or a difference found; 4 a question is still open; 130 stopped by Ctrl-C.\n\nStart with:\n  grafsynth new lamp\n  grafsynth build lamp/lamp.graf --target c --target jedec --device gal22v10 -o lamp/out"
+    after_help = "Exit codes: 0 success; 1 invalid input, or an impossible request; 2 invalid option, or a file that cannot be read or written; 3 refuted, or a difference found; 4 a question is still open; 130 stopped by Ctrl-C.",
+    after_long_help = "Exit codes: 0 success; 1 invalid input, or an impossible request; 2 invalid option, or a file that cannot be read or written; 3 refuted, or a difference found; 4 a question is still open; 130 stopped by Ctrl-C.\n\nStart with:\n  grafsynth new lamp\n  grafsynth build lamp/lamp.graf --target c --target jedec --device gal22v10 -o lamp/out"
 )]
 pub(crate) struct Cli {
     #[command(flatten)]
@@ -35,7 +35,7 @@ pub(crate) struct Global {
     /// Be strict: `open` exits with 4 if any check was not carried out; `warnings` exits with 1 on any warning.
     #[arg(long, global = true, value_name = "WHAT", value_enum, value_delimiter = ',')]
     pub(crate) deny: Vec<Deny>,
-    /// Be lenient: `tested` exits with 0 instead of 4 if an output was tested but not proved.
+    /// Be lenient: `tested` exits with 0 instead of 4 if something was tested but not proved.
     #[arg(long, global = true, value_name = "WHAT", value_enum, value_delimiter = ',')]
     pub(crate) allow: Vec<Allow>,
     /// Show at most N findings per file; the rest are counted.
@@ -105,7 +105,7 @@ pub(crate) enum Busy {
     Never,
     /// If the micro-steps do not fit into one clock.
     TooLarge,
-    /// If they do not fit, or if the evolution is not proved to end within its limit.
+    /// If the micro-steps do not fit into one clock, or if it is not proved that the limit is always enough.
     Unproved,
     /// In every chart with `evolution stable`.
     Always,
@@ -113,15 +113,15 @@ pub(crate) enum Busy {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Verb {
-    /// Create a project: a chart, a board, a stimulus and a Makefile.
+    /// Create a project: a chart, a stimulus and a Makefile.
     New(New),
-    /// Validate and lint charts, and prove their asserts.
+    /// Validate and lint charts, and prove or refute their asserts.
     Check(Check),
-    /// Write C, equations, fuse maps or Verilog, each proved equal to the chart.
+    /// Write C, equations, fuse maps or Verilog, each checked against the chart.
     Build(Box<Build>),
     /// Simulate a design and print the trace.
     Sim(Sim),
-    /// Compare designs with each other, or all engines on one design.
+    /// Compare designs with each other, or one design on several engines.
     Compare(Compare),
     /// Convert a design to another format.
     Convert(Convert),
@@ -210,10 +210,10 @@ pub(crate) struct Reading {
     /// Format of the input, if its name does not show it.
     #[arg(long, value_name = "FORMAT", help_heading = READING)]
     pub(crate) from: Option<String>,
-    /// Prove this property too, such as `never (R and L)`; repeatable.
+    /// Add this assert to the chart, for example `never (R and L)`; repeatable. Only `check` and `build --report` try to prove it.
     #[arg(long, value_name = "PROPERTY", help_heading = READING)]
     pub(crate) assert: Vec<String>,
-    /// Read library files (`use "FILE"`) from below this folder instead of the chart's folder.
+    /// Allow library files (`use "FILE"`) anywhere below this folder instead of only below the chart's folder.
     #[arg(long, value_name = "DIR", help_heading = READING)]
     pub(crate) root: Option<PathBuf>,
     /// Board file with device and pins; without this option, `NAME.board` next to the chart is used if it exists.
@@ -373,7 +373,7 @@ pub(crate) struct Build {
     /// Output to write; repeatable (`list` lists the targets).
     #[arg(long, short, value_name = "TARGET", required = true)]
     pub(crate) target: Vec<String>,
-    /// Folder for the outputs.
+    /// Folder for the outputs. Their names begin with STEM, the name of the input file without its ending.
     #[arg(long, short, value_name = "DIR", default_value = ".")]
     pub(crate) output: PathBuf,
     /// Stimulus for test vectors, the SIMULATION section and the test bench.
@@ -385,7 +385,7 @@ pub(crate) struct Build {
     /// Measure reactions on simulated machines for the report (needs avr-gcc and simavr, or arm-none-eabi-gcc and qemu).
     #[arg(long, requires = "report")]
     pub(crate) measure: bool,
-    /// Also write FILE.map.json, which maps the lines of each output to the chart.
+    /// For each output FILE, also write FILE.map.json, which maps its lines to the chart.
     #[arg(long, value_name = "WHAT", value_parser = ["map"])]
     pub(crate) emit: Option<String>,
     /// Jinja template for `--target template`, rendered with the JSON of the net; `my.py.j2` writes STEM.py; repeatable.
@@ -401,7 +401,7 @@ pub(crate) struct Build {
     /// Style of the C: `auto`, `switch`, `tables`, `bits`, `engine`, `program` or `btrans` (`list` describes them).
     #[arg(long, value_name = "STYLE", default_value = "auto", help_heading = C_OUTPUT)]
     pub(crate) style: String,
-    /// Optimise for worst-case time (`speed`; ties by size) or for code size (`size`); with `--for`.
+    /// Optimise for worst-case time (`speed`; ties by size) or for code size (`size`); requires `--for`.
     #[arg(long, value_name = "WHAT", value_parser = ["speed", "size"], default_value = "speed", requires = "machine", help_heading = C_OUTPUT)]
     pub(crate) optimise: String,
     /// Write the C as a package in the folder STEM-WHAT: `plain` (with a Makefile), `arduino`, `platformio`, `cmake`; comma-separated or repeated.
@@ -428,17 +428,17 @@ pub(crate) struct Build {
     /// Also write the tables of `c-engine` and `c-program` as a binary image (`STEM.bin`) that the engine loads from flash or EEPROM.
     #[arg(long, help_heading = C_OUTPUT)]
     pub(crate) blob: bool,
-    /// Device for equations and fuse maps (`list` lists the devices).
+    /// Device for equations, fuse maps and bitstreams (`list` lists the devices).
     #[arg(long, value_name = "DEVICE", help_heading = CIRCUITS)]
     pub(crate) device: Option<String>,
-    /// State encoding of mutually exclusive steps: `one-hot` (a flip-flop per step), `zero-hot` (all but the initial step), `compact` (binary); `auto` uses
-    /// the first that fits the device.
+    /// State encoding of mutually exclusive steps: `one-hot` (a flip-flop per step), `zero-hot` (a flip-flop per step except the first), `compact`
+    /// (binary); `auto` uses the first that fits the device.
     #[arg(long, value_name = "CODE", value_parser = ["auto", "one-hot", "zero-hot", "compact"], default_value = "auto", help_heading = CIRCUITS)]
     pub(crate) encoding: String,
     /// When a chart with `evolution stable` takes one clock per micro-step, with a `busy` pin, instead of one clock per reaction.
     #[arg(long, value_name = "WHEN", value_enum, default_value = "unproved", help_heading = CIRCUITS)]
     pub(crate) busy: Busy,
-    /// Do not use unreachable states as don't-cares.
+    /// Use no don't-cares, such as unreachable states and inputs that an `assume` excludes.
     #[arg(long, help_heading = CIRCUITS)]
     pub(crate) no_dc: bool,
     /// Return from every illegal state to the initial one within one clock (proved for all codes).
@@ -503,8 +503,6 @@ pub(crate) struct Trace {
 
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
-    /// One design: run it on all engines. Several designs: compare the first with each of the others, in the columns that both have. Two folders: compare the
-    /// files with the same name. `-` is standard input. `--board` and `--assert` apply to the first design, the other input options to all designs.
     #[command(flatten)]
     pub(crate) inputs: Inputs,
     #[command(flatten)]
@@ -518,7 +516,7 @@ pub(crate) struct Compare {
     /// Seed of the random reactions.
     #[arg(long, value_name = "K", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Match a name of the second design with a name of the first; repeatable.
+    /// Compare OTHER of a logic file as NAME of the other design (of two logic files, OTHER is in the second); repeatable.
     #[arg(long, value_name = "OTHER=NAME")]
     pub(crate) rename: Vec<String>,
     /// Test two designs on random reactions only.
@@ -620,6 +618,8 @@ pub(crate) fn command() -> clap::Command {
     let names: Vec<String> =
         common.iter().filter_map(|it| it.get_long()).map(|long| format!("--{long}")).collect();
     let line = format!("Common options: {}; see `grafsynth --help`.", names.join(", "));
+    let command = command
+        .mut_subcommand("compare", |verb| verb.mut_arg("files", |files| files.help(COMPARED)));
     command.mut_subcommands(|verb| {
         let long = match EXAMPLES.iter().find(|(name, _)| *name == verb.get_name()) {
             Some((_, examples)) => format!("Examples:\n{}\n\n{line}", examples.trim_end()),
@@ -630,13 +630,18 @@ pub(crate) fn command() -> clap::Command {
     })
 }
 
+/// The help for the files of `compare`.
+const COMPARED: &str = "Charts (.graf .rules .scxml .st .xml .c .kiss2 .net) or logic (.pds .pld .v .blif .pla .jed); `-` is standard input. One file, or one folder: run \
+                        each design on several engines. Several files: compare the first with each of the others, in the columns that both have. Two folders: compare the \
+                        charts with the same name. `--board` and `--assert` apply to the first design, the other input options to all";
+
 /// Two worked examples for each verb that reads files.
 const EXAMPLES: [(&str, &str); 12] = [
     (
         "new",
         "  grafsynth new lamp                       # lamp/lamp.graf, .board, .csv and a Makefile
   grafsynth new blink --kind avr           # with a main program for an Arduino Uno
-  make -C lamp test                        # check it, and run it on every engine",
+  make -C lamp test                        # check it, and run it on several engines",
     ),
     (
         "check",

@@ -31,7 +31,7 @@ const LISTS: [List; 8] = [
         verbs: &["check", "build", "sim", "compare", "convert", "trace"],
         entries: formats,
     },
-    List { id: "to", options: &["--to"], verbs: &["convert"], entries: formats },
+    List { id: "to", options: &["--to"], verbs: &["convert"], entries: written },
 ];
 
 /// The list that the command line requests, one value per line.
@@ -86,8 +86,14 @@ fn engines() -> Vec<(String, String)> {
 }
 
 fn formats() -> Vec<(String, String)> {
-    Format::ALL
-        .iter()
-        .map(|(_, name, extension)| ((*name).to_owned(), format!("files `*.{extension}`")))
-        .collect()
+    Format::ALL.iter().map(|(format, ..)| entry(*format)).collect()
+}
+
+/// The formats that `convert` writes.
+fn written() -> Vec<(String, String)> {
+    Format::written().map(entry).collect()
+}
+
+fn entry(format: Format) -> (String, String) {
+    (format.name().to_owned(), format!("files `*.{}`", format.extension()))
 }

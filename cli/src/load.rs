@@ -369,10 +369,16 @@ impl Session {
     pub(crate) fn net(&mut self, input: &Input) -> Result<(NetDesign, Vec<Diagnostic>), Stop> {
         match self.design(input)? {
             (Design::Net(design), found) => Ok((*design, found)),
-            (Design::Logic(_), _) => Err(Stop::Input(format!(
-                "{} is logic, but this verb needs a chart (.graf .rules .net); check, sim, compare and convert accept logic",
-                input.file
-            ))),
+            (Design::Logic(_), _) => {
+                let charts = Format::ALL.iter().filter(|(format, ..)| format.is_chart());
+                let charts: Vec<String> =
+                    charts.map(|(_, _, extension)| format!(".{extension}")).collect();
+                Err(Stop::Input(format!(
+                    "{} is logic, but this verb needs a chart ({}); check, build, sim, compare and convert accept logic",
+                    input.file,
+                    charts.join(" ")
+                )))
+            }
         }
     }
 

@@ -58,6 +58,11 @@ fn rules(verb: &Verb) -> Vec<Rule> {
                 },
                 is_taken: files.any_chart() && !is_dumped,
             }));
+            rules.push(Rule {
+                option: "trace",
+                taker: "checks without --dump-after and --certify",
+                is_taken: !is_dumped && arguments.certify.is_none(),
+            });
             rules
         }
         Verb::Build(arguments) => of_build(arguments),
@@ -276,6 +281,7 @@ mod tests {
             ("check src --entry f", "--entry"),
             ("check a.v --certify b.graf --assert never(a)", "--assert --certify"),
             ("check a.graf --dump-after flatten --notes conflicts", "--notes"),
+            ("check a.graf --certify b.graf --trace t.csv", "--trace"),
             ("build a.graf -t palasm --gate", "--gate"),
             ("build a.graf -t c --reset rst --device gal22v10", "--device --reset"),
             ("build a.graf -t verilog --keep-pins old.jed", "--keep-pins"),

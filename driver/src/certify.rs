@@ -155,7 +155,7 @@ fn verdicts(
             );
             let help = match verdict.outcome {
                 Outcome::Proved { .. } | Outcome::Refuted { .. } => {
-                    "correct the chart or the property: `check` of a chart that uses it shows the rows"
+                    "correct the chart or the property; `check` of a file with only this library chart shows the stimulus"
                 }
                 Outcome::Open(_) => "raise --proof-limit, or make the property simpler",
             };

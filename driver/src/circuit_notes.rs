@@ -10,7 +10,7 @@ use grafsynth_backend_pld::{Dialect, EmitOptions};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Logic, PinRole};
 use grafsynth_ir::net::{Evolution, Net};
-use grafsynth_ir::{Diagnostic, Valid};
+use grafsynth_ir::{Diagnostic, Valid, counted};
 use grafsynth_logic::BusyMode;
 use grafsynth_logic::state_assignment::Encoding;
 
@@ -42,8 +42,16 @@ pub(crate) fn say_safe(line: &mut OutputReport, logic: &Logic, read_back: &Logic
         match grafsynth_logic::state_assignment::is_safe(read_back) {
             Ok(codes) if codes.illegal == 0 => Note::Safe("safe: no code is illegal".to_owned()),
             Ok(codes) => Note::Safe(format!(
-                "safe: all {} illegal codes of {} flip-flops return in one clock, proved over all codes",
-                codes.illegal, codes.n_flops
+                "safe: {} of {} in one clock, proved over all codes",
+                if codes.illegal == 1 {
+                    "the one illegal code".to_owned()
+                } else {
+                    format!("all {} illegal codes", codes.illegal)
+                },
+                match (codes.illegal == 1, counted(codes.n_flops, "flip-flop", "flip-flops")) {
+                    (true, flops) => format!("{flops} returns"),
+                    (false, flops) => format!("{flops} return"),
+                }
             )),
             Err(why) => Note::NotSafe(why),
         }
@@ -73,10 +81,9 @@ pub(crate) fn codes_and_dont_cares(
     let mut parts = Vec::new();
     if coded.n_coded > 0 {
         parts.push(format!(
-            "{} flip-flops, {} {} coded {}",
-            coded.logic.flops.len(),
-            coded.n_coded,
-            if coded.n_coded == 1 { "step" } else { "steps" },
+            "{}, {} coded {}",
+            counted(coded.logic.flops.len(), "flip-flop", "flip-flops"),
+            counted(coded.n_coded, "step", "steps"),
             match coded.encoding {
                 Encoding::OneHot => "one-hot",
                 Encoding::ZeroHot => "zero-hot",
@@ -116,7 +123,8 @@ pub fn form(net: &Net, facts: &Facts, logic: &Logic, busy: BusyMode) -> Option<S
         let why = match busy {
             BusyMode::Always | BusyMode::Never => "as asked".to_owned(),
             BusyMode::WhenUnproved if !is_proved => {
-                format!("because it is not proved that {limit} of them are always enough")
+                let micro_steps = counted(limit, "micro-step is", "micro-steps are");
+                format!("because it is not proved that {micro_steps} always enough")
             }
             BusyMode::WhenUnproved | BusyMode::WhenTooLarge => {
                 "because one clock for all would be too large".to_owned()
@@ -127,7 +135,9 @@ pub fn form(net: &Net, facts: &Facts, logic: &Logic, busy: BusyMode) -> Option<S
     let why = match &facts.stable_depth {
         Some(depth) => format!("at most {}, as proved", depth.value),
         None if is_proved => match &facts.rounds {
-            Some(rounds) => format!("{} checks, as proved", rounds.value),
+            Some(rounds) => {
+                format!("at most {}, as proved", counted(rounds.value, "check", "checks"))
+            }
             None => format!("{limit} are always enough, as proved"),
         },
         None => match busy {

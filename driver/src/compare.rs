@@ -86,7 +86,7 @@ pub fn nets(
 pub fn incomparable(why: &Incomparable) -> Diagnostic {
     let help = match why {
         Incomparable::NothingInCommon => {
-            "give inputs and outputs the same names in both: `--rename FIRST=SECOND` matches two of them"
+            "give at least one output the same name in both designs; for logic, `--rename OTHER=NAME` compares its `OTHER` as `NAME`"
         }
         Incomparable::Ticks { .. } => {
             "`dt` counts ticks, so a row has a different duration in each chart: give both charts the same `tick`"

@@ -121,7 +121,7 @@ fn logic_not_chart(place: &Span, to: Format) -> Diagnostic {
         to.name()
     );
     let finding = Diagnostic::error(codes::NEEDS_CHART, message)
-        .help("give --to or -o one of palasm, cupl, galasm, verilog, blif and pla");
+        .help("give --to one of palasm, cupl, galasm, verilog, blif and pla");
     if *place == Span::default() { finding } else { finding.at(*place, "this circuit") }
 }
 

@@ -17,7 +17,7 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Logic, Node, PinRole};
 use grafsynth_ir::net::{InputKind, Leaf, Net};
 use grafsynth_ir::program::Origin;
-use grafsynth_ir::{Diagnostic, Name, Span};
+use grafsynth_ir::{Diagnostic, Name, Span, counted};
 use grafsynth_logic::build::needed;
 use std::collections::BTreeMap;
 
@@ -60,7 +60,11 @@ pub(crate) fn advise(asked: &BuildContext<'_>, found: &mut [Diagnostic]) {
         first.help = Some(advice_for(asked));
         // If a time uses most of the device, it is what the user should change.
         if let Some(time) = long_time(asked).filter(|time| time.span != Span::default()) {
-            let text = format!("counts {} ticks, in {} registers", time.ticks, time.n);
+            let text = format!(
+                "counts {}, in {}",
+                counted(time.ticks, "tick", "ticks"),
+                counted(time.n, "register", "registers")
+            );
             first.labels.insert(0, Label { span: time.span, text });
         }
     }
@@ -106,8 +110,10 @@ fn advice(asked: &BuildContext<'_>, device: &'static Device) -> String {
                 EncodingChoice::This(_) => String::new(),
             };
             fits.push(format!(
-                "{} ({n_cells} macrocells, {n_terms} product terms{code})",
-                options.join(" and ")
+                "{} ({}, {}{code})",
+                options.join(" and "),
+                counted(n_cells, "macrocell", "macrocells"),
+                counted(n_terms, "product term", "product terms")
             ));
         }
     }
@@ -118,8 +124,8 @@ fn advice(asked: &BuildContext<'_>, device: &'static Device) -> String {
         0 => "no other device or setting is large enough".to_owned(),
         1 => "it does not fit the only other device or setting either".to_owned(),
         n if n < trials.len() => format!(
-            "it does not fit any of the {n} other devices and settings that were tried either ({} more were not tried; --device NAME tries one)",
-            trials.len() - n
+            "{n} of {} other devices and settings were tried, and it does not fit any of them either (--device NAME tries another one)",
+            trials.len()
         ),
         n => format!("it does not fit any of the {n} other devices and settings either"),
     };
@@ -321,9 +327,9 @@ fn times(asked: &BuildContext<'_>) -> Option<String> {
         Some(factor) => {
             let tick = duration(tick * factor);
             format!(
-                "{said}; with `tick {tick}` (in rules `# option: tick {tick}`), its {} registers and {n_outputs} output{} have enough macrocells, but its times are only accurate to {tick}",
-                left(factor),
-                if n_outputs == 1 { "" } else { "s" }
+                "{said}; with `tick {tick}` (in rules `# option: tick {tick}`), there are enough macrocells for its {} and {}, but its times are only accurate to {tick}",
+                counted(left(factor), "register", "registers"),
+                counted(n_outputs, "output", "outputs")
             )
         }
         None => said,
@@ -385,9 +391,11 @@ fn by_hand(logic: &Logic) -> Option<String> {
     let n_flops = reads(|node| matches!(node, Node::Flop(_)));
     let n_inputs = reads(|node| matches!(node, Node::Input(_)));
     Some(format!(
-        "by hand it may fit two chips: a second one for the {} outputs reads {n_flops} flip-flops and {n_inputs} inputs, and the first keeps {} flip-flops and {} inputs",
+        "divided by hand, it may fit two chips: a second one for the {} outputs reads {} and {}, and the first keeps {} and {}",
         moved.len(),
-        logic.flops.len(),
-        logic.inputs.len()
+        counted(n_flops, "flip-flop", "flip-flops"),
+        counted(n_inputs, "input", "inputs"),
+        counted(logic.flops.len(), "flip-flop", "flip-flops"),
+        counted(logic.inputs.len(), "input", "inputs")
     ))
 }

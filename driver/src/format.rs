@@ -136,6 +136,11 @@ impl Format {
         C.iter().any(is_c).then_some(Format::C)
     }
 
+    /// The formats that [`crate::convert`] writes: all except C, which has several files.
+    pub fn written() -> impl Iterator<Item = Format> {
+        Format::ALL.iter().map(|(format, ..)| *format).filter(|format| *format != Format::C)
+    }
+
     /// The format with that name on the command line.
     #[must_use]
     pub fn named(name: &str) -> Option<Format> {

@@ -29,7 +29,7 @@ use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::Net;
-use grafsynth_ir::{Diagnostic, FileId, Span, Valid, validate};
+use grafsynth_ir::{Diagnostic, FileId, Span, Valid, counted, validate};
 use grafsynth_verify::OpenReason;
 use grafsynth_verify::equiv::only_tested;
 
@@ -314,10 +314,11 @@ fn said(burned: &Burned, file: &str) -> Vec<Note> {
     let device = burned.placement.device;
     let terms: usize = burned.placement.cells.iter().map(|cell| cell.sum.len()).sum();
     let mut parts = vec![format!(
-        "{} macrocells with {terms} product terms of a {}, fuses verified, {} test vectors",
-        burned.placement.cells.len(),
+        "{} with {} of a {}, fuses verified, {}",
+        counted(burned.placement.cells.len(), "macrocell", "macrocells"),
+        counted(terms, "product term", "product terms"),
         device.name,
-        burned.vectors.len()
+        counted(burned.vectors.len(), "test vector", "test vectors")
     )];
     parts.push(match command(&burned.placement, file) {
         Some(command) => {
@@ -334,8 +335,8 @@ fn said(burned: &Burned, file: &str) -> Vec<Note> {
     let n_parts = burned.roles.iter().filter(|role| matches!(role.object, Object::Buried)).count();
     if n_parts > 0 {
         parts.push(format!(
-            "{} of sums that are too wide: signals pass through the array up to {} more before the clock",
-            if n_parts == 1 { "one is a part".to_owned() } else { format!("{n_parts} are parts") },
+            "{} of sums that are too wide, so signals pass through the array up to {} more before the clock",
+            counted(n_parts, "macrocell computes a part", "macrocells compute parts"),
             times(burned.placement.n_passes())
         ));
     }

@@ -8,7 +8,7 @@ use crate::run::{logic_trace, net_trace};
 use grafsynth_ir::facts::Proof;
 use grafsynth_ir::logic::{FlopId, Logic, Node, PinRole};
 use grafsynth_ir::net::{Driver, InputId, Net, OutputId};
-use grafsynth_ir::{Diagnostic, Valid};
+use grafsynth_ir::{Diagnostic, Valid, counted};
 use grafsynth_logic::chip::most_clocks;
 use grafsynth_sim::{Clocked, ColumnKind, Difference, Stimulus, Trace};
 use grafsynth_verify::circuits::{Apart, Equality, Pairs, circuits};
@@ -107,7 +107,7 @@ fn bind(net: &Net, logic: &Logic, renames: &Renames) -> Result<Bound, Vec<Diagno
                     )
                     .at(input.meta.span, "")
                     .help(format!(
-                        "write `--rename {}=NAME` with the chart's name of this input",
+                        "write `--rename {}=NAME`, where NAME is the name of this input in the chart",
                         input.name
                     )),
                 );
@@ -297,9 +297,14 @@ impl std::fmt::Display for EqualBy {
         match self {
             EqualBy::Enumerated { states, outputs } => write!(
                 f,
-                "proved by enumeration: {states} states, {outputs} outputs compared under every input"
+                "proved by enumeration: {}, {} compared under every input",
+                counted(*states, "state", "states"),
+                counted(*outputs, "output", "outputs")
             ),
-            EqualBy::Functions(n) => write!(f, "proved by induction: {n} functions are equal"),
+            EqualBy::Functions(n) => {
+                let functions = counted(*n, "function is equal", "functions are equal");
+                write!(f, "proved by induction: {functions}")
+            }
         }
     }
 }

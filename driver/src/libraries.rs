@@ -171,7 +171,7 @@ pub fn certificates(
                 .at(certificate.span, format!("issued by version {}", certificate.version))
                 .at(library.name.span, "changed since then")
                 .help(format!(
-                    "run `check --certify FILE` to prove its properties again and write the certificate: version {}, sha256 \"{hash}\"",
+                    "run `check LIBRARY --certify -` to prove its properties again and print a new certificate (version {}, sha256 \"{hash}\")",
                     env!("CARGO_PKG_VERSION")
                 )),
             );

@@ -1,7 +1,7 @@
 //! Minimises two-level logic tables: read, minimise, report.
 
 use grafsynth_backend_pld::pla::{self, Kind, Pla};
-use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::diag::{Diagnostic, counted};
 use grafsynth_ir::span::FileId;
 use grafsynth_logic::minimise::{
     Effort, Minimum, OneOutput, Outcome, Primes, Refused, per_output, phased, shared,
@@ -94,9 +94,9 @@ fn with_phases(
     let mut small = together(table, found.outcome, &found.is_complemented);
     let _ = writeln!(
         small.report,
-        "phases: {}{}",
-        counted(found.tries, "choice"),
-        if found.is_complete { " tried, which are all" } else { " judged" }
+        "phases: {}{} tried",
+        if found.is_complete { "all " } else { "" },
+        counted(found.tries, "choice", "choices")
     );
     Ok(small)
 }
@@ -106,9 +106,9 @@ fn together(table: &Pla, outcome: Outcome, phases: &[bool]) -> Minimised {
     let _ = writeln!(
         report,
         "shared: {}, {}; {}{}",
-        counted(outcome.terms.len(), "product"),
+        counted(outcome.terms.len(), "product", "products"),
         proof(outcome.minimum),
-        counted(outcome.terms.n_literals(), "literal"),
+        counted(outcome.terms.n_literals(), "literal", "literals"),
         primes(&outcome)
     );
     if phases.contains(&true) {
@@ -159,9 +159,9 @@ fn separate(table: &Pla, outputs: &[OneOutput]) -> Minimised {
             "{:width$}  {}  {}, {}; {}",
             table.output_name(index),
             if output.is_complemented { "inverted" } else { "as it is" },
-            counted(terms.len(), "product"),
+            counted(terms.len(), "product", "products"),
             proof(output.outcome.minimum),
-            counted(terms.n_literals(), "literal"),
+            counted(terms.n_literals(), "literal", "literals"),
         );
     }
     let is_exact = lower == products;
@@ -170,19 +170,15 @@ fn separate(table: &Pla, outputs: &[OneOutput]) -> Minimised {
     let _ = writeln!(
         report,
         "per output: {}, {}; {}",
-        counted(products, "product"),
+        counted(products, "product", "products"),
         proof(minimum),
-        counted(literals, "literal")
+        counted(literals, "literal", "literals")
     );
     Minimised { text: pla::write(&small), table: small, report, is_exact }
 }
 
 fn flipped(before: &[bool], phases: &[bool]) -> Vec<bool> {
     before.iter().zip(phases).map(|(before, phase)| before ^ phase).collect()
-}
-
-fn counted(n: usize, what: &str) -> String {
-    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
 /// Describes what is proved about a number of products. Nothing is proved about literals.
@@ -195,7 +191,9 @@ fn proof(minimum: Minimum) -> String {
 
 fn primes(outcome: &Outcome) -> String {
     match outcome.primes {
-        Primes::All(n) => format!(" ({n} primes, {} essential)", outcome.n_essential),
+        Primes::All(n) => {
+            format!(" ({}, {} essential)", counted(n, "prime", "primes"), outcome.n_essential)
+        }
         Primes::MoreThan(n) => format!(" ({n} primes, too many to list)"),
         Primes::Unknown => String::new(),
     }

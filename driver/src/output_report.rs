@@ -2,6 +2,7 @@
 
 use crate::judge::{CircuitsApart, EqualBy};
 use grafsynth_backend_pld::MovedPin;
+use grafsynth_ir::counted;
 use grafsynth_sim::Stimulus;
 use grafsynth_verify::equiv::{Counterexample, Verdict};
 use grafsynth_verify::{Certificate, Dominance, Method, Open, OpenReason, Scope};
@@ -236,7 +237,7 @@ impl std::fmt::Display for Note {
                     "with interrupts, define {name}: otherwise numbers of more than 8 bits can be read half-written"
                 )
             }
-            Note::Gate => f.write_str("with the gate of --gate"),
+            Note::Gate => f.write_str("each reaction runs through the gate (--gate)"),
             Note::OtherStyle { style, outcome } => {
                 let how = match outcome {
                     Outcome::Proved => "is proved equal",
@@ -249,9 +250,8 @@ impl std::fmt::Display for Note {
             Note::NoStyle => f.write_str("this is a bug in grafsynth"),
             Note::WithoutForeignCode => f.write_str("without the chart's own C (see --trust-code)"),
             Note::Synchronised { pins, stages } => {
-                let counted =
-                    |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
-                let (inputs, clocks) = (counted(*pins, "input"), counted(*stages, "clock"));
+                let inputs = counted(*pins, "input", "inputs");
+                let clocks = counted(*stages, "clock", "clocks");
                 write!(f, "synchronisers delay {inputs} by {clocks}")
             }
         }
@@ -370,14 +370,19 @@ impl std::fmt::Display for OutputProof {
             OutputProof::Rebuilt(by) => write!(f, "read back and {by}"),
             OutputProof::Bitstream(EqualBy::Enumerated { states, outputs }) => write!(
                 f,
-                "read back and proved equal to the Verilog by enumeration: {states} states, {outputs} pins compared under every input"
+                "read back and proved equal to the Verilog by enumeration: {}, {} compared under every input",
+                counted(*states, "state", "states"),
+                counted(*outputs, "pin", "pins")
             ),
             OutputProof::Bitstream(EqualBy::Functions(n)) => {
-                write!(f, "read back and proved equal to the Verilog by induction: {n} functions")
+                let functions = counted(*n, "function", "functions");
+                write!(f, "read back and proved equal to the Verilog by induction: {functions}")
             }
             OutputProof::Run { states, reactions, scope } => write!(
                 f,
-                "compiled and proved by enumeration: {states} states, {reactions} reactions, {scope}"
+                "compiled and proved by enumeration: {}, {}, {scope}",
+                counted(*states, "state", "states"),
+                counted(*reactions, "reaction", "reactions")
             ),
         }
     }
@@ -388,13 +393,14 @@ impl std::fmt::Display for OutputFault {
         match self {
             OutputFault::Row { stimulus, column, chart, output, of } => write!(
                 f,
-                "differs from the chart after {} reactions: {column} is `{chart}` in the chart and `{output}` in {of}",
-                stimulus.len()
+                "differs from the chart after {}: {column} is `{chart}` in the chart and `{output}` in {of}",
+                counted(stimulus.len(), "reaction", "reactions")
             ),
             OutputFault::ReadsBackAsAnother => write!(f, "reads back as a different net"),
             OutputFault::PinLost(name) => write!(f, "`{name}` has no pin in the bitstream"),
             OutputFault::Clock { pin, clocks } => {
-                write!(f, "differs from the Verilog: `{pin}` differs after {clocks} clocks")
+                let clocks = counted(*clocks, "clock", "clocks");
+                write!(f, "differs from the Verilog: `{pin}` differs after {clocks}")
             }
             OutputFault::Rebuilt(how) => write!(f, "differs from the text: {how}"),
             OutputFault::NoAnswer(how) => f.write_str(how),

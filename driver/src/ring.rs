@@ -88,7 +88,7 @@ pub fn parse(net: &Net, dump: &[u8]) -> Result<Ring, String> {
     let expected = HEADER_BYTES + ENTRY_BYTES * usize::from(places);
     if bytes.len() < HEADER_BYTES || bytes.len() != expected {
         return Err(format!(
-            "the trace ring is truncated: {} bytes, expected {expected} for {places} entries",
+            "the trace ring is truncated: it has {} bytes, expected {expected} for {places} entries",
             bytes.len()
         ));
     }

@@ -3,6 +3,7 @@
 use grafsynth_backend_c::Style;
 use grafsynth_backend_pld::Dialect;
 use grafsynth_backend_pld::device::Device;
+use grafsynth_backend_pld::ice40::PACKAGES;
 
 /// A target of `build`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,9 +24,12 @@ pub enum Target {
     Template,
 }
 
-/// The devices for equations and fuse maps, each with its size and its other names.
+/// The devices for equations, fuse maps and bitstreams, each with its size and its other names.
 pub fn devices() -> impl Iterator<Item = (&'static str, String)> {
-    Device::all().map(|device| {
+    let packages = PACKAGES.iter().map(|package| {
+        (package.name, format!("{} pins for signals, target ice40", package.pins.len()))
+    });
+    let devices = Device::all().map(|device| {
         let mut about = format!("{} macrocells", device.n_cells());
         if device.layout.is_none() {
             about += ", equations only";
@@ -35,7 +39,8 @@ pub fn devices() -> impl Iterator<Item = (&'static str, String)> {
             about += &format!("; also {}", aliases.join(" "));
         }
         (device.name, about)
-    })
+    });
+    devices.chain(packages)
 }
 
 impl Target {
@@ -66,7 +71,7 @@ impl Target {
         (
             Target::C(Some(Style::Program)),
             "c-program",
-            "the same, as byte code for an engine; supports every chart",
+            "the same, as byte code for an engine; supports every kind of chart",
         ),
         (Target::Logic(Dialect::Palasm), "palasm", "PALASM 2 equations (.pds)"),
         (Target::Logic(Dialect::Cupl), "cupl", "CUPL equations (.pld)"),

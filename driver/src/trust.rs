@@ -2,7 +2,7 @@
 
 use crate::codes;
 use grafsynth_ir::net::Net;
-use grafsynth_ir::{Diagnostic, Span};
+use grafsynth_ir::{Diagnostic, Span, counted};
 
 /// A warning that proofs do not see the chart's own C code; `None` if it has none.
 #[must_use]
@@ -10,10 +10,10 @@ pub fn unseen(net: &Net) -> Option<Diagnostic> {
     let places = net.c_texts();
     let message = format!(
         "{} of C code in the chart {} ignored by simulation, asserts, reachable situations, waiting times and bounds",
-        counted(places.len()),
+        counted(places.len(), "block", "blocks"),
         if places.len() == 1 { "is" } else { "are" }
     );
-    let help = "its changes to `self` and `out` affect the compiled chart only; `build --trust-code` compares the compiled chart with the chart";
+    let help = "its changes to `self` and `out` affect only the compiled chart; with `build --trust-code`, it also runs when the compiled chart is compared with the chart";
     note(&places, message, help)
 }
 
@@ -23,7 +23,7 @@ pub fn left_out(net: &Net) -> Option<Diagnostic> {
     let places = net.c_texts();
     let message = format!(
         "{} of C code in the chart {} left out of the C that is compiled and run here",
-        counted(places.len()),
+        counted(places.len(), "block", "blocks"),
         if places.len() == 1 { "is" } else { "are" }
     );
     let help = "use --trust-code to compile and run it; it then runs with your permissions";
@@ -37,8 +37,4 @@ fn note(places: &[Span], message: String, help: &str) -> Option<Diagnostic> {
         found = found.at(*place, "and here");
     }
     Some(found.help(help))
-}
-
-fn counted(n: usize) -> String {
-    format!("{n} block{}", if n == 1 { "" } else { "s" })
 }

@@ -200,7 +200,7 @@ fn too_deep(stack: u32) -> Diagnostic {
         codes::TOO_LARGE,
         format!("the chart's functions need more stack than the {left} bytes that {MACHINE} has available"),
     )
-    .help("use a style without an engine, which needs less (--engine c-8051:switch), or a larger machine (c-arm)")
+    .help("use a style without an engine, which needs less (c-8051:switch), or an engine with more memory (c-arm)")
 }
 
 /// The names of the simulator: newer versions of ucsim use the second.

@@ -191,7 +191,7 @@ pub(crate) fn too_large_for(machine: &str) -> Diagnostic {
         codes::TOO_LARGE,
         format!("the chart does not fit into the memory of {machine}"),
     )
-    .help("use a larger machine: --engine c, or c-arm")
+    .help("use an engine with more memory: c-arm (4 MB), or c (this computer)")
 }
 
 /// The stimulus in the format of a bench.

@@ -587,7 +587,9 @@ fn malformed(file: FileId, text: &str, error: &Error, unclosed: Option<Span>) ->
         },
         Error::UnexpectedCloseTag(expected, actual, _) => {
             finding(format!("</{actual}> closes <{expected}>"), here)
-                .help(format!("write </{expected}> here, or close {actual} where it was opened"))
+                .help(format!(
+                    "write </{expected}> before it or in its place; if <{expected}> is empty, end that tag with `/>`"
+                ))
         }
         Error::UnknownEntityReference(name, _) => finding(format!("unknown entity &{name};"), here)
             .help("XML defines &lt; &gt; &amp; &quot; &apos; and numbers such as &#233;"),

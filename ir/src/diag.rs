@@ -207,6 +207,12 @@ fn with_short_words(text: String) -> String {
     short
 }
 
+/// A number with the word for what it counts: `1 state`, `2 states`.
+pub fn counted<N: std::fmt::Display + PartialEq + From<u8>>(n: N, one: &str, many: &str) -> String {
+    let word = if n == N::from(1) { one } else { many };
+    format!("{n} {word}")
+}
+
 /// True if at least one of them is an error.
 #[must_use]
 pub fn any_error(diagnostics: &[Diagnostic]) -> bool {

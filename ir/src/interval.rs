@@ -103,7 +103,7 @@ impl fmt::Display for TypeErrorKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             TypeErrorKind::BoolExpected { lo, hi } => {
-                write!(f, "expected a condition, found a number ({lo}..{hi})")
+                write!(f, "expected a Boolean, found a number ({lo}..{hi})")
             }
             TypeErrorKind::IntExpected => f.write_str("expected a number, found a Boolean"),
             TypeErrorKind::Mixed => f.write_str("one side is a number, the other is a Boolean"),
@@ -149,9 +149,9 @@ impl TypeErrorKind {
     #[must_use]
     pub fn help(&self) -> Option<&'static str> {
         match self {
-            TypeErrorKind::BoolExpected { .. } => {
-                Some("compare it with a number, for example `n > 0`")
-            }
+            TypeErrorKind::BoolExpected { .. } => Some(
+                "compare it with a number, for example `n > 0`; the constants are `true` and `false`",
+            ),
             TypeErrorKind::IntExpected => {
                 Some("to convert a Boolean to a number, write `if c then 1 else 0`")
             }

@@ -33,6 +33,6 @@ pub mod validate;
 pub mod walk;
 
 pub use arena::{Arena, Id, IdMap};
-pub use diag::{Code, Diagnostic, Severity};
+pub use diag::{Code, Diagnostic, Severity, counted};
 pub use span::{FileId, Name, Span};
 pub use validate::{Valid, validate};

@@ -165,7 +165,13 @@ impl Checker<'_> {
             self.report(
                 codes::DANGLING,
                 span,
-                format!("the net refers to {what} number {number}, but it has {len} of them"),
+                match len {
+                    0 => format!("the net refers to {what} number {number}, but it has no {what}"),
+                    _ => format!(
+                        "the net refers to {what} number {number}, but the last one is number {}",
+                        len - 1
+                    ),
+                },
             );
         }
         found

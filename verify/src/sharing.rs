@@ -133,7 +133,8 @@ impl Look<'_> {
             format!("`{}` and `{}`", net.vars[x].name, net.vars[y].name)
         };
         let verb = if x == y { "is" } else { "are" };
-        let message = format!("{names} {verb} shared with step `{}` while it is halted", step.name);
+        let message =
+            format!("{names} {verb} shared with step `{}` while the step is halted", step.name);
         let is_refused = says(x, Sharing::Refuse) || says(y, Sharing::Refuse);
         let mut finding = if is_refused {
             Diagnostic::error(codes::SHARED, message)
@@ -148,7 +149,7 @@ impl Look<'_> {
             finding = finding.at(span, format!("{text} before the halt"));
         }
         if let Some((span, text)) = self.task(after, y) {
-            finding = finding.at(span, format!("{text} after it"));
+            finding = finding.at(span, format!("{text} after the halt"));
         }
         let list = if x == y {
             net.vars[x].name.text.clone()

@@ -2,6 +2,7 @@
 //!
 //! Every question of this crate ends in a [`Verdict`]. It becomes text only where it is printed, so that people and machines get the same answer.
 
+use grafsynth_ir::counted;
 use grafsynth_ir::net::Net;
 use grafsynth_sim::{Coverage, MICRO_STEPS};
 use std::fmt;
@@ -146,10 +147,8 @@ impl fmt::Display for OpenReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             OpenReason::Pairs { limit, states } => {
-                write!(
-                    f,
-                    "more than {limit} pairs of a state and an input ({states} states so far)"
-                )
+                let states = counted(*states, "state", "states");
+                write!(f, "more than {limit} pairs of a state and an input ({states} so far)")
             }
             OpenReason::States { limit } => write!(f, "more than {limit} states"),
             OpenReason::Rows { limit } => {
@@ -167,7 +166,9 @@ impl fmt::Display for OpenReason {
             OpenReason::Method(why) => f.write_str(why),
             OpenReason::OnlyFor(scope) => write!(f, "proved {scope} only"),
             OpenReason::RunOnlyFor { scope, states, reactions } => {
-                write!(f, "proved {scope} only ({states} states, {reactions} reactions)")
+                let states = counted(*states, "state", "states");
+                let reactions = counted(*reactions, "reaction", "reactions");
+                write!(f, "proved {scope} only ({states}, {reactions})")
             }
             OpenReason::Unfound => write!(f, "some stimulus violates it, but none was found"),
             OpenReason::ToolMissing(tools) => write!(f, "{} not installed", tools.join(", ")),
@@ -263,7 +264,8 @@ fn grouped(number: u64) -> String {
 
 impl fmt::Display for Tested {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "tested: {} reactions", grouped(self.reactions))?;
+        let word = if self.reactions == 1 { "reaction" } else { "reactions" };
+        write!(f, "tested: {} {word}", grouped(self.reactions))?;
         if self.is_cut_short {
             write!(f, " (stopped early after {} micro-steps)", grouped(MICRO_STEPS))?;
         }

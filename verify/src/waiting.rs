@@ -9,8 +9,8 @@
 //! Under `priority-age` (semantics §4) the bound exists if the priorities P are equal and only the competitors enter each following
 //! step.
 
-use grafsynth_ir::Valid;
 use grafsynth_ir::net::{Evolution, Net, Policy, TransitionId, TransitionKind};
+use grafsynth_ir::{Valid, counted};
 use grafsynth_sim::{InputRow, Simulator, Stimulus};
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
@@ -159,9 +159,9 @@ impl<'n, 's> Search<'n, 's> {
             dts.flat_map(|dt| rows.iter().map(move |row| InputRow { dt, ..row.clone() })).collect();
         if states.len().saturating_mul(rows.len()) > MOST_EDGES {
             return Err(OpenReason::Method(format!(
-                "{} states with {} rows each",
-                states.len(),
-                rows.len()
+                "more than {MOST_EDGES} reactions: {} with {} each",
+                counted(states.len(), "state", "states"),
+                counted(rows.len(), "row", "rows")
             )));
         }
         let mut simulator = Simulator::new(net);

@@ -36,7 +36,7 @@ fn head(chart: &Chart<'_>) -> String {
         "A CMake project. In yours:\n\n\
          ```cmake\nadd_subdirectory({}-cmake)          # this folder, or, once it is installed:\nfind_package({name} REQUIRED)\ntarget_link_libraries(my_program PRIVATE {name}::{name})\n```\n\n\
          By itself: `cmake -S . -B build`, `cmake --build build`, `cmake --install build --prefix DIR`; `build/{name}_host` is the example, which reads a reaction from each \
-         line of standard input. For a microcontroller hand in a toolchain file as usual.\n",
+         line of standard input. For a microcontroller, pass a toolchain file as usual.\n",
         chart.stem()
     )
 }

@@ -287,6 +287,12 @@ impl std::fmt::Debug for Device {
 }
 
 impl Device {
+    /// Its name with the indefinite article: `a gal16v8`, `an atf750c`.
+    pub(crate) fn with_article(&self) -> String {
+        let article = if self.name.starts_with(['a', 'e', 'i', 'o']) { "an" } else { "a" };
+        format!("{article} {}", self.name)
+    }
+
     /// The default device.
     #[must_use]
     pub fn default_device() -> &'static Device {

@@ -3,6 +3,7 @@
 use crate::EmitOptions;
 use crate::device::{Clock, Device};
 use crate::equations::Equation;
+use grafsynth_ir::counted;
 use grafsynth_ir::logic::Logic;
 use std::collections::BTreeSet;
 
@@ -25,7 +26,9 @@ pub(crate) fn lacks(logic: &Logic, device: &Device, options: &EmitOptions) -> Op
     let n_device = device.n_cells();
     if n_cells > n_device {
         return Some(format!(
-            "{n_flops} registers and {n_outputs} outputs need at least {n_cells} macrocells, but it has only {n_device}"
+            "{} and {} need at least {n_cells} macrocells, but the device has only {n_device}",
+            counted(n_flops, "register", "registers"),
+            counted(n_outputs, "output", "outputs")
         ));
     }
     let is_registered =
@@ -42,7 +45,8 @@ pub(crate) fn lacks(logic: &Logic, device: &Device, options: &EmitOptions) -> Op
     let clock = if n_clocks > 0 { ", the clock" } else { "" };
     let shown = if device.blocks.is_some() { "outputs" } else { "registers and outputs" };
     Some(format!(
-        "{n_inputs} inputs{clock} and {n_shown} {shown} need at least {n_signals} pins, but it has only {n_pins}"
+        "{}{clock} and {n_shown} {shown} need at least {n_signals} pins, but the device has only {n_pins}",
+        counted(n_inputs, "input", "inputs")
     ))
 }
 

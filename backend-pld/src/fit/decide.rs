@@ -220,7 +220,7 @@ impl Equations {
             (None, None) => Vec::new(),
         };
         if is_hopeless {
-            let quick = "its sums were minimised quickly, without a proof that they are minimum";
+            let quick = "its sums were minimised quickly, without a proof of the minimum";
             result.lacks.push(quick.to_owned());
         }
         result.head = head(&result, logic, dialect, options);

@@ -144,8 +144,9 @@ impl Obstacles {
         }
         if let (Some(first), Some(blocks)) = (self.homeless.first(), device.blocks) {
             parts.push(format!(
-                "{} of its functions do not fit in a logic block of {} macrocells that reads {} signals; the first is `{}`, which reads {}",
+                "{} of its functions {} not fit in a logic block of {} macrocells that reads {} signals; the first is `{}`, which reads {}",
                 self.homeless.len(),
+                if self.homeless.len() == 1 { "does" } else { "do" },
                 blocks.n_cells,
                 blocks.fan_in,
                 first.name,

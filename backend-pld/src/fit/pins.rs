@@ -221,7 +221,7 @@ impl Equations {
         for (at, need, reason) in &best.refused {
             let (pin, _, name) = &order.board[*at];
             let message =
-                format!("pin {pin} of a {} cannot be `{name}`: {reason}", self.device.name);
+                format!("pin {pin} of {} cannot be `{name}`: {reason}", self.device.with_article());
             findings.push(
                 Diagnostic::error(codes::BAD_PIN, message)
                     .help(format!("possible pins: {}", best.view.possible(*need))),

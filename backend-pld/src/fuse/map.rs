@@ -47,7 +47,10 @@ pub(crate) fn no_map(device: &Device) -> Diagnostic {
     };
     Diagnostic::error(
         codes::NO_FUSE_MAP,
-        format!("the fuse map of a {} is not known for certain, so none is written", device.name),
+        format!(
+            "the fuse map of {} is not known for certain, so none is written",
+            device.with_article()
+        ),
     )
     .help(format!("{ways}, or use one of {}", known.join(", ")))
 }

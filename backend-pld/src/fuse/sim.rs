@@ -301,11 +301,12 @@ impl<'a> Chip<'a> {
             .filter(|pin| before[*pin] != self.levels[*pin])
             .map(|pin| pin.to_string())
             .collect();
-        let finding = Diagnostic::error(
-            codes::NOT_SETTLING,
-            format!("the levels of a {} do not settle: {}", self.map.device.name, pins.join(", ")),
-        )
-        .help("a combinational output that depends on its own complement oscillates");
+        let what = match pins.as_slice() {
+            [only] => format!("the level of pin {only} does not settle"),
+            all => format!("the levels of pins {} do not settle", all.join(", ")),
+        };
+        let finding = Diagnostic::error(codes::NOT_SETTLING, what)
+            .help("a combinational output that depends on its own complement oscillates");
         Err(Box::new(finding))
     }
 }

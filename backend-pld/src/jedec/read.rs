@@ -169,7 +169,7 @@ impl<'a> Reader<'a> {
                     codes::CHECKSUM,
                     format!("the transmission's checksum is {said:04X}, and its bytes add up to {counted:04X}"),
                 )
-                .at(span, "said here")
+                .at(span, "given here")
                 .help("the file was changed after it was written: get it from its source again, or write 0000 here to skip the check"),
             );
         }
@@ -533,7 +533,7 @@ impl<'a> Reader<'a> {
                         codes::CHECKSUM,
                         format!("the checksum of the fuses is {said:04X}, but they add up to {counted:04X}"),
                     )
-                    .at(span, "said here")
+                    .at(span, "given here")
                     .help("a fuse was changed after the file was written: get it from its source again"),
                 );
             }

@@ -246,7 +246,11 @@ impl<'a> Reader<'a> {
         match rest.parse::<usize>() {
             Ok(count) if count > MAX_COLUMNS => {
                 let message = format!("{count} {what} exceed the limit of {MAX_COLUMNS}");
-                let help = "split the table by outputs";
+                let help = if word == ".o" {
+                    "split the table by outputs"
+                } else {
+                    "split the table by outputs, and omit inputs whose columns contain only `-`"
+                };
                 self.find(Diagnostic::error(codes::TOO_LARGE, message).at(span, "").help(help));
             }
             Ok(count) if self.table.is_some() && place != Some(count) => {

@@ -83,15 +83,15 @@ impl Dialect {
         }
     }
 
-    /// Says how to give registers an initial value.
-    pub(crate) fn first_value(self, register: &str) -> String {
-        match self {
-            Dialect::Blif => {
+    /// How registers get their initial values.
+    pub(crate) fn first_values(self, first: &str, n_registers: usize) -> String {
+        match (self, n_registers) {
+            (Dialect::Blif, 1) => "write the value, 0 or 1, at the end of the `.latch`".to_owned(),
+            (Dialect::Blif, _) => {
                 "write the value, 0 or 1, at the end of the line of each `.latch`".to_owned()
             }
-            Dialect::Palasm | Dialect::Cupl | Dialect::Galasm | Dialect::Verilog => {
-                format!("give each of them one, as in `initial {register} = 1'b0;`")
-            }
+            (_, 1) => format!("write `initial {first} = 1'b0;`, or 1'b1"),
+            _ => format!("give each of them one, as in `initial {first} = 1'b0;`"),
         }
     }
 }

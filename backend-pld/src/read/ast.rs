@@ -201,8 +201,8 @@ impl PldAst {
             1 => format!("register `{first}` has no initial value; 0 is used"),
             n => format!("{n} registers have no initial value (the first is `{first}`); 0 is used"),
         };
-        let mut finding =
-            Diagnostic::warning(codes::TAKEN_AS, message).help(self.dialect.first_value(first));
+        let mut finding = Diagnostic::warning(codes::TAKEN_AS, message)
+            .help(self.dialect.first_values(first, registers.len()));
         for (name, span) in registers.iter().take(6) {
             finding = finding.at(*span, format!("`{name}` has no initial value"));
         }
@@ -216,8 +216,9 @@ impl PldAst {
             && device.macrocell(pin).is_none()
         {
             let message = format!(
-                "`{}` is on pin {pin} of a {}, which is not an output",
-                signal.name, device.name
+                "`{}` is on pin {pin} of {}, which is not an output",
+                signal.name,
+                device.with_article()
             );
             let help =
                 format!("assign it to an output, one of the pins {}", advice::outputs(device));

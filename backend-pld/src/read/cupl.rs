@@ -383,8 +383,11 @@ impl Parser<'_, '_> {
             if let (Some(number), Some(device), false) = (number, self.device, is_node)
                 && (number == 0 || number > device.n_pins)
             {
-                let message =
-                    format!("a {} has no pin {number}: it has {}", device.name, device.n_pins);
+                let message = format!(
+                    "{} has no pin {number}: it has {}",
+                    device.with_article(),
+                    device.n_pins
+                );
                 let help = format!("write a number from 1 to {}", device.n_pins);
                 self.draft.error_with(codes::DEVICE_LIMIT, span, message, help);
             }

@@ -104,8 +104,9 @@ fn check_clock_pin(draft: &mut PldAst, device: &Device, clock_pin: u32) {
     let finding = Diagnostic::warning(
         codes::DEVICE_LIMIT,
         format!(
-            "`{}` on pin {pin} clocks nothing: pin {clock_pin} clocks the registers of a {}",
-            idle.name, device.name
+            "`{}` on pin {pin} clocks nothing: pin {clock_pin} clocks the registers of {}",
+            idle.name,
+            device.with_article()
         ),
     )
     .at(idle.span, "no equation reads this signal")
@@ -251,8 +252,11 @@ impl<'a> Parser<'a, '_> {
         if let Some(device) = self.device
             && pin != device.n_pins
         {
-            let message =
-                format!("{pin} pins are named, but a {} has {}", device.name, device.n_pins);
+            let message = format!(
+                "{pin} pins are named, but {} has {}",
+                device.with_article(),
+                device.n_pins
+            );
             let help = "name each pin in order, with `NC` for a pin that is not connected";
             self.draft.error_with(codes::DEVICE_LIMIT, self.lexer.span(), message, help);
         }
@@ -321,8 +325,11 @@ impl<'a> Parser<'a, '_> {
         if let (Some(device), true) = (self.device, pin > 0)
             && !(device.n_pins..=device.n_pins + 1).contains(&pin)
         {
-            let message =
-                format!("{pin} pins are named, but a {} has {}", device.name, device.n_pins);
+            let message = format!(
+                "{pin} pins are named, but {} has {}",
+                device.with_article(),
+                device.n_pins
+            );
             let help = "name each pin in order, with `NC` for a pin that is not connected, or write `PIN NUMBER NAME` lines";
             self.draft.error_with(codes::DEVICE_LIMIT, self.draft.name.span, message, help);
         }
@@ -369,7 +376,7 @@ impl<'a> Parser<'a, '_> {
                 && (pin == 0 || pin > device.n_pins)
             {
                 let message =
-                    format!("a {} has no pin {pin}: it has {}", device.name, device.n_pins);
+                    format!("{} has no pin {pin}: it has {}", device.with_article(), device.n_pins);
                 let help = format!("write a number from 1 to {}, or `?`", device.n_pins);
                 self.draft.error_with(codes::DEVICE_LIMIT, number_span, message, help);
             }

@@ -160,7 +160,9 @@ impl<'a> Parser<'a, '_> {
         let help = match self.lexer.token.kind {
             Kind::End => format!("the text ends too early: write {wanted}"),
             Kind::Sign => {
-                format!("write {wanted} before it; this reader accepts `~ ! & | ^ && || ?:`")
+                format!(
+                    "write {wanted} before it; the supported operators are `~ ! & | ^ && || ?:`"
+                )
             }
             Kind::Word | Kind::Number | Kind::Quoted => {
                 format!("write {wanted} before it, and check the end of the statement before it")
@@ -182,17 +184,21 @@ impl<'a> Parser<'a, '_> {
         Some((self.lexer.advance().text, span))
     }
 
-    fn no_vector(&mut self) -> Option<()> {
-        if self.lexer.token.is("[") {
-            self.draft.error_with(
-                codes::UNSUPPORTED,
-                self.lexer.span(),
-                "vectors are not supported",
-                format!("declare each bit, as in `input a1, input a0`, or {FLATTEN}"),
-            );
-            return None;
+    /// Reports a range or index in brackets, and skips it: the signal is read as a single bit, so that it causes no further findings. True if there is one.
+    fn no_vector(&mut self) -> bool {
+        if !self.lexer.token.is("[") {
+            return false;
         }
-        Some(())
+        self.draft.error_with(
+            codes::UNSUPPORTED,
+            self.lexer.span(),
+            "vectors are not supported",
+            format!("declare each bit, as in `input a1, input a0`, or {FLATTEN}"),
+        );
+        while !matches!(self.lexer.token.kind, Kind::End) && !self.lexer.eat("]") {
+            self.lexer.advance();
+        }
+        true
     }
 
     fn module_head(&mut self) -> Option<()> {
@@ -211,7 +217,7 @@ impl<'a> Parser<'a, '_> {
                     role = Role::Output;
                     let _ = self.lexer.eat_word("wire") || self.lexer.eat_word("reg");
                 }
-                self.no_vector()?;
+                self.no_vector();
                 let (name, span) = self.name()?;
                 // The old style lists only names here and declares them below.
                 if role == Role::Unknown {
@@ -271,7 +277,7 @@ impl<'a> Parser<'a, '_> {
 
     /// Reads `wire a = .., b;` and similar; `output reg a;` after a bare port name.
     fn declaration(&mut self, role: Role, is_wire: bool) -> Option<()> {
-        self.no_vector()?;
+        self.no_vector();
         loop {
             let (name, span) = self.name()?;
             // A port may be declared again as wire or reg.
@@ -347,11 +353,15 @@ impl<'a> Parser<'a, '_> {
 
     fn assignment(&mut self) -> Option<()> {
         let (name, span) = self.name()?;
+        let is_bit = self.no_vector();
         let id = self.draft.signal(name, span);
         self.expect("=")?;
         let value = self.expression()?;
         let span = self.lexer.span_from(span.start as usize);
-        self.define(id, value, false, span);
+        // Several bits of a vector are no second definition of one signal.
+        if !is_bit || self.draft.signals[id as usize].definition.is_none() {
+            self.define(id, value, false, span);
+        }
         Some(())
     }
 
@@ -483,6 +493,7 @@ impl<'a> Parser<'a, '_> {
             scope.assigned.extend(both);
         } else if !self.lexer.eat(";") {
             let (name, span) = self.name()?;
+            self.no_vector();
             let id = self.draft.signal(name, span);
             if self.lexer.token.is("=") {
                 let sign = self.lexer.span();
@@ -607,7 +618,7 @@ impl<'a> Parser<'a, '_> {
             Kind::Word => {
                 let span = self.lexer.span();
                 self.lexer.advance();
-                self.no_vector()?;
+                self.no_vector();
                 let signal = self.draft.signal(token.text, span);
                 self.draft.read(signal)
             }

@@ -14,7 +14,7 @@ use grafsynth_driver::logic::LogicDesign;
 use grafsynth_driver::read::{Design, NetDesign};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Net, Policy, Property};
-use grafsynth_ir::{Diagnostic, FileId, Valid};
+use grafsynth_ir::{Diagnostic, FileId, Valid, counted};
 use grafsynth_verify::{Checked, Explored, Limits, Outcome, PropertyVerdict, Scope, Wait, Waiting};
 use serde_json::json;
 use std::path::Path;
@@ -117,7 +117,11 @@ fn one(session: &mut Session, arguments: &Check, input: &Input) -> Result<Exit, 
 /// Reports the size of the chart.
 fn counts(session: &Session, net: &Net, facts: &Facts) {
     let (steps, transitions) = (net.steps.len(), net.transitions.len());
-    let mut message = format!("{steps} steps, {transitions} transitions");
+    let mut message = format!(
+        "{}, {}",
+        counted(steps, "step", "steps"),
+        counted(transitions, "transition", "transitions")
+    );
     let mut answer = Answer::new(About::Fact, net.name.to_string(), Status::Done, "")
         .with("steps", steps)
         .with("transitions", transitions);
@@ -125,7 +129,10 @@ fn counts(session: &Session, net: &Net, facts: &Facts) {
         let most = if reach.exact { "" } else { "at most " };
         message += &match reach.situations {
             u128::MAX => ", more than 10^38 reachable situations".to_owned(),
-            n => format!(", {most}{n} reachable situations"),
+            n => {
+                let situations = counted(n, "reachable situation", "reachable situations");
+                format!(", {most}{situations}")
+            }
         };
         // A number that JSON readers can represent exactly, or else text.
         let situations = u64::try_from(reach.situations)
@@ -216,9 +223,10 @@ fn logic(session: &Session, design: &LogicDesign, mut found: Vec<Diagnostic>) ->
         return Exit::Done;
     }
     let (status, message) = match failed {
-        0 => (Status::Proved, format!("all {vectors} test vectors of the file pass")),
+        0 => (Status::Proved, "every test vector of the file passes".to_owned()),
         _ => {
-            (Status::Refuted, format!("{failed} of the file's {vectors} test vectors do not pass"))
+            let fail = if failed == 1 { "fails" } else { "fail" };
+            (Status::Refuted, format!("{failed} of the file's {vectors} test vectors {fail}"))
         }
     };
     let name = design.interface.name.to_string();
@@ -294,10 +302,6 @@ fn certify(
     Ok(judged.fold(Exit::Done, Exit::worse))
 }
 
-fn counted(n: usize, one: &str, many: &str) -> String {
-    format!("{n} {}", if n == 1 { one } else { many })
-}
-
 /// Reports the result of one property.
 fn said(
     session: &Session,
@@ -330,8 +334,11 @@ fn said(
             let answer = answer(Status::Proved, format!("proved by {}", proof_name(*by)))
                 .proved_by(*by, &Scope::EveryStimulus)
                 .with("states", *states);
-            let how = proof_name(*by);
-            session.answer(&answer, &format!("proved   {text}{tags} ({how}, {states} states)\n"));
+            let how = match states {
+                0 => proof_name(*by).to_owned(),
+                _ => format!("{}, {}", proof_name(*by), counted(*states, "state", "states")),
+            };
+            session.answer(&answer, &format!("proved   {text}{tags} ({how})\n"));
             Exit::Done
         }
         Outcome::Refuted { stimulus, row, is_shortest } => {
@@ -395,7 +402,8 @@ fn waits(
                 let within = reactions.map_or_else(
                     || "; other transitions may keep the step active for any time".to_owned(),
                     |most| {
-                        format!(", and fires within {most} reactions while its receptivity holds")
+                        let reactions = counted(most, "reaction", "reactions");
+                        format!(", and fires within {reactions} while its receptivity holds")
                     },
                 );
                 let message = format!("waits for at most {counted_turns} of others{within}");

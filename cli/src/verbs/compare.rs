@@ -17,7 +17,7 @@ use grafsynth_engines::{Availability, Engine, EngineError, Job, ReferenceEngine}
 use grafsynth_ir::facts::Proof;
 use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::Net;
-use grafsynth_ir::{Span, Valid};
+use grafsynth_ir::{Span, Valid, counted};
 use grafsynth_sim::{Clocked, Difference, Stimulus, Trace, compare};
 use grafsynth_verify::{Limits, Scope, Tested, Verdict, verdict};
 use std::collections::BTreeSet;
@@ -159,7 +159,7 @@ fn engines(session: &mut Session, arguments: &Compare, input: &Input) -> Result<
             crate::print(&line);
         }
     };
-    say(format!("{:<10} {} reactions\n", "ir", stimulus.len()));
+    say(format!("{:<10} {}\n", "ir", counted(stimulus.len(), "reaction", "reactions")));
     let (mut n_equal, mut n_skipped, mut exit) = (0, 0, Exit::Done);
     for engine in &engines {
         let name = engine.name();
@@ -209,7 +209,7 @@ fn engines(session: &mut Session, arguments: &Compare, input: &Input) -> Result<
                 } else {
                     String::new()
                 };
-                let message = format!("cannot: {why}{more}");
+                let message = format!("not run: {why}{more}");
                 session.answer(
                     &answer(name, Status::NotChecked, &message),
                     &format!("{name:<10} {message}\n"),
@@ -233,9 +233,9 @@ fn engines(session: &mut Session, arguments: &Compare, input: &Input) -> Result<
     if exit == Exit::Done {
         let skipped = if n_skipped > 0 { format!(", {n_skipped} not run") } else { String::new() };
         let message = format!(
-            "no difference found in {}: {} engines{skipped}",
+            "no difference found in {}: {}{skipped}",
             reactions(asked, stimulus.len()),
-            n_equal + 1
+            counted(n_equal + 1, "engine", "engines")
         );
         session.answer(&answer(&input.file, Status::Done, &message), &format!("{message}\n"));
     }
@@ -243,11 +243,12 @@ fn engines(session: &mut Session, arguments: &Compare, input: &Input) -> Result<
 }
 
 /// How many reactions were compared, out of how many.
-fn reactions(asked: usize, all: usize) -> String {
-    if asked == all {
-        return format!("{all} reactions");
+fn reactions(asked: usize, total: usize) -> String {
+    let all = counted(total, "reaction", "reactions");
+    if asked == total {
+        return all;
     }
-    format!("{asked} of {all} reactions (the others follow a violated assumption)")
+    format!("{asked} of {all} (the others follow a violated assumption)")
 }
 
 /// The error if every row of a stimulus follows a violated assumption, so nothing was compared.
@@ -497,9 +498,9 @@ fn after_a_test(
     match &outcome.difference {
         None => {
             let mut text = format!(
-                "no difference found in {}, {} columns in common\n",
+                "no difference found in {}, {} in common\n",
                 reactions(asked, stimulus.len()),
-                outcome.n_columns
+                counted(outcome.n_columns, "column", "columns")
             );
             let answer = answer(Status::Done, text.trim_end());
             if outcome.apart != Apart::default() {

@@ -6,8 +6,8 @@ use crate::exit::Exit;
 use crate::load::{Session, Stop};
 use crate::report::{About, Answer, Status};
 use grafsynth_driver::compare as driver_compare;
-use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;
+use grafsynth_ir::{Valid, counted};
 use grafsynth_sim::{Difference, MAX_DT};
 use grafsynth_verify::pair::{Apart, Common, SameBy, charts_by_chance, charts_equal, charts_on};
 use grafsynth_verify::verdict::Verdict;
@@ -65,7 +65,10 @@ pub(crate) fn run(
                 Exit::Refuted
             }
             None => {
-                let mut text = format!("no difference on this stimulus: {} rows", found.compared);
+                let mut text = format!(
+                    "no difference on this stimulus: {}",
+                    counted(found.compared, "row", "rows")
+                );
                 if found.compared < stimulus.len() {
                     text += &format!(
                         " of {}; row {} violates an assumption of one of the charts, or depends on something that one of them leaves undefined",
@@ -87,7 +90,10 @@ pub(crate) fn run(
             Err(apart) => refuted(session, &apart),
             Ok(tested) if tested.reactions == 0 => return Err(nothing_legal()),
             Ok(tested) => {
-                let message = format!("no difference found in {} reactions", tested.reactions);
+                let message = format!(
+                    "no difference found in {}",
+                    counted(tested.reactions, "reaction", "reactions")
+                );
                 session.answer(
                     &answer(Status::Done, &message).tested(&tested),
                     &format!("{message}\n{tested}\n{}", compared(&common)),

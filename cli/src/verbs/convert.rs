@@ -12,7 +12,7 @@ use grafsynth_ir::diag::nearest;
 
 pub(crate) fn run(session: &mut Session, arguments: &Convert) -> Result<Exit, Stop> {
     let output = arguments.output.to_string_lossy();
-    let known = || Format::ALL.iter().map(|(_, name, _)| *name).collect::<Vec<_>>().join(", ");
+    let known = || Format::written().map(Format::name).collect::<Vec<_>>().join(", ");
     let to = match &arguments.to {
         Some(name) => match Format::named(name) {
             Some(format) => format,
@@ -80,7 +80,7 @@ fn no_format(file: &str, name: &str, known: &str) -> Stop {
             "`{name}` is a target, not a format: write it with `build {file} --target {name}`"
         ));
     }
-    let near = nearest(name, Format::ALL.iter().map(|(_, name, _)| *name))
+    let near = nearest(name, Format::written().map(Format::name))
         .map(|near| format!(", did you mean `{near}`?"))
         .unwrap_or_default();
     Stop::Usage(format!("unknown format `{name}`{near} (known: {known})"))

@@ -5,7 +5,10 @@ use grafsynth_engines::{Availability, tools};
 
 /// Programs, with what each of them enables.
 const TOOLS: [(&[&str], &str); 11] = [
-    (&["cc", "gcc", "clang"], "engine c; build compares the emitted C with the chart exhaustively"),
+    (
+        &["cc", "gcc", "clang"],
+        "engine c; `build` runs the emitted C and compares it with the chart",
+    ),
     (&["iverilog"], "engine verilog: the emitted Verilog in an independent simulator"),
     (&["verilator"], "a second simulator and lint for the emitted Verilog (the tests use it)"),
     (&["yosys"], "target ice40: synthesis of the emitted Verilog"),
@@ -22,7 +25,7 @@ pub(crate) fn run() -> Exit {
     let mut text = format!("grafsynth {}\n\nPrograms\n", env!("CARGO_PKG_VERSION"));
     for (names, what) in TOOLS {
         let found = tools::find(names)
-            .map_or_else(|| "not here".to_owned(), |path| path.display().to_string());
+            .map_or_else(|| "not found".to_owned(), |path| path.display().to_string());
         text.push_str(&format!("  {:<18} {found:<28} {what}\n", names[0]));
     }
     text.push_str("\nEngines\n");

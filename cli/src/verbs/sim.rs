@@ -10,7 +10,7 @@ use grafsynth_driver::trust;
 use grafsynth_engines::{Availability, EngineError, Job};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::net::{Net, StepId};
-use grafsynth_ir::{Diagnostic, FileId, Span, Valid};
+use grafsynth_ir::{Diagnostic, FileId, Span, Valid, counted};
 use grafsynth_sim::codes;
 use grafsynth_sim::{
     Clocked, Difference, Expected, Simulator, Stimulus, Trace, TraceLayout, run_with,
@@ -115,7 +115,8 @@ fn as_expected(session: &Session, arguments: &Sim, expected: &Expected, trace: &
     let answer = |status, message: &str| Answer::new(About::Replay, subject, status, message);
     let Some(difference) = expected.first_difference(trace) else {
         let open = expected.open_cells(trace);
-        let mut message = format!("as expected: {} cells", expected.cells() - open);
+        let mut message =
+            format!("as expected: {}", counted(expected.cells() - open, "cell", "cells"));
         if open > 0 {
             message += &format!("; not compared: {open} that the chart leaves undefined");
         }

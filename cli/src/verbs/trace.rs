@@ -6,6 +6,7 @@ use crate::files;
 use crate::load::{Session, Stop};
 use crate::report::{About, Answer, Status};
 use grafsynth_driver::{pipeline, ring};
+use grafsynth_ir::counted;
 use grafsynth_verify::Limits;
 
 pub(crate) fn run(session: &mut Session, arguments: &Trace) -> Result<Exit, Stop> {
@@ -21,15 +22,21 @@ pub(crate) fn run(session: &mut Session, arguments: &Trace) -> Result<Exit, Stop
     crate::print(&ring::to_csv(net, &replay));
     let lost = match ring.lost() {
         0 => "the ring contains all of them".to_owned(),
+        1 => "the first was overwritten".to_owned(),
         n => format!("the first {n} were overwritten"),
     };
     session.note(&format!(
-        "{} reactions, {} transitions fired, {} entries: {lost}\n",
-        ring.reactions, ring.count, ring.places
+        "{}, {} fired, {}: {lost}\n",
+        counted(ring.reactions, "reaction", "reactions"),
+        counted(ring.count, "transition", "transitions"),
+        counted(ring.places, "entry", "entries")
     ));
     match replay.broken {
         None => {
-            let message = format!("{} reactions match the chart", ring.reactions);
+            let message = match ring.reactions {
+                1 => "1 reaction matches the chart".to_owned(),
+                n => format!("{n} reactions match the chart"),
+            };
             session.keep(&Answer::new(
                 About::Replay,
                 arguments.dump.as_str(),

@@ -166,7 +166,7 @@ fn depths(chip: &Chip) -> Vec<usize> {
 
 /// A row for each input: its timing requirement, and the registers that read it.
 fn inputs(subject: &Subject<'_>, chip: &Chip, reads: &[Reads]) -> String {
-    let mut table = Table::new(["Input", "It is", "Registers that read it"]);
+    let mut table = Table::new(["Input", "Timing", "Registers that read it"]);
     let mut is_exposed = false;
     for (at, signal) in chip.signals.iter().enumerate() {
         let Kind::Input(input) = signal.kind else { continue };
@@ -200,7 +200,7 @@ fn inputs(subject: &Subject<'_>, chip: &Chip, reads: &[Reads]) -> String {
     }
     let mut text = format!("\n{}", table.text());
     if is_exposed {
-        text += "\nAn input that must keep to the clock must be stable from the set-up time before the edge to the hold time after it. If it changes there, the registers that read it can store different values, and the chip can reach a state that the chart does not have. Make the external circuit change it after the edge, or add synchronisers: `--synchronise 1` or `2`.\n";
+        text += "\nAn input that must be synchronous to the clock must be stable from the set-up time before the edge to the hold time after it. If it changes there, the registers that read it can store different values, and the chip can reach a state that the chart does not have. Make the external circuit change it after the edge, or add synchronisers: `--synchronise 1` or `2`.\n";
     }
     text
 }

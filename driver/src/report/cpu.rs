@@ -1,6 +1,6 @@
 //! The worst-case cost of a reaction of emitted C on machines with known constants, the worst-case path, and why the C code has its style.
 
-use super::{Subject, table::Table};
+use super::{Subject, counted, table::Table};
 pub use crate::built::Measured;
 use grafsynth_backend_c::cost::{self, Bound, Machine, Way};
 use grafsynth_backend_c::{Object, Package, Style};
@@ -25,7 +25,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
         "Instance",
         "Inputs, outputs",
         "Ring",
-        "Text, about",
+        "Code, about",
     ]);
     let mut scans =
         Table::new(["Machine", "`NAME_scan` at most", "`NAME_scan_isr`", "Time", "Stack"]);
@@ -36,7 +36,8 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
                 text += &format!("No time bound: {}.\n", error.what);
                 if let Some(n) = package.instructions {
                     text += &format!(
-                        "\nA reaction runs at most {n} instructions of the program; the time of the engine for one instruction was not counted.\n"
+                        "\nA reaction runs at most {} of the program; the time of the engine for one instruction was not counted.\n",
+                        counted(n, "instruction", "instructions")
                     );
                     text += &rounds(subject);
                 }
@@ -125,7 +126,7 @@ fn ways(bounds: &[(&Machine, Bound)]) -> String {
                 format!("the text alone, with the most expensive branch of each `if` and `switch`{why}")
             }
         };
-        text += &format!("\nCounted on {}: {how}.", machine.about);
+        text += &format!("\nComputed for {}: {how}.", machine.about);
         if let Some(why) = &bound.unbounded {
             text += &format!(" No bound: {why}.");
         }
@@ -145,7 +146,7 @@ fn style(package: &Package) -> String {
         return format!("Style: {}{why}.\n\n", package.style);
     }
     let mut table =
-        Table::new(["Style", "Reaction at most", "Text, about", "Instance", "Stack", "Taken"]);
+        Table::new(["Style", "Reaction at most", "Code, about", "Instance", "Stack", "Chosen"]);
     for candidate in &package.tried {
         let name = if candidate.style == Style::Switch && package.style == "statechart" {
             "switch (statechart)".to_owned()
@@ -210,7 +211,7 @@ fn tasks(subject: &Subject<'_>, bounds: &[(&Machine, Bound)]) -> String {
 fn rounds(subject: &Subject<'_>) -> String {
     let Some(rounds) = &subject.rounds else { return String::new() };
     let net = subject.net;
-    let micro_steps = |n: u32| format!("{n} micro-step{}", if n == 1 { "" } else { "s" });
+    let micro_steps = |n: u32| counted(n, "micro-step", "micro-steps");
     match rounds.proved {
         Some((checks, by)) => {
             let by = match by {
@@ -224,8 +225,9 @@ fn rounds(subject: &Subject<'_>) -> String {
             let while_it_holds =
                 if assumed { ", as long as the assumptions of the chart hold" } else { "" };
             format!(
-                "\nThe loop over micro-steps is counted {checks} times, including the check that finds nothing: it is proved that no reaction needs more ({by}){while_it_holds}. \
+                "\nThe loop over micro-steps is counted {}, including the check that finds nothing: it is proved that no reaction needs more ({by}){while_it_holds}. \
                  The chart would allow {}.\n",
+                counted(checks, "time", "times"),
                 micro_steps(rounds.limit)
             )
         }

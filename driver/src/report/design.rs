@@ -8,7 +8,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
     let net = subject.net;
     let hash: String =
         crate::jedec::signature(net).iter().map(|byte| format!("{byte:02x}")).collect();
-    let mut table = Table::new(["What", "It is"]);
+    let mut table = Table::new(["Property", "Value"]);
     let mut say = |what: &str, is: String| table.row([what.to_owned(), is]);
     say(if subject.is_logic { "logic" } else { "chart" }, net.name.text.clone());
     say("made by", format!("grafsynth {}", env!("CARGO_PKG_VERSION")));

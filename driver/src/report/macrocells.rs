@@ -9,7 +9,7 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
         return None;
     }
     let mut table =
-        Table::new(["Pin", "Function", "Form", "Terms", "Of", "Least", "Without don't-cares"]);
+        Table::new(["Pin", "Function", "Form", "Terms", "Of", "Minimum", "Without don't-cares"]);
     for cell in &chip.cells {
         let pin = cell.pin.map_or_else(|| "-".to_owned(), |pin| pin.to_string());
         let sign = if cell.is_complemented { ", complement" } else { "" };

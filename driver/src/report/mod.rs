@@ -40,9 +40,9 @@ use crate::source::Sources;
 use crate::stem::FileStem;
 use crate::task_costs::Counted;
 use grafsynth_backend_c::cost::{self, Rounds};
-use grafsynth_ir::Valid;
 use grafsynth_ir::facts::{Facts, Reach};
 use grafsynth_ir::net::Net;
+use grafsynth_ir::{Valid, counted};
 use grafsynth_verify::{Limits, PropertyVerdict};
 
 /// A section about the whole design: its title and its writer.
@@ -179,9 +179,4 @@ fn drawing_name(chip: &Chip) -> String {
 
 fn file(name: String, text: String) -> OutputFile {
     OutputFile { name, text, keep_existing: false, map: Vec::new() }
-}
-
-/// A count with its noun.
-fn counted(n: usize, one: &str, many: &str) -> String {
-    format!("{n} {}", if n == 1 { one } else { many })
 }

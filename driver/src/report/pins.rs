@@ -7,7 +7,7 @@ use super::{Subject, table::Table};
 pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
     let drawing = Drawing::of(chip);
     let mut text = format!("```text\n{}```\n\n", drawing.text());
-    let mut table = Table::new(["Pin", "Name", "It is", "Label", "In the file"]);
+    let mut table = Table::new(["Pin", "Name", "Use", "Label", "In the file"]);
     for pin in drawing.pins.iter().filter(|pin| is_listed(pin, drawing.shape)) {
         let signals: Vec<&Signal> = chip
             .signals

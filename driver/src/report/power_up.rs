@@ -61,7 +61,7 @@ fn situation(subject: &Subject<'_>, chip: &Chip, is_safe: bool) -> String {
 /// A row for each register: its value on the device, and its value in the chart.
 fn registers(chip: &Chip, device: &grafsynth_backend_pld::device::Device) -> String {
     let circuit = &chip.circuit;
-    let mut table = Table::new(["Register", "Pin", "Pin level", "Power-up value", "Wanted"]);
+    let mut table = Table::new(["Register", "Pin", "Pin level", "Power-up value", "Required"]);
     let level = |value: bool| if value { "high" } else { "low" };
     for cell in chip.cells.iter().filter(|cell| cell.is_registered()) {
         let Some(first) = cell.signals.first() else { continue };

@@ -13,7 +13,7 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
 
 fn fuses(chip: &Chip) -> Option<String> {
     let (map, device) = (chip.fuses.as_ref()?, chip.device?);
-    let mut table = Table::new(["What", "It is"]);
+    let mut table = Table::new(["Property", "Value"]);
     let mut say = |what: &str, is: String| table.row([what.to_owned(), is]);
     say("device", device.burned_as.to_owned());
     if !device.burned_as.eq_ignore_ascii_case(device.name) {

@@ -1,6 +1,6 @@
 //! What was proved about each output and each property, how, and over how many states.
 
-use super::{OutputReport, Subject, table::inline};
+use super::{OutputReport, Subject, counted, table::inline};
 use grafsynth_ir::facts::Proof;
 use grafsynth_ir::net::PropertyRole;
 use grafsynth_verify::Outcome as Verdict;
@@ -58,7 +58,11 @@ pub(super) fn said(outcome: &Verdict) -> String {
                 Proof::Structural => "from the structure",
                 Proof::Induction => "by induction",
             };
-            let states = if *states > 0 { format!(", {states} states") } else { String::new() };
+            let states = if *states > 0 {
+                format!(", {}", counted(*states, "state", "states"))
+            } else {
+                String::new()
+            };
             format!("proved {how}{states}")
         }
         Verdict::Refuted { row, .. } => {

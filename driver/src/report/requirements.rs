@@ -32,7 +32,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
         return Some("No element of the chart carries a requirement tag (`req \"R1\"` after a step, transition, input, output, emergency or property).".to_owned());
     }
     let mut table =
-        Table::new(["Requirement", "In the chart", "In the output", "There it is", "Proved"]);
+        Table::new(["Requirement", "In the chart", "In the output", "Location", "Proved"]);
     for (tag, tagged) in &tags {
         let rows = properties(subject, tagged).into_iter().chain(outputs(subject, tag, tagged));
         let mut head = [tag.clone(), tagged.elements.join(", ")];

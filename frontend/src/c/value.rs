@@ -12,7 +12,7 @@ use crate::codes;
 use grafsynth_ir::chart::{self, Leaf, Path, StmtKind};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{CompareOp, ExprKind as NetKind, Type as NetType};
-use grafsynth_ir::{Name, Span};
+use grafsynth_ir::{Name, Span, counted};
 
 /// A target of an assignment.
 pub(super) struct Place {
@@ -583,17 +583,23 @@ impl<'s> Flow<'_, 's> {
             self.findings.report(|| {
                 Diagnostic::error(
                     codes::C_ARGUMENTS,
-                    format!("{name} takes {wanted} arguments, not {given}"),
+                    format!(
+                        "{name} takes {}, not {given}",
+                        counted(wanted, "argument", "arguments")
+                    ),
                 )
                 .at(span, format!("{given} given here"))
                 .at(name.span, "the function")
                 .help(if given < wanted {
                     format!(
-                        "write {} more in this call, or remove parameters of {name}",
-                        wanted - given
+                        "write {} in this call, or remove parameters of {name}",
+                        counted(wanted - given, "more argument", "more arguments")
                     )
                 } else {
-                    format!("remove {} of this call, or add parameters to {name}", given - wanted)
+                    format!(
+                        "remove {} from this call, or add parameters to {name}",
+                        counted(given - wanted, "argument", "arguments")
+                    )
                 })
             });
         }

@@ -136,7 +136,7 @@ impl<'a> Parser<'a> {
                         codes::AMBIGUOUS,
                         "signs between Booleans inside a comparison are ambiguous",
                     )
-                    .at(span, "belongs to the comparison, or joins it?")
+                    .at(span, "is all of this compared, or only part of it?")
                     .help("put this, or the comparison, in parentheses")
                 });
             }

@@ -181,7 +181,12 @@ impl Reader {
                 let is_width = head.text == ".i" || head.text == ".o";
                 if is_width && number > MAX_WIDTH {
                     let message = format!("{number} columns; the limit is {MAX_WIDTH}");
-                    self.error(head.span, message, "split the table by outputs");
+                    let help = if head.text == ".o" {
+                        "split the table by outputs"
+                    } else {
+                        "split the table by outputs, and omit inputs whose columns contain only `-`"
+                    };
+                    self.error(head.span, message, help);
                     return;
                 }
                 let place = match head.text {
@@ -226,7 +231,7 @@ impl Reader {
                 let known = [".i", ".o", ".p", ".s", ".r", ".ilb", ".ob", ".e"];
                 let mut finding = Diagnostic::error(
                     codes::KISS2_SYNTAX,
-                    format!("unknown line `{}` in a KISS2 table", cut(other)),
+                    format!("unknown directive `{}` in a KISS2 table", cut(other)),
                 )
                 .at(head.span, "");
                 finding = match nearest(other, known) {
@@ -234,7 +239,7 @@ impl Reader {
                         finding.help(format!("did you mean `{near}`?")).fix(head.span, near)
                     }
                     None => finding.help(format!(
-                        "remove it; the lines of a table begin with {}",
+                        "remove it; the directives of a KISS2 table are {}",
                         known.join(" ")
                     )),
                 };

@@ -317,7 +317,7 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
         list.at += 1;
         let next = list.peek();
         if next.kind == Kind::Colon {
-            unit.refuse("labels in instruction lists", span, "use structured text with IF");
+            unit.refuse("a label in an instruction list", span, "use structured text with IF");
             list.at += 1;
             continue;
         }

@@ -257,7 +257,7 @@ fn wire(
     let Some(from) = network.node(id) else {
         let (span, id) = (reader.span(connection), id.to_owned());
         unit.refuse(
-            format!("a wire from element {id}, which does not exist"),
+            format!("a wire from the missing element {id}"),
             span,
             "connect it to an existing element",
         );
@@ -266,9 +266,9 @@ fn wire(
     let Some(nesting) = reader.nesting.checked_sub(LEVELS) else {
         let span = reader.span(connection);
         unit.refuse(
-            "a network with such a long chain of elements",
+            "a chain of elements beyond the nesting limit",
             span,
-            "split it with variables",
+            "split it with variables, or raise the limit with --nesting-limit",
         );
         return None;
     };

@@ -92,7 +92,7 @@ pub(super) fn chart(
                 )
                 .at(place, format!("leads from step `{from}` to `{to}`"))
                 .at(step_span, format!("step `{from}`"))
-                .help("connect the lower step to the transition: refLocalId is the localId of the element above")
+                .help("connect the lower step to a transition: write the localId of the transition as this refLocalId")
             });
         }
     }

@@ -745,7 +745,7 @@ fn never_sent(id: &Name, dead: Option<Span>, near: Option<String>) -> Diagnostic
         (Some(send), _) => {
             finding(format!("the <send> with the identifier {id} is never executed"))
                 .at(send, "its transition waits for an event that never occurs")
-                .help("mend the event of that transition, or remove this <cancel>")
+                .help("correct the event of that transition, or remove this <cancel>")
         }
         (None, Some(near)) => finding(format!("no <send> has the identifier {id}"))
             .help(format!("did you mean {near}?"))

@@ -343,12 +343,12 @@ impl<'c> Writer<'c> {
                 Item::Action(one) => self.refuse("a controlled action", one.name.span),
                 Item::Emergency(one) => self.refuse("an emergency", one.meta.span),
                 Item::Property(one) => {
-                    self.lose("a property is not in the document", one.meta.span)
+                    self.lose("a property is omitted from the document", one.meta.span)
                 }
                 Item::Place(one) => {
-                    self.lose("a partition request is not in the document", one.span);
+                    self.lose("a partition request is omitted from the document", one.span);
                 }
-                Item::Board(one) => self.lose("the board is not in the document", one.span),
+                Item::Board(one) => self.lose("the board is omitted from the document", one.span),
             }
         }
     }
@@ -464,7 +464,7 @@ impl<'c> Writer<'c> {
                     if *synchronous {
                         self.lose(
                             format!(
-                                "the property `synchronous` of input {name} is not in the document"
+                                "the property `synchronous` of input {name} is omitted from the document"
                             ),
                             span,
                         );
@@ -473,7 +473,10 @@ impl<'c> Writer<'c> {
                 }
                 DeclarationKind::Output { ty, registered, mealy, safe, .. } => {
                     if safe.is_some() {
-                        self.lose(format!("the safe value of {name} is not in the document"), span);
+                        self.lose(
+                            format!("the safe value of {name} is omitted from the document"),
+                            span,
+                        );
                     }
                     if *mealy {
                         self.refuse("a mealy output", span);
@@ -481,7 +484,7 @@ impl<'c> Writer<'c> {
                     if *registered {
                         self.lose(
                             format!(
-                                "the property `registered` of output {name} is not in the document"
+                                "the property `registered` of output {name} is omitted from the document"
                             ),
                             span,
                         );
@@ -537,7 +540,7 @@ impl<'c> Writer<'c> {
 
     fn tags(&mut self, tags: &[String], span: Span) {
         if !tags.is_empty() {
-            self.lose("a requirement tag is not in the document", span);
+            self.lose("a requirement tag is omitted from the document", span);
         }
     }
 
@@ -691,7 +694,7 @@ impl<'c> Writer<'c> {
                     self.refuse("`after`: send an event with a delay when the state is entered, and cancel it when it is left", transition.meta.span);
                 }
                 if transition.deadline_ns.is_some() {
-                    self.lose("a deadline is not in the document", transition.meta.span);
+                    self.lose("a deadline is omitted from the document", transition.meta.span);
                 }
                 if transition.priority.is_some() || transition.restart {
                     self.refuse("the priority or restart of a transition", transition.meta.span);

@@ -275,9 +275,11 @@ fn not_an_output(lowering: &mut Lowering<'_>, target: &crate::span::Name, symbol
     let mut finding =
         Diagnostic::error(codes::WRONG_KIND, format!("`{target}` is {kind}, not an output"))
             .at(target.span, "a step can only drive outputs and call extern actions");
-    if matches!(symbol, Symbol::Var(_)) {
-        finding = finding
-            .help(format!("assign it in a statement list, as in `entry {{ {target} := 1 }}`"));
+    if let Symbol::Var(id) = symbol {
+        let value = if lowering.net.vars[id].ty == Type::Bool { "true" } else { "1" };
+        finding = finding.help(format!(
+            "assign it in a statement list, as in `entry {{ {target} := {value} }}`"
+        ));
     }
     lowering.report(finding);
 }

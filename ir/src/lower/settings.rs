@@ -102,7 +102,7 @@ fn read(lowering: &mut Lowering<'_>, items: &[Item]) -> Said {
                     let message = format!("the limit of micro-steps must be in 1..{MAX_LIMIT}");
                     lowering.report(
                         Diagnostic::error(codes::RANGE, message).at(span, "").help(
-                            "write a smaller limit, or none: without `limit`, it is large enough for each chart that becomes stable",
+                            "write a number in this range, or no `limit`: the default is large enough for each chart that becomes stable",
                         ),
                     );
                 } else if let Some(limit) = *limit {

@@ -1,5 +1,6 @@
 //! The result of a comparison of a net and a circuit.
 
+use grafsynth_ir::counted;
 use grafsynth_ir::facts::Proof;
 use grafsynth_sim::{Difference, Stimulus};
 
@@ -51,13 +52,15 @@ impl std::fmt::Display for Certificate {
         match self.method {
             Method::Explicit { states, reactions } => write!(
                 f,
-                "proved by enumeration: {states} states, {reactions} reactions, {} bits compared in each",
-                self.compared
+                "proved by enumeration: {}, {}, {} compared in each",
+                counted(states, "state", "states"),
+                counted(reactions, "reaction", "reactions"),
+                counted(self.compared, "bit", "bits")
             ),
             Method::Symbolic { same, solved } => write!(
                 f,
-                "proved by induction: {} functions, {same} equal by construction, {solved} by the solver",
-                self.compared
+                "proved by induction: {}, {same} equal by construction, {solved} by the solver",
+                counted(self.compared, "function", "functions")
             ),
         }
     }

@@ -2,6 +2,7 @@
 //! suspicion, and checks that were not carried out are listed.
 
 mod constant;
+mod decided;
 mod livelock;
 mod search;
 

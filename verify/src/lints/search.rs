@@ -11,7 +11,7 @@ use grafsynth_ir::{Diagnostic, Span, Valid};
 use grafsynth_sim::{InputRow, Noticed, Simulator, Situation, State, Stimulus, Writer};
 
 use super::livelock::livelock;
-use super::{Check, Checked, Conflict, Decided, Findings, step_names};
+use super::{Check, Checked, Conflict, Decided, Findings, decided, step_names};
 use crate::codes;
 use crate::exclusive::{all_compatible_pairs, compatible_pairs, entered};
 use crate::explore::{Ended, Searched, Seen, States, Ticks, Times, explore};
@@ -335,7 +335,7 @@ impl<'n> Shown<'n> {
                 "their receptivities are equal, so both always fire: write one transition that activates the steps of both (`s -> x & y when a`)"
             } else {
                 "if only one of them should fire, make the receptivities exclude each other (`a and not b`, `b and not a`), or declare `conflict priority`; \
-                 if both shall fire, write one transition that activates the steps of both for that case (`s -> x & y when a and b`)"
+                 if both should fire, write one transition that activates the steps of both for that case (`s -> x & y when a and b`)"
             }));
         }
         conflicts
@@ -358,46 +358,20 @@ impl<'n> Shown<'n> {
             let (who, why) = if is_mutual {
                 ("either can fire first".to_owned(), "sometimes one, sometimes the other")
             } else {
-                (format!("`{}` fires", winner.name), self.reason(*won, *lost))
+                (format!("`{}` fires", winner.name), decided::reason(net, winner, loser))
             };
-            out.push(
-                Diagnostic::note(
-                    codes::DECIDED_CONFLICT,
-                    format!(
-                        "`{}` and `{}` leave {step} and can be fireable together: {who}",
-                        winner.name, loser.name
-                    ),
-                )
-                .at(winner.meta.span, why)
-                .at(
-                    loser.meta.span,
-                    if is_mutual { "its competitor" } else { "does not fire then" },
-                )
-                .help(decided_help(net, winner, loser, is_mutual)),
-            );
+            let note = Diagnostic::note(
+                codes::DECIDED_CONFLICT,
+                format!(
+                    "`{}` and `{}` leave {step} and can be fireable together: {who}",
+                    winner.name, loser.name
+                ),
+            )
+            .at(winner.meta.span, why)
+            .at(loser.meta.span, if is_mutual { "its competitor" } else { "does not fire then" });
+            out.push(decided::advise(note, net, winner, loser, is_mutual));
         }
         out
-    }
-
-    /// Why the first of two transitions always wins.
-    fn reason(&self, won: TransitionId, lost: TransitionId) -> &'static str {
-        let net = self.net;
-        let (winner, loser) = (&net.transitions[won], &net.transitions[lost]);
-        let in_one_state = winner.requires == loser.requires;
-        match net.settings.policy {
-            Policy::InnerFirst if !in_one_state => {
-                "its state is further inside, or it is declared first"
-            }
-            Policy::OuterFirst if !in_one_state => {
-                "its state is further outside, or it is declared first"
-            }
-            Policy::InnerFirst | Policy::OuterFirst | Policy::All => "declared first",
-            Policy::Priority if winner.priority == loser.priority => "declared first",
-            Policy::Priority => "its priority is more urgent",
-            Policy::PriorityAge => {
-                "its following steps have the more urgent priority, or were always activated earlier"
-            }
-        }
     }
 
     fn notes(&self, out: &mut Vec<Diagnostic>) {
@@ -657,7 +631,16 @@ impl<'n> Shown<'n> {
                     "make the receptivities exclude each other"
                 }
             };
-            out.push(note.help(help));
+            note = note.help(help);
+            if net.settings.policy == Policy::Priority {
+                note = note
+                    .help_in(
+                        Notation::Iec,
+                        "write {grafsynth conflict priority-age} in the program: the branch that has waited longest goes first",
+                    )
+                    .help_in(Notation::C, "make the conditions exclude each other");
+            }
+            out.push(note);
         }
     }
 }
@@ -755,33 +738,5 @@ fn shown(net: &Net, stimulus: &Stimulus) -> String {
         0 => " (after reset)".to_owned(),
         n if n <= ROWS => format!(" (after the input rows {})", rows.join("; ")),
         n => format!(" (after {n} input rows, which begin with {})", rows.join("; ")),
-    }
-}
-
-/// What to change if the other transition should fire.
-fn decided_help(net: &Net, winner: &Transition, loser: &Transition, is_mutual: bool) -> String {
-    let in_one_state = winner.requires == loser.requires;
-    let (winner, loser) = (&winner.name, &loser.name);
-    if is_mutual {
-        return format!(
-            "if one of them must go first, write `conflict priority` and give it the smaller number, as in `priority 1`; to exclude both, add `not ..` to the receptivity of `{loser}`"
-        );
-    }
-    match net.settings.policy {
-        Policy::Priority => format!(
-            "if `{loser}` should fire, give it a smaller number than `{winner}`, as in `priority 1` beside `priority 2`"
-        ),
-        Policy::InnerFirst if !in_one_state => {
-            format!("if `{loser}` should fire, write `conflict outer-first`, or declare it first")
-        }
-        Policy::OuterFirst if !in_one_state => {
-            format!("if `{loser}` should fire, write `conflict inner-first`, or declare it first")
-        }
-        Policy::InnerFirst | Policy::OuterFirst | Policy::All => {
-            format!("if `{loser}` should fire, declare it before `{winner}`")
-        }
-        Policy::PriorityAge => format!(
-            "if `{loser}` should fire, add its negated condition to the receptivity of `{winner}`"
-        ),
     }
 }

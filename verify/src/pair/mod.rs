@@ -11,9 +11,9 @@ mod common;
 mod product;
 mod rows;
 
-use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Proof;
 use grafsynth_ir::net::Net;
+use grafsynth_ir::{Valid, counted};
 use grafsynth_sim::{Difference, MAX_DT, Simulator, Stimulus};
 
 pub use common::{Common, CommonColumn, CommonInput, Incomparable, Omitted, Side};
@@ -69,17 +69,24 @@ impl SameBy {
 impl std::fmt::Display for SameBy {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            SameBy::Product { states, reactions } => {
-                write!(f, "by enumeration: {states} pairs of states, {reactions} reactions")
-            }
-            SameBy::Induction { equal, solved } => {
-                write!(f, "by induction: {equal} equal bits of state, {solved} questions solved")
-            }
+            SameBy::Product { states, reactions } => write!(
+                f,
+                "by enumeration: {}, {}",
+                counted(*states, "pair of states", "pairs of states"),
+                counted(*reactions, "reaction", "reactions")
+            ),
+            SameBy::Induction { equal, solved } => write!(
+                f,
+                "by induction: {}, {}",
+                counted(*equal, "equal state bit", "equal state bits"),
+                counted(*solved, "solver query", "solver queries")
+            ),
             SameBy::Diagram { states: u64::MAX } => {
                 write!(f, "by a decision diagram of more than {} pairs of states", u64::MAX)
             }
             SameBy::Diagram { states } => {
-                write!(f, "by a decision diagram of {states} pairs of states")
+                let pairs = counted(*states, "pair of states", "pairs of states");
+                write!(f, "by a decision diagram of {pairs}")
             }
         }
     }

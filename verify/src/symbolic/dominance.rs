@@ -8,13 +8,13 @@
 
 use std::collections::BTreeMap;
 
-use grafsynth_ir::Valid;
 use grafsynth_ir::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind, Type};
 use grafsynth_ir::logic::{FlopBit, Logic, PinRole, shown_by};
 use grafsynth_ir::lower::program::{ProgramOptions, program};
 use grafsynth_ir::net::{Expr, Leaf, Net, StepId};
 use grafsynth_ir::program::Origin;
 use grafsynth_ir::walk::called_in_lists;
+use grafsynth_ir::{Valid, counted};
 
 use super::aig::{Aig, Lit};
 use super::import;
@@ -47,11 +47,13 @@ impl std::fmt::Display for Dominance {
         match self {
             Dominance::Proved { pins, flops } => write!(
                 f,
-                "emergency proved to dominate: {pins} pins safe in every state of {flops} flip-flops, under every input"
+                "emergency proved to dominate: {} safe in every state of {}, under every input",
+                counted(*pins, "pin", "pins"),
+                counted(*flops, "flip-flop", "flip-flops")
             ),
             Dominance::Refuted { pin, set } => write!(
                 f,
-                "emergency does not dominate: pin `{pin}` is not safe where these are 1: {}",
+                "emergency does not dominate: pin `{pin}` is not safe when these are 1: {}",
                 if set.is_empty() { "none".to_owned() } else { set.join(" ") }
             ),
             Dominance::Open(why) => write!(f, "emergency not proved to dominate: {why}"),

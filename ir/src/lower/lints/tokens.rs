@@ -153,10 +153,13 @@ fn sources(flow: &Flow<'_>, out: &mut Vec<Diagnostic>) {
                 Policy::Priority => ", before the other transitions of that step",
                 Policy::All | Policy::PriorityAge | Policy::InnerFirst | Policy::OuterFirst => "",
             };
-            finding = finding.help(format!(
-                "to leave {}, write one transition to {target} for each of them{order}",
-                names(net, left(), "or")
-            ));
+            let steps = names(net, left(), "or");
+            finding = finding.help(match left().count() {
+                1 => format!("to leave {steps}, write a transition from it to {target}{order}"),
+                _ => format!(
+                    "to leave {steps}, write one transition to {target} for each of them{order}"
+                ),
+            });
         }
         out.push(finding);
     }

@@ -66,7 +66,7 @@ fn wrong_kinds_are_named() {
     assert_eq!(about(v("p1.t")), ["G0212 the time `p1.t` can only be compared with a constant"]);
     assert_eq!(about(v("3s")), ["G0212 3 s must be compared with the time of a step or timer"]);
     assert_eq!(about(ge("p1.t", "n")), ["G0209 expected a constant, but `n` is a variable"]);
-    assert_eq!(about(v("n")), ["G0208 expected a condition, found a number (0..9)"]);
+    assert_eq!(about(v("n")), ["G0208 expected a Boolean, found a number (0..9)"]);
     assert_eq!(about(ge("v", "1")), ["G0236 an array is read without an index"]);
     assert_eq!(about(element("n", v("0"))).len(), 1);
     assert_eq!(about(rise(rise(v("motor")))), ["G0213 an edge is not allowed in an edge"]);
@@ -238,7 +238,7 @@ fn assignments_and_calls_fit_their_targets() {
             "G0226 `w` has 4 elements but 2 initial values",
             "G0223 `n` always becomes 9: the value is 10, but the range is 0..9",
             "G0208 expected a number, found a Boolean",
-            "G0208 expected a condition, found a number (3..3)",
+            "G0208 expected a Boolean, found a number (3..3)",
             "G0203 cannot assign to `m`: it is an input",
             "G0203 cannot assign to `E`: it is an event",
             "G0236 an array is read without an index",
