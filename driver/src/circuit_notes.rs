@@ -41,18 +41,13 @@ pub(crate) fn say_safe(line: &mut OutputReport, logic: &Logic, read_back: &Logic
     } else {
         match grafsynth_logic::state_assignment::is_safe(read_back) {
             Ok(codes) if codes.illegal == 0 => Note::Safe("safe: no code is illegal".to_owned()),
-            Ok(codes) => Note::Safe(format!(
-                "safe: {} of {} in one clock, proved over all codes",
-                if codes.illegal == 1 {
-                    "the one illegal code".to_owned()
-                } else {
-                    format!("all {} illegal codes", codes.illegal)
-                },
-                match (codes.illegal == 1, counted(codes.n_flops, "flip-flop", "flip-flops")) {
-                    (true, flops) => format!("{flops} returns"),
-                    (false, flops) => format!("{flops} return"),
-                }
-            )),
+            Ok(codes) => {
+                let flops = counted(codes.n_flops, "flip-flop", "flip-flops");
+                Note::Safe(match codes.illegal {
+                    1 => format!("safe: the one illegal code of {flops} returns in one clock, proved over all codes"),
+                    n => format!("safe: all {n} illegal codes of {flops} return in one clock, proved over all codes"),
+                })
+            }
             Err(why) => Note::NotSafe(why),
         }
     });

@@ -601,6 +601,11 @@ fn malformed(file: FileId, text: &str, error: &Error, unclosed: Option<Span>) ->
             finding("`<` is not allowed in an attribute value".to_owned(), here)
                 .help("write &lt; for the sign itself, as in `n &lt; 3`")
         }
+        Error::InvalidComment(_) => finding("a comment contains `--`".to_owned(), here)
+            .help("remove one of the two signs, or put a space between them"),
+        Error::InvalidCharacterData(_) => {
+            finding("`]]>` is not allowed in a text".to_owned(), here).help("write ]]&gt;")
+        }
         Error::DuplicatedAttribute(name, _) => finding(format!("duplicate attribute {name}"), here)
             .help("remove one of them"),
         Error::UnknownNamespace(prefix, _) => {
@@ -615,10 +620,9 @@ fn malformed(file: FileId, text: &str, error: &Error, unclosed: Option<Span>) ->
                 })
         }
         _ => {
-            // The message of the parser ends with the position, which the label already shows.
-            let words = error.to_string();
-            let words = words.rsplit_once(" at ").map_or(words.as_str(), |(words, _)| words);
-            finding(words.to_owned(), here).help("correct this place, or write the file again with the tool that made it")
+            // The message of the parser contains the position, which the label already shows.
+            let words = error.to_string().replace(&format!(" at {}", error.pos()), "");
+            finding(words, here).help("correct this place, or write the file again with the tool that made it")
         }
     }
 }

@@ -184,7 +184,9 @@ impl<'a> Parser<'a, '_> {
         Some((self.lexer.advance().text, span))
     }
 
-    /// Reports a range or index in brackets, and skips it: the signal is read as a single bit, so that it causes no further findings. True if there is one.
+    /// Reports a range or index in brackets, and skips it; true if there is one.
+    ///
+    /// The signal is read as a single bit, so that it causes no further findings.
     fn no_vector(&mut self) -> bool {
         if !self.lexer.token.is("[") {
             return false;

@@ -102,7 +102,7 @@ fn read(lowering: &mut Lowering<'_>, items: &[Item]) -> Said {
                     let message = format!("the limit of micro-steps must be in 1..{MAX_LIMIT}");
                     lowering.report(
                         Diagnostic::error(codes::RANGE, message).at(span, "").help(
-                            "write a number in this range, or no `limit`: the default is large enough for each chart that becomes stable",
+                            "write a number in this range, or omit `limit` to use the default",
                         ),
                     );
                 } else if let Some(limit) = *limit {

@@ -53,7 +53,10 @@ pub(super) fn advise(
             .help_in(Notation::C, negated("condition")),
         Policy::InnerFirst if winner_inside => note
             .help(format!("if `{loser}` should fire, write `conflict outer-first`"))
-            .help_in(Notation::Scxml, negated("attribute cond")),
+            .help_in(
+                Notation::Scxml,
+                format!("the inner state has priority in SCXML: if `{loser}` should fire, exclude that case in the attribute cond of `{winner}`"),
+            ),
         Policy::OuterFirst if loser_inside => {
             note.help(format!("if `{loser}` should fire, write `conflict inner-first`"))
         }
