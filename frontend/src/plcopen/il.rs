@@ -244,6 +244,7 @@ fn mentions(expr: &Expr, root: &str) -> bool {
         | ExprKind::Int(_)
         | ExprKind::Time(_)
         | ExprKind::Address(_)
+        | ExprKind::Flag(_)
         | ExprKind::Refused(_) => false,
     }
 }

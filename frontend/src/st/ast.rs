@@ -244,8 +244,23 @@ pub(crate) enum ExprKind {
     And(Vec<Expr>),
     Or(Vec<Expr>),
     Call(Name, Vec<Arg>),
+    /// Made by jump elimination; no text contains it.
+    Flag(Flag),
     /// `1.5`, `'text'`: unsupported; the name for messages.
     Refused(String),
+}
+
+/// A variable that replaces jumps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Flag {
+    /// EXIT left the loop.
+    Left,
+    /// CONTINUE ended the iteration.
+    Skipped,
+    /// The variable of the loop as a target: it gets the value that it has at EXIT.
+    Variable,
+    /// RETURN left the unit.
+    Returned,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -398,6 +413,7 @@ impl Expr {
             | ExprKind::And(_)
             | ExprKind::Or(_)
             | ExprKind::Call(..)
+            | ExprKind::Flag(_)
             | ExprKind::Refused(_) => None,
         }
     }

@@ -150,6 +150,7 @@ fn shown(expr: &Expr, is_inner: bool) -> Option<String> {
         | ExprKind::Neg(_)
         | ExprKind::Binary(..)
         | ExprKind::Call(..)
+        | ExprKind::Flag(_)
         | ExprKind::Refused(_) => return None,
     };
     (text.len() <= 80).then_some(text)
@@ -326,6 +327,7 @@ impl Mentions {
             | ExprKind::Int(_)
             | ExprKind::Time(_)
             | ExprKind::Address(_)
+            | ExprKind::Flag(_)
             | ExprKind::Refused(_) => {}
         }
     }

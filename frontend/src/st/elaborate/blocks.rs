@@ -488,6 +488,12 @@ impl Elaborator<'_> {
         init: Vec<Expr>,
         meta: Meta,
     ) {
+        let place = self.new_var(name, ty, init, meta);
+        self.frames[frame].names.insert(key.to_owned(), Binding::Place(place));
+    }
+
+    /// Declares a variable of the chart.
+    pub(super) fn new_var(&mut self, name: Name, ty: &Ty, init: Vec<Expr>, meta: Meta) -> Place {
         let (simple, len) = match ty {
             Ty::Array(bounds, element) => {
                 (element.simple(), u32::try_from(super::length(bounds)).ok())
@@ -506,8 +512,7 @@ impl Elaborator<'_> {
             kind: DeclarationKind::Var { ty: simple.unwrap_or(Type::Bool), len, init },
             meta,
         }));
-        let place = Place { name, chart: self.chart, index: None, ty: ty.clone() };
-        self.frames[frame].names.insert(key.to_owned(), Binding::Place(place));
+        Place { name, chart: self.chart, index: None, ty: ty.clone() }
     }
 }
 

@@ -31,7 +31,7 @@ use grafsynth_ir::diag::{Diagnostic, Severity, nearest};
 use grafsynth_ir::net::{Meta, Policy};
 use grafsynth_ir::{Name, Span};
 
-use super::ast::{Body, Library, Pou, PouKind, Section, TypeDef};
+use super::ast::{Body, Flag, Library, Pou, PouKind, Section, TypeDef};
 use crate::codes;
 use blocks::Block;
 use types::Ty;
@@ -48,6 +48,10 @@ type FrameId = usize;
 #[derive(Debug, Clone, Default)]
 struct Frame {
     names: BTreeMap<String, Binding>,
+    /// The flags of the jumps that are being eliminated.
+    flags: BTreeMap<Flag, Binding>,
+    /// The variables behind flags, each with the offset of its statement.
+    jumps: BTreeMap<(Flag, u32), Place>,
     parent: Option<FrameId>,
 }
 
@@ -295,7 +299,7 @@ impl<'a> Elaborator<'a> {
     // Names
 
     fn new_frame(&mut self, parent: Option<FrameId>) -> FrameId {
-        self.frames.push(Frame { names: BTreeMap::new(), parent });
+        self.frames.push(Frame { parent, ..Frame::default() });
         self.frames.len() - 1
     }
 

@@ -7,13 +7,13 @@ use grafsynth_ir::expr::{CompareOp, ExprKind};
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
-use super::jump_elimination::{self, LEFT, Leaves, RETURNED, SKIPPED, VARIABLE};
+use super::jump_elimination::{self, Leaves};
 use super::types::Ty;
 use super::usage::upper;
 use super::value::{Kind, Time, Value};
 use super::{Access, Binding, Elaborator, FrameId, Outcome, Place};
 use crate::codes;
-use crate::st::ast;
+use crate::st::ast::{self, Flag};
 
 /// Maximum number of iterations of a loop.
 const MAX_ROUNDS: i64 = 65_536;
@@ -142,18 +142,21 @@ impl Elaborator<'_> {
         let place = self.place(frame, &target)?;
         let key = upper(&var.text);
         let exits = jump_elimination::has(body, Leaves::Exit);
-        let left = exits.then(|| self.flag(frame, &format!("{var}.left"), span));
+        let left = exits.then(|| self.flag(frame, Flag::Left, &format!("{var}.left"), span));
         let skipped = jump_elimination::has(body, Leaves::Continue)
-            .then(|| self.flag(frame, &format!("{var}.skipped"), span));
+            .then(|| self.flag(frame, Flag::Skipped, &format!("{var}.skipped"), span));
         let flat =
             (left.is_some() || skipped.is_some()).then(|| jump_elimination::round(body, var));
         let body = flat.as_deref().unwrap_or(body);
         let bound = [
-            (LEFT, left.clone()),
-            (SKIPPED, skipped.clone()),
-            (VARIABLE, exits.then(|| place.clone())),
+            (Flag::Left, left.clone()),
+            (Flag::Skipped, skipped.clone()),
+            (Flag::Variable, exits.then(|| place.clone())),
         ];
-        let outside = self.bind(frame, bound);
+        let outside = self.frames[frame].flags.clone();
+        let bound =
+            bound.into_iter().filter_map(|(flag, place)| Some((flag, Binding::Place(place?))));
+        self.frames[frame].flags.extend(bound);
         let outer = self.frames[frame].names.get(&key).cloned();
         for value in &rounds.each {
             // Nested loops would run on even after the budget is exhausted.
@@ -167,7 +170,7 @@ impl Elaborator<'_> {
                 self.assign(skipped, Value::constant(false, span), span, out)?;
             }
         }
-        self.unbind(frame, outside);
+        self.frames[frame].flags = outside;
         match outer {
             Some(outer) => self.frames[frame].names.insert(key, outer),
             None => self.frames[frame].names.remove(&key),
@@ -183,44 +186,15 @@ impl Elaborator<'_> {
     }
 
     /// A Boolean variable for the statement at `span`, the same each time.
-    fn flag(&mut self, frame: FrameId, name: &str, span: Span) -> Place {
-        let key = format!("#{name}@{}", span.start);
-        if let Some(Binding::Place(place)) = self.frames[frame].names.get(&key) {
+    fn flag(&mut self, frame: FrameId, flag: Flag, name: &str, span: Span) -> Place {
+        let key = (flag, span.start);
+        if let Some(place) = self.frames[frame].jumps.get(&key) {
             return place.clone();
         }
         let name = Name::new(self.free_name(name), span);
-        self.declare_var(frame, &key, name.clone(), &Ty::Bool, Vec::new(), Meta::default());
-        Place { name, chart: self.chart, index: None, ty: Ty::Bool }
-    }
-
-    /// Binds names to places and returns the previous bindings.
-    fn bind<const N: usize>(
-        &mut self,
-        frame: FrameId,
-        places: [(&'static str, Option<Place>); N],
-    ) -> [(&'static str, Option<Binding>); N] {
-        let names = &mut self.frames[frame].names;
-        places.map(|(name, place)| {
-            let before = match place {
-                Some(place) => names.insert(name.to_owned(), Binding::Place(place)),
-                None => names.remove(name),
-            };
-            (name, before)
-        })
-    }
-
-    fn unbind<const N: usize>(
-        &mut self,
-        frame: FrameId,
-        before: [(&'static str, Option<Binding>); N],
-    ) {
-        let names = &mut self.frames[frame].names;
-        for (name, binding) in before {
-            match binding {
-                Some(binding) => names.insert(name.to_owned(), binding),
-                None => names.remove(name),
-            };
-        }
+        let place = self.new_var(name, &Ty::Bool, Vec::new(), Meta::default());
+        self.frames[frame].jumps.insert(key, place.clone());
+        place
     }
 
     /// Elaborates the statements of a unit or action, which RETURN may leave.
@@ -230,10 +204,11 @@ impl Elaborator<'_> {
             self.list(frame, &list, out);
             return;
         }
-        let place = self.flag(frame, "returned", span);
-        let outside = self.bind(frame, [(RETURNED, Some(place.clone()))]);
+        let place = self.flag(frame, Flag::Returned, "returned", span);
+        let outside = self.frames[frame].flags.clone();
+        self.frames[frame].flags.insert(Flag::Returned, Binding::Place(place.clone()));
         self.list(frame, &list, out);
-        self.unbind(frame, outside);
+        self.frames[frame].flags = outside;
         let _ = self.assign(&place, Value::constant(false, span), span, out);
     }
 
@@ -311,6 +286,7 @@ impl Elaborator<'_> {
             | ast::ExprKind::And(_)
             | ast::ExprKind::Or(_)
             | ast::ExprKind::Call(..)
+            | ast::ExprKind::Flag(_)
             | ast::ExprKind::Refused(_) => None,
         }
     }

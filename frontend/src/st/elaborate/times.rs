@@ -54,6 +54,7 @@ pub(super) fn is_listed(value: &ast::Expr) -> bool {
         | ast::ExprKind::Binary(..)
         | ast::ExprKind::And(_)
         | ast::ExprKind::Or(_)
+        | ast::ExprKind::Flag(_)
         | ast::ExprKind::Refused(_) => false,
     }
 }
@@ -384,6 +385,7 @@ impl Elaborator<'_> {
             | ast::ExprKind::Binary(..)
             | ast::ExprKind::And(_)
             | ast::ExprKind::Or(_)
+            | ast::ExprKind::Flag(_)
             | ast::ExprKind::Refused(_) => None,
         }
     }

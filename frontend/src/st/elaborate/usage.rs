@@ -101,6 +101,7 @@ impl Walk<'_> {
             | ExprKind::And(_)
             | ExprKind::Or(_)
             | ExprKind::Call(..)
+            | ExprKind::Flag(_)
             | ExprKind::Refused(_) => self.expr(target),
         }
     }
@@ -209,6 +210,7 @@ impl Walk<'_> {
             | ExprKind::Int(_)
             | ExprKind::Time(_)
             | ExprKind::Address(_)
+            | ExprKind::Flag(_)
             | ExprKind::Refused(_) => {}
         }
     }

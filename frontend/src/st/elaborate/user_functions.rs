@@ -8,13 +8,13 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::{Name, Span};
 
 use super::functions::{MAX_CALLS, MAX_NODES, select};
-use super::jump_elimination::{self, LEFT, RETURNED, SKIPPED, VARIABLE};
+use super::jump_elimination;
 use super::types::Ty;
 use super::usage::upper;
 use super::value::{Value, nodes};
 use super::{Binding, Elaborator, Frame, FrameId, Outcome};
 use crate::codes;
-use crate::st::ast::{self, Arg, Body, PouKind, Section, StmtKind};
+use crate::st::ast::{self, Arg, Body, Flag, PouKind, Section, StmtKind};
 
 impl Elaborator<'_> {
     /// The value of a function call. Runs the body on expressions: both branches of an IF are run, and a choice combines the results.
@@ -124,15 +124,8 @@ impl Elaborator<'_> {
             ));
         };
         self.calls.push(index);
-        for key in [LEFT, SKIPPED, RETURNED] {
-            types.insert(key.to_owned(), Ty::Bool);
-            let value = Value::constant(false, span);
-            self.frames[inside].names.insert(key.to_owned(), Binding::Value(value));
-        }
-        let (lo, hi) = super::types::WIDEST;
-        types.insert(VARIABLE.to_owned(), Ty::Int { lo, hi, wraps: false });
-        let start = Binding::Value(Value::int(0, span));
-        self.frames[inside].names.insert(VARIABLE.to_owned(), start);
+        self.frames[inside].flags = lowered(span);
+        self.frames[inside].flags.insert(Flag::Returned, no(span));
         let list = self.without_returns(body, pou.name.span);
         let done = list.and_then(|(list, _)| self.run(inside, &types, &list));
         self.calls.pop();
@@ -179,6 +172,10 @@ impl Elaborator<'_> {
         match &stmt.kind {
             StmtKind::Assign { target, value } => {
                 let value = self.value(frame, value)?;
+                if let ast::ExprKind::Flag(flag) = target.kind {
+                    self.frames[frame].flags.insert(flag, Binding::Value(value));
+                    return Ok(());
+                }
                 let ast::ExprKind::Name(name) = &target.kind else {
                     return Err(self.refused(
                         "assignments to parts of variables in functions",
@@ -254,28 +251,25 @@ impl Elaborator<'_> {
         span: Span,
     ) -> Outcome<()> {
         let body = jump_elimination::round(body, var);
-        let no = || Binding::Value(Value::constant(false, span));
-        let outer = [LEFT, SKIPPED, VARIABLE]
-            .map(|name| (name, self.frames[frame].names.insert(name.to_owned(), no())));
-        self.frames[frame].names.insert(VARIABLE.to_owned(), Binding::Value(Value::int(0, span)));
+        let mut outer = self.frames[frame].flags.clone();
+        self.frames[frame].flags.extend(lowered(span));
         for value in &rounds.each {
             self.spend(span, 1)?;
             let value = Value::int(*value, var.span);
             self.frames[frame].names.insert(key.to_owned(), Binding::Value(value));
-            self.frames[frame].names.insert(SKIPPED.to_owned(), no());
+            self.frames[frame].flags.insert(Flag::Skipped, no(span));
             self.run(frame, types, &body)?;
         }
         let mut last = Value::int(rounds.after, var.span);
+        let flags = &mut self.frames[frame].flags;
         if let (Some(Binding::Value(left)), Some(Binding::Value(kept))) =
-            (self.frames[frame].names.get(LEFT), self.frames[frame].names.get(VARIABLE))
+            (flags.get(&Flag::Left), flags.get(&Flag::Variable))
         {
             last = select(left.expr.clone(), kept.clone(), last, span);
         }
-        for (name, binding) in outer {
-            if let Some(binding) = binding {
-                self.frames[frame].names.insert(name.to_owned(), binding);
-            }
-        }
+        // RETURN leaves the outer loops too.
+        outer.extend(flags.remove_entry(&Flag::Returned));
+        *flags = outer;
         self.frames[frame].names.insert(key.to_owned(), Binding::Value(last));
         Ok(())
     }
@@ -306,45 +300,83 @@ impl Elaborator<'_> {
         &mut self,
         frame: FrameId,
         types: &BTreeMap<String, Ty>,
-        flags: &[String],
+        flags: &[Flag],
         list: &[ast::Stmt],
         span: Span,
     ) -> Outcome<()> {
         let before: Frame = self.frames[frame].clone();
-        let value_of = |frame: &Frame, key: &str| match frame.names.get(key) {
-            Some(Binding::Value(value)) => value.expr.clone(),
-            _ => Expr::bool(false),
+        let free = |flag: &Flag| match before.flags.get(flag) {
+            Some(Binding::Value(value)) => value.expr.clone().not(),
+            _ => Expr::bool(true),
         };
-        let free = |key: &String| value_of(&before, key).not();
         let condition = Expr::and(flags.iter().map(free));
         if condition.is_false() {
             return Ok(());
         }
-        for key in flags {
-            let no = Binding::Value(Value::constant(false, span));
-            self.frames[frame].names.insert(key.clone(), no);
+        for flag in flags {
+            self.frames[frame].flags.insert(*flag, no(span));
         }
         self.run(frame, types, list)?;
-        let after = std::mem::replace(&mut self.frames[frame], before.clone());
-        for key in types.keys() {
-            let (Some(Binding::Value(then)), Some(Binding::Value(other))) =
-                (after.names.get(key), before.names.get(key))
-            else {
-                continue;
-            };
-            let chosen = if flags.contains(key) {
-                let others = flags.iter().filter(|one| *one != key).map(free);
-                let raised = Expr::and(others.chain([then.expr.clone()]));
-                Value::bool(Expr::or([other.expr.clone(), raised]))
-            } else {
-                self.choice(condition.clone(), then.clone(), other.clone(), span)?
-            };
-            if nodes(&chosen.expr, MAX_NODES) >= MAX_NODES {
+        let mut after = std::mem::replace(&mut self.frames[frame], before.clone());
+        let mut raised = Vec::new();
+        for flag in flags {
+            if let (Some(Binding::Value(then)), Some(Binding::Value(other))) =
+                (after.flags.remove(flag), before.flags.get(flag))
+            {
+                let others = flags.iter().filter(|one| *one != flag).map(free);
+                let now = Expr::and(others.chain([then.expr]));
+                raised.push((*flag, Expr::or([other.expr.clone(), now])));
+            }
+        }
+        self.merge(frame, types, &condition, &after, span)?;
+        for (flag, expr) in raised {
+            if nodes(&expr, MAX_NODES) >= MAX_NODES {
                 return Err(self.too_much(span));
             }
-            self.frames[frame].names.insert(key.clone(), Binding::Value(chosen));
+            self.frames[frame].flags.insert(flag, Binding::Value(Value::bool(expr)));
         }
         Ok(())
+    }
+
+    /// Chooses between the values in `then`, if the condition is true, and those in the frame.
+    fn merge(
+        &mut self,
+        frame: FrameId,
+        types: &BTreeMap<String, Ty>,
+        condition: &Expr,
+        then: &Frame,
+        span: Span,
+    ) -> Outcome<()> {
+        for key in types.keys() {
+            let other = self.frames[frame].names.get(key).cloned();
+            if let Some(chosen) = self.merged(condition, then.names.get(key), other, span)? {
+                self.frames[frame].names.insert(key.clone(), chosen);
+            }
+        }
+        for (flag, binding) in &then.flags {
+            let other = self.frames[frame].flags.get(flag).cloned();
+            if let Some(chosen) = self.merged(condition, Some(binding), other, span)? {
+                self.frames[frame].flags.insert(*flag, chosen);
+            }
+        }
+        Ok(())
+    }
+
+    fn merged(
+        &mut self,
+        condition: &Expr,
+        then: Option<&Binding>,
+        other: Option<Binding>,
+        span: Span,
+    ) -> Outcome<Option<Binding>> {
+        let (Some(Binding::Value(then)), Some(Binding::Value(other))) = (then, other) else {
+            return Ok(None);
+        };
+        let chosen = self.choice(condition.clone(), then.clone(), other, span)?;
+        if nodes(&chosen.expr, MAX_NODES) >= MAX_NODES {
+            return Err(self.too_much(span));
+        }
+        Ok(Some(Binding::Value(chosen)))
     }
 
     /// Runs each list on a copy of the variables, and chooses between the results.
@@ -366,20 +398,18 @@ impl Elaborator<'_> {
         self.frames[frame] = before;
         self.run(frame, types, otherwise)?;
         for (condition, result) in results.into_iter().rev() {
-            for key in types.keys() {
-                let (Some(Binding::Value(then)), Some(Binding::Value(other))) =
-                    (result.names.get(key), self.frames[frame].names.get(key))
-                else {
-                    continue;
-                };
-                let (then, other) = (then.clone(), other.clone());
-                let chosen = self.choice(condition.clone(), then, other, span)?;
-                if nodes(&chosen.expr, MAX_NODES) >= MAX_NODES {
-                    return Err(self.too_much(span));
-                }
-                self.frames[frame].names.insert(key.clone(), Binding::Value(chosen));
-            }
+            self.merge(frame, types, &condition, &result, span)?;
         }
         Ok(())
     }
+}
+
+fn no(span: Span) -> Binding {
+    Binding::Value(Value::constant(false, span))
+}
+
+/// The flags of a loop at its start.
+fn lowered(span: Span) -> BTreeMap<Flag, Binding> {
+    let start = Binding::Value(Value::int(0, span));
+    BTreeMap::from([(Flag::Left, no(span)), (Flag::Skipped, no(span)), (Flag::Variable, start)])
 }

@@ -132,6 +132,19 @@ fn clamp(value: i128) -> i64 {
     i64::try_from(value).unwrap_or(if value < 0 { i64::MIN } else { i64::MAX })
 }
 
+/// The object that a name at `span` refers to.
+fn accessed(binding: Binding, span: Span) -> Outcome<Access> {
+    match binding {
+        Binding::Value(value) => {
+            Ok(Access::Value(Value { expr: Expr::new(value.expr.kind, span), kind: value.kind }))
+        }
+        Binding::Place(place) => Ok(Access::Place(place)),
+        Binding::Object(object) => Ok(Access::Object(object)),
+        Binding::Step(step) => Ok(Access::Step(step)),
+        Binding::Broken => Err(ErrorReported),
+    }
+}
+
 impl Elaborator<'_> {
     /// Elaborates a Boolean expression.
     pub(super) fn condition(&mut self, frame: FrameId, syntax: &ast::Expr) -> Outcome<Expr> {
@@ -150,7 +163,8 @@ impl Elaborator<'_> {
             ast::ExprKind::Name(_)
             | ast::ExprKind::Field(..)
             | ast::ExprKind::Index(..)
-            | ast::ExprKind::Address(_) => self.accessed(frame, syntax),
+            | ast::ExprKind::Address(_)
+            | ast::ExprKind::Flag(_) => self.accessed(frame, syntax),
             // Operands are handled in separate functions, because the frame of this function is on the stack once per level.
             ast::ExprKind::Bit(inner, bit) => {
                 self.value(frame, inner).and_then(|value| self.bit_of(value, *bit, span))
@@ -528,6 +542,10 @@ impl Elaborator<'_> {
         match &syntax.kind {
             ast::ExprKind::Name(name) => self.named_access(frame, name),
             ast::ExprKind::Address(address) => self.address(address, span),
+            ast::ExprKind::Flag(flag) => {
+                let binding = self.frames[frame].flags.get(flag).cloned();
+                binding.map_or(Err(ErrorReported), |binding| accessed(binding, span))
+            }
             ast::ExprKind::Field(inner, field) => {
                 // `color.red` and `globals.x`: the name of a list before a name.
                 if let ast::ExprKind::Name(list) = &inner.kind
@@ -582,16 +600,7 @@ impl Elaborator<'_> {
     fn named_access(&mut self, frame: FrameId, name: &Name) -> Outcome<Access> {
         let span = name.span;
         if let Some(binding) = self.lookup(frame, &name.text) {
-            return match binding {
-                Binding::Value(value) => Ok(Access::Value(Value {
-                    expr: Expr::new(value.expr.kind, span),
-                    kind: value.kind,
-                })),
-                Binding::Place(place) => Ok(Access::Place(place)),
-                Binding::Object(object) => Ok(Access::Object(object)),
-                Binding::Step(step) => Ok(Access::Step(step)),
-                Binding::Broken => Err(ErrorReported),
-            };
+            return accessed(binding, span);
         }
         if let Some(value) = self.enumerated.get(&upper(&name.text)) {
             return Ok(Access::Value(Value::int(*value, span)));
