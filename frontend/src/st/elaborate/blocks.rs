@@ -11,31 +11,16 @@
 
 use grafsynth_ir::chart::{Declaration, DeclarationKind, Expr, Item, Leaf, Stmt, StmtKind};
 use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::expr::{CompareOp, ExprKind, Type};
+use grafsynth_ir::expr::{CompareOp, ExprKind};
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
-use super::types::Ty;
+use super::context::{Elaborator, FrameId, ObjectKind, Outcome};
+use super::types::{Block, Ty};
 use super::usage::upper;
 use super::value::{Kind, Time, Value, leaf};
-use super::{Binding, Elaborator, FrameId, ObjectKind, Outcome, Place};
 use crate::codes;
 use crate::st::ast::{self, Arg};
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Block {
-    Ton,
-    Tof,
-    Tp,
-    RTrig,
-    FTrig,
-    /// An up counter with the bounds of CV.
-    Ctu(i64, i64),
-    Ctd(i64, i64),
-    Ctud(i64, i64),
-    Sr,
-    Rs,
-}
 
 /// Inputs and outputs of a standard function block. The name is in capitals.
 pub(crate) fn standard_block(name: &str) -> Option<(Vec<&'static str>, Vec<&'static str>)> {
@@ -476,43 +461,6 @@ impl Elaborator<'_> {
         self.spend(span, list.len() * 4)?;
         out.extend(list);
         Ok(())
-    }
-
-    /// Declares a variable of the chart, which `frame` knows as `key`.
-    pub(super) fn declare_var(
-        &mut self,
-        frame: FrameId,
-        key: &str,
-        name: Name,
-        ty: &Ty,
-        init: Vec<Expr>,
-        meta: Meta,
-    ) {
-        let place = self.new_var(name, ty, init, meta);
-        self.frames[frame].names.insert(key.to_owned(), Binding::Place(place));
-    }
-
-    /// Declares a variable of the chart.
-    pub(super) fn new_var(&mut self, name: Name, ty: &Ty, init: Vec<Expr>, meta: Meta) -> Place {
-        let (simple, len) = match ty {
-            Ty::Array(bounds, element) => {
-                (element.simple(), u32::try_from(super::length(bounds)).ok())
-            }
-            Ty::Bool
-            | Ty::Int { .. }
-            | Ty::Time
-            | Ty::Block(_)
-            | Ty::User(_)
-            | Ty::Struct(_)
-            | Ty::Broken => (ty.simple(), None),
-        };
-        let meta = Meta { span: name.span, ..meta };
-        self.items.push(Item::Declaration(Declaration {
-            name: name.clone(),
-            kind: DeclarationKind::Var { ty: simple.unwrap_or(Type::Bool), len, init },
-            meta,
-        }));
-        Place { name, chart: self.chart, index: None, ty: ty.clone() }
     }
 }
 

@@ -6,9 +6,9 @@ use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
+use super::context::{Access, Binding, Elaborator, FrameId, ObjectKind, Outcome, bodies_of};
 use super::usage::upper;
 use super::value::{Kind, Time, Value};
-use super::{Access, Binding, Elaborator, FrameId, ObjectKind, Outcome};
 use crate::codes;
 use crate::st::ast::{self, Arg, Body, Section};
 
@@ -124,7 +124,7 @@ impl Elaborator<'_> {
             )));
         }
         let inside = self.objects[object].frame;
-        let outside = std::mem::replace(&mut self.bodies, super::bodies_of(&pou.actions));
+        let outside = std::mem::replace(&mut self.bodies, bodies_of(&pou.actions));
         let done = self.call_body(inside, &key, name, &action.body, span, out);
         self.bodies = outside;
         Some(done)
@@ -426,7 +426,7 @@ impl Elaborator<'_> {
                 self.assign(&place, value, span, out)?;
             }
         }
-        let outside = std::mem::replace(&mut self.bodies, super::bodies_of(&pou.actions));
+        let outside = std::mem::replace(&mut self.bodies, bodies_of(&pou.actions));
         let done = self.call_body(inside, "", &pou.name, body, span, out);
         self.bodies = outside;
         done

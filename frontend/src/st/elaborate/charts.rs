@@ -16,9 +16,10 @@ use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
+use super::context::{Binding, Elaborator, FrameId, ObjectKind, Outcome, bodies_of};
+use super::jump_elimination::{self, Leaves};
 use super::usage::{Usage, upper};
 use super::value::Value;
-use super::{Binding, Elaborator, FrameId, ObjectKind, Outcome};
 use crate::st::ast::{self, Arg, Body, Pou, Section, StmtKind};
 
 /// The parts of a program without a chart.
@@ -41,11 +42,11 @@ impl<'a> Elaborator<'a> {
         usage: &Usage,
     ) -> Vec<Item> {
         let span = pou.name.span;
-        self.bodies = super::bodies_of(&pou.actions);
+        self.bodies = bodies_of(&pou.actions);
         let mut pieces = Pieces { items: Vec::new(), names: Vec::new(), open: Block::new() };
         let calls: Vec<Option<(usize, usize)>> =
             list.iter().map(|stmt| self.calls_chart(frame, stmt)).collect();
-        let leaves = super::jump_elimination::has(list, super::jump_elimination::Leaves::Return);
+        let leaves = jump_elimination::has(list, Leaves::Return);
         if leaves || calls.iter().all(Option::is_none) {
             self.body(frame, list, span, &mut pieces.open);
         } else {

@@ -6,12 +6,12 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::Meta;
 
-use super::super::ast::{self, Body, Section, Var};
+use super::context::{Binding, Elaborator, FrameId, Object, ObjectKind, Place};
 use super::types::Ty;
 use super::usage::{Usage, upper};
 use super::value::Value;
-use super::{Binding, Elaborator, FrameId, Object, ObjectKind, Place};
 use crate::codes;
+use crate::st::ast::{self, Body, Section, Var};
 
 impl<'a> Elaborator<'a> {
     /// Declares a variable of a chart (`is_top`) or of the instance with this frame.

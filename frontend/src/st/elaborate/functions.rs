@@ -1,72 +1,15 @@
 //! Functions: standard functions become operators; user-defined functions are evaluated by running their bodies on expressions.
 
-use grafsynth_ir::chart::Expr;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::diag::ErrorReported;
-use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::{Name, Span};
 
-use super::types::{Ty, integer};
+use super::context::{Binding, Elaborator, FrameId, MAX_NODES, ObjectKind, Outcome};
+use super::types::{Ty, integer, wrapping};
 use super::usage::upper;
-use super::value::{Kind, Value, nodes};
-use super::{Binding, Elaborator, FrameId, ObjectKind, Outcome};
+use super::value::{Kind, Value, nodes, select};
 use crate::codes;
 use crate::st::ast::{self, Arg, Op};
-
-/// Maximum number of nodes in the value of a variable in a function.
-pub(super) const MAX_NODES: usize = 4_000;
-/// Maximum depth of nested function calls.
-pub(super) const MAX_CALLS: usize = 32;
-
-/// A choice between two values of the same kind, except times.
-pub(super) fn select(condition: Expr, then: Value, otherwise: Value, span: Span) -> Value {
-    if then == otherwise || condition.is_true() {
-        return then;
-    }
-    if condition.is_false() {
-        return otherwise;
-    }
-    let kind = match (&then.kind, &otherwise.kind) {
-        (Kind::Int(al, ah), Kind::Int(bl, bh)) => Kind::Int(*al.min(bl), *ah.max(bh)),
-        (kind, _) => kind.clone(),
-    };
-    if let (Kind::Bool, Some(expr)) = (&kind, either(&condition, &then.expr, &otherwise.expr)) {
-        return Value { expr: Expr::new(expr.kind, span), kind };
-    }
-    let (condition, then, otherwise) = flatter(condition, then.expr, otherwise.expr);
-    let expr = ExprKind::Select(Box::new(condition), Box::new(then), Box::new(otherwise));
-    Value { expr: Expr::new(expr, span), kind }
-}
-
-/// A choice between two Booleans, one of which is constant.
-fn either(condition: &Expr, then: &Expr, otherwise: &Expr) -> Option<Expr> {
-    let (yes, no) = (|| condition.clone(), || condition.clone().not());
-    if then.is_true() {
-        Some(Expr::or([yes(), otherwise.clone()]))
-    } else if then.is_false() {
-        Some(Expr::and([no(), otherwise.clone()]))
-    } else if otherwise.is_true() {
-        Some(Expr::or([no(), then.clone()]))
-    } else if otherwise.is_false() {
-        Some(Expr::and([yes(), then.clone()]))
-    } else {
-        None
-    }
-}
-
-/// Merges nested choices that leave the same value: nested IFs would otherwise double that value with each level.
-fn flatter(condition: Expr, then: Expr, otherwise: Expr) -> (Expr, Expr, Expr) {
-    if let ExprKind::Select(inner, first, second) = &then.kind {
-        if second.kind == otherwise.kind {
-            return (Expr::and([condition, (**inner).clone()]), (**first).clone(), otherwise);
-        }
-        if first.kind == otherwise.kind {
-            let inner = (**inner).clone().not();
-            return (Expr::and([condition, inner]), (**second).clone(), otherwise);
-        }
-    }
-    (condition, then, otherwise)
-}
 
 /// Whether this is the name of a parameter of a standard function, in capitals.
 fn is_parameter(name: &str) -> bool {
@@ -546,9 +489,4 @@ impl Elaborator<'_> {
         }
         Ok(sum.unwrap_or_else(|| Value::int(0, span)))
     }
-}
-
-fn wrapping(lo: i64, hi: i64) -> Ty {
-    let fits = lo >= super::types::WIDEST.0 && hi <= super::types::WIDEST.1;
-    Ty::Int { lo, hi, wraps: fits }
 }

@@ -14,7 +14,7 @@
 
 use grafsynth_ir::{Name, Span};
 
-use super::{Elaborator, Outcome};
+use super::context::{Elaborator, Outcome};
 use crate::st::ast::{Expr, ExprKind, Flag, Stmt, StmtKind};
 
 /// Maximum number of consecutive IFs with RETURN that are nested instead of guarded by a flag.

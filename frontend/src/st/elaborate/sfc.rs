@@ -11,9 +11,10 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::net::{Meta, Qualifier};
 use grafsynth_ir::{Name, Span};
 
+use super::context::{Access, Binding, Elaborator, FrameId, bodies_of};
+use super::types::Ty;
 use super::usage::upper;
-use super::value::{Kind, Time};
-use super::{Access, Binding, Elaborator, FrameId};
+use super::value::{Kind, Time, leaf};
 use crate::codes;
 use crate::st::ast::{self, Element, Role, Sfc};
 use crate::st::parse_sfc::is_timed;
@@ -91,7 +92,7 @@ impl Elaborator<'_> {
                 self.twice("action", &action.name);
             }
         }
-        self.bodies = super::bodies_of(&sfc.actions);
+        self.bodies = bodies_of(&sfc.actions);
         // As in the standard, writes of Booleans that are actions come first, then the bodies.
         let mut first = Vec::new();
         let mut always = Vec::new();
@@ -226,7 +227,7 @@ impl Elaborator<'_> {
             }
         };
         let place = match access {
-            Access::Place(place) if place.ty == super::types::Ty::Bool => place,
+            Access::Place(place) if place.ty == Ty::Bool => place,
             Access::Place(_) | Access::Value(_) | Access::Object(_) | Access::Step(_) => {
                 self.report(
                     Diagnostic::error(
@@ -274,11 +275,11 @@ impl Elaborator<'_> {
                 build.frame,
                 &upper(&was),
                 Name::new(was.clone(), span),
-                &super::types::Ty::Bool,
+                &Ty::Bool,
                 Vec::new(),
                 Meta::default(),
             );
-            let read = |name: &str| super::value::leaf(Name::new(name, span).into(), span);
+            let read = |name: &str| leaf(Name::new(name, span).into(), span);
             let fall = at(
                 StmtKind::If {
                     condition: read(&was),

@@ -7,11 +7,11 @@ use grafsynth_ir::expr::{CompareOp, ExprKind};
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
+use super::context::{Access, BUDGET, Binding, Elaborator, FrameId, Outcome, Place};
 use super::jump_elimination::{self, Leaves};
 use super::types::Ty;
 use super::usage::upper;
 use super::value::{Kind, Time, Value};
-use super::{Access, Binding, Elaborator, FrameId, Outcome, Place};
 use crate::codes;
 use crate::st::ast::{self, Flag};
 
@@ -221,7 +221,7 @@ impl Elaborator<'_> {
         span: Span,
     ) -> Outcome<()> {
         let amount = self.weight(frame, body).saturating_mul(rounds.each.len());
-        if self.spent.saturating_add(amount) > super::BUDGET {
+        if self.spent.saturating_add(amount) > BUDGET {
             return self.spend(span, amount);
         }
         Ok(())
@@ -304,17 +304,6 @@ impl Elaborator<'_> {
             Diagnostic::error(codes::ST_UNEXPECTED, "EXIT and CONTINUE are only allowed in a loop")
                 .at(span, "not inside a loop")
                 .help("remove it, or write RETURN to leave the unit"),
-        )
-    }
-
-    pub(super) fn too_much(&mut self, span: Span) -> ErrorReported {
-        self.report(
-            Diagnostic::error(
-                codes::ST_SIZE,
-                "loops, functions and blocks expand to too many statements",
-            )
-            .at(span, "the limit is exceeded here")
-            .help("use shorter loops, or fewer instances"),
         )
     }
 

@@ -19,11 +19,10 @@ use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
-use super::functions::select;
+use super::context::{Binding, Elaborator, FrameId, Outcome, Place};
 use super::types::{Ty, WIDEST};
 use super::usage::{Usage, upper};
-use super::value::{Kind, Time, Value};
-use super::{Binding, Elaborator, FrameId, Outcome, Place};
+use super::value::{Kind, Time, Value, Values, select};
 use crate::codes;
 use crate::st::ast::{self, Op, Section, Var};
 
@@ -31,33 +30,6 @@ use crate::st::ast::{self, Op, Section, Var};
 const UNIT: i64 = 1_000_000;
 /// Maximum number of values of a variable that is compared with a running time.
 const MAX_VALUES: usize = 32;
-
-/// The possible values of a TIME variable in nanoseconds; `None` if it is computed.
-pub(super) type Values = Option<BTreeSet<i64>>;
-
-/// Whether the possible values of an expression are known: literals, names and choices between them.
-pub(super) fn is_listed(value: &ast::Expr) -> bool {
-    match &value.kind {
-        ast::ExprKind::Time(_) | ast::ExprKind::Name(_) => true,
-        ast::ExprKind::Call(name, arguments) => {
-            matches!(upper(&name.text).as_str(), "SEL" | "MUX")
-                && arguments.iter().skip(1).all(|one| is_listed(&one.value))
-        }
-        ast::ExprKind::Bool(_)
-        | ast::ExprKind::Int(_)
-        | ast::ExprKind::Field(..)
-        | ast::ExprKind::Bit(..)
-        | ast::ExprKind::Index(..)
-        | ast::ExprKind::Address(_)
-        | ast::ExprKind::Not(_)
-        | ast::ExprKind::Neg(_)
-        | ast::ExprKind::Binary(..)
-        | ast::ExprKind::And(_)
-        | ast::ExprKind::Or(_)
-        | ast::ExprKind::Flag(_)
-        | ast::ExprKind::Refused(_) => false,
-    }
-}
 
 fn joined(a: &Values, b: &Values, op: impl Fn(i64, i64) -> i64) -> Values {
     let (Some(a), Some(b)) = (a, b) else { return None };

@@ -111,7 +111,7 @@ impl Walk<'_> {
             StmtKind::Assign { target, value } => {
                 self.target(target);
                 if let (Some(root), ExprKind::Name(_)) = (target.root(), &target.kind) {
-                    let value = super::times::is_listed(value).then(|| value.clone());
+                    let value = is_listed(value).then(|| value.clone());
                     self.usage.times.entry(upper(&root.text)).or_default().push(value);
                 }
                 self.expr(value);
@@ -213,5 +213,29 @@ impl Walk<'_> {
             | ExprKind::Flag(_)
             | ExprKind::Refused(_) => {}
         }
+    }
+}
+
+/// Whether the possible values of an expression are known: literals, names and choices between them.
+pub(super) fn is_listed(value: &Expr) -> bool {
+    match &value.kind {
+        ExprKind::Time(_) | ExprKind::Name(_) => true,
+        ExprKind::Call(name, arguments) => {
+            matches!(upper(&name.text).as_str(), "SEL" | "MUX")
+                && arguments.iter().skip(1).all(|one| is_listed(&one.value))
+        }
+        ExprKind::Bool(_)
+        | ExprKind::Int(_)
+        | ExprKind::Field(..)
+        | ExprKind::Bit(..)
+        | ExprKind::Index(..)
+        | ExprKind::Address(_)
+        | ExprKind::Not(_)
+        | ExprKind::Neg(_)
+        | ExprKind::Binary(..)
+        | ExprKind::And(_)
+        | ExprKind::Or(_)
+        | ExprKind::Flag(_)
+        | ExprKind::Refused(_) => false,
     }
 }

@@ -7,12 +7,11 @@ use grafsynth_ir::chart::Expr;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::{Name, Span};
 
-use super::functions::{MAX_CALLS, MAX_NODES, select};
+use super::context::{Binding, Elaborator, Frame, FrameId, MAX_CALLS, MAX_NODES, Outcome};
 use super::jump_elimination;
 use super::types::Ty;
 use super::usage::upper;
-use super::value::{Value, nodes};
-use super::{Binding, Elaborator, Frame, FrameId, Outcome};
+use super::value::{Value, nodes, select};
 use crate::codes;
 use crate::st::ast::{self, Arg, Body, Flag, PouKind, Section, StmtKind};
 
