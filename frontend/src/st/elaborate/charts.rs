@@ -129,39 +129,8 @@ impl<'a> Elaborator<'a> {
         let Body::Sfc(chart) = &pou.body else { return Err(ErrorReported) };
         let arguments = self.named_arguments(ObjectKind::User(index), arguments, span)?;
         self.check_arguments(object, &arguments)?;
-        if pou.options != ast::Options::default() {
-            return Err(self.refused(
-                &format!("a call of `{}`, a block with settings in its chart", pou.name),
-                span,
-                "make the block the design, or move the settings to the program",
-            ));
-        }
         let prefix = self.objects[object].prefix.clone();
-        if usage.assigned.contains(&upper(&prefix)) {
-            return Err(self.refused(
-                &format!("assignments to variables of `{prefix}`, a block with a chart"),
-                span,
-                "pass them as inputs in the call",
-            ));
-        }
-        let inner = self.usage(pou);
-        let is_own = |name: &str| {
-            let mut vars = pou.vars.iter().filter(|var| var.section != Section::External);
-            vars.any(|var| upper(&var.name.text) == name)
-        };
-        let shared = library.globals.iter().map(|var| upper(&var.name.text)).find(|name| {
-            !is_own(name) && inner.read.contains(name) && usage.assigned.contains(name)
-        });
-        if let Some(shared) = shared {
-            return Err(self.refused(
-                &format!(
-                    "a call of `{}`, whose chart reads `{shared}`, which the program changes",
-                    pou.name
-                ),
-                span,
-                "pass it as an input, or make the block a program that runs in parallel",
-            ));
-        }
+        self.check_chart(pou, &prefix, usage, span)?;
         let inside = self.objects[object].frame;
         for var in &pou.vars {
             let key = upper(&var.name.text);
@@ -202,6 +171,43 @@ impl<'a> Elaborator<'a> {
             let value = if argument.is_negated { Value::bool(value.expr.not()) } else { value };
             let place = self.place(frame, &argument.value)?;
             self.assign(&place, value, argument.value.span, &mut pieces.open)?;
+        }
+        Ok(())
+    }
+
+    /// Refuses blocks whose chart would see changes that the program makes before the call.
+    fn check_chart(&mut self, pou: &Pou, prefix: &str, usage: &Usage, span: Span) -> Outcome<()> {
+        if pou.options != ast::Options::default() {
+            return Err(self.refused(
+                &format!("a call of `{}`, a block with settings in its chart", pou.name),
+                span,
+                "make the block the design, or move the settings to the program",
+            ));
+        }
+        if usage.assigned.contains(&upper(prefix)) {
+            return Err(self.refused(
+                &format!("assignments to variables of `{prefix}`, a block with a chart"),
+                span,
+                "pass them as inputs in the call",
+            ));
+        }
+        let inner = self.usage(pou);
+        let is_own = |name: &str| {
+            let mut vars = pou.vars.iter().filter(|var| var.section != Section::External);
+            vars.any(|var| upper(&var.name.text) == name)
+        };
+        let shared = self.library.globals.iter().map(|var| upper(&var.name.text)).find(|name| {
+            !is_own(name) && inner.read.contains(name) && usage.assigned.contains(name)
+        });
+        if let Some(shared) = shared {
+            return Err(self.refused(
+                &format!(
+                    "a call of `{}`, whose chart reads `{shared}`, which the program changes",
+                    pou.name
+                ),
+                span,
+                "pass it as an input, or make the block a program that runs in parallel",
+            ));
         }
         Ok(())
     }

@@ -13,6 +13,16 @@ use super::value::Value;
 use crate::codes;
 use crate::st::ast::{self, Body, Section, Var};
 
+/// The comment of a declaration, after its address.
+fn label_of(var: &Var) -> String {
+    match &var.address {
+        Some(address) => {
+            format!("{} {}", address.text.to_ascii_uppercase(), var.label).trim_end().to_owned()
+        }
+        None => var.label.clone(),
+    }
+}
+
 impl<'a> Elaborator<'a> {
     /// Declares a variable of a chart (`is_top`) or of the instance with this frame.
     pub(super) fn declare(&mut self, frame: FrameId, var: &'a Var, usage: &Usage, is_top: bool) {
@@ -101,12 +111,7 @@ impl<'a> Elaborator<'a> {
         let is_action = usage.actions.contains(&key);
         let address = var.address.as_ref().map(|address| address.text.to_ascii_uppercase());
         let area = address.as_deref().and_then(|address| address.chars().nth(1));
-        let label = match (&address, var.label.is_empty()) {
-            (Some(address), true) => address.clone(),
-            (Some(address), false) => format!("{address} {}", var.label),
-            (None, _) => var.label.clone(),
-        };
-        let meta = Meta { span: var.name.span, label, ..Meta::default() };
+        let meta = Meta { span: var.name.span, label: label_of(var), ..Meta::default() };
         // A chart omits the sign before an address.
         let name = Name::new(var.name.text.trim_start_matches('%'), var.name.span);
         let values = match &self.init_of(var) {
@@ -121,14 +126,7 @@ impl<'a> Elaborator<'a> {
                 Section::Output | Section::Temp => false,
             };
         if var.section == Section::Input && (is_assigned || is_action) {
-            self.report(
-                Diagnostic::error(
-                    codes::ST_TYPE,
-                    format!("`{}` is an input, but the program assigns it", var.name),
-                )
-                .at(var.name.span, "declared here")
-                .help("assign to a separate variable"),
-            );
+            self.assigned_input(var);
             self.frames[frame].names.insert(key, Binding::Broken);
             return;
         }
@@ -155,19 +153,11 @@ impl<'a> Elaborator<'a> {
         if let (true, Some(simple)) = (is_output, ty.simple()) {
             if !is_assigned && !is_action && usage.read.contains(&key) {
                 // No statement assigns the variable, so it keeps its initial value.
-                let value = values.first().cloned();
-                let value = match (value, simple) {
-                    (Some(expr), Type::Bool) => Value::bool(expr),
-                    (Some(expr), Type::Int { .. }) => {
-                        if let grafsynth_ir::expr::ExprKind::Int(value) = expr.kind {
-                            Value::int(value, expr.span)
-                        } else {
-                            Value::int(0, expr.span)
-                        }
-                    }
-                    (None, Type::Bool) => Value::constant(false, var.name.span),
-                    (None, Type::Int { .. }) => Value::int(simple.saturate(0), var.name.span),
+                let zero = || match simple {
+                    Type::Bool => Value::constant(false, var.name.span),
+                    Type::Int { .. } => Value::int(simple.saturate(0), var.name.span),
                 };
+                let value = values.first().cloned().map_or_else(zero, Value::literal);
                 self.frames[frame].names.insert(key.clone(), Binding::Value(value));
             } else {
                 self.frames[frame].names.insert(key.clone(), Binding::Place(place));
@@ -193,6 +183,17 @@ impl<'a> Elaborator<'a> {
             return;
         }
         self.declare_var(frame, &key, name, ty, values, meta);
+    }
+
+    pub(super) fn assigned_input(&mut self, var: &Var) {
+        self.report(
+            Diagnostic::error(
+                codes::ST_TYPE,
+                format!("`{}` is an input, but the program assigns it", var.name),
+            )
+            .at(var.name.span, "declared here")
+            .help("assign to a separate variable"),
+        );
     }
 
     /// Declares an instance of a function block or structure, with all its variables.

@@ -17,6 +17,32 @@ fn clamp(value: i128) -> i64 {
     i64::try_from(value).unwrap_or(if value < 0 { i64::MIN } else { i64::MAX })
 }
 
+/// The smallest and largest result of an operation on two ranges.
+fn bounds(op: ArithOp, (al, ah): (i64, i64), (bl, bh): (i64, i64)) -> Kind {
+    let [a_lo, a_hi, b_lo, b_hi] = [al, ah, bl, bh].map(i128::from);
+    let (lo, hi) = match op {
+        ArithOp::Add => (a_lo + b_lo, a_hi + b_hi),
+        ArithOp::Sub => (a_lo - b_hi, a_hi - b_lo),
+        ArithOp::Mul => {
+            let ends = [a_lo * b_lo, a_lo * b_hi, a_hi * b_lo, a_hi * b_hi];
+            ends.into_iter()
+                .fold((i128::MAX, i128::MIN), |(lo, hi), end| (lo.min(end), hi.max(end)))
+        }
+        // The quotient is not larger than the dividend, and the remainder is smaller than the divisor.
+        ArithOp::Div => {
+            let most = a_lo.abs().max(a_hi.abs());
+            let negative = al < 0 || bl < 0;
+            let positive = (ah >= 0 && bh >= 0) || (al <= 0 && bl <= 0);
+            (if negative { -most } else { 0 }, if positive { most } else { 0 })
+        }
+        ArithOp::Mod => {
+            let most = (b_lo.abs().max(b_hi.abs()) - 1).max(0);
+            (if al < 0 { -most } else { 0 }, if ah > 0 { most.min(a_hi) } else { 0 })
+        }
+    };
+    Kind::Int(clamp(lo), clamp(hi))
+}
+
 impl Elaborator<'_> {
     /// Elaborates a Boolean expression.
     pub(super) fn condition(&mut self, frame: FrameId, syntax: &ast::Expr) -> Outcome<Expr> {
@@ -316,54 +342,19 @@ impl Elaborator<'_> {
     fn arithmetic(&mut self, op: Op, a: Value, b: Value, span: Span) -> Outcome<Value> {
         let (al, ah, bl, bh) = match (&a.kind, &b.kind) {
             (Kind::Int(al, ah), Kind::Int(bl, bh)) => (*al, *ah, *bl, *bh),
-            (Kind::Time(Time::Constant(x)), Kind::Time(Time::Constant(y))) => {
-                return if op == Op::Add {
-                    Ok(Value::time(x.saturating_add(*y), span))
-                } else if op == Op::Sub {
-                    Ok(Value::time(x.saturating_sub(*y), span))
-                } else {
-                    Err(self.type_error("times can only be added and subtracted", span))
-                };
-            }
-            (Kind::Time(Time::Constant(x)), Kind::Int(n, m)) if n == m => {
-                return if op == Op::Mul {
-                    Ok(Value::time(x.saturating_mul(*n), span))
-                } else if op == Op::Div && *n != 0 {
-                    Ok(Value::time(x / n, span))
-                } else {
-                    Err(self
-                        .type_error("a time can only be multiplied or divided by a number", span))
-                };
-            }
-            (Kind::Time(_), Kind::Time(_)) => return self.add_times(op, a, b, span),
-            (Kind::Time(_), Kind::Int(..)) => return self.scale_time(op, a, b, span),
-            (Kind::Int(..), Kind::Time(_)) if op == Op::Mul => {
-                return self.arithmetic(op, b, a, span);
-            }
             (Kind::Time(_), _) | (_, Kind::Time(_)) => {
-                return Err(
-                    self.type_error("a time can only be added to or subtracted from a time", span)
-                );
+                return self.arithmetic_of_times(op, a, b, span);
             }
             (Kind::Bool, _) | (_, Kind::Bool) => {
                 return Err(self.type_error("expected a number, found a Boolean", span));
             }
         };
-        let (op, ends) = match op {
-            Op::Add => (
-                ArithOp::Add,
-                [i128::from(al) + i128::from(bl), i128::from(ah) + i128::from(bh), 0, 0],
-            ),
-            Op::Sub => (
-                ArithOp::Sub,
-                [i128::from(al) - i128::from(bh), i128::from(ah) - i128::from(bl), 0, 0],
-            ),
-            Op::Mul => {
-                let times = |x, y| i128::from(x) * i128::from(y);
-                (ArithOp::Mul, [times(al, bl), times(al, bh), times(ah, bl), times(ah, bh)])
-            }
-            Op::Div => (ArithOp::Div, [0; 4]),
-            Op::Mod => (ArithOp::Mod, [0; 4]),
+        let op = match op {
+            Op::Add => ArithOp::Add,
+            Op::Sub => ArithOp::Sub,
+            Op::Mul => ArithOp::Mul,
+            Op::Div => ArithOp::Div,
+            Op::Mod => ArithOp::Mod,
             Op::Power => {
                 if al == ah
                     && bl == bh
@@ -378,24 +369,6 @@ impl Elaborator<'_> {
                 unreachable!("comparisons are handled above")
             }
         };
-        let (lo, hi) = match op {
-            ArithOp::Add | ArithOp::Sub => (ends[0], ends[1]),
-            ArithOp::Mul => {
-                (ends.iter().copied().min().unwrap_or(0), ends.iter().copied().max().unwrap_or(0))
-            }
-            // The quotient is not larger than the dividend, and the remainder is smaller than the divisor.
-            ArithOp::Div => {
-                let most = i128::from(al).abs().max(i128::from(ah).abs());
-                let negative = al < 0 || bl < 0;
-                let positive = (ah >= 0 && bh >= 0) || (al <= 0 && bl <= 0);
-                (if negative { -most } else { 0 }, if positive { most } else { 0 })
-            }
-            ArithOp::Mod => {
-                let most = i128::from(bl).abs().max(i128::from(bh).abs()) - 1;
-                let most = most.max(0);
-                (if al < 0 { -most } else { 0 }, if ah > 0 { most.min(i128::from(ah)) } else { 0 })
-            }
-        };
         if al == ah
             && bl == bh
             && let Some(value) = op.apply(al, bl)
@@ -403,6 +376,39 @@ impl Elaborator<'_> {
             return Ok(Value::int(value, span));
         }
         let expr = Expr::new(ExprKind::Arith(op, Box::new(a.expr), Box::new(b.expr)), span);
-        Ok(Value { expr, kind: Kind::Int(clamp(lo), clamp(hi)) })
+        Ok(Value { expr, kind: bounds(op, (al, ah), (bl, bh)) })
+    }
+
+    /// An operation of which at least one operand is a time.
+    fn arithmetic_of_times(&mut self, op: Op, a: Value, b: Value, span: Span) -> Outcome<Value> {
+        match (&a.kind, &b.kind) {
+            (Kind::Time(Time::Constant(x)), Kind::Time(Time::Constant(y))) => {
+                if op == Op::Add {
+                    Ok(Value::time(x.saturating_add(*y), span))
+                } else if op == Op::Sub {
+                    Ok(Value::time(x.saturating_sub(*y), span))
+                } else {
+                    Err(self.type_error("times can only be added and subtracted", span))
+                }
+            }
+            (Kind::Time(Time::Constant(x)), Kind::Int(n, m)) if n == m => {
+                if op == Op::Mul {
+                    Ok(Value::time(x.saturating_mul(*n), span))
+                } else if op == Op::Div && *n != 0 {
+                    Ok(Value::time(x / n, span))
+                } else {
+                    Err(self
+                        .type_error("a time can only be multiplied or divided by a number", span))
+                }
+            }
+            (Kind::Time(_), Kind::Time(_)) => self.add_times(op, a, b, span),
+            (Kind::Time(_), Kind::Int(..)) => self.scale_time(op, a, b, span),
+            (Kind::Int(..), Kind::Time(_)) if op == Op::Mul => {
+                self.arithmetic_of_times(op, b, a, span)
+            }
+            (Kind::Time(_) | Kind::Bool | Kind::Int(..), _) => {
+                Err(self.type_error("a time can only be added to or subtracted from a time", span))
+            }
+        }
     }
 }

@@ -181,47 +181,12 @@ impl Elaborator<'_> {
         span: Span,
     ) -> Outcome<Value> {
         let n = values.len();
-        let chain = match key {
-            "ADD" => Some(Op::Add),
-            "MUL" => Some(Op::Mul),
-            "XOR" => Some(Op::Xor),
-            _ => None,
-        };
-        if let (Some(op), true) = (chain, n >= 2) {
-            return self.fold(values, span, |this, a, b| this.binary(op, a, b, span));
-        }
-        let pair = match key {
-            "SUB" => Some(Op::Sub),
-            "DIV" => Some(Op::Div),
-            "MOD" => Some(Op::Mod),
-            "EXPT" => Some(Op::Power),
-            "NE" => Some(Op::Ne),
-            _ => None,
+        let values = match self.operator(key, values, span) {
+            Ok(done) => return done,
+            Err(values) => values,
         };
         let mut values = values.into_iter();
         let mut next = || values.next();
-        if let (Some(op), 2) = (pair, n)
-            && let (Some(a), Some(b)) = (next(), next())
-        {
-            return self.binary(op, a, b, span);
-        }
-        let comparison = match key {
-            "GT" => Some(Op::Gt),
-            "GE" => Some(Op::Ge),
-            "EQ" => Some(Op::Eq),
-            "LE" => Some(Op::Le),
-            "LT" => Some(Op::Lt),
-            _ => None,
-        };
-        if let (Some(op), true) = (comparison, n >= 2) {
-            // GT(a, b, c) is a > b and b > c.
-            let all: Vec<Value> = values.collect();
-            let mut parts = Vec::new();
-            for two in all.windows(2) {
-                parts.push(self.binary(op, two[0].clone(), two[1].clone(), span)?);
-            }
-            return self.join(parts, true, span);
-        }
         match (key, n) {
             ("AND" | "OR", 2..) => {
                 let all = values.collect();
@@ -239,22 +204,13 @@ impl Elaborator<'_> {
             }
             ("ABS", 1) => {
                 if let Some(value) = next() {
-                    let zero = Value::int(0, span);
-                    let negative = self.binary(Op::Sub, zero.clone(), value.clone(), span)?;
-                    let below = self.binary(Op::Lt, value.clone(), zero, span)?;
-                    let chosen = select(below.expr, negative, value, span);
-                    return Ok(match chosen.kind {
-                        Kind::Int(lo, hi) => {
-                            Value { kind: Kind::Int(lo.max(0), hi.max(0)), ..chosen }
-                        }
-                        Kind::Bool | Kind::Time(_) => chosen,
-                    });
+                    return self.absolute(value, span);
                 }
             }
             ("MIN" | "MAX", 2..) => {
                 let op = if key == "MIN" { Op::Le } else { Op::Ge };
                 let all = values.collect();
-                return self.fold(all, span, |this, a, b| this.extreme(op, a, b, span));
+                return self.fold(all, |this, a, b| this.extreme(op, a, b, span));
             }
             ("LIMIT", 3) => {
                 if let (Some(low), Some(value), Some(high)) = (next(), next(), next()) {
@@ -275,19 +231,7 @@ impl Elaborator<'_> {
             }
             ("MUX", 2..) => {
                 if let Some(which) = next() {
-                    let all: Vec<Value> = values.collect();
-                    let mut chosen: Option<Value> = None;
-                    for (index, value) in all.into_iter().enumerate().rev() {
-                        chosen = Some(match chosen {
-                            None => value,
-                            Some(rest) => {
-                                let index = Value::int(i64::try_from(index).unwrap_or(0), span);
-                                let is_this = self.binary(Op::Eq, which.clone(), index, span)?;
-                                self.choice(is_this.expr, value, rest, span)?
-                            }
-                        });
-                    }
-                    return chosen.ok_or(ErrorReported);
+                    return self.multiplexed(&which, values.collect(), span);
                 }
             }
             ("SHL" | "SHR" | "ROL" | "ROR", 2) => {
@@ -305,6 +249,71 @@ impl Elaborator<'_> {
             _ => {}
         }
         Err(self.no_function(key, name, n))
+    }
+
+    /// A function that is an operator; the values come back if it is not.
+    fn operator(
+        &mut self,
+        key: &str,
+        values: Vec<Value>,
+        span: Span,
+    ) -> Result<Outcome<Value>, Vec<Value>> {
+        let n = values.len();
+        let op = match key {
+            "ADD" => Op::Add,
+            "MUL" => Op::Mul,
+            "XOR" => Op::Xor,
+            "SUB" => Op::Sub,
+            "DIV" => Op::Div,
+            "MOD" => Op::Mod,
+            "EXPT" => Op::Power,
+            "NE" => Op::Ne,
+            "GT" => Op::Gt,
+            "GE" => Op::Ge,
+            "EQ" => Op::Eq,
+            "LE" => Op::Le,
+            "LT" => Op::Lt,
+            _ => return Err(values),
+        };
+        let is_chain = matches!(op, Op::Add | Op::Mul | Op::Xor);
+        let is_ordered = matches!(op, Op::Gt | Op::Ge | Op::Eq | Op::Le | Op::Lt);
+        if n < 2 || n > 2 && !is_chain && !is_ordered {
+            return Err(values);
+        }
+        if is_ordered {
+            // GT(a, b, c) is a > b and b > c.
+            let pairs = values.windows(2);
+            let parts = pairs.map(|two| self.binary(op, two[0].clone(), two[1].clone(), span));
+            let parts = parts.collect::<Outcome<Vec<_>>>();
+            return Ok(parts.and_then(|parts| self.join(parts, true, span)));
+        }
+        Ok(self.fold(values, |this, a, b| this.binary(op, a, b, span)))
+    }
+
+    fn absolute(&mut self, value: Value, span: Span) -> Outcome<Value> {
+        let zero = Value::int(0, span);
+        let negative = self.binary(Op::Sub, zero.clone(), value.clone(), span)?;
+        let below = self.binary(Op::Lt, value.clone(), zero, span)?;
+        let chosen = select(below.expr, negative, value, span);
+        Ok(match chosen.kind {
+            Kind::Int(lo, hi) => Value { kind: Kind::Int(lo.max(0), hi.max(0)), ..chosen },
+            Kind::Bool | Kind::Time(_) => chosen,
+        })
+    }
+
+    fn multiplexed(&mut self, which: &Value, all: Vec<Value>, span: Span) -> Outcome<Value> {
+        let mut chosen: Option<Value> = None;
+        for (index, value) in all.into_iter().enumerate().rev() {
+            chosen = Some(match chosen {
+                None => value,
+                Some(rest) => {
+                    let index = Value::int(i64::try_from(index).unwrap_or(0), span);
+                    let is_this = self.binary(Op::Eq, which.clone(), index, span)?;
+                    self.choice(is_this.expr, value, rest, span)?
+                }
+            });
+        }
+        chosen.ok_or(ErrorReported)
     }
 
     fn no_function(&mut self, key: &str, name: &Name, n: usize) -> ErrorReported {
@@ -378,7 +387,6 @@ impl Elaborator<'_> {
     fn fold(
         &mut self,
         values: Vec<Value>,
-        _span: Span,
         mut op: impl FnMut(&mut Self, Value, Value) -> Outcome<Value>,
     ) -> Outcome<Value> {
         let mut values = values.into_iter();

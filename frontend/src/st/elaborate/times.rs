@@ -280,30 +280,11 @@ impl Elaborator<'_> {
             return Binding::Place(place);
         }
         if is_input && var.section == Section::Input {
-            self.report(
-                Diagnostic::error(
-                    codes::ST_TYPE,
-                    format!("`{}` is an input, but the program assigns it", var.name),
-                )
-                .at(var.name.span, "declared here")
-                .help("assign to a separate variable"),
-            );
+            self.assigned_input(var);
             return Binding::Broken;
         }
-        let mut values: Values = Some(BTreeSet::from([start]));
-        for given in usage.times.get(&key).into_iter().flatten() {
-            let more = given.as_ref().and_then(|given| self.listed(frame, given));
-            match (&mut values, more) {
-                (Some(values), Some(more)) => values.extend(more),
-                (values, _) => *values = None,
-            }
-        }
-        // The variable is assigned in a way that the search for its values did not find.
-        if usage.times.get(&key).is_none_or(Vec::is_empty) {
-            values = None;
-        }
         let values =
-            values.filter(|all| all.len() <= MAX_VALUES && all.iter().all(|ns| ns % UNIT == 0));
+            self.assigned_times(frame, start, usage.times.get(&key).map_or(&[], Vec::as_slice));
         let ends = values.as_ref().and_then(|all| Some((all.first()? / UNIT, all.last()? / UNIT)));
         let (lo, hi) = ends.filter(|(lo, hi)| WIDEST.0 <= *lo && *hi <= WIDEST.1).unwrap_or(WIDEST);
         let ty = Type::Int { lo, hi };
@@ -328,7 +309,21 @@ impl Elaborator<'_> {
         Binding::Place(place)
     }
 
-    /// The values of an expression that [`is_listed`].
+    /// The values of a TIME variable with these assignments, if they are known and few.
+    fn assigned_times(&self, frame: FrameId, start: i64, given: &[Option<ast::Expr>]) -> Values {
+        // Without any, the variable is assigned in a way that the search for its values did not find.
+        if given.is_empty() {
+            return None;
+        }
+        let mut values = BTreeSet::from([start]);
+        for one in given {
+            values.extend(self.listed(frame, one.as_ref()?)?);
+        }
+        let are_few = values.len() <= MAX_VALUES && values.iter().all(|ns| ns % UNIT == 0);
+        are_few.then_some(values)
+    }
+
+    /// The values of an expression that [`is_listed`](super::usage::is_listed).
     fn listed(&self, frame: FrameId, value: &ast::Expr) -> Values {
         match &value.kind {
             ast::ExprKind::Time(ns) => Some(BTreeSet::from([*ns])),

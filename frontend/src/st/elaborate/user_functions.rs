@@ -13,7 +13,7 @@ use super::types::Ty;
 use super::usage::upper;
 use super::value::{Value, nodes, select};
 use crate::codes;
-use crate::st::ast::{self, Arg, Body, Flag, PouKind, Section, StmtKind};
+use crate::st::ast::{self, Arg, Body, Flag, Pou, PouKind, Section, StmtKind, Var};
 
 impl Elaborator<'_> {
     /// The value of a function call. Runs the body on expressions: both branches of an IF are run, and a choice combines the results.
@@ -47,43 +47,49 @@ impl Elaborator<'_> {
         for refusal in &pou.refused {
             self.refused(&refusal.what, refusal.span, &refusal.help);
         }
-        let is_input = |name: &Name| {
-            let mut inputs = pou.vars.iter().filter(|var| var.section == Section::Input);
-            inputs.any(|var| upper(&var.name.text) == upper(&name.text))
-        };
-        let mut named = arguments.iter().filter_map(|one| one.name.as_ref());
-        if let Some(unknown) = named.find(|name| !is_input(name)) {
-            let known: Vec<&str> = pou
-                .vars
-                .iter()
-                .filter(|var| var.section == Section::Input)
-                .map(|var| var.name.text.as_str())
-                .collect();
-            return Err(self.no_parameter(&pou.name, unknown, &known.join(", ")));
-        }
+        self.check_parameters(pou, arguments)?;
         let inside = self.new_frame(Some(self.globals));
         let result_type = self.ty(inside, result);
         let mut types: BTreeMap<String, Ty> = BTreeMap::new();
         types.insert(upper(&pou.name.text), result_type.clone());
         let start = self.zero_value(&result_type, span)?;
         self.frames[inside].names.insert(upper(&pou.name.text), Binding::Value(start));
+        self.bind_parameters(frame, inside, pou, arguments, span, &mut types)?;
+        let Body::Statements(body) = &pou.body else {
+            return Err(self.refused(
+                "a function with a chart",
+                pou.name.span,
+                "make it a function block",
+            ));
+        };
+        self.calls.push(index);
+        self.frames[inside].flags = lowered(span);
+        self.frames[inside].flags.insert(Flag::Returned, no(span));
+        let list = self.without_returns(body, pou.name.span);
+        let done = list.and_then(|(list, _)| self.run(inside, &types, &list));
+        self.calls.pop();
+        done?;
+        match self.frames[inside].names.get(&upper(&pou.name.text)) {
+            Some(Binding::Value(value)) => Ok(value.clone()),
+            _ => Err(ErrorReported),
+        }
+    }
+
+    /// Declares the variables of a function, and gives its inputs the values of the arguments.
+    fn bind_parameters(
+        &mut self,
+        frame: FrameId,
+        inside: FrameId,
+        pou: &Pou,
+        arguments: &[Arg],
+        span: Span,
+        types: &mut BTreeMap<String, Ty>,
+    ) -> Outcome<()> {
         let mut position = 0;
         for var in &pou.vars {
             let ty = self.ty(inside, &var.ty);
             let key = upper(&var.name.text);
-            let mut value = match &var.init {
-                Some(init) if ty == Ty::Time => match init {
-                    ast::Init::Value(init) => self.value(inside, init)?,
-                    ast::Init::List(_, span) | ast::Init::Fields(_, span) => {
-                        return Err(self.type_error("expected a time", *span));
-                    }
-                },
-                Some(init) => {
-                    let expr = self.initial(inside, &ty, init)?.pop().ok_or(ErrorReported)?;
-                    Value::literal(expr)
-                }
-                None => self.zero_value(&ty, var.name.span)?,
-            };
+            let mut value = self.first_value(inside, var, &ty)?;
             if matches!(var.section, Section::InOut | Section::Output) {
                 return Err(self.refused(
                     "functions that change their arguments",
@@ -115,23 +121,42 @@ impl Elaborator<'_> {
                 .help(format!("remove {} of them", arguments.len() - position)),
             ));
         }
-        let Body::Statements(body) = &pou.body else {
-            return Err(self.refused(
-                "a function with a chart",
-                pou.name.span,
-                "make it a function block",
-            ));
+        Ok(())
+    }
+
+    /// Checks that each named argument names an input.
+    fn check_parameters(&mut self, pou: &Pou, arguments: &[Arg]) -> Outcome<()> {
+        let is_input = |name: &Name| {
+            let mut inputs = pou.vars.iter().filter(|var| var.section == Section::Input);
+            inputs.any(|var| upper(&var.name.text) == upper(&name.text))
         };
-        self.calls.push(index);
-        self.frames[inside].flags = lowered(span);
-        self.frames[inside].flags.insert(Flag::Returned, no(span));
-        let list = self.without_returns(body, pou.name.span);
-        let done = list.and_then(|(list, _)| self.run(inside, &types, &list));
-        self.calls.pop();
-        done?;
-        match self.frames[inside].names.get(&upper(&pou.name.text)) {
-            Some(Binding::Value(value)) => Ok(value.clone()),
-            _ => Err(ErrorReported),
+        let mut named = arguments.iter().filter_map(|one| one.name.as_ref());
+        if let Some(unknown) = named.find(|name| !is_input(name)) {
+            let known: Vec<&str> = pou
+                .vars
+                .iter()
+                .filter(|var| var.section == Section::Input)
+                .map(|var| var.name.text.as_str())
+                .collect();
+            return Err(self.no_parameter(&pou.name, unknown, &known.join(", ")));
+        }
+        Ok(())
+    }
+
+    /// The value of a variable of a function when a call begins.
+    fn first_value(&mut self, inside: FrameId, var: &Var, ty: &Ty) -> Outcome<Value> {
+        match &var.init {
+            Some(init) if *ty == Ty::Time => match init {
+                ast::Init::Value(init) => self.value(inside, init),
+                ast::Init::List(_, span) | ast::Init::Fields(_, span) => {
+                    Err(self.type_error("expected a time", *span))
+                }
+            },
+            Some(init) => {
+                let expr = self.initial(inside, ty, init)?.pop().ok_or(ErrorReported)?;
+                Ok(Value::literal(expr))
+            }
+            None => self.zero_value(ty, var.name.span),
         }
     }
 
