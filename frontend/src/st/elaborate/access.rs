@@ -5,7 +5,8 @@ use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::{Name, Span};
 
-use super::context::{Access, Binding, Elaborator, FrameId, ObjectKind, Outcome, Place};
+use super::context::{Access, Binding, Elaborator, FrameId, Object, ObjectKind, Outcome, Place};
+use super::prelude;
 use super::types::Ty;
 use super::usage::upper;
 use super::value::{Kind, Time, Value, leaf};
@@ -88,9 +89,13 @@ impl Elaborator<'_> {
     }
 
     fn named_access(&mut self, frame: FrameId, name: &Name) -> Outcome<Access> {
-        let span = name.span;
+        let span = self.at(name.span);
         if let Some(binding) = self.lookup(frame, &name.text) {
-            return accessed(binding, span);
+            // A standard block reads an argument, which has a place of its own.
+            return match (binding, self.call_site) {
+                (Binding::Value(value), Some(_)) => Ok(Access::Value(value)),
+                (binding, _) => accessed(binding, span),
+            };
         }
         if let Some(value) = self.enumerated.get(&upper(&name.text)) {
             return Ok(Access::Value(Value::int(*value, span)));
@@ -117,7 +122,7 @@ impl Elaborator<'_> {
 
     fn field(&mut self, object: usize, field: &Name) -> Outcome<Access> {
         let frame = self.objects[object].frame;
-        if let Some(value) = self.block_field(object, &upper(&field.text), field.span) {
+        if let Some(value) = self.elapsed(object, field) {
             return value.map(Access::Value);
         }
         match self.frames[frame].names.get(&upper(&field.text)).cloned() {
@@ -131,7 +136,7 @@ impl Elaborator<'_> {
                 let known: Vec<String> = self.frames[frame].names.keys().cloned().collect();
                 let what = match self.objects[object].kind {
                     ObjectKind::Struct => "field",
-                    ObjectKind::Standard(_) | ObjectKind::User(_) => "variable of the block",
+                    ObjectKind::Block(_) => "variable of the block",
                 };
                 Err(self.unknown(
                     what,
@@ -142,6 +147,44 @@ impl Elaborator<'_> {
                 ))
             }
         }
+    }
+
+    /// The time of a timer as other units see it; `None` for other fields.
+    pub(super) fn elapsed(&mut self, object: usize, field: &Name) -> Option<Outcome<Value>> {
+        let ObjectKind::Block(index) = self.objects[object].kind else { return None };
+        if !self.is_standard(index) {
+            return None;
+        }
+        let pou = self.unit(index);
+        let key = upper(&field.text);
+        let var = pou.vars.iter().find(|var| var.name.text == key)?;
+        let (running, limit) = prelude::clock(var)?;
+        let Some(limit) = limit else {
+            return Some(Err(self.refused(
+                &format!("{key} of {}", pou.name),
+                field.span,
+                "read ET of a TON, or a step's time",
+            )));
+        };
+        let Object { frame, prefix, has_preset, .. } = self.objects[object].clone();
+        let preset = self.frames[frame].names.get(&limit.text).filter(|_| has_preset);
+        let Some(Binding::Value(Value { kind: Kind::Time(Time::Constant(ns)), .. })) = preset
+        else {
+            return Some(Err(self.report(
+                Diagnostic::error(
+                    codes::ST_TIMER,
+                    format!("ET of `{prefix}` is read before its PT is known"),
+                )
+                .at(field.span, "")
+                .help("give PT in the declaration, as in `t : TON := (PT := T#3s);`, or call the block before"),
+            )));
+        };
+        let limit = *ns;
+        let part = |part: &Name| {
+            leaf(Name::new(format!("{prefix}.{part}"), field.span).into(), field.span)
+        };
+        let kind = Kind::Time(Time::Elapsed { running: Box::new(part(running)), limit });
+        Some(Ok(Value { expr: part(&var.name), kind }))
     }
 
     fn step_field(&mut self, step: &Name, field: &Name) -> Outcome<Access> {
@@ -224,11 +267,10 @@ impl Elaborator<'_> {
                     Ty::Int { lo, hi, .. } => Ok(Value { expr, kind: Kind::Int(lo, hi) }),
                     Ty::Broken => Err(ErrorReported),
                     Ty::Time => Ok(Value { expr, kind: Kind::Time(Time::Varying(values)) }),
-                    Ty::Array(..) | Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => Err(self
-                        .type_error(
-                            "expected a simple value, found a whole array, block or structure",
-                            span,
-                        )),
+                    Ty::Array(..) | Ty::Block(_) | Ty::Struct(_) => Err(self.type_error(
+                        "expected a simple value, found a whole array, block or structure",
+                        span,
+                    )),
                 }
             }
             Access::Object(_) => {

@@ -111,8 +111,8 @@ impl<'a> Elaborator<'a> {
         let StmtKind::Call { target, .. } = &stmt.kind else { return None };
         let ast::ExprKind::Name(name) = &target.kind else { return None };
         let Some(Binding::Object(object)) = self.lookup(frame, &name.text) else { return None };
-        let ObjectKind::User(index) = self.objects[object].kind else { return None };
-        matches!(self.library.pous[index].body, Body::Sfc(_)).then_some((object, index))
+        let ObjectKind::Block(index) = self.objects[object].kind else { return None };
+        matches!(self.unit(index).body, Body::Sfc(_)).then_some((object, index))
     }
 
     /// Adds the chart of a block next to the program's own step.
@@ -124,11 +124,10 @@ impl<'a> Elaborator<'a> {
         span: Span,
         pieces: &mut Pieces,
     ) -> Outcome<()> {
-        let library = self.library;
-        let pou = &library.pous[index];
+        let pou = self.unit(index);
         let Body::Sfc(chart) = &pou.body else { return Err(ErrorReported) };
-        let arguments = self.named_arguments(ObjectKind::User(index), arguments, span)?;
-        self.check_arguments(object, &arguments)?;
+        let arguments = self.named_arguments(index, arguments, span)?;
+        self.check_arguments(index, &arguments)?;
         let prefix = self.objects[object].prefix.clone();
         self.check_chart(pou, &prefix, usage, span)?;
         let inside = self.objects[object].frame;

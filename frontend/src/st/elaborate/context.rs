@@ -8,11 +8,12 @@ use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
-use super::types::{Block, Ty, length};
-use super::usage::upper;
+use super::prelude;
+use super::types::{Ty, length};
+use super::usage::{Parameter, Params, upper};
 use super::value::Value;
 use crate::codes;
-use crate::st::ast::{Action, Flag, Library, PouKind, Stmt, TypeDef};
+use crate::st::ast::{Action, Flag, Library, Pou, PouKind, Section, Stmt, TypeDef, Var};
 
 /// Maximum number of statements and expressions after expansion of all units.
 pub(super) const BUDGET: usize = 500_000;
@@ -69,9 +70,8 @@ pub(super) struct Place {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ObjectKind {
-    Standard(Block),
-    /// A user-defined block, by its index in the library.
-    User(usize),
+    /// A function block, by its index among the units.
+    Block(usize),
     Struct,
 }
 
@@ -82,13 +82,15 @@ pub(super) struct Object {
     pub(super) frame: FrameId,
     /// The name of the instance in the chart.
     pub(super) prefix: String,
-    /// PT of a timer in nanoseconds, if it is known.
-    pub(super) preset: Option<i64>,
+    /// Whether an initial value, a call or an assignment has given a value to PT of a timer.
+    pub(super) has_preset: bool,
     pub(super) n_calls: usize,
 }
 
 pub(super) struct Elaborator<'a> {
     pub(super) library: &'a Library,
+    /// The units of the library, then the standard function blocks.
+    units: Vec<&'a Pou>,
     pub(super) types: BTreeMap<String, &'a TypeDef>,
     /// Function blocks and functions by name, as indices in the library.
     pub(super) blocks: BTreeMap<String, usize>,
@@ -118,6 +120,8 @@ pub(super) struct Elaborator<'a> {
     pub(super) may_call_charts: bool,
     /// Steps that the current transition leaves.
     pub(super) leaving: BTreeSet<String>,
+    /// The call of a standard block that is being expanded.
+    pub(super) call_site: Option<Span>,
     /// Functions that are being evaluated.
     pub(super) calls: Vec<usize>,
     pub(super) narrowed: BTreeSet<String>,
@@ -135,6 +139,7 @@ impl<'a> Elaborator<'a> {
     pub(super) fn new(library: &'a Library) -> Self {
         let mut elaborator = Elaborator {
             library,
+            units: library.pous.iter().chain(prelude::blocks()).collect(),
             types: BTreeMap::new(),
             blocks: BTreeMap::new(),
             functions: BTreeMap::new(),
@@ -154,6 +159,7 @@ impl<'a> Elaborator<'a> {
             prefix: String::new(),
             may_call_charts: false,
             leaving: BTreeSet::new(),
+            call_site: None,
             calls: Vec::new(),
             narrowed: BTreeSet::new(),
             time_values: BTreeMap::new(),
@@ -177,7 +183,40 @@ impl<'a> Elaborator<'a> {
                 PouKind::Program => None,
             };
         }
+        for (index, pou) in elaborator.units.iter().enumerate().skip(library.pous.len()) {
+            elaborator.blocks.insert(pou.name.text.clone(), index);
+        }
         elaborator
+    }
+
+    // Units
+
+    pub(super) fn unit(&self, index: usize) -> &'a Pou {
+        self.units[index]
+    }
+
+    pub(super) fn is_standard(&self, index: usize) -> bool {
+        index >= self.library.pous.len()
+    }
+
+    /// The parameters of a block in the order of a positional call.
+    pub(super) fn parameters(&self, index: usize) -> Params {
+        let parameter = |var: &Var| {
+            let name = upper(&var.name.text);
+            let second = self.is_standard(index).then(|| prelude::second_name(&name)).flatten();
+            match var.section {
+                Section::Input | Section::Output | Section::InOut => {
+                    Some(Parameter { name, section: var.section, second })
+                }
+                Section::Local | Section::Global | Section::External | Section::Temp => None,
+            }
+        };
+        self.unit(index).vars.iter().filter_map(parameter).collect()
+    }
+
+    /// The place of a statement or expression: in the expansion of a standard block, the call.
+    pub(super) fn at(&self, span: Span) -> Span {
+        self.call_site.unwrap_or(span)
     }
 
     // Findings
@@ -320,13 +359,9 @@ impl<'a> Elaborator<'a> {
     pub(super) fn new_var(&mut self, name: Name, ty: &Ty, init: Vec<Expr>, meta: Meta) -> Place {
         let (simple, len) = match ty {
             Ty::Array(bounds, element) => (element.simple(), u32::try_from(length(bounds)).ok()),
-            Ty::Bool
-            | Ty::Int { .. }
-            | Ty::Time
-            | Ty::Block(_)
-            | Ty::User(_)
-            | Ty::Struct(_)
-            | Ty::Broken => (ty.simple(), None),
+            Ty::Bool | Ty::Int { .. } | Ty::Time | Ty::Block(_) | Ty::Struct(_) | Ty::Broken => {
+                (ty.simple(), None)
+            }
         };
         let meta = Meta { span: name.span, ..meta };
         self.items.push(Item::Declaration(Declaration {

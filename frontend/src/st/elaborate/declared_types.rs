@@ -7,7 +7,7 @@ use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::{Name, Span};
 
 use super::context::{Elaborator, FrameId, Outcome};
-use super::types::{Block, Ty, WIDEST, integer, length, zero};
+use super::types::{Ty, WIDEST, integer, length, zero};
 use super::usage::upper;
 use super::value::{Kind, Value};
 use crate::codes;
@@ -78,7 +78,7 @@ impl Elaborator<'_> {
                         Ty::Array(bounds, element)
                     }
                     element @ (Ty::Bool | Ty::Int { .. }) => Ty::Array(bounds, Box::new(element)),
-                    Ty::Time | Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => {
+                    Ty::Time | Ty::Block(_) | Ty::Struct(_) => {
                         self.refused(
                             "arrays of times, blocks or structures",
                             syntax.span,
@@ -145,11 +145,8 @@ impl Elaborator<'_> {
         if let Some(def) = self.types.get(&key).copied() {
             return self.ty_within(frame, &def.ty, depth + 1);
         }
-        if let Some(block) = Block::named(&key) {
-            return Ty::Block(block);
-        }
         if let Some(&index) = self.blocks.get(&key) {
-            return Ty::User(index);
+            return Ty::Block(index);
         }
         let known = [
             "REAL",
@@ -175,7 +172,7 @@ impl Elaborator<'_> {
                 .keys()
                 .chain(self.blocks.keys())
                 .cloned()
-                .chain(["BOOL", "INT", "DINT", "TIME", "TON", "R_TRIG", "CTU"].map(str::to_owned))
+                .chain(["BOOL", "INT", "DINT", "TIME"].map(str::to_owned))
                 .collect();
             self.unknown(
                 "type",
@@ -312,7 +309,7 @@ impl Elaborator<'_> {
                 ("expected a time", "write a time, as in T#3s")
             }
             (Ty::Broken, _) => return Err(ErrorReported),
-            (Ty::Array(..) | Ty::Block(_) | Ty::User(_) | Ty::Struct(_), _) => (
+            (Ty::Array(..) | Ty::Block(_) | Ty::Struct(_), _) => (
                 "a whole array, structure or block cannot be assigned",
                 "assign its elements or fields one by one",
             ),

@@ -52,8 +52,8 @@ impl Elaborator<'_> {
 
     /// Elaborates any simple value.
     pub(super) fn value(&mut self, frame: FrameId, syntax: &ast::Expr) -> Outcome<Value> {
-        self.spend(syntax.span, 1)?;
-        let span = syntax.span;
+        let span = self.at(syntax.span);
+        self.spend(span, 1)?;
         match &syntax.kind {
             ast::ExprKind::Bool(value) => Ok(Value::constant(*value, span)),
             ast::ExprKind::Int(value) => Ok(Value::int(*value, span)),
@@ -84,7 +84,7 @@ impl Elaborator<'_> {
     }
 
     fn accessed(&mut self, frame: FrameId, syntax: &ast::Expr) -> Outcome<Value> {
-        self.access(frame, syntax).and_then(|access| self.read(access, syntax.span))
+        self.access(frame, syntax).and_then(|access| self.read(access, self.at(syntax.span)))
     }
 
     fn operation(
@@ -187,9 +187,10 @@ impl Elaborator<'_> {
         for value in values {
             operands.push(self.fit(value, &Ty::Bool, "a condition")?.expr);
         }
-        // Parentheses stay, so that written text reads back as the same expression; constants are folded.
-        let is_plain =
-            operands.len() > 1 && operands.iter().all(|one| !matches!(one.kind, ExprKind::Bool(_)));
+        // Parentheses of the text stay, so that written text reads back as the same expression; constants are folded.
+        let is_plain = self.call_site.is_none()
+            && operands.len() > 1
+            && operands.iter().all(|one| !matches!(one.kind, ExprKind::Bool(_)));
         let mut expr = match (is_plain, is_and) {
             (true, true) => Expr::new(ExprKind::And(operands), span),
             (true, false) => Expr::new(ExprKind::Or(operands), span),

@@ -105,20 +105,25 @@ impl Elaborator<'_> {
         arguments: &[Arg],
         span: Span,
     ) -> ErrorReported {
-        let (ty, output) = match self.objects[object].kind {
-            ObjectKind::Standard(block) => (block.name(), block.output()),
-            ObjectKind::User(pou) => (self.library.pous[pou].name.text.clone(), "an output".into()),
-            ObjectKind::Struct => ("a structure".into(), "a field".into()),
+        let ObjectKind::Block(index) = self.objects[object].kind else {
+            return self.report(
+                Diagnostic::error(
+                    codes::ST_CALL,
+                    format!("`{name}` is a structure, which an expression cannot call"),
+                )
+                .at(span, "called in an expression")
+                .help(format!("read a field, as in `{name}.field`")),
+            );
         };
+        let pou = self.unit(index);
+        let mut outputs = pou.vars.iter().filter(|var| var.section == ast::Section::Output);
+        let output = outputs.next().map_or("output", |var| var.name.text.as_str());
+        let ty = &pou.name;
         let finding = Diagnostic::error(
             codes::ST_CALL,
             format!("`{name}` is an instance of {ty}, which an expression cannot call"),
         )
         .at(span, "called in an expression");
-        let is_timer = matches!(
-            self.objects[object].kind,
-            ObjectKind::Standard(block) if block.name() == "TON"
-        );
         let given = |wanted: &str| {
             let one = arguments
                 .iter()
@@ -137,17 +142,13 @@ impl Elaborator<'_> {
             Some(ast::ExprKind::Name(name)) => name.text.clone(),
             _ => "T#3s".to_owned(),
         };
-        let help = match (self.objects[object].kind, is_timer.then_some(step).flatten()) {
-            (ObjectKind::Struct, _) => format!("read a field, as in `{name}.field`"),
-            (_, Some(step)) => format!(
-                "call `{name}(..)` in a statement and read `{name}.{output}` here, or compare the time of the step, as in `{step}.T >= {limit}`"
-            ),
-            (ObjectKind::Standard(_), None) => {
-                format!("call `{name}(..)` in a statement and read `{name}.{output}` here")
+        let is_delay = self.is_standard(index) && matches!(ty.text.as_str(), "TON" | "TON_TIME");
+        let call = format!("call `{name}(..)` in a statement and read `{name}.{output}` here");
+        let help = match step.filter(|_| is_delay) {
+            Some(step) => {
+                format!("{call}, or compare the time of the step, as in `{step}.T >= {limit}`")
             }
-            (ObjectKind::User(_), None) => {
-                format!("call `{name}(..)` in a statement and read one of its outputs here")
-            }
+            None => call,
         };
         self.report(finding.help(help))
     }

@@ -4,6 +4,7 @@
 //! - Each program is a chart (`conflict priority`, `evolution single`, `actions iec`). In a file without programs, each function block
 //!   with a chart is one.
 //! - Function blocks are expanded in their callers, with one set of variables per instance, named `instance.variable`.
+//! - The standard function blocks are expanded in the same way, from a text of their own (`prelude`).
 //! - Functions become expressions.
 //!
 //! All mistakes in a file are found. Unsupported features are reported by name; everything else is still checked.
@@ -12,7 +13,6 @@
 
 mod access;
 mod bits;
-mod blocks;
 mod calls;
 mod charts;
 mod context;
@@ -21,6 +21,7 @@ mod declared_types;
 mod expressions;
 mod functions;
 mod jump_elimination;
+mod prelude;
 mod roots;
 mod sfc;
 mod statements;
@@ -34,8 +35,8 @@ use grafsynth_ir::chart::Design;
 use grafsynth_ir::diag::Diagnostic;
 
 use super::ast::{Library, TypeKind};
-pub(crate) use blocks::standard_block;
 use context::Elaborator;
+pub(crate) use prelude::block as standard_block;
 
 /// Turns a library into a design. The findings are in source order.
 pub(crate) fn design(library: &Library) -> (Option<Design>, Vec<Diagnostic>) {

@@ -8,7 +8,6 @@ use grafsynth_ir::net::{Meta, Policy};
 use grafsynth_ir::{Name, Span};
 
 use super::context::{Elaborator, Frame};
-use super::types::Block;
 use super::usage::{self, Usage, upper};
 use crate::codes;
 use crate::st::ast::{Body, Element, Pou, PouKind, Section, TypeKind};
@@ -210,13 +209,13 @@ impl Elaborator<'_> {
         let mut seen: BTreeSet<usize> = pous.iter().copied().collect();
         let mut next = pous.to_vec();
         while let Some(pou) = next.pop() {
-            for var in &self.library.pous[pou].vars {
+            for var in &self.unit(pou).vars {
                 let TypeKind::Named(name) = &var.ty.kind else { continue };
                 let Some(&block) = self.blocks.get(&upper(name)) else { continue };
                 if !seen.insert(block) {
                     continue;
                 }
-                if matches!(self.library.pous[block].body, Body::Sfc(_)) {
+                if matches!(self.unit(block).body, Body::Sfc(_)) {
                     found.push(block);
                 } else {
                     next.push(block);
@@ -255,22 +254,8 @@ impl Elaborator<'_> {
             let Some(TypeKind::Named(ty)) = var.map(|var| &var.ty.kind) else {
                 return Vec::new();
             };
-            if let Some(block) = Block::named(&upper(ty)) {
-                let order = block.order().into_iter();
-                return order
-                    .map(|name| (name.to_owned(), block.canonical(name).is_none()))
-                    .collect();
-            }
-            let Some(&block) = self.blocks.get(&upper(ty)) else { return Vec::new() };
-            self.library.pous[block]
-                .vars
-                .iter()
-                .filter_map(|var| match var.section {
-                    Section::Input => Some((upper(&var.name.text), false)),
-                    Section::Output | Section::InOut => Some((upper(&var.name.text), true)),
-                    Section::Local | Section::Global | Section::External | Section::Temp => None,
-                })
-                .collect()
+            let block = self.blocks.get(&upper(ty));
+            block.map(|block| self.parameters(*block)).unwrap_or_default()
         })
     }
 

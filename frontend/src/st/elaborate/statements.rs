@@ -7,7 +7,7 @@ use grafsynth_ir::expr::{CompareOp, ExprKind};
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
-use super::context::{Access, BUDGET, Binding, Elaborator, FrameId, Outcome, Place};
+use super::context::{Access, BUDGET, Binding, Elaborator, FrameId, ObjectKind, Outcome, Place};
 use super::jump_elimination::{self, Leaves};
 use super::types::Ty;
 use super::usage::upper;
@@ -41,7 +41,7 @@ impl Elaborator<'_> {
         stmt: &ast::Stmt,
         out: &mut Block,
     ) -> Outcome<()> {
-        let span = stmt.span;
+        let span = self.at(stmt.span);
         self.spend(span, 1)?;
         match &stmt.kind {
             ast::StmtKind::Assign {
@@ -431,8 +431,16 @@ impl Elaborator<'_> {
             return false;
         }
         let Some(Binding::Object(object)) = self.lookup(frame, &name.text) else { return false };
-        let changed = self.objects[object].preset.is_some_and(|before| before != *ns);
-        self.objects[object].preset = Some(*ns);
+        if !matches!(self.objects[object].kind, ObjectKind::Block(index) if self.is_standard(index))
+        {
+            return false;
+        }
+        let given = Binding::Value(Value::time(*ns, target.span));
+        let inside = self.objects[object].frame;
+        let before = self.frames[inside].names.insert("PT".to_owned(), given);
+        let had_preset = std::mem::replace(&mut self.objects[object].has_preset, true);
+        let changed = had_preset
+            && matches!(before, Some(Binding::Value(Value { kind: Kind::Time(Time::Constant(before)), .. })) if before != *ns);
         if changed {
             self.report(
                 Diagnostic::error(
@@ -457,7 +465,7 @@ impl Elaborator<'_> {
         if place.ty == Ty::Time {
             value.expr = self.stored_time(place, value.clone())?;
         }
-        let target = self.path(place, place.name.span);
+        let target = self.path(place, self.at(place.name.span));
         let kind = StmtKind::Assign { target, index: place.index.clone(), value: value.expr };
         out.push(Stmt { kind, span });
         Ok(())

@@ -18,10 +18,8 @@ pub(super) enum Ty {
     Time,
     /// The bounds of each dimension, and the element type.
     Array(Vec<(i64, i64)>, Box<Ty>),
-    /// A standard function block.
-    Block(Block),
-    /// A user-defined function block, by its index in the library.
-    User(usize),
+    /// A function block, by its index among the units.
+    Block(usize),
     Struct(Vec<ast::Var>),
     /// An invalid type that is already reported.
     Broken,
@@ -33,31 +31,13 @@ impl Ty {
         match self {
             Ty::Bool => Some(Type::Bool),
             Ty::Int { lo, hi, .. } => Some(Type::Int { lo: *lo, hi: *hi }),
-            Ty::Time | Ty::Array(..) | Ty::Block(_) | Ty::User(_) | Ty::Struct(_) | Ty::Broken => {
-                None
-            }
+            Ty::Time | Ty::Array(..) | Ty::Block(_) | Ty::Struct(_) | Ty::Broken => None,
         }
     }
 }
 
-/// A standard function block.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Block {
-    Ton,
-    Tof,
-    Tp,
-    RTrig,
-    FTrig,
-    /// An up counter with the bounds of CV.
-    Ctu(i64, i64),
-    Ctd(i64, i64),
-    Ctud(i64, i64),
-    Sr,
-    Rs,
-}
-
 /// The integer types: name, smallest and largest value, bits.
-const INTEGERS: [(&str, i64, i64); 12] = [
+pub(super) const INTEGERS: [(&str, i64, i64); 12] = [
     ("SINT", -128, 127),
     ("INT", -32_768, 32_767),
     ("DINT", i32::MIN as i64, i32::MAX as i64),

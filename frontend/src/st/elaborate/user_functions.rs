@@ -160,13 +160,13 @@ impl Elaborator<'_> {
         }
     }
 
-    fn zero_value(&mut self, ty: &Ty, span: Span) -> Outcome<Value> {
+    pub(super) fn zero_value(&mut self, ty: &Ty, span: Span) -> Outcome<Value> {
         match ty {
             Ty::Bool => Ok(Value::constant(false, span)),
             Ty::Int { lo, hi, .. } => Ok(Value::int(0.clamp(*lo, *hi), span)),
             Ty::Time => Ok(Value::time(0, span)),
             Ty::Broken => Err(ErrorReported),
-            Ty::Array(..) | Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => Err(self.refused(
+            Ty::Array(..) | Ty::Block(_) | Ty::Struct(_) => Err(self.refused(
                 "arrays, structures and blocks in functions",
                 span,
                 "use simple variables, or make it a function block",

@@ -172,3 +172,14 @@ fn flatter(condition: Expr, then: Expr, otherwise: Expr) -> (Expr, Expr, Expr) {
     }
     (condition, then, otherwise)
 }
+
+/// Whether an expression reads a name that begins with `prefix`.
+pub(super) fn mentions(expr: &Expr, prefix: &str) -> bool {
+    let mut found = false;
+    expr.for_each_leaf(&mut |leaf| {
+        if let Leaf::Name(path) = leaf {
+            found |= path.names.last().is_some_and(|name| name.text.starts_with(prefix));
+        }
+    });
+    found
+}
