@@ -437,6 +437,9 @@ impl Elaborator<'_> {
         }
         let given = Binding::Value(Value::time(*ns, target.span));
         let inside = self.objects[object].frame;
+        if !self.frames[inside].names.contains_key("PT") {
+            return false;
+        }
         let before = self.frames[inside].names.insert("PT".to_owned(), given);
         let had_preset = std::mem::replace(&mut self.objects[object].has_preset, true);
         let changed = had_preset
