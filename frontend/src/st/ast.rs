@@ -398,23 +398,14 @@ impl Expr {
 
     /// The variable at the root of an access.
     pub(crate) fn root(&self) -> Option<&Name> {
-        match &self.kind {
-            ExprKind::Name(name) => Some(name),
-            ExprKind::Field(inner, _) | ExprKind::Bit(inner, _) | ExprKind::Index(inner, _) => {
-                inner.root()
-            }
-            ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Time(_)
-            | ExprKind::Address(_)
-            | ExprKind::Not(_)
-            | ExprKind::Neg(_)
-            | ExprKind::Binary(..)
-            | ExprKind::And(_)
-            | ExprKind::Or(_)
-            | ExprKind::Call(..)
-            | ExprKind::Flag(_)
-            | ExprKind::Refused(_) => None,
+        if let ExprKind::Name(name) = &self.kind {
+            return Some(name);
         }
+        if let ExprKind::Field(inner, _) | ExprKind::Bit(inner, _) | ExprKind::Index(inner, _) =
+            &self.kind
+        {
+            return inner.root();
+        }
+        None
     }
 }

@@ -300,25 +300,20 @@ impl Elaborator<'_> {
         // All arguments are evaluated before the first one changes anything.
         let mut given = Vec::new();
         for var in &pou.vars {
-            match var.section {
-                Section::Input => {
-                    if let Some(argument) = argument(arguments, var) {
-                        let value = self.input(frame, object, var, argument)?;
-                        given.push((var, value));
-                    } else if is_standard {
-                        self.omitted(inside, var, span)?;
-                    }
+            let argument = argument(arguments, var);
+            if var.section == Section::InOut {
+                self.in_out(frame, inside, var, argument, span)?;
+            } else if var.section == Section::Input {
+                if let Some(argument) = argument {
+                    let value = self.input(frame, object, var, argument)?;
+                    given.push((var, value));
+                } else if is_standard {
+                    self.omitted(inside, var, span)?;
                 }
-                Section::InOut => self.in_out(frame, inside, var, arguments, span)?,
-                Section::Local
-                | Section::Output
-                | Section::Global
-                | Section::External
-                | Section::Temp => {}
             }
         }
         for (var, (ty, value)) in given {
-            self.give(object, var, &ty, value, is_standard, span, out)?;
+            self.give(object, var, &ty, value, span, out)?;
         }
         for var in pou.vars.iter().filter(|var| var.section == Section::Temp) {
             self.reset(inside, var, span, out)?;
@@ -387,11 +382,11 @@ impl Elaborator<'_> {
         frame: FrameId,
         inside: FrameId,
         var: &ast::Var,
-        arguments: &[Arg],
+        argument: Option<&Arg>,
         span: Span,
     ) -> Outcome<()> {
         let key = upper(&var.name.text);
-        if let Some(argument) = argument(arguments, var) {
+        if let Some(argument) = argument {
             let binding = match self.access(frame, &argument.value)? {
                 Access::Place(place) => Binding::Place(place),
                 Access::Object(object) => Binding::Object(object),
@@ -413,71 +408,69 @@ impl Elaborator<'_> {
     }
 
     /// Gives an input its value: assigns it to the input's variable, or binds the input to the value if it has none.
-    #[expect(clippy::too_many_arguments, reason = "the context of an input")]
     fn give(
         &mut self,
         object: usize,
         var: &ast::Var,
         ty: &Ty,
         value: Value,
-        is_standard: bool,
         span: Span,
         out: &mut Block,
     ) -> Outcome<()> {
         let Object { frame: inside, prefix, .. } = self.objects[object].clone();
         let key = upper(&var.name.text);
-        let span_of_value = value.expr.span;
-        let place = match self.frames[inside].names.get(&key).cloned() {
-            Some(Binding::Place(place)) => place,
-            Some(Binding::Value(_)) | None => {
-                // The statements of a standard block change only its own variables.
-                let is_steady = self.is_steady(&value)
-                    || is_standard && !mentions(&value.expr, &format!("{prefix}."));
-                match value.kind {
-                    Kind::Time(Time::Constant(_) | Time::Varying(Some(_))) if is_standard => {
-                        self.objects[object].has_preset = true;
-                    }
-                    Kind::Time(_) if is_standard => {
-                        return Err(self.report(
-                            Diagnostic::error(
-                                codes::ST_TIMER,
-                                format!("{key} of `{prefix}` can have any value"),
-                            )
-                            .at(span_of_value, "computed at run time")
-                            .help("give a constant, or a TIME variable to which only constants are assigned"),
-                        ));
-                    }
-                    Kind::Time(Time::Varying(_)) if !is_steady => {
-                        return Err(self.report(
-                            Diagnostic::error(
-                                codes::ST_TIMER,
-                                format!(
-                                    "parameter `{}` is given a TIME variable that changes",
-                                    var.name
-                                ),
-                            )
-                            .at(span_of_value, "in this call")
-                            .help("declare the parameter VAR_IN_OUT, or give a constant"),
-                        ));
-                    }
-                    Kind::Time(_) => {}
-                    Kind::Bool | Kind::Int(..) if is_steady => {}
-                    Kind::Bool | Kind::Int(..) => {
-                        let name = Name::new(format!("{prefix}.{}", var.name), var.name.span);
-                        let place = self.new_var(name, ty, Vec::new(), Meta::default());
-                        let binding = Binding::Place(place.clone());
-                        self.frames[inside].names.insert(key, binding);
-                        return self.assign(&place, value, span, out);
-                    }
-                }
-                self.frames[inside].names.insert(key, Binding::Value(value));
-                return Ok(());
-            }
+        match self.frames[inside].names.get(&key).cloned() {
+            Some(Binding::Place(place)) => return self.assign(&place, value, span, out),
+            Some(Binding::Value(_)) | None => {}
             Some(Binding::Object(_) | Binding::Step(_) | Binding::Broken) => {
                 return Err(ErrorReported);
             }
+        }
+        // The statements of a standard block change only its own variables.
+        let is_standard = self.is_standard_object(object);
+        let is_steady =
+            self.is_steady(&value) || is_standard && !mentions(&value.expr, &format!("{prefix}."));
+        if let Kind::Time(time) = &value.kind {
+            self.check_time(object, var, time, is_steady, value.expr.span)?;
+        } else if !is_steady {
+            let declared = if is_standard { span } else { var.name.span };
+            let name = Name::new(format!("{prefix}.{}", var.name), declared);
+            let place = self.new_var(name, ty, Vec::new(), Meta::default());
+            self.frames[inside].names.insert(key, Binding::Place(place.clone()));
+            return self.assign(&place, value, span, out);
+        }
+        self.frames[inside].names.insert(key, Binding::Value(value));
+        Ok(())
+    }
+
+    /// Checks a time that a call binds to an input.
+    fn check_time(
+        &mut self,
+        object: usize,
+        var: &ast::Var,
+        time: &Time,
+        is_steady: bool,
+        span: Span,
+    ) -> Outcome<()> {
+        let prefix = &self.objects[object].prefix;
+        let (message, label, help) = match (time, self.is_standard_object(object)) {
+            (Time::Constant(_) | Time::Varying(Some(_)), true) => {
+                self.objects[object].has_preset = true;
+                return Ok(());
+            }
+            (_, true) => (
+                format!("{} of `{prefix}` can have any value", var.name),
+                "computed at run time",
+                "give a constant, or a TIME variable to which only constants are assigned",
+            ),
+            (Time::Varying(_), false) if !is_steady => (
+                format!("parameter `{}` is given a TIME variable that changes", var.name),
+                "in this call",
+                "declare the parameter VAR_IN_OUT, or give a constant",
+            ),
+            (_, false) => return Ok(()),
         };
-        self.assign(&place, value, span, out)
+        Err(self.report(Diagnostic::error(codes::ST_TIMER, message).at(span, label).help(help)))
     }
 
     /// Assigns its first value to a VAR_TEMP.

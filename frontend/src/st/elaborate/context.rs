@@ -199,17 +199,17 @@ impl<'a> Elaborator<'a> {
         index >= self.library.pous.len()
     }
 
+    pub(super) fn is_standard_object(&self, object: usize) -> bool {
+        matches!(self.objects[object].kind, ObjectKind::Block(index) if self.is_standard(index))
+    }
+
     /// The parameters of a block in the order of a positional call.
     pub(super) fn parameters(&self, index: usize) -> Params {
         let parameter = |var: &Var| {
             let name = upper(&var.name.text);
             let second = self.is_standard(index).then(|| prelude::second_name(&name)).flatten();
-            match var.section {
-                Section::Input | Section::Output | Section::InOut => {
-                    Some(Parameter { name, section: var.section, second })
-                }
-                Section::Local | Section::Global | Section::External | Section::Temp => None,
-            }
+            matches!(var.section, Section::Input | Section::Output | Section::InOut)
+                .then_some(Parameter { name, second, section: var.section })
         };
         self.unit(index).vars.iter().filter_map(parameter).collect()
     }

@@ -71,14 +71,8 @@ impl<'a> Elaborator<'a> {
         if var.init.is_some() {
             return var.init.clone();
         }
-        match &var.ty.kind {
-            ast::TypeKind::Named(name) => self.types.get(&upper(name))?.init.clone(),
-            ast::TypeKind::Subrange(..)
-            | ast::TypeKind::Array(..)
-            | ast::TypeKind::Enum(_)
-            | ast::TypeKind::Struct(_)
-            | ast::TypeKind::Refused(_) => None,
-        }
+        let ast::TypeKind::Named(name) = &var.ty.kind else { return None };
+        self.types.get(&upper(name))?.init.clone()
     }
 
     pub(super) fn fields_of(&self, var: &Var) -> Vec<(Name, ast::Init)> {
@@ -356,15 +350,10 @@ impl<'a> Elaborator<'a> {
             }
             Ty::Bool | Ty::Int { .. } if var.is_constant => self.declare_constant(frame, var, &ty),
             Ty::Bool | Ty::Int { .. } | Ty::Array(..) => {
-                let is_bound_by_calls = match var.section {
-                    Section::Input => !within.omits(&key) && !inner.assigned.contains(&key),
-                    Section::InOut => true,
-                    Section::Local
-                    | Section::Output
-                    | Section::Global
-                    | Section::External
-                    | Section::Temp => false,
-                };
+                let is_bound_by_calls = var.section == Section::InOut
+                    || var.section == Section::Input
+                        && !within.omits(&key)
+                        && !inner.assigned.contains(&key);
                 if is_bound_by_calls {
                     return;
                 }

@@ -170,24 +170,12 @@ pub(super) fn round(body: &[Stmt], var: &Name) -> Vec<Stmt> {
     let leaves = |stmt: &Stmt| has_one(stmt, Leaves::Exit) || has_one(stmt, Leaves::Continue);
     let replace = |stmt: &Stmt| {
         let span = stmt.span;
-        match &stmt.kind {
-            StmtKind::Exit => {
-                let value = Expr::name(var.clone());
-                let target = read(Flag::Variable, span);
-                let keep = Stmt { kind: StmtKind::Assign { target, value }, span };
-                Some(vec![raise(Flag::Left, span), keep])
-            }
-            StmtKind::Continue => Some(vec![raise(Flag::Skipped, span)]),
-            StmtKind::Return
-            | StmtKind::Assign { .. }
-            | StmtKind::Call { .. }
-            | StmtKind::If { .. }
-            | StmtKind::Case { .. }
-            | StmtKind::For { .. }
-            | StmtKind::While { .. }
-            | StmtKind::Repeat { .. }
-            | StmtKind::Refused(_) => None,
+        if stmt.kind == StmtKind::Continue {
+            return Some(vec![raise(Flag::Skipped, span)]);
         }
+        let (target, value) = (read(Flag::Variable, span), Expr::name(var.clone()));
+        let keep = Stmt { kind: StmtKind::Assign { target, value }, span };
+        (stmt.kind == StmtKind::Exit).then(|| vec![raise(Flag::Left, span), keep])
     };
     let list = cut(body, &leaves, &replace, &flags);
     if exits { vec![unless(&[Flag::Left], list, var.span)] } else { list }
@@ -196,23 +184,15 @@ pub(super) fn round(body: &[Stmt], var: &Name) -> Vec<Stmt> {
 /// A list in which RETURN sets [`Flag::Returned`] and leaves all loops.
 pub(super) fn returned(list: &[Stmt]) -> Vec<Stmt> {
     let leaves = |stmt: &Stmt| has_one(stmt, Leaves::Return);
-    let replace = |stmt: &Stmt| match &stmt.kind {
-        StmtKind::Return => Some(vec![raise(Flag::Returned, stmt.span)]),
-        StmtKind::For { var, from, to, by, body } => {
-            let body = out_of_loop(body);
-            let (var, from, to, by) = (var.clone(), from.clone(), to.clone(), by.clone());
-            let kind = StmtKind::For { var, from, to, by, body };
-            Some(vec![Stmt { kind, span: stmt.span }])
+    let replace = |stmt: &Stmt| {
+        if stmt.kind == StmtKind::Return {
+            return Some(vec![raise(Flag::Returned, stmt.span)]);
         }
-        StmtKind::Exit
-        | StmtKind::Continue
-        | StmtKind::Assign { .. }
-        | StmtKind::Call { .. }
-        | StmtKind::If { .. }
-        | StmtKind::Case { .. }
-        | StmtKind::While { .. }
-        | StmtKind::Repeat { .. }
-        | StmtKind::Refused(_) => None,
+        let StmtKind::For { var, from, to, by, body } = &stmt.kind else { return None };
+        let body = out_of_loop(body);
+        let (var, from, to, by) = (var.clone(), from.clone(), to.clone(), by.clone());
+        let kind = StmtKind::For { var, from, to, by, body };
+        Some(vec![Stmt { kind, span: stmt.span }])
     };
     cut(list, &leaves, &replace, &[Flag::Returned])
 }
@@ -264,45 +244,35 @@ pub(super) fn nested(list: &[Stmt], depth: usize) -> Option<Vec<Stmt>> {
     };
     let mut out = list[..at].to_vec();
     let (stmt, rest) = (&list[at], &list[at + 1..]);
-    match &stmt.kind {
-        StmtKind::Return => Some(out),
-        StmtKind::If { arms, otherwise } if depth < MAX_NESTED => {
-            let mut lists: Vec<&[Stmt]> = arms.iter().map(|(_, list)| list.as_slice()).collect();
-            lists.push(otherwise);
-            let mut n_open = 0;
-            let mut made = Vec::new();
-            for branch in lists {
-                let is_left = branch.last().is_some_and(|last| last.kind == StmtKind::Return);
-                let body = if is_left { &branch[..branch.len() - 1] } else { branch };
-                if has(body, Leaves::Return) {
-                    return None;
-                }
-                let mut body = body.to_vec();
-                if !is_left {
-                    n_open += 1;
-                    body.extend(nested(rest, depth + 1)?);
-                }
-                made.push(body);
-            }
-            if n_open > 1 {
-                return None;
-            }
-            let otherwise = made.pop().unwrap_or_default();
-            let arms = arms.iter().map(|(test, _)| test.clone()).zip(made).collect();
-            out.push(Stmt { kind: StmtKind::If { arms, otherwise }, span: stmt.span });
-            Some(out)
-        }
-        StmtKind::If { .. }
-        | StmtKind::Case { .. }
-        | StmtKind::For { .. }
-        | StmtKind::While { .. }
-        | StmtKind::Repeat { .. }
-        | StmtKind::Assign { .. }
-        | StmtKind::Call { .. }
-        | StmtKind::Exit
-        | StmtKind::Continue
-        | StmtKind::Refused(_) => None,
+    if stmt.kind == StmtKind::Return {
+        return Some(out);
     }
+    let StmtKind::If { arms, otherwise } = &stmt.kind else { return None };
+    if depth >= MAX_NESTED {
+        return None;
+    }
+    let mut n_open = 0;
+    let mut made = Vec::new();
+    for branch in arms.iter().map(|(_, list)| list).chain([otherwise]) {
+        let is_left = branch.last().is_some_and(|last| last.kind == StmtKind::Return);
+        let body = if is_left { &branch[..branch.len() - 1] } else { branch };
+        if has(body, Leaves::Return) {
+            return None;
+        }
+        let mut body = body.to_vec();
+        if !is_left {
+            n_open += 1;
+            body.extend(nested(rest, depth + 1)?);
+        }
+        made.push(body);
+    }
+    if n_open > 1 {
+        return None;
+    }
+    let otherwise = made.pop().unwrap_or_default();
+    let arms = arms.iter().map(|(test, _)| test.clone()).zip(made).collect();
+    out.push(Stmt { kind: StmtKind::If { arms, otherwise }, span: stmt.span });
+    Some(out)
 }
 
 impl Elaborator<'_> {

@@ -7,7 +7,7 @@ use grafsynth_ir::expr::{CompareOp, ExprKind};
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
-use super::context::{Access, BUDGET, Binding, Elaborator, FrameId, ObjectKind, Outcome, Place};
+use super::context::{Access, BUDGET, Binding, Elaborator, FrameId, Outcome, Place};
 use super::jump_elimination::{self, Leaves};
 use super::types::Ty;
 use super::usage::upper;
@@ -264,31 +264,13 @@ impl Elaborator<'_> {
 
     /// The value of a literal number or of a named constant.
     fn known(&self, frame: FrameId, expr: &ast::Expr) -> Option<i64> {
-        match &expr.kind {
-            ast::ExprKind::Int(value) => Some(*value),
-            ast::ExprKind::Name(name) => match self.lookup(frame, &name.text)? {
-                Binding::Value(Value { kind: Kind::Int(lo, hi), .. }) if lo == hi => Some(lo),
-                Binding::Value(_)
-                | Binding::Place(_)
-                | Binding::Object(_)
-                | Binding::Step(_)
-                | Binding::Broken => None,
-            },
-            ast::ExprKind::Bool(_)
-            | ast::ExprKind::Time(_)
-            | ast::ExprKind::Field(..)
-            | ast::ExprKind::Bit(..)
-            | ast::ExprKind::Index(..)
-            | ast::ExprKind::Address(_)
-            | ast::ExprKind::Not(_)
-            | ast::ExprKind::Neg(_)
-            | ast::ExprKind::Binary(..)
-            | ast::ExprKind::And(_)
-            | ast::ExprKind::Or(_)
-            | ast::ExprKind::Call(..)
-            | ast::ExprKind::Flag(_)
-            | ast::ExprKind::Refused(_) => None,
+        if let ast::ExprKind::Int(value) = expr.kind {
+            return Some(value);
         }
+        let ast::ExprKind::Name(name) = &expr.kind else { return None };
+        let binding = self.lookup(frame, &name.text)?;
+        let Binding::Value(Value { kind: Kind::Int(lo, hi), .. }) = binding else { return None };
+        (lo == hi).then_some(lo)
     }
 
     pub(super) fn unbounded(&mut self, span: Span) -> ErrorReported {
@@ -431,15 +413,11 @@ impl Elaborator<'_> {
             return false;
         }
         let Some(Binding::Object(object)) = self.lookup(frame, &name.text) else { return false };
-        if !matches!(self.objects[object].kind, ObjectKind::Block(index) if self.is_standard(index))
-        {
+        let inside = self.objects[object].frame;
+        if !self.is_standard_object(object) || !self.frames[inside].names.contains_key("PT") {
             return false;
         }
         let given = Binding::Value(Value::time(*ns, target.span));
-        let inside = self.objects[object].frame;
-        if !self.frames[inside].names.contains_key("PT") {
-            return false;
-        }
         let before = self.frames[inside].names.insert("PT".to_owned(), given);
         let had_preset = std::mem::replace(&mut self.objects[object].has_preset, true);
         let changed = had_preset

@@ -325,35 +325,23 @@ impl Elaborator<'_> {
 
     /// The values of an expression that [`is_listed`](super::usage::is_listed).
     fn listed(&self, frame: FrameId, value: &ast::Expr) -> Values {
-        match &value.kind {
-            ast::ExprKind::Time(ns) => Some(BTreeSet::from([*ns])),
-            ast::ExprKind::Name(name) => match self.lookup(frame, &name.text)? {
-                Binding::Value(Value { kind: Kind::Time(Time::Constant(ns)), .. }) => {
-                    Some(BTreeSet::from([ns]))
-                }
-                Binding::Place(place) => self.values_of(&place),
-                Binding::Value(_) | Binding::Object(_) | Binding::Step(_) | Binding::Broken => None,
-            },
-            ast::ExprKind::Call(_, arguments) => {
-                let mut all = BTreeSet::new();
-                for argument in arguments.iter().skip(1) {
-                    all.extend(self.listed(frame, &argument.value)?);
-                }
-                Some(all)
+        if let ast::ExprKind::Call(_, arguments) = &value.kind {
+            let mut all = BTreeSet::new();
+            for argument in arguments.iter().skip(1) {
+                all.extend(self.listed(frame, &argument.value)?);
             }
-            ast::ExprKind::Bool(_)
-            | ast::ExprKind::Int(_)
-            | ast::ExprKind::Field(..)
-            | ast::ExprKind::Bit(..)
-            | ast::ExprKind::Index(..)
-            | ast::ExprKind::Address(_)
-            | ast::ExprKind::Not(_)
-            | ast::ExprKind::Neg(_)
-            | ast::ExprKind::Binary(..)
-            | ast::ExprKind::And(_)
-            | ast::ExprKind::Or(_)
-            | ast::ExprKind::Flag(_)
-            | ast::ExprKind::Refused(_) => None,
+            return Some(all);
+        }
+        if let ast::ExprKind::Time(ns) = value.kind {
+            return Some(BTreeSet::from([ns]));
+        }
+        let ast::ExprKind::Name(name) = &value.kind else { return None };
+        match self.lookup(frame, &name.text)? {
+            Binding::Value(Value { kind: Kind::Time(Time::Constant(ns)), .. }) => {
+                Some(BTreeSet::from([ns]))
+            }
+            Binding::Place(place) => self.values_of(&place),
+            Binding::Value(_) | Binding::Object(_) | Binding::Step(_) | Binding::Broken => None,
         }
     }
 

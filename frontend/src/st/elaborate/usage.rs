@@ -104,28 +104,13 @@ impl Walk<'_> {
         if let Some(root) = target.root() {
             self.usage.assigned.insert(upper(&root.text));
         }
-        match &target.kind {
-            ExprKind::Name(_) => {}
-            ExprKind::Index(inner, indices) => {
-                indices.iter().for_each(|index| self.expr(index));
-                if !matches!(inner.kind, ExprKind::Name(_)) {
-                    self.expr(inner);
-                }
+        if let ExprKind::Index(inner, indices) = &target.kind {
+            indices.iter().for_each(|index| self.expr(index));
+            if !matches!(inner.kind, ExprKind::Name(_)) {
+                self.expr(inner);
             }
-            ExprKind::Field(..)
-            | ExprKind::Bit(..)
-            | ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Time(_)
-            | ExprKind::Address(_)
-            | ExprKind::Not(_)
-            | ExprKind::Neg(_)
-            | ExprKind::Binary(..)
-            | ExprKind::And(_)
-            | ExprKind::Or(_)
-            | ExprKind::Call(..)
-            | ExprKind::Flag(_)
-            | ExprKind::Refused(_) => self.expr(target),
+        } else if !matches!(target.kind, ExprKind::Name(_)) {
+            self.expr(target);
         }
     }
 
@@ -231,24 +216,9 @@ impl Walk<'_> {
 
 /// Whether the possible values of an expression are known: literals, names and choices between them.
 pub(super) fn is_listed(value: &Expr) -> bool {
-    match &value.kind {
-        ExprKind::Time(_) | ExprKind::Name(_) => true,
-        ExprKind::Call(name, arguments) => {
-            matches!(upper(&name.text).as_str(), "SEL" | "MUX")
-                && arguments.iter().skip(1).all(|one| is_listed(&one.value))
-        }
-        ExprKind::Bool(_)
-        | ExprKind::Int(_)
-        | ExprKind::Field(..)
-        | ExprKind::Bit(..)
-        | ExprKind::Index(..)
-        | ExprKind::Address(_)
-        | ExprKind::Not(_)
-        | ExprKind::Neg(_)
-        | ExprKind::Binary(..)
-        | ExprKind::And(_)
-        | ExprKind::Or(_)
-        | ExprKind::Flag(_)
-        | ExprKind::Refused(_) => false,
+    if let ExprKind::Call(name, arguments) = &value.kind {
+        return matches!(upper(&name.text).as_str(), "SEL" | "MUX")
+            && arguments.iter().skip(1).all(|one| is_listed(&one.value));
     }
+    matches!(value.kind, ExprKind::Time(_) | ExprKind::Name(_))
 }
