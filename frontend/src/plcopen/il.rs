@@ -5,7 +5,7 @@ use grafsynth_ir::Name;
 use super::reader::Unit;
 use crate::st::ast::{Arg, Expr, ExprKind, Op, Stmt, StmtKind};
 use crate::st::lexer::{Kind, LexError, Places, Token, tokens};
-use crate::st::parse_stmt::{duration, number};
+use crate::st::parse_expr::{duration, number};
 use crate::xml::Mapped;
 
 /// Maximum number of consecutive fields in one operand.

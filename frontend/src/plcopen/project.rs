@@ -12,7 +12,7 @@ use crate::st::ast::{
 };
 use crate::st::lexer::Places;
 use crate::st::parse::Parser;
-use crate::st::parse_stmt::duration;
+use crate::st::parse_expr::duration;
 
 impl Reader<'_, '_> {
     pub(super) fn project(&mut self, root: Node<'_, '_>) -> Library {

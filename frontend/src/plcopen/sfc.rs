@@ -13,8 +13,8 @@ use crate::codes;
 use crate::st::ast::{
     Action, Element, Expr, ExprKind, MacroStep, Role, Sfc, Step, Transition, Use,
 };
+use crate::st::parse_expr::duration;
 use crate::st::parse_sfc::qualifier;
-use crate::st::parse_stmt::duration;
 
 /// Attributes in which CODESYS stores the actions of a step: while it is active, when it is entered, when it is left.
 const STEP_ACTIONS: [(&str, Qualifier); 3] =

@@ -244,8 +244,23 @@ pub(crate) enum ExprKind {
     And(Vec<Expr>),
     Or(Vec<Expr>),
     Call(Name, Vec<Arg>),
+    /// Made by jump elimination; no text contains it.
+    Flag(Flag),
     /// `1.5`, `'text'`: unsupported; the name for messages.
     Refused(String),
+}
+
+/// A variable that replaces jumps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Flag {
+    /// EXIT left the loop.
+    Left,
+    /// CONTINUE ended the iteration.
+    Skipped,
+    /// The variable of the loop as a target: it gets the value that it has at EXIT.
+    Variable,
+    /// RETURN left the unit.
+    Returned,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -378,12 +393,14 @@ impl Expr {
 
     /// The variable at the root of an access.
     pub(crate) fn root(&self) -> Option<&Name> {
-        match &self.kind {
-            ExprKind::Name(name) => Some(name),
-            ExprKind::Field(inner, _) | ExprKind::Bit(inner, _) | ExprKind::Index(inner, _) => {
-                inner.root()
-            }
-            _ => None,
+        if let ExprKind::Name(name) = &self.kind {
+            return Some(name);
         }
+        if let ExprKind::Field(inner, _) | ExprKind::Bit(inner, _) | ExprKind::Index(inner, _) =
+            &self.kind
+        {
+            return inner.root();
+        }
+        None
     }
 }

@@ -137,7 +137,17 @@ fn shown(expr: &Expr, is_inner: bool) -> Option<String> {
         ExprKind::Not(inner) => format!("NOT {}", shown(inner, true)?),
         ExprKind::And(all) => chain(all, " AND ")?,
         ExprKind::Or(all) => chain(all, " OR ")?,
-        _ => return None,
+        ExprKind::Bool(_)
+        | ExprKind::Int(_)
+        | ExprKind::Time(_)
+        | ExprKind::Bit(..)
+        | ExprKind::Index(..)
+        | ExprKind::Address(_)
+        | ExprKind::Neg(_)
+        | ExprKind::Binary(..)
+        | ExprKind::Call(..)
+        | ExprKind::Flag(_)
+        | ExprKind::Refused(_) => return None,
     };
     (text.len() <= 80).then_some(text)
 }
@@ -166,7 +176,11 @@ fn not_called(library: &Library, pou: &Pou, lists: &[&[Stmt]], out: &mut Vec<Dia
         let key = var.name.text.to_uppercase();
         let TypeKind::Named(ty) = &var.ty.kind else { continue };
         let ty = ty.to_uppercase();
-        let Some((inputs, outputs)) = standard_block(&ty) else { continue };
+        let Some(block) = standard_block(&ty) else { continue };
+        let names = |section| {
+            let vars = block.vars.iter().filter(move |var| var.section == section);
+            vars.map(|var| var.name.text.as_str())
+        };
         let is_own = library.pous.iter().any(|pou| pou.name.text.to_uppercase() == ty)
             || library.types.iter().any(|def| def.name.text.to_uppercase() == ty);
         let is_passed = seen.whole.contains(&key) || used_as_actions.contains(&key);
@@ -178,13 +192,14 @@ fn not_called(library: &Library, pou: &Pou, lists: &[&[Stmt]], out: &mut Vec<Dia
             continue;
         }
         let read = seen.fields.iter().find(|(name, field, _)| {
-            *name == key && outputs.iter().any(|one| field.eq_ignore_ascii_case(one))
+            *name == key && names(Section::Output).any(|one| field.eq_ignore_ascii_case(one))
         });
         let Some((_, field, span)) = read else { continue };
         let name = &var.name;
         // The reset and load inputs of a counter are optional.
-        let is_counter = inputs.contains(&"PV");
-        let needed = inputs.iter().filter(|input| !is_counter || !matches!(**input, "R" | "LD"));
+        let is_counter = names(Section::Input).any(|one| one == "PV");
+        let needed =
+            names(Section::Input).filter(|input| !is_counter || !matches!(*input, "R" | "LD"));
         let call: Vec<String> = needed.map(|input| format!("{input} := ..")).collect();
         let call = format!("{name}({});", call.join(", "));
         let help = if matches!(pou.body, Body::Sfc(_)) {
@@ -309,7 +324,12 @@ impl Mentions {
                 self.has_function = true;
                 self.arguments(arguments);
             }
-            _ => {}
+            ExprKind::Bool(_)
+            | ExprKind::Int(_)
+            | ExprKind::Time(_)
+            | ExprKind::Address(_)
+            | ExprKind::Flag(_)
+            | ExprKind::Refused(_) => {}
         }
     }
 }

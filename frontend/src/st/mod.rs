@@ -23,8 +23,10 @@ pub(crate) mod lexer;
 mod lints;
 pub(crate) mod parse;
 mod parse_decl;
+pub(crate) mod parse_expr;
 pub(crate) mod parse_sfc;
-pub(crate) mod parse_stmt;
+mod parse_stmt;
+mod parse_units;
 pub(crate) mod write;
 
 use grafsynth_ir::FileId;

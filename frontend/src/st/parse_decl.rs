@@ -3,9 +3,9 @@
 use grafsynth_ir::Name;
 use grafsynth_ir::diag::Diagnostic;
 
-use super::ast::{Init, Section, TypeDef, TypeKind, TypeRef, Var};
+use super::ast::{Expr, Init, Section, TypeDef, TypeKind, TypeRef, Var};
 use super::lexer::Kind;
-use super::parse::{Parse, Parser, section};
+use super::parse::{Parse, Parser};
 use crate::codes;
 
 impl Parser<'_> {
@@ -157,23 +157,7 @@ impl Parser<'_> {
         let start = self.peek(0).start;
         let word = self.word(0);
         let kind = match word.as_str() {
-            "ARRAY" => {
-                self.advance();
-                self.expect(Kind::OpenBracket, "`[`")?;
-                let mut ranges = Vec::new();
-                loop {
-                    let low = self.expression()?;
-                    self.expect(Kind::Range, "`..`")?;
-                    let high = self.expression()?;
-                    ranges.push((low, high));
-                    if !self.take(Kind::Comma) {
-                        break;
-                    }
-                }
-                self.expect(Kind::CloseBracket, "`]`")?;
-                self.expect_word("OF")?;
-                TypeKind::Array(ranges, Box::new(self.type_ref()?))
-            }
+            "ARRAY" => self.array()?,
             "STRUCT" => {
                 self.advance();
                 let mut fields = Vec::new();
@@ -203,21 +187,7 @@ impl Parser<'_> {
                 self.type_ref()?;
                 TypeKind::Refused(format!("{word} types"))
             }
-            _ if self.kind(0) == Kind::Open => {
-                self.advance();
-                let mut values = Vec::new();
-                loop {
-                    let name = self.name("a value of the enumeration")?;
-                    let value =
-                        if self.take(Kind::Assign) { Some(self.expression()?) } else { None };
-                    values.push((name, value));
-                    if !self.take(Kind::Comma) {
-                        break;
-                    }
-                }
-                self.expect(Kind::Close, "`)`")?;
-                TypeKind::Enum(values)
-            }
+            _ if self.kind(0) == Kind::Open => self.enumeration()?,
             _ => {
                 let mut name = self.name("a type")?.text;
                 // `lib.TON`: a type of a library is known by its last name.
@@ -225,17 +195,49 @@ impl Parser<'_> {
                     name = self.name("a type")?.text;
                 }
                 if self.take(Kind::Open) {
-                    let low = self.expression()?;
-                    self.expect(Kind::Range, "`..`")?;
-                    let high = self.expression()?;
+                    let range = self.range()?;
                     self.expect(Kind::Close, "`)`")?;
-                    TypeKind::Subrange(name, Box::new((low, high)))
+                    TypeKind::Subrange(name, Box::new(range))
                 } else {
                     TypeKind::Named(name)
                 }
             }
         };
         Ok(TypeRef { kind, span: self.span_from(start) })
+    }
+
+    /// `0..9`
+    fn range(&mut self) -> Parse<(Expr, Expr)> {
+        let low = self.expression()?;
+        self.expect(Kind::Range, "`..`")?;
+        Ok((low, self.expression()?))
+    }
+
+    fn array(&mut self) -> Parse<TypeKind> {
+        self.advance();
+        self.expect(Kind::OpenBracket, "`[`")?;
+        let mut ranges = vec![self.range()?];
+        while self.take(Kind::Comma) {
+            ranges.push(self.range()?);
+        }
+        self.expect(Kind::CloseBracket, "`]`")?;
+        self.expect_word("OF")?;
+        Ok(TypeKind::Array(ranges, Box::new(self.type_ref()?)))
+    }
+
+    fn enumeration(&mut self) -> Parse<TypeKind> {
+        self.advance();
+        let mut values = Vec::new();
+        loop {
+            let name = self.name("a value of the enumeration")?;
+            let value = if self.take(Kind::Assign) { Some(self.expression()?) } else { None };
+            values.push((name, value));
+            if !self.take(Kind::Comma) {
+                break;
+            }
+        }
+        self.expect(Kind::Close, "`)`")?;
+        Ok(TypeKind::Enum(values))
     }
 
     pub(crate) fn init(&mut self) -> Parse<Init> {
@@ -298,4 +300,18 @@ impl Parser<'_> {
         }
         Ok(())
     }
+}
+
+/// The variable section that a word begins.
+fn section(word: &str) -> Option<Section> {
+    Some(match word {
+        "VAR" => Section::Local,
+        "VAR_INPUT" => Section::Input,
+        "VAR_OUTPUT" => Section::Output,
+        "VAR_IN_OUT" => Section::InOut,
+        "VAR_GLOBAL" => Section::Global,
+        "VAR_EXTERNAL" => Section::External,
+        "VAR_TEMP" => Section::Temp,
+        _ => return None,
+    })
 }

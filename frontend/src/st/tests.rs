@@ -4,7 +4,7 @@ use grafsynth_ir::diag::any_error;
 use grafsynth_ir::{FileId, lower};
 
 use super::parse;
-use super::parse_stmt::duration;
+use super::parse_expr::duration;
 
 fn findings(text: &str) -> Vec<&'static str> {
     parse(FileId(0), text).diagnostics.iter().map(|finding| finding.code.id).collect()

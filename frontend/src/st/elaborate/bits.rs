@@ -13,10 +13,9 @@ use grafsynth_ir::chart::Expr;
 use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::expr::{CompareOp, ExprKind};
 
-use super::functions::MAX_NODES;
+use super::context::{Access, Elaborator, FrameId, MAX_NODES, Outcome};
 use super::types::Ty;
 use super::value::{Kind, Value, nodes};
-use super::{Access, Elaborator, FrameId, Outcome};
 use crate::st::ast::{self, Op};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,12 +3,17 @@
 use grafsynth_ir::chart::{Block, Expr, Stmt, StmtKind};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::diag::ErrorReported;
+use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
+use super::context::{
+    Access, Binding, Elaborator, FrameId, Object, ObjectKind, Outcome, bodies_of,
+};
+use super::prelude;
+use super::types::Ty;
 use super::usage::upper;
-use super::value::{Kind, Time, Value};
-use super::{Access, Binding, Elaborator, FrameId, ObjectKind, Outcome};
+use super::value::{Kind, Time, Value, mentions};
 use crate::codes;
 use crate::st::ast::{self, Arg, Body, Section};
 
@@ -38,8 +43,14 @@ impl Elaborator<'_> {
                     .help("call an instance of a function block, or an action; a function is called in an expression"),
             ));
         };
-        let kind = self.objects[object].kind;
-        let arguments = self.named_arguments(kind, arguments, span)?;
+        let ObjectKind::Block(index) = self.objects[object].kind else {
+            return Err(self.report(
+                Diagnostic::error(codes::ST_CALL, "a structure cannot be called")
+                    .at(target.span, "called here")
+                    .help("assign its fields, as in `name.field := ..;`"),
+            ));
+        };
+        let arguments = self.named_arguments(index, arguments, span)?;
         let enable = arguments
             .iter()
             .find(|one| {
@@ -48,23 +59,8 @@ impl Elaborator<'_> {
             .map(|one| self.condition(frame, &one.value));
         let enable = enable.transpose()?;
         let mut list = Block::new();
-        match kind {
-            ObjectKind::Standard(block) => {
-                self.check_arguments(object, &arguments)?;
-                self.call_block(frame, object, block, &arguments, span, &mut list)?;
-            }
-            ObjectKind::User(pou) => {
-                self.check_arguments(object, &arguments)?;
-                self.call_user(frame, object, pou, &arguments, span, &mut list)?;
-            }
-            ObjectKind::Struct => {
-                return Err(self.report(
-                    Diagnostic::error(codes::ST_CALL, "a structure cannot be called")
-                        .at(target.span, "called here")
-                        .help("assign its fields, as in `name.field := ..;`"),
-                ));
-            }
-        }
+        self.check_arguments(index, &arguments)?;
+        self.call_block(frame, object, index, &arguments, span, &mut list)?;
         for argument in arguments.iter().filter(|one| one.is_output) {
             let Some(name) = &argument.name else { continue };
             if upper(&name.text) == "ENO" {
@@ -102,8 +98,8 @@ impl Elaborator<'_> {
         let root = instance.root()?;
         let Some(Binding::Object(_)) = self.lookup(frame, &root.text) else { return None };
         let Ok(Access::Object(object)) = self.access(frame, instance) else { return None };
-        let ObjectKind::User(index) = self.objects[object].kind else { return None };
-        let pou = &self.library.pous[index];
+        let ObjectKind::Block(index) = self.objects[object].kind else { return None };
+        let pou = self.unit(index);
         let in_chart = match &pou.body {
             Body::Sfc(chart) => chart.actions.as_slice(),
             Body::Statements(_) => &[],
@@ -124,7 +120,7 @@ impl Elaborator<'_> {
             )));
         }
         let inside = self.objects[object].frame;
-        let outside = std::mem::replace(&mut self.bodies, super::bodies_of(&pou.actions));
+        let outside = std::mem::replace(&mut self.bodies, bodies_of(&pou.actions));
         let done = self.call_body(inside, &key, name, &action.body, span, out);
         self.bodies = outside;
         Some(done)
@@ -192,54 +188,43 @@ impl Elaborator<'_> {
         ))
     }
 
-    /// Gives positional arguments the names of their parameters.
+    /// Gives every argument the main name of its parameter.
     pub(super) fn named_arguments(
         &mut self,
-        kind: ObjectKind,
+        index: usize,
         arguments: &[Arg],
         span: Span,
     ) -> Outcome<Vec<Arg>> {
-        if arguments.iter().all(|one| one.name.is_some()) {
-            return Ok(arguments.to_vec());
-        }
-        let order: Vec<(String, bool)> = match kind {
-            ObjectKind::Standard(block) => {
-                let order = block.order();
-                order
-                    .iter()
-                    .map(|name| ((*name).to_owned(), block.canonical(name).is_none()))
-                    .collect()
-            }
-            ObjectKind::User(pou) => self.library.pous[pou]
-                .vars
-                .iter()
-                .filter(|var| {
-                    matches!(var.section, Section::Input | Section::Output | Section::InOut)
-                })
-                .map(|var| (var.name.text.clone(), var.section == Section::Output))
-                .collect(),
-            ObjectKind::Struct => Vec::new(),
-        };
-        if arguments.len() > order.len() {
+        let params = self.parameters(index);
+        let is_positional = arguments.iter().any(|one| one.name.is_none());
+        if is_positional && arguments.len() > params.len() {
             return Err(self.report(
                 Diagnostic::error(
                     codes::ST_CALL,
                     format!(
                         "{} arguments given, but the block has {} parameters",
                         arguments.len(),
-                        order.len()
+                        params.len()
                     ),
                 )
                 .at(span, "")
-                .help(format!("remove {} of them", arguments.len() - order.len())),
+                .help(format!("remove {} of them", arguments.len() - params.len())),
             ));
         }
         let mut named = Vec::new();
-        for (argument, (name, is_output)) in arguments.iter().zip(order) {
+        for (place, argument) in arguments.iter().enumerate() {
             let mut argument = argument.clone();
-            if argument.name.is_none() {
-                argument.is_output = is_output;
-                argument.name = Some(Name::new(name, argument.value.span));
+            match &mut argument.name {
+                None => {
+                    argument.is_output = params[place].section == Section::Output;
+                    argument.name = Some(Name::new(&params[place].name, argument.value.span));
+                }
+                Some(name) => {
+                    let key = upper(&name.text);
+                    if let Some(main) = params.iter().find(|one| one.second == Some(&key)) {
+                        name.text.clone_from(&main.name);
+                    }
+                }
             }
             named.push(argument);
         }
@@ -247,47 +232,29 @@ impl Elaborator<'_> {
     }
 
     /// Checks that every argument names a parameter.
-    pub(super) fn check_arguments(&mut self, object: usize, arguments: &[Arg]) -> Outcome<()> {
-        let kind = self.objects[object].kind;
+    pub(super) fn check_arguments(&mut self, index: usize, arguments: &[Arg]) -> Outcome<()> {
+        let params = self.parameters(index);
         let mut failed = Ok(());
         for argument in arguments {
             let Some(name) = &argument.name else { continue };
             let key = upper(&name.text);
-            if matches!(key.as_str(), "EN" | "ENO") {
-                continue;
-            }
-            let known: Vec<String> = match kind {
-                ObjectKind::Standard(block) => {
-                    if !argument.is_output && block.canonical(&key).is_some() {
-                        continue;
-                    }
-                    block.order().iter().map(|name| (*name).to_owned()).collect()
-                }
-                ObjectKind::User(pou) => self.library.pous[pou]
-                    .vars
-                    .iter()
-                    .filter(|var| match var.section {
-                        Section::Input => !argument.is_output,
-                        Section::Output => argument.is_output,
-                        Section::InOut => true,
-                        Section::Local | Section::Global | Section::External | Section::Temp => {
-                            false
-                        }
-                    })
-                    .map(|var| upper(&var.name.text))
-                    .collect(),
-                ObjectKind::Struct => Vec::new(),
-            };
-            if !known.contains(&key) {
+            let wanted = if argument.is_output { Section::Output } else { Section::Input };
+            let known: Vec<String> = params
+                .iter()
+                .filter(|one| one.section == wanted || one.section == Section::InOut)
+                .map(|one| one.name.clone())
+                .collect();
+            if !known.contains(&key) && !matches!(key.as_str(), "EN" | "ENO") {
                 let what =
                     if argument.is_output { "output of the block" } else { "input of the block" };
-                failed = Err(self.unknown(
-                    what,
-                    &name.text,
-                    name.span,
-                    &known,
-                    "the block has no such parameter",
-                ));
+                let help = match params.iter().find(|one| one.is(&key)) {
+                    None => "the block has no such parameter".to_owned(),
+                    Some(_) if argument.is_output => {
+                        format!("it is an input: write `{name} := value`")
+                    }
+                    Some(_) => format!("it is an output: write `{name} => variable`"),
+                };
+                failed = Err(self.unknown(what, &name.text, name.span, &known, &help));
             }
         }
         failed
@@ -295,7 +262,7 @@ impl Elaborator<'_> {
 
     pub(super) fn output_of(&mut self, object: usize, name: &Name) -> Outcome<Value> {
         let frame = self.objects[object].frame;
-        if let Some(value) = self.block_field(object, &upper(&name.text), name.span) {
+        if let Some(value) = self.elapsed(object, name) {
             return value;
         }
         match self.frames[frame].names.get(&upper(&name.text)).cloned() {
@@ -307,8 +274,8 @@ impl Elaborator<'_> {
         }
     }
 
-    /// Expands a call of a user-defined function block: inserts its body with the variables of the instance.
-    fn call_user(
+    /// Expands a call of a function block: inserts its body with the variables of the instance.
+    fn call_block(
         &mut self,
         frame: FrameId,
         object: usize,
@@ -317,8 +284,7 @@ impl Elaborator<'_> {
         span: Span,
         out: &mut Block,
     ) -> Outcome<()> {
-        let library = self.library;
-        let pou = &library.pous[index];
+        let pou = self.unit(index);
         let Body::Statements(body) = &pou.body else {
             return Err(self.refused(
                 &format!("a call of `{}` here, a function block with its own chart", pou.name),
@@ -326,100 +292,204 @@ impl Elaborator<'_> {
                 "call it once in each scan, in a program without a chart and without RETURN or a condition around the call; or make it a program",
             ));
         };
+        let is_standard = self.is_standard(index);
+        if is_standard && pou.vars.iter().any(|var| prelude::clock(var).is_some()) {
+            self.count_call(object, span);
+        }
         let inside = self.objects[object].frame;
-        let prefix = self.objects[object].prefix.clone();
         // All arguments are evaluated before the first one changes anything.
-        let mut taken = Vec::new();
+        let mut given = Vec::new();
         for var in &pou.vars {
-            let key = upper(&var.name.text);
-            let given = arguments.iter().find(|one| {
-                one.name.as_ref().is_some_and(|name| upper(&name.text) == key)
-                    && (!one.is_output || var.section == Section::InOut)
-            });
-            match (var.section, given) {
-                (Section::Input, Some(argument)) => {
-                    let value = self.value(frame, &argument.value)?;
-                    let ty = self.ty(inside, &var.ty);
-                    let value = self.fit(value, &ty, &var.name.text)?;
-                    taken.push((key, var, ty, value));
+            let argument = argument(arguments, var);
+            if var.section == Section::InOut {
+                self.in_out(frame, inside, var, argument, span)?;
+            } else if var.section == Section::Input {
+                if let Some(argument) = argument {
+                    let value = self.input(frame, object, var, argument)?;
+                    given.push((var, value));
+                } else if is_standard {
+                    self.omitted(inside, var, span)?;
                 }
-                (Section::InOut, Some(argument)) => {
-                    let access = self.access(frame, &argument.value)?;
-                    let binding = match access {
-                        Access::Place(place) => Binding::Place(place),
-                        Access::Object(object) => Binding::Object(object),
-                        Access::Value(value) => Binding::Value(value),
-                        Access::Step(step) => Binding::Step(step),
-                    };
-                    self.frames[inside].names.insert(key, binding);
-                }
-                (Section::InOut, None) if !self.frames[inside].names.contains_key(&key) => {
-                    return Err(self.report(
-                        Diagnostic::error(
-                            codes::ST_CALL,
-                            format!("the in-out parameter `{}` needs a variable", var.name),
-                        )
-                        .at(span, "in this call")
-                        .help(format!("add `{} := variable` to the call", var.name)),
-                    ));
-                }
-                _ => {}
             }
         }
-        for (key, var, ty, value) in taken {
-            match self.frames[inside].names.get(&key).cloned() {
-                Some(Binding::Place(place)) => self.assign(&place, value, span, out)?,
-                Some(Binding::Value(_)) | None if self.is_steady(&value) => {
-                    self.frames[inside].names.insert(key, Binding::Value(value));
-                }
-                Some(Binding::Value(_)) | None => {
-                    if let Kind::Time(Time::Varying(_)) = value.kind {
-                        return Err(self.report(
-                            Diagnostic::error(
-                                codes::ST_TIMER,
-                                format!(
-                                    "parameter `{}` is given a TIME variable that changes",
-                                    var.name
-                                ),
-                            )
-                            .at(value.expr.span, "in this call")
-                            .help("declare the parameter VAR_IN_OUT, or give a constant"),
-                        ));
-                    }
-                    if matches!(value.kind, Kind::Time(_)) {
-                        self.frames[inside].names.insert(key, Binding::Value(value));
-                        continue;
-                    }
-                    let name = Name::new(format!("{prefix}.{}", var.name), var.name.span);
-                    self.declare_var(inside, &key, name, &ty, Vec::new(), Meta::default());
-                    if let Some(Binding::Place(place)) =
-                        self.frames[inside].names.get(&key).cloned()
-                    {
-                        self.assign(&place, value, span, out)?;
-                    }
-                }
-                Some(Binding::Object(_) | Binding::Step(_) | Binding::Broken) => {
-                    return Err(ErrorReported);
-                }
-            }
+        for (var, (ty, value)) in given {
+            self.give(object, var, &ty, value, span, out)?;
         }
         for var in pou.vars.iter().filter(|var| var.section == Section::Temp) {
-            if let Some(Binding::Place(place)) =
-                self.frames[inside].names.get(&upper(&var.name.text)).cloned()
-                && place.index.is_none()
-                && let Some(ty) = place.ty.simple()
-            {
-                let value = match ty {
-                    grafsynth_ir::expr::Type::Bool => Value::constant(false, span),
-                    ty @ grafsynth_ir::expr::Type::Int { .. } => Value::int(ty.saturate(0), span),
-                };
-                self.assign(&place, value, span, out)?;
+            self.reset(inside, var, span, out)?;
+        }
+        let bodies = std::mem::replace(&mut self.bodies, bodies_of(&pou.actions));
+        let site = std::mem::replace(&mut self.call_site, is_standard.then_some(span));
+        let done = self.call_body(inside, "", &pou.name, body, span, out);
+        (self.bodies, self.call_site) = (bodies, site);
+        if is_standard {
+            // Only the statements of this call read its arguments; PT of a timer stays known.
+            let inputs = pou.vars.iter().filter(|var| var.section == Section::Input);
+            for var in inputs {
+                let names = &mut self.frames[inside].names;
+                if let Some(Binding::Value(Value { kind: Kind::Bool | Kind::Int(..), .. })) =
+                    names.get(&var.name.text)
+                {
+                    names.remove(&var.name.text);
+                }
             }
         }
-        let outside = std::mem::replace(&mut self.bodies, super::bodies_of(&pou.actions));
-        let done = self.call_body(inside, "", &pou.name, body, span, out);
-        self.bodies = outside;
         done
+    }
+
+    /// Binds an input of a standard block that has no variable, and no argument in this call.
+    fn omitted(&mut self, inside: FrameId, var: &ast::Var, span: Span) -> Outcome<()> {
+        if !self.frames[inside].names.contains_key(&var.name.text) {
+            let ty = self.ty(inside, &var.ty);
+            let value = Binding::Value(self.zero_value(&ty, span)?);
+            self.frames[inside].names.insert(var.name.text.clone(), value);
+        }
+        Ok(())
+    }
+
+    /// Warns of a second call of a timer.
+    fn count_call(&mut self, object: usize, span: Span) {
+        self.objects[object].n_calls += 1;
+        if self.objects[object].n_calls == 2 {
+            let prefix = &self.objects[object].prefix;
+            self.report(
+                Diagnostic::warning(
+                    codes::ST_TIMER,
+                    format!("`{prefix}` is called in several places"),
+                )
+                .at(span, "called again here")
+                .help("a timer that stops and restarts within one scan keeps running; call each timer once"),
+            );
+        }
+    }
+
+    /// The value of an argument for an input.
+    fn input(
+        &mut self,
+        frame: FrameId,
+        object: usize,
+        var: &ast::Var,
+        argument: &Arg,
+    ) -> Outcome<(Ty, Value)> {
+        let value = self.value(frame, &argument.value)?;
+        let ty = self.ty(self.objects[object].frame, &var.ty);
+        Ok((ty.clone(), self.fit(value, &ty, &var.name.text)?))
+    }
+
+    /// Binds an in-out parameter to the variable that a call gives.
+    fn in_out(
+        &mut self,
+        frame: FrameId,
+        inside: FrameId,
+        var: &ast::Var,
+        argument: Option<&Arg>,
+        span: Span,
+    ) -> Outcome<()> {
+        let key = upper(&var.name.text);
+        if let Some(argument) = argument {
+            let binding = match self.access(frame, &argument.value)? {
+                Access::Place(place) => Binding::Place(place),
+                Access::Object(object) => Binding::Object(object),
+                Access::Value(value) => Binding::Value(value),
+                Access::Step(step) => Binding::Step(step),
+            };
+            self.frames[inside].names.insert(key, binding);
+        } else if !self.frames[inside].names.contains_key(&key) {
+            return Err(self.report(
+                Diagnostic::error(
+                    codes::ST_CALL,
+                    format!("the in-out parameter `{}` needs a variable", var.name),
+                )
+                .at(span, "in this call")
+                .help(format!("add `{} := variable` to the call", var.name)),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Gives an input its value: assigns it to the input's variable, or binds the input to the value if it has none.
+    fn give(
+        &mut self,
+        object: usize,
+        var: &ast::Var,
+        ty: &Ty,
+        value: Value,
+        span: Span,
+        out: &mut Block,
+    ) -> Outcome<()> {
+        let Object { frame: inside, prefix, .. } = self.objects[object].clone();
+        let key = upper(&var.name.text);
+        match self.frames[inside].names.get(&key).cloned() {
+            Some(Binding::Place(place)) => return self.assign(&place, value, span, out),
+            Some(Binding::Value(_)) | None => {}
+            Some(Binding::Object(_) | Binding::Step(_) | Binding::Broken) => {
+                return Err(ErrorReported);
+            }
+        }
+        // The statements of a standard block change only its own variables.
+        let is_standard = self.is_standard_object(object);
+        let is_steady =
+            self.is_steady(&value) || is_standard && !mentions(&value.expr, &format!("{prefix}."));
+        if let Kind::Time(time) = &value.kind {
+            self.check_time(object, var, time, is_steady, value.expr.span)?;
+        } else if !is_steady {
+            let declared = if is_standard { span } else { var.name.span };
+            let name = Name::new(format!("{prefix}.{}", var.name), declared);
+            let place = self.new_var(name, ty, Vec::new(), Meta::default());
+            self.frames[inside].names.insert(key, Binding::Place(place.clone()));
+            return self.assign(&place, value, span, out);
+        }
+        self.frames[inside].names.insert(key, Binding::Value(value));
+        Ok(())
+    }
+
+    /// Checks a time that a call binds to an input.
+    fn check_time(
+        &mut self,
+        object: usize,
+        var: &ast::Var,
+        time: &Time,
+        is_steady: bool,
+        span: Span,
+    ) -> Outcome<()> {
+        let prefix = &self.objects[object].prefix;
+        let (message, label, help) = match (time, self.is_standard_object(object)) {
+            (Time::Constant(_) | Time::Varying(Some(_)), true) => {
+                self.objects[object].has_preset = true;
+                return Ok(());
+            }
+            (_, true) => (
+                format!("{} of `{prefix}` can have any value", var.name),
+                "computed at run time",
+                "give a constant, or a TIME variable to which only constants are assigned",
+            ),
+            (Time::Varying(_), false) if !is_steady => (
+                format!("parameter `{}` is given a TIME variable that changes", var.name),
+                "in this call",
+                "declare the parameter VAR_IN_OUT, or give a constant",
+            ),
+            (_, false) => return Ok(()),
+        };
+        Err(self.report(Diagnostic::error(codes::ST_TIMER, message).at(span, label).help(help)))
+    }
+
+    /// Assigns its first value to a VAR_TEMP.
+    fn reset(
+        &mut self,
+        inside: FrameId,
+        var: &ast::Var,
+        span: Span,
+        out: &mut Block,
+    ) -> Outcome<()> {
+        let binding = self.frames[inside].names.get(&upper(&var.name.text)).cloned();
+        let Some(Binding::Place(place)) = binding else { return Ok(()) };
+        match place.ty.simple().filter(|_| place.index.is_none()) {
+            Some(Type::Bool) => self.assign(&place, Value::constant(false, span), span, out),
+            Some(ty @ Type::Int { .. }) => {
+                self.assign(&place, Value::int(ty.saturate(0), span), span, out)
+            }
+            None => Ok(()),
+        }
     }
 
     /// Whether a value cannot change within a scan: constants, inputs, steps.
@@ -438,4 +508,12 @@ impl Elaborator<'_> {
         }
         steady
     }
+}
+
+/// The argument that a call gives for an input or in-out parameter.
+fn argument<'c>(arguments: &'c [Arg], var: &ast::Var) -> Option<&'c Arg> {
+    arguments.iter().find(|one| {
+        (!one.is_output || var.section == Section::InOut)
+            && one.name.as_ref().is_some_and(|name| upper(&name.text) == upper(&var.name.text))
+    })
 }

@@ -16,9 +16,10 @@ use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
+use super::context::{Binding, Elaborator, FrameId, ObjectKind, Outcome, bodies_of};
+use super::jump_elimination::{self, Leaves};
 use super::usage::{Usage, upper};
 use super::value::Value;
-use super::{Binding, Elaborator, FrameId, ObjectKind, Outcome};
 use crate::st::ast::{self, Arg, Body, Pou, Section, StmtKind};
 
 /// The parts of a program without a chart.
@@ -41,11 +42,11 @@ impl<'a> Elaborator<'a> {
         usage: &Usage,
     ) -> Vec<Item> {
         let span = pou.name.span;
-        self.bodies = super::bodies_of(&pou.actions);
+        self.bodies = bodies_of(&pou.actions);
         let mut pieces = Pieces { items: Vec::new(), names: Vec::new(), open: Block::new() };
         let calls: Vec<Option<(usize, usize)>> =
             list.iter().map(|stmt| self.calls_chart(frame, stmt)).collect();
-        let leaves = super::jump_elimination::has(list, super::jump_elimination::Leaves::Return);
+        let leaves = jump_elimination::has(list, Leaves::Return);
         if leaves || calls.iter().all(Option::is_none) {
             self.body(frame, list, span, &mut pieces.open);
         } else {
@@ -110,8 +111,8 @@ impl<'a> Elaborator<'a> {
         let StmtKind::Call { target, .. } = &stmt.kind else { return None };
         let ast::ExprKind::Name(name) = &target.kind else { return None };
         let Some(Binding::Object(object)) = self.lookup(frame, &name.text) else { return None };
-        let ObjectKind::User(index) = self.objects[object].kind else { return None };
-        matches!(self.library.pous[index].body, Body::Sfc(_)).then_some((object, index))
+        let ObjectKind::Block(index) = self.objects[object].kind else { return None };
+        matches!(self.unit(index).body, Body::Sfc(_)).then_some((object, index))
     }
 
     /// Adds the chart of a block next to the program's own step.
@@ -123,44 +124,12 @@ impl<'a> Elaborator<'a> {
         span: Span,
         pieces: &mut Pieces,
     ) -> Outcome<()> {
-        let library = self.library;
-        let pou = &library.pous[index];
+        let pou = self.unit(index);
         let Body::Sfc(chart) = &pou.body else { return Err(ErrorReported) };
-        let arguments = self.named_arguments(ObjectKind::User(index), arguments, span)?;
-        self.check_arguments(object, &arguments)?;
-        if pou.options != ast::Options::default() {
-            return Err(self.refused(
-                &format!("a call of `{}`, a block with settings in its chart", pou.name),
-                span,
-                "make the block the design, or move the settings to the program",
-            ));
-        }
+        let arguments = self.named_arguments(index, arguments, span)?;
+        self.check_arguments(index, &arguments)?;
         let prefix = self.objects[object].prefix.clone();
-        if usage.assigned.contains(&upper(&prefix)) {
-            return Err(self.refused(
-                &format!("assignments to variables of `{prefix}`, a block with a chart"),
-                span,
-                "pass them as inputs in the call",
-            ));
-        }
-        let inner = self.usage(pou);
-        let is_own = |name: &str| {
-            let mut vars = pou.vars.iter().filter(|var| var.section != Section::External);
-            vars.any(|var| upper(&var.name.text) == name)
-        };
-        let shared = library.globals.iter().map(|var| upper(&var.name.text)).find(|name| {
-            !is_own(name) && inner.read.contains(name) && usage.assigned.contains(name)
-        });
-        if let Some(shared) = shared {
-            return Err(self.refused(
-                &format!(
-                    "a call of `{}`, whose chart reads `{shared}`, which the program changes",
-                    pou.name
-                ),
-                span,
-                "pass it as an input, or make the block a program that runs in parallel",
-            ));
-        }
+        self.check_chart(pou, &prefix, usage, span)?;
         let inside = self.objects[object].frame;
         for var in &pou.vars {
             let key = upper(&var.name.text);
@@ -201,6 +170,43 @@ impl<'a> Elaborator<'a> {
             let value = if argument.is_negated { Value::bool(value.expr.not()) } else { value };
             let place = self.place(frame, &argument.value)?;
             self.assign(&place, value, argument.value.span, &mut pieces.open)?;
+        }
+        Ok(())
+    }
+
+    /// Refuses blocks whose chart would see changes that the program makes before the call.
+    fn check_chart(&mut self, pou: &Pou, prefix: &str, usage: &Usage, span: Span) -> Outcome<()> {
+        if pou.options != ast::Options::default() {
+            return Err(self.refused(
+                &format!("a call of `{}`, a block with settings in its chart", pou.name),
+                span,
+                "make the block the design, or move the settings to the program",
+            ));
+        }
+        if usage.assigned.contains(&upper(prefix)) {
+            return Err(self.refused(
+                &format!("assignments to variables of `{prefix}`, a block with a chart"),
+                span,
+                "pass them as inputs in the call",
+            ));
+        }
+        let inner = self.usage(pou);
+        let is_own = |name: &str| {
+            let mut vars = pou.vars.iter().filter(|var| var.section != Section::External);
+            vars.any(|var| upper(&var.name.text) == name)
+        };
+        let shared = self.library.globals.iter().map(|var| upper(&var.name.text)).find(|name| {
+            !is_own(name) && inner.read.contains(name) && usage.assigned.contains(name)
+        });
+        if let Some(shared) = shared {
+            return Err(self.refused(
+                &format!(
+                    "a call of `{}`, whose chart reads `{shared}`, which the program changes",
+                    pou.name
+                ),
+                span,
+                "pass it as an input, or make the block a program that runs in parallel",
+            ));
         }
         Ok(())
     }

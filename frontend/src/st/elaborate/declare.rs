@@ -2,16 +2,27 @@
 
 use grafsynth_ir::Name;
 use grafsynth_ir::chart::{Action, Declaration, DeclarationKind, Item};
-use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::Meta;
 
-use super::super::ast::{self, Body, Section, Var};
+use super::context::{Binding, Elaborator, FrameId, Object, ObjectKind, Place};
+use super::prelude;
 use super::types::Ty;
 use super::usage::{Usage, upper};
-use super::value::Value;
-use super::{Binding, Elaborator, FrameId, Object, ObjectKind, Place};
+use super::value::{Kind, Time, Value, leaf};
 use crate::codes;
+use crate::st::ast::{self, Body, Section, Var};
+
+/// The comment of a declaration, after its address.
+fn label_of(var: &Var) -> String {
+    match &var.address {
+        Some(address) => {
+            format!("{} {}", address.text.to_ascii_uppercase(), var.label).trim_end().to_owned()
+        }
+        None => var.label.clone(),
+    }
+}
 
 impl<'a> Elaborator<'a> {
     /// Declares a variable of a chart (`is_top`) or of the instance with this frame.
@@ -35,9 +46,10 @@ impl<'a> Elaborator<'a> {
         let binding = match &ty {
             Ty::Broken => Some(Binding::Broken),
             Ty::Time => Some(self.declare_time(frame, var, &name, usage, is_top)),
-            Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => {
+            Ty::Block(_) | Ty::Struct(_) => {
                 let init = self.fields_of(var);
-                let object = self.instance(frame, &ty, &name, usage, &key, &init, 0);
+                let within = Within { outer: frame, usage, key: &key, init: &init, depth: 0 };
+                let object = self.instance(&ty, &name, &within);
                 Some(object.map_or(Binding::Broken, Binding::Object))
             }
             Ty::Bool | Ty::Int { .. } if var.is_constant && var.section != Section::External => {
@@ -59,14 +71,8 @@ impl<'a> Elaborator<'a> {
         if var.init.is_some() {
             return var.init.clone();
         }
-        match &var.ty.kind {
-            ast::TypeKind::Named(name) => self.types.get(&upper(name))?.init.clone(),
-            ast::TypeKind::Subrange(..)
-            | ast::TypeKind::Array(..)
-            | ast::TypeKind::Enum(_)
-            | ast::TypeKind::Struct(_)
-            | ast::TypeKind::Refused(_) => None,
-        }
+        let ast::TypeKind::Named(name) = &var.ty.kind else { return None };
+        self.types.get(&upper(name))?.init.clone()
     }
 
     pub(super) fn fields_of(&self, var: &Var) -> Vec<(Name, ast::Init)> {
@@ -101,12 +107,7 @@ impl<'a> Elaborator<'a> {
         let is_action = usage.actions.contains(&key);
         let address = var.address.as_ref().map(|address| address.text.to_ascii_uppercase());
         let area = address.as_deref().and_then(|address| address.chars().nth(1));
-        let label = match (&address, var.label.is_empty()) {
-            (Some(address), true) => address.clone(),
-            (Some(address), false) => format!("{address} {}", var.label),
-            (None, _) => var.label.clone(),
-        };
-        let meta = Meta { span: var.name.span, label, ..Meta::default() };
+        let meta = Meta { span: var.name.span, label: label_of(var), ..Meta::default() };
         // A chart omits the sign before an address.
         let name = Name::new(var.name.text.trim_start_matches('%'), var.name.span);
         let values = match &self.init_of(var) {
@@ -121,14 +122,7 @@ impl<'a> Elaborator<'a> {
                 Section::Output | Section::Temp => false,
             };
         if var.section == Section::Input && (is_assigned || is_action) {
-            self.report(
-                Diagnostic::error(
-                    codes::ST_TYPE,
-                    format!("`{}` is an input, but the program assigns it", var.name),
-                )
-                .at(var.name.span, "declared here")
-                .help("assign to a separate variable"),
-            );
+            self.assigned_input(var);
             self.frames[frame].names.insert(key, Binding::Broken);
             return;
         }
@@ -155,19 +149,11 @@ impl<'a> Elaborator<'a> {
         if let (true, Some(simple)) = (is_output, ty.simple()) {
             if !is_assigned && !is_action && usage.read.contains(&key) {
                 // No statement assigns the variable, so it keeps its initial value.
-                let value = values.first().cloned();
-                let value = match (value, simple) {
-                    (Some(expr), Type::Bool) => Value::bool(expr),
-                    (Some(expr), Type::Int { .. }) => {
-                        if let grafsynth_ir::expr::ExprKind::Int(value) = expr.kind {
-                            Value::int(value, expr.span)
-                        } else {
-                            Value::int(0, expr.span)
-                        }
-                    }
-                    (None, Type::Bool) => Value::constant(false, var.name.span),
-                    (None, Type::Int { .. }) => Value::int(simple.saturate(0), var.name.span),
+                let zero = || match simple {
+                    Type::Bool => Value::constant(false, var.name.span),
+                    Type::Int { .. } => Value::int(simple.saturate(0), var.name.span),
                 };
+                let value = values.first().cloned().map_or_else(zero, Value::literal);
                 self.frames[frame].names.insert(key.clone(), Binding::Value(value));
             } else {
                 self.frames[frame].names.insert(key.clone(), Binding::Place(place));
@@ -195,19 +181,20 @@ impl<'a> Elaborator<'a> {
         self.declare_var(frame, &key, name, ty, values, meta);
     }
 
+    pub(super) fn assigned_input(&mut self, var: &Var) {
+        self.report(
+            Diagnostic::error(
+                codes::ST_TYPE,
+                format!("`{}` is an input, but the program assigns it", var.name),
+            )
+            .at(var.name.span, "declared here")
+            .help("assign to a separate variable"),
+        );
+    }
+
     /// Declares an instance of a function block or structure, with all its variables.
-    #[expect(clippy::too_many_arguments, reason = "the context of an instance")]
-    pub(super) fn instance(
-        &mut self,
-        outer: FrameId,
-        ty: &Ty,
-        name: &Name,
-        usage: &Usage,
-        key: &str,
-        init: &[(Name, ast::Init)],
-        depth: usize,
-    ) -> Option<usize> {
-        if depth > 16 || self.spend(name.span, 8).is_err() {
+    fn instance(&mut self, ty: &Ty, name: &Name, within: &Within<'_>) -> Option<usize> {
+        if within.depth > 16 || self.spend(name.span, 8).is_err() {
             self.report(
                 Diagnostic::error(
                     codes::ST_SIZE,
@@ -218,102 +205,20 @@ impl<'a> Elaborator<'a> {
             );
             return None;
         }
-        let frame = self.new_frame(Some(self.globals));
         let kind = match ty {
-            Ty::Block(block) => ObjectKind::Standard(*block),
-            Ty::User(pou) => ObjectKind::User(*pou),
+            Ty::Block(index) => ObjectKind::Block(*index),
             Ty::Struct(_) => ObjectKind::Struct,
             Ty::Bool | Ty::Int { .. } | Ty::Time | Ty::Array(..) | Ty::Broken => return None,
         };
+        let frame = self.new_frame(Some(self.globals));
         let object = self.objects.len();
-        self.objects.push(Object {
-            kind,
-            frame,
-            prefix: name.text.clone(),
-            preset: None,
-            n_calls: 0,
-        });
-        // An input needs memory if a call omits it, or if it is read or assigned outside of calls.
-        let omitted = |input: &str| {
-            usage.fields.contains(&(key.to_owned(), input.to_owned()))
-                || usage.calls.get(key).is_some_and(|calls| {
-                    calls
-                        .iter()
-                        .any(|names| names.as_ref().is_some_and(|names| !names.contains(input)))
-                })
-        };
+        let prefix = name.text.clone();
+        self.objects.push(Object { kind, frame, prefix, has_preset: false, n_calls: 0 });
         match ty {
-            Ty::Block(block) => {
-                // An input may have a second name.
-                let is_omitted = |input: &str| {
-                    let first = block.canonical(input);
-                    let all: Vec<&str> =
-                        ["R", "RESET", "LD", "LOAD", "S1", "SET1", "S", "SET", "R1", "RESET1"]
-                            .into_iter()
-                            .filter(|name| block.canonical(name) == first)
-                            .chain([input])
-                            .collect();
-                    all.iter().all(|name| omitted(name))
-                        || all.iter().any(|name| {
-                            usage.fields.contains(&(key.to_owned(), (*name).to_owned()))
-                        })
-                };
-                self.declare_block(object, *block, name, &is_omitted, init, outer);
-            }
-            Ty::User(pou) => {
-                let library = self.library;
-                let pou = &library.pous[*pou];
-                let is_called = self.may_call_charts && depth == 0 && outer != self.globals;
-                if matches!(pou.body, Body::Sfc(_)) && !is_called {
-                    // Its call is refused; uses of its variables are not reported again.
-                    for var in &pou.vars {
-                        self.frames[frame].names.insert(upper(&var.name.text), Binding::Broken);
-                    }
-                    return Some(object);
-                }
-                for refusal in &pou.refused {
-                    self.refused(&refusal.what, refusal.span, &refusal.help);
-                }
-                let inner = self.usage(pou);
-                for var in &pou.vars {
-                    self.member(frame, var, name, &inner, &omitted, init, outer, depth);
-                }
-            }
+            Ty::Block(index) => self.members(object, *index, name, within),
             Ty::Struct(fields) => {
-                for field in fields.clone() {
-                    let ty = self.ty(outer, &field.ty);
-                    let field_key = upper(&field.name.text);
-                    let full = Name::new(format!("{name}.{}", field.name), field.name.span);
-                    let given = init
-                        .iter()
-                        .find(|(one, _)| upper(&one.text) == field_key)
-                        .map(|(_, init)| init.clone());
-                    let given = given.or_else(|| field.init.clone());
-                    match &ty {
-                        Ty::Bool | Ty::Int { .. } | Ty::Array(..) => {
-                            let values = match &given {
-                                Some(init) => self.initial(outer, &ty, init).unwrap_or_default(),
-                                None => Vec::new(),
-                            };
-                            self.declare_var(frame, &field_key, full, &ty, values, Meta::default());
-                        }
-                        Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => {
-                            let inner = self.instance(
-                                outer,
-                                &ty,
-                                &full,
-                                &Usage::default(),
-                                &field_key,
-                                &[],
-                                depth + 1,
-                            );
-                            let binding = inner.map_or(Binding::Broken, Binding::Object);
-                            self.frames[frame].names.insert(field_key, binding);
-                        }
-                        Ty::Time | Ty::Broken => {
-                            self.frames[frame].names.insert(field_key, Binding::Broken);
-                        }
-                    }
+                for field in fields {
+                    self.field_of(frame, field, name, within);
                 }
             }
             Ty::Bool | Ty::Int { .. } | Ty::Time | Ty::Array(..) | Ty::Broken => {}
@@ -321,18 +226,98 @@ impl<'a> Elaborator<'a> {
         Some(object)
     }
 
-    /// Declares a variable of an instance of a user-defined function block.
-    #[expect(clippy::too_many_arguments, reason = "the context of a variable of an instance")]
-    pub(super) fn member(
+    /// Declares a field of a structure.
+    fn field_of(&mut self, frame: FrameId, field: &Var, name: &Name, within: &Within<'_>) {
+        let ty = self.ty(within.outer, &field.ty);
+        let key = upper(&field.name.text);
+        let full = Name::new(format!("{name}.{}", field.name), field.name.span);
+        let binding = match &ty {
+            Ty::Bool | Ty::Int { .. } | Ty::Array(..) => {
+                let values = match within.init(&key).or(field.init.as_ref()) {
+                    Some(init) => self.initial(within.outer, &ty, init).unwrap_or_default(),
+                    None => Vec::new(),
+                };
+                return self.declare_var(frame, &key, full, &ty, values, Meta::default());
+            }
+            Ty::Block(_) | Ty::Struct(_) => {
+                let (usage, depth) = (&Usage::default(), within.depth + 1);
+                let inner = Within { usage, key: &key, init: &[], depth, ..*within };
+                self.instance(&ty, &full, &inner).map_or(Binding::Broken, Binding::Object)
+            }
+            Ty::Time | Ty::Broken => Binding::Broken,
+        };
+        self.frames[frame].names.insert(key, binding);
+    }
+
+    /// Declares the variables of an instance of a function block.
+    fn members(&mut self, object: usize, index: usize, name: &Name, within: &Within<'_>) {
+        let frame = self.objects[object].frame;
+        let pou = self.unit(index);
+        let is_called = self.may_call_charts && within.depth == 0 && within.outer != self.globals;
+        if matches!(pou.body, Body::Sfc(_)) && !is_called {
+            // Its call is refused; uses of its variables are not reported again.
+            for var in &pou.vars {
+                self.frames[frame].names.insert(upper(&var.name.text), Binding::Broken);
+            }
+            return;
+        }
+        for refusal in &pou.refused {
+            self.refused(&refusal.what, refusal.span, &refusal.help);
+        }
+        let mut inner = self.usage(pou);
+        if !self.is_standard(index) {
+            for var in &pou.vars {
+                self.member(frame, var, name, &inner, within);
+            }
+            return;
+        }
+        let params = self.parameters(index);
+        let main = |(name, init): &(Name, ast::Init)| {
+            let one = params.iter().find(|one| one.is(&upper(&name.text)))?;
+            Some((Name::new(&one.name, name.span), init.clone()))
+        };
+        let init: Vec<_> = within.init.iter().filter_map(main).collect();
+        let within = &Within { init: &init, ..*within };
+        // The condition of a timer is a variable of the chart.
+        let clocks = pou.vars.iter().filter_map(prelude::clock);
+        inner.assigned.extend(clocks.map(|(running, _)| running.text.clone()));
+        for var in &pou.vars {
+            if let Some((running, _)) = prelude::clock(var) {
+                self.declare_timer(frame, var, running, name);
+                continue;
+            }
+            if var.ty.kind == ast::TypeKind::Named("TIME".to_owned()) {
+                self.objects[object].has_preset = within.init(&var.name.text).is_some();
+            }
+            // Everything in a standard block is at the declaration of the instance.
+            let mut var = var.clone();
+            var.name.span = name.span;
+            self.member(frame, &var, name, &inner, within);
+        }
+    }
+
+    /// Declares a timer of an instance of a standard block.
+    fn declare_timer(&mut self, frame: FrameId, var: &Var, running: &Name, instance: &Name) {
+        let full = |part: &Name| Name::new(format!("{instance}.{part}"), instance.span);
+        let condition = leaf(full(running).into(), instance.span);
+        self.items.push(Item::Declaration(Declaration {
+            name: full(&var.name),
+            kind: DeclarationKind::Timer { condition },
+            meta: Meta { span: instance.span, ..Meta::default() },
+        }));
+        let expr = leaf(full(&var.name).into(), instance.span);
+        let value = Value { expr, kind: Kind::Time(Time::Running) };
+        self.frames[frame].names.insert(var.name.text.clone(), Binding::Value(value));
+    }
+
+    /// Declares a variable of an instance of a function block.
+    fn member(
         &mut self,
         frame: FrameId,
-        var: &'a Var,
+        var: &Var,
         instance: &Name,
         inner: &Usage,
-        omitted: &dyn Fn(&str) -> bool,
-        init: &[(Name, ast::Init)],
-        outer: FrameId,
-        depth: usize,
+        within: &Within<'_>,
     ) {
         let key = upper(&var.name.text);
         if var.section == Section::External {
@@ -350,57 +335,74 @@ impl<'a> Elaborator<'a> {
         }
         let ty = self.ty(frame, &var.ty);
         let full = Name::new(format!("{instance}.{}", var.name), var.name.span);
-        let given = init.iter().find(|(one, _)| upper(&one.text) == key).map(|(_, init)| init);
-        match &ty {
-            Ty::Broken => {
-                self.frames[frame].names.insert(key, Binding::Broken);
-            }
+        let binding = match &ty {
+            Ty::Broken => Binding::Broken,
             Ty::Time if var.section == Section::Input => {
-                // The variable is bound when the block is called.
-                let own = self.init_of(var);
-                let start = match given.or(own.as_ref()) {
-                    Some(ast::Init::Value(value)) => {
-                        let place = if given.is_some() { outer } else { frame };
-                        self.value(place, value).ok()
-                    }
-                    Some(ast::Init::List(..) | ast::Init::Fields(..)) | None => None,
-                };
-                let start = start.unwrap_or_else(|| Value::time(0, var.name.span));
-                self.frames[frame].names.insert(key, Binding::Value(start));
+                Binding::Value(self.first_time(frame, var, &key, within))
             }
             // The parameter is bound to a variable when the block is called.
-            Ty::Time if var.section == Section::InOut => {}
-            Ty::Time => {
-                let binding = self.declare_time(frame, var, &full, inner, false);
-                self.frames[frame].names.insert(key, binding);
+            Ty::Time if var.section == Section::InOut => return,
+            Ty::Time => self.declare_time(frame, var, &full, inner, false),
+            Ty::Block(_) | Ty::Struct(_) => {
+                let (init, depth) = (&self.fields_of(var), within.depth + 1);
+                let inner = Within { outer: frame, usage: inner, key: &key, init, depth };
+                self.instance(&ty, &full, &inner).map_or(Binding::Broken, Binding::Object)
             }
-            Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => {
-                let fields = self.fields_of(var);
-                let object = self.instance(frame, &ty, &full, inner, &key, &fields, depth + 1);
-                let binding = object.map_or(Binding::Broken, Binding::Object);
-                self.frames[frame].names.insert(key, binding);
-            }
+            Ty::Bool | Ty::Int { .. } if var.is_constant => self.declare_constant(frame, var, &ty),
             Ty::Bool | Ty::Int { .. } | Ty::Array(..) => {
-                if var.is_constant {
-                    let binding = self.declare_constant(frame, var, &ty);
-                    self.frames[frame].names.insert(key, binding);
-                    return;
-                }
-                let is_bound_by_calls = match var.section {
-                    Section::Input => !omitted(&key) && !inner.assigned.contains(&key),
-                    Section::InOut => true,
-                    _ => false,
-                };
+                let is_bound_by_calls = var.section == Section::InOut
+                    || var.section == Section::Input
+                        && !within.omits(&key)
+                        && !inner.assigned.contains(&key);
                 if is_bound_by_calls {
                     return;
                 }
-                let values = match (given, &self.init_of(var)) {
-                    (Some(init), _) => self.initial(outer, &ty, init).unwrap_or_default(),
+                let values = match (within.init(&key), &self.init_of(var)) {
+                    (Some(init), _) => self.initial(within.outer, &ty, init).unwrap_or_default(),
                     (None, Some(init)) => self.initial(frame, &ty, init).unwrap_or_default(),
                     (None, None) => Vec::new(),
                 };
-                self.declare_var(frame, &key, full, &ty, values, Meta::default());
+                return self.declare_var(frame, &key, full, &ty, values, Meta::default());
             }
-        }
+        };
+        self.frames[frame].names.insert(key, binding);
+    }
+
+    /// The value of a TIME input before the first call, which binds the input to its argument.
+    fn first_time(&mut self, frame: FrameId, var: &Var, key: &str, within: &Within<'_>) -> Value {
+        let (given, own) = (within.init(key), self.init_of(var));
+        let place = if given.is_some() { within.outer } else { frame };
+        let value = match given.or(own.as_ref()) {
+            Some(ast::Init::Value(value)) => self.value(place, value),
+            Some(ast::Init::List(..) | ast::Init::Fields(..)) | None => Err(ErrorReported),
+        };
+        let value = value.and_then(|value| self.fit(value, &Ty::Time, &var.name.text));
+        value.unwrap_or_else(|_| Value::time(0, var.name.span))
+    }
+}
+
+/// The unit or instance that declares an instance.
+struct Within<'w> {
+    outer: FrameId,
+    /// How the unit uses its names; it knows the instance as `key`.
+    usage: &'w Usage,
+    key: &'w str,
+    /// The initial values of the instance.
+    init: &'w [(Name, ast::Init)],
+    depth: usize,
+}
+
+impl Within<'_> {
+    /// Whether an input needs a variable: a call omits it, or it is read or assigned outside of calls.
+    fn omits(&self, input: &str) -> bool {
+        let mut calls = self.usage.calls.get(self.key).into_iter().flatten();
+        calls.any(|given| !given.contains(input))
+            || self.usage.fields.contains(&(self.key.to_owned(), input.to_owned()))
+    }
+
+    /// The initial value of a variable.
+    fn init(&self, key: &str) -> Option<&ast::Init> {
+        let mut init = self.init.iter();
+        init.find(|(name, _)| upper(&name.text) == key).map(|(_, init)| init)
     }
 }

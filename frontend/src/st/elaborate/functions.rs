@@ -1,72 +1,15 @@
 //! Functions: standard functions become operators; user-defined functions are evaluated by running their bodies on expressions.
 
-use grafsynth_ir::chart::Expr;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::diag::ErrorReported;
-use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::{Name, Span};
 
-use super::types::{Ty, integer};
+use super::context::{Binding, Elaborator, FrameId, MAX_NODES, ObjectKind, Outcome};
+use super::types::{Ty, integer, wrapping};
 use super::usage::upper;
-use super::value::{Kind, Value, nodes};
-use super::{Binding, Elaborator, FrameId, ObjectKind, Outcome};
+use super::value::{Kind, Value, nodes, select};
 use crate::codes;
 use crate::st::ast::{self, Arg, Op};
-
-/// Maximum number of nodes in the value of a variable in a function.
-pub(super) const MAX_NODES: usize = 4_000;
-/// Maximum depth of nested function calls.
-pub(super) const MAX_CALLS: usize = 32;
-
-/// A choice between two values of the same kind, except times.
-pub(super) fn select(condition: Expr, then: Value, otherwise: Value, span: Span) -> Value {
-    if then == otherwise || condition.is_true() {
-        return then;
-    }
-    if condition.is_false() {
-        return otherwise;
-    }
-    let kind = match (&then.kind, &otherwise.kind) {
-        (Kind::Int(al, ah), Kind::Int(bl, bh)) => Kind::Int(*al.min(bl), *ah.max(bh)),
-        (kind, _) => kind.clone(),
-    };
-    if let (Kind::Bool, Some(expr)) = (&kind, either(&condition, &then.expr, &otherwise.expr)) {
-        return Value { expr: Expr::new(expr.kind, span), kind };
-    }
-    let (condition, then, otherwise) = flatter(condition, then.expr, otherwise.expr);
-    let expr = ExprKind::Select(Box::new(condition), Box::new(then), Box::new(otherwise));
-    Value { expr: Expr::new(expr, span), kind }
-}
-
-/// A choice between two Booleans, one of which is constant.
-fn either(condition: &Expr, then: &Expr, otherwise: &Expr) -> Option<Expr> {
-    let (yes, no) = (|| condition.clone(), || condition.clone().not());
-    if then.is_true() {
-        Some(Expr::or([yes(), otherwise.clone()]))
-    } else if then.is_false() {
-        Some(Expr::and([no(), otherwise.clone()]))
-    } else if otherwise.is_true() {
-        Some(Expr::or([no(), then.clone()]))
-    } else if otherwise.is_false() {
-        Some(Expr::and([yes(), then.clone()]))
-    } else {
-        None
-    }
-}
-
-/// Merges nested choices that leave the same value: nested IFs would otherwise double that value with each level.
-fn flatter(condition: Expr, then: Expr, otherwise: Expr) -> (Expr, Expr, Expr) {
-    if let ExprKind::Select(inner, first, second) = &then.kind {
-        if second.kind == otherwise.kind {
-            return (Expr::and([condition, (**inner).clone()]), (**first).clone(), otherwise);
-        }
-        if first.kind == otherwise.kind {
-            let inner = (**inner).clone().not();
-            return (Expr::and([condition, inner]), (**second).clone(), otherwise);
-        }
-    }
-    (condition, then, otherwise)
-}
 
 /// Whether this is the name of a parameter of a standard function, in capitals.
 fn is_parameter(name: &str) -> bool {
@@ -162,20 +105,25 @@ impl Elaborator<'_> {
         arguments: &[Arg],
         span: Span,
     ) -> ErrorReported {
-        let (ty, output) = match self.objects[object].kind {
-            ObjectKind::Standard(block) => (block.name(), block.output()),
-            ObjectKind::User(pou) => (self.library.pous[pou].name.text.clone(), "an output".into()),
-            ObjectKind::Struct => ("a structure".into(), "a field".into()),
+        let ObjectKind::Block(index) = self.objects[object].kind else {
+            return self.report(
+                Diagnostic::error(
+                    codes::ST_CALL,
+                    format!("`{name}` is a structure, which an expression cannot call"),
+                )
+                .at(span, "called in an expression")
+                .help(format!("read a field, as in `{name}.field`")),
+            );
         };
+        let pou = self.unit(index);
+        let mut outputs = pou.vars.iter().filter(|var| var.section == ast::Section::Output);
+        let output = outputs.next().map_or("output", |var| var.name.text.as_str());
+        let ty = &pou.name;
         let finding = Diagnostic::error(
             codes::ST_CALL,
             format!("`{name}` is an instance of {ty}, which an expression cannot call"),
         )
         .at(span, "called in an expression");
-        let is_timer = matches!(
-            self.objects[object].kind,
-            ObjectKind::Standard(block) if block.name() == "TON"
-        );
         let given = |wanted: &str| {
             let one = arguments
                 .iter()
@@ -194,17 +142,13 @@ impl Elaborator<'_> {
             Some(ast::ExprKind::Name(name)) => name.text.clone(),
             _ => "T#3s".to_owned(),
         };
-        let help = match (self.objects[object].kind, is_timer.then_some(step).flatten()) {
-            (ObjectKind::Struct, _) => format!("read a field, as in `{name}.field`"),
-            (_, Some(step)) => format!(
-                "call `{name}(..)` in a statement and read `{name}.{output}` here, or compare the time of the step, as in `{step}.T >= {limit}`"
-            ),
-            (ObjectKind::Standard(_), None) => {
-                format!("call `{name}(..)` in a statement and read `{name}.{output}` here")
+        let is_delay = self.is_standard(index) && matches!(ty.text.as_str(), "TON" | "TON_TIME");
+        let call = format!("call `{name}(..)` in a statement and read `{name}.{output}` here");
+        let help = match step.filter(|_| is_delay) {
+            Some(step) => {
+                format!("{call}, or compare the time of the step, as in `{step}.T >= {limit}`")
             }
-            (ObjectKind::User(_), None) => {
-                format!("call `{name}(..)` in a statement and read one of its outputs here")
-            }
+            None => call,
         };
         self.report(finding.help(help))
     }
@@ -238,47 +182,12 @@ impl Elaborator<'_> {
         span: Span,
     ) -> Outcome<Value> {
         let n = values.len();
-        let chain = match key {
-            "ADD" => Some(Op::Add),
-            "MUL" => Some(Op::Mul),
-            "XOR" => Some(Op::Xor),
-            _ => None,
-        };
-        if let (Some(op), true) = (chain, n >= 2) {
-            return self.fold(values, span, |this, a, b| this.binary(op, a, b, span));
-        }
-        let pair = match key {
-            "SUB" => Some(Op::Sub),
-            "DIV" => Some(Op::Div),
-            "MOD" => Some(Op::Mod),
-            "EXPT" => Some(Op::Power),
-            "NE" => Some(Op::Ne),
-            _ => None,
+        let values = match self.operator(key, values, span) {
+            Ok(done) => return done,
+            Err(values) => values,
         };
         let mut values = values.into_iter();
         let mut next = || values.next();
-        if let (Some(op), 2) = (pair, n)
-            && let (Some(a), Some(b)) = (next(), next())
-        {
-            return self.binary(op, a, b, span);
-        }
-        let comparison = match key {
-            "GT" => Some(Op::Gt),
-            "GE" => Some(Op::Ge),
-            "EQ" => Some(Op::Eq),
-            "LE" => Some(Op::Le),
-            "LT" => Some(Op::Lt),
-            _ => None,
-        };
-        if let (Some(op), true) = (comparison, n >= 2) {
-            // GT(a, b, c) is a > b and b > c.
-            let all: Vec<Value> = values.collect();
-            let mut parts = Vec::new();
-            for two in all.windows(2) {
-                parts.push(self.binary(op, two[0].clone(), two[1].clone(), span)?);
-            }
-            return self.join(parts, true, span);
-        }
         match (key, n) {
             ("AND" | "OR", 2..) => {
                 let all = values.collect();
@@ -296,22 +205,13 @@ impl Elaborator<'_> {
             }
             ("ABS", 1) => {
                 if let Some(value) = next() {
-                    let zero = Value::int(0, span);
-                    let negative = self.binary(Op::Sub, zero.clone(), value.clone(), span)?;
-                    let below = self.binary(Op::Lt, value.clone(), zero, span)?;
-                    let chosen = select(below.expr, negative, value, span);
-                    return Ok(match chosen.kind {
-                        Kind::Int(lo, hi) => {
-                            Value { kind: Kind::Int(lo.max(0), hi.max(0)), ..chosen }
-                        }
-                        Kind::Bool | Kind::Time(_) => chosen,
-                    });
+                    return self.absolute(value, span);
                 }
             }
             ("MIN" | "MAX", 2..) => {
                 let op = if key == "MIN" { Op::Le } else { Op::Ge };
                 let all = values.collect();
-                return self.fold(all, span, |this, a, b| this.extreme(op, a, b, span));
+                return self.fold(all, |this, a, b| this.extreme(op, a, b, span));
             }
             ("LIMIT", 3) => {
                 if let (Some(low), Some(value), Some(high)) = (next(), next(), next()) {
@@ -332,19 +232,7 @@ impl Elaborator<'_> {
             }
             ("MUX", 2..) => {
                 if let Some(which) = next() {
-                    let all: Vec<Value> = values.collect();
-                    let mut chosen: Option<Value> = None;
-                    for (index, value) in all.into_iter().enumerate().rev() {
-                        chosen = Some(match chosen {
-                            None => value,
-                            Some(rest) => {
-                                let index = Value::int(i64::try_from(index).unwrap_or(0), span);
-                                let is_this = self.binary(Op::Eq, which.clone(), index, span)?;
-                                self.choice(is_this.expr, value, rest, span)?
-                            }
-                        });
-                    }
-                    return chosen.ok_or(ErrorReported);
+                    return self.multiplexed(&which, values.collect(), span);
                 }
             }
             ("SHL" | "SHR" | "ROL" | "ROR", 2) => {
@@ -362,6 +250,71 @@ impl Elaborator<'_> {
             _ => {}
         }
         Err(self.no_function(key, name, n))
+    }
+
+    /// A function that is an operator; the values come back if it is not.
+    fn operator(
+        &mut self,
+        key: &str,
+        values: Vec<Value>,
+        span: Span,
+    ) -> Result<Outcome<Value>, Vec<Value>> {
+        let n = values.len();
+        let op = match key {
+            "ADD" => Op::Add,
+            "MUL" => Op::Mul,
+            "XOR" => Op::Xor,
+            "SUB" => Op::Sub,
+            "DIV" => Op::Div,
+            "MOD" => Op::Mod,
+            "EXPT" => Op::Power,
+            "NE" => Op::Ne,
+            "GT" => Op::Gt,
+            "GE" => Op::Ge,
+            "EQ" => Op::Eq,
+            "LE" => Op::Le,
+            "LT" => Op::Lt,
+            _ => return Err(values),
+        };
+        let is_chain = matches!(op, Op::Add | Op::Mul | Op::Xor);
+        let is_ordered = matches!(op, Op::Gt | Op::Ge | Op::Eq | Op::Le | Op::Lt);
+        if n < 2 || n > 2 && !is_chain && !is_ordered {
+            return Err(values);
+        }
+        if is_ordered {
+            // GT(a, b, c) is a > b and b > c.
+            let pairs = values.windows(2);
+            let parts = pairs.map(|two| self.binary(op, two[0].clone(), two[1].clone(), span));
+            let parts = parts.collect::<Outcome<Vec<_>>>();
+            return Ok(parts.and_then(|parts| self.join(parts, true, span)));
+        }
+        Ok(self.fold(values, |this, a, b| this.binary(op, a, b, span)))
+    }
+
+    fn absolute(&mut self, value: Value, span: Span) -> Outcome<Value> {
+        let zero = Value::int(0, span);
+        let negative = self.binary(Op::Sub, zero.clone(), value.clone(), span)?;
+        let below = self.binary(Op::Lt, value.clone(), zero, span)?;
+        let chosen = select(below.expr, negative, value, span);
+        Ok(match chosen.kind {
+            Kind::Int(lo, hi) => Value { kind: Kind::Int(lo.max(0), hi.max(0)), ..chosen },
+            Kind::Bool | Kind::Time(_) => chosen,
+        })
+    }
+
+    fn multiplexed(&mut self, which: &Value, all: Vec<Value>, span: Span) -> Outcome<Value> {
+        let mut chosen: Option<Value> = None;
+        for (index, value) in all.into_iter().enumerate().rev() {
+            chosen = Some(match chosen {
+                None => value,
+                Some(rest) => {
+                    let index = Value::int(i64::try_from(index).unwrap_or(0), span);
+                    let is_this = self.binary(Op::Eq, which.clone(), index, span)?;
+                    self.choice(is_this.expr, value, rest, span)?
+                }
+            });
+        }
+        chosen.ok_or(ErrorReported)
     }
 
     fn no_function(&mut self, key: &str, name: &Name, n: usize) -> ErrorReported {
@@ -435,7 +388,6 @@ impl Elaborator<'_> {
     fn fold(
         &mut self,
         values: Vec<Value>,
-        _span: Span,
         mut op: impl FnMut(&mut Self, Value, Value) -> Outcome<Value>,
     ) -> Outcome<Value> {
         let mut values = values.into_iter();
@@ -546,9 +498,4 @@ impl Elaborator<'_> {
         }
         Ok(sum.unwrap_or_else(|| Value::int(0, span)))
     }
-}
-
-fn wrapping(lo: i64, hi: i64) -> Ty {
-    let fits = lo >= super::types::WIDEST.0 && hi <= super::types::WIDEST.1;
-    Ty::Int { lo, hi, wraps: fits }
 }

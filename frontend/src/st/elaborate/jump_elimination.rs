@@ -14,18 +14,11 @@
 
 use grafsynth_ir::{Name, Span};
 
-use super::{Elaborator, Outcome};
-use crate::st::ast::{Expr, ExprKind, Stmt, StmtKind};
+use super::context::{Elaborator, Outcome};
+use crate::st::ast::{Expr, ExprKind, Flag, Stmt, StmtKind};
 
 /// Maximum number of consecutive IFs with RETURN that are nested instead of guarded by a flag.
 const MAX_NESTED: usize = 8;
-
-/// The name of the flag of EXIT. The following names are for CONTINUE, for the loop variable as a target, and for RETURN. No source text
-/// can contain these names.
-pub(super) const LEFT: &str = "#LEFT";
-pub(super) const SKIPPED: &str = "#SKIPPED";
-pub(super) const VARIABLE: &str = "#VARIABLE";
-pub(super) const RETURNED: &str = "#RETURNED";
 
 /// The statements that leave a list: RETURN, EXIT and CONTINUE.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,30 +54,29 @@ fn has_one(stmt: &Stmt, what: Leaves) -> bool {
     }
 }
 
-fn flag(name: &str, span: Span) -> Expr {
-    Expr::name(Name::new(name, span))
+fn read(flag: Flag, span: Span) -> Expr {
+    Expr::new(ExprKind::Flag(flag), span)
 }
 
-fn raise(name: &str, span: Span) -> Stmt {
+fn raise(flag: Flag, span: Span) -> Stmt {
     let value = Expr::new(ExprKind::Bool(true), span);
-    Stmt { kind: StmtKind::Assign { target: flag(name, span), value }, span }
+    Stmt { kind: StmtKind::Assign { target: read(flag, span), value }, span }
 }
 
-fn unless(flags: &[&str], list: Vec<Stmt>, span: Span) -> Stmt {
-    let free = |name: &&str| Expr::new(ExprKind::Not(Box::new(flag(name, span))), span);
+fn unless(flags: &[Flag], list: Vec<Stmt>, span: Span) -> Stmt {
+    let free = |flag: &Flag| Expr::new(ExprKind::Not(Box::new(read(*flag, span))), span);
     let condition = Expr::new(ExprKind::And(flags.iter().map(free).collect()), span);
     Stmt { kind: StmtKind::If { arms: vec![(condition, list)], otherwise: Vec::new() }, span }
 }
 
 /// The flags of a condition made by [`round`] or [`returned`]; `None` for other conditions.
-pub(super) fn guards(condition: &Expr) -> Option<Vec<String>> {
+pub(super) fn guards(condition: &Expr) -> Option<Vec<Flag>> {
     let ExprKind::And(all) = &condition.kind else { return None };
     let flag = |one: &Expr| {
         if let ExprKind::Not(inner) = &one.kind
-            && let ExprKind::Name(name) = &inner.kind
-            && name.text.starts_with('#')
+            && let ExprKind::Flag(flag) = inner.kind
         {
-            return Some(name.text.clone());
+            return Some(flag);
         }
         None
     };
@@ -97,7 +89,7 @@ fn cut(
     list: &[Stmt],
     leaves: &dyn Fn(&Stmt) -> bool,
     replace: &dyn Fn(&Stmt) -> Option<Vec<Stmt>>,
-    flags: &[&str],
+    flags: &[Flag],
 ) -> Vec<Stmt> {
     let mut out = Vec::new();
     let mut segment: Vec<Stmt> = Vec::new();
@@ -147,7 +139,7 @@ fn flush(
     out: &mut Vec<Stmt>,
     segment: &mut Vec<Stmt>,
     is_guarded: bool,
-    flags: &[&str],
+    flags: &[Flag],
     span: Span,
 ) {
     let list = std::mem::take(segment);
@@ -161,8 +153,8 @@ fn flush(
     }
 }
 
-/// The body of a loop over `var` without EXIT and CONTINUE. EXIT sets [`LEFT`] and CONTINUE sets [`SKIPPED`]. EXIT also assigns the current
-/// value of the loop variable to [`VARIABLE`].
+/// The body of a loop over `var` without EXIT and CONTINUE. EXIT sets [`Flag::Left`] and CONTINUE sets [`Flag::Skipped`]. EXIT also
+/// assigns the current value of the loop variable to [`Flag::Variable`].
 pub(super) fn round(body: &[Stmt], var: &Name) -> Vec<Stmt> {
     let (exits, skips) = (has(body, Leaves::Exit), has(body, Leaves::Continue));
     if !exits && !skips {
@@ -170,43 +162,39 @@ pub(super) fn round(body: &[Stmt], var: &Name) -> Vec<Stmt> {
     }
     let mut flags = Vec::new();
     if exits {
-        flags.push(LEFT);
+        flags.push(Flag::Left);
     }
     if skips {
-        flags.push(SKIPPED);
+        flags.push(Flag::Skipped);
     }
     let leaves = |stmt: &Stmt| has_one(stmt, Leaves::Exit) || has_one(stmt, Leaves::Continue);
     let replace = |stmt: &Stmt| {
         let span = stmt.span;
-        match &stmt.kind {
-            StmtKind::Exit => {
-                let value = Expr::name(var.clone());
-                let target = flag(VARIABLE, span);
-                let keep = Stmt { kind: StmtKind::Assign { target, value }, span };
-                Some(vec![raise(LEFT, span), keep])
-            }
-            StmtKind::Continue => Some(vec![raise(SKIPPED, span)]),
-            _ => None,
+        if stmt.kind == StmtKind::Continue {
+            return Some(vec![raise(Flag::Skipped, span)]);
         }
+        let (target, value) = (read(Flag::Variable, span), Expr::name(var.clone()));
+        let keep = Stmt { kind: StmtKind::Assign { target, value }, span };
+        (stmt.kind == StmtKind::Exit).then(|| vec![raise(Flag::Left, span), keep])
     };
     let list = cut(body, &leaves, &replace, &flags);
-    if exits { vec![unless(&[LEFT], list, var.span)] } else { list }
+    if exits { vec![unless(&[Flag::Left], list, var.span)] } else { list }
 }
 
-/// A list in which RETURN sets [`RETURNED`] and leaves all loops.
+/// A list in which RETURN sets [`Flag::Returned`] and leaves all loops.
 pub(super) fn returned(list: &[Stmt]) -> Vec<Stmt> {
     let leaves = |stmt: &Stmt| has_one(stmt, Leaves::Return);
-    let replace = |stmt: &Stmt| match &stmt.kind {
-        StmtKind::Return => Some(vec![raise(RETURNED, stmt.span)]),
-        StmtKind::For { var, from, to, by, body } => {
-            let body = out_of_loop(body);
-            let (var, from, to, by) = (var.clone(), from.clone(), to.clone(), by.clone());
-            let kind = StmtKind::For { var, from, to, by, body };
-            Some(vec![Stmt { kind, span: stmt.span }])
+    let replace = |stmt: &Stmt| {
+        if stmt.kind == StmtKind::Return {
+            return Some(vec![raise(Flag::Returned, stmt.span)]);
         }
-        _ => None,
+        let StmtKind::For { var, from, to, by, body } = &stmt.kind else { return None };
+        let body = out_of_loop(body);
+        let (var, from, to, by) = (var.clone(), from.clone(), to.clone(), by.clone());
+        let kind = StmtKind::For { var, from, to, by, body };
+        Some(vec![Stmt { kind, span: stmt.span }])
     };
-    cut(list, &leaves, &replace, &[RETURNED])
+    cut(list, &leaves, &replace, &[Flag::Returned])
 }
 
 /// The body of a loop in which RETURN is an EXIT with a flag; an inner loop that was left by RETURN also leaves this loop.
@@ -216,7 +204,7 @@ fn out_of_loop(body: &[Stmt]) -> Vec<Stmt> {
         let span = stmt.span;
         let leave = Stmt { kind: StmtKind::Exit, span };
         match &stmt.kind {
-            StmtKind::Return => out.extend([raise(RETURNED, span), leave]),
+            StmtKind::Return => out.extend([raise(Flag::Returned, span), leave]),
             StmtKind::If { arms, otherwise } => {
                 let arms =
                     arms.iter().map(|(test, list)| (test.clone(), out_of_loop(list))).collect();
@@ -233,7 +221,7 @@ fn out_of_loop(body: &[Stmt]) -> Vec<Stmt> {
                 let body = out_of_loop(body);
                 let (var, from, to, by) = (var.clone(), from.clone(), to.clone(), by.clone());
                 out.push(Stmt { kind: StmtKind::For { var, from, to, by, body }, span });
-                let arms = vec![(flag(RETURNED, span), vec![leave])];
+                let arms = vec![(read(Flag::Returned, span), vec![leave])];
                 out.push(Stmt { kind: StmtKind::If { arms, otherwise: Vec::new() }, span });
             }
             _ => out.push(stmt.clone()),
@@ -249,40 +237,39 @@ pub(super) fn nested(list: &[Stmt], depth: usize) -> Option<Vec<Stmt>> {
     };
     let mut out = list[..at].to_vec();
     let (stmt, rest) = (&list[at], &list[at + 1..]);
-    match &stmt.kind {
-        StmtKind::Return => Some(out),
-        StmtKind::If { arms, otherwise } if depth < MAX_NESTED => {
-            let mut lists: Vec<&[Stmt]> = arms.iter().map(|(_, list)| list.as_slice()).collect();
-            lists.push(otherwise);
-            let mut n_open = 0;
-            let mut made = Vec::new();
-            for branch in lists {
-                let is_left = branch.last().is_some_and(|last| last.kind == StmtKind::Return);
-                let body = if is_left { &branch[..branch.len() - 1] } else { branch };
-                if has(body, Leaves::Return) {
-                    return None;
-                }
-                let mut body = body.to_vec();
-                if !is_left {
-                    n_open += 1;
-                    body.extend(nested(rest, depth + 1)?);
-                }
-                made.push(body);
-            }
-            if n_open > 1 {
-                return None;
-            }
-            let otherwise = made.pop().unwrap_or_default();
-            let arms = arms.iter().map(|(test, _)| test.clone()).zip(made).collect();
-            out.push(Stmt { kind: StmtKind::If { arms, otherwise }, span: stmt.span });
-            Some(out)
-        }
-        _ => None,
+    if stmt.kind == StmtKind::Return {
+        return Some(out);
     }
+    let StmtKind::If { arms, otherwise } = &stmt.kind else { return None };
+    if depth >= MAX_NESTED {
+        return None;
+    }
+    let mut n_open = 0;
+    let mut made = Vec::new();
+    for branch in arms.iter().map(|(_, list)| list).chain([otherwise]) {
+        let is_left = branch.last().is_some_and(|last| last.kind == StmtKind::Return);
+        let body = if is_left { &branch[..branch.len() - 1] } else { branch };
+        if has(body, Leaves::Return) {
+            return None;
+        }
+        let mut body = body.to_vec();
+        if !is_left {
+            n_open += 1;
+            body.extend(nested(rest, depth + 1)?);
+        }
+        made.push(body);
+    }
+    if n_open > 1 {
+        return None;
+    }
+    let otherwise = made.pop().unwrap_or_default();
+    let arms = arms.iter().map(|(test, _)| test.clone()).zip(made).collect();
+    out.push(Stmt { kind: StmtKind::If { arms, otherwise }, span: stmt.span });
+    Some(out)
 }
 
 impl Elaborator<'_> {
-    /// The same list without RETURN, and whether it needs the flag [`RETURNED`].
+    /// The same list without RETURN, and whether it needs the flag [`Flag::Returned`].
     pub(super) fn without_returns(
         &mut self,
         list: &[Stmt],

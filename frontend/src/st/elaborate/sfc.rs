@@ -11,9 +11,10 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::net::{Meta, Qualifier};
 use grafsynth_ir::{Name, Span};
 
+use super::context::{Access, Binding, Elaborator, FrameId, Place, bodies_of};
+use super::types::Ty;
 use super::usage::upper;
-use super::value::{Kind, Time};
-use super::{Access, Binding, Elaborator, FrameId};
+use super::value::{Kind, Time, leaf};
 use crate::codes;
 use crate::st::ast::{self, Element, Role, Sfc};
 
@@ -26,7 +27,8 @@ enum Target {
     Mixed {
         set: String,
         reset: String,
-        control: String,
+        /// `None` if the steps use it with S and R only.
+        control: Option<String>,
     },
     Broken,
 }
@@ -90,7 +92,7 @@ impl Elaborator<'_> {
                 self.twice("action", &action.name);
             }
         }
-        self.bodies = super::bodies_of(&sfc.actions);
+        self.bodies = bodies_of(&sfc.actions);
         // As in the standard, writes of Booleans that are actions come first, then the bodies.
         let mut first = Vec::new();
         let mut always = Vec::new();
@@ -196,48 +198,7 @@ impl Elaborator<'_> {
         if let Some(flag) = self.flags.get(key) {
             return Target::Named(flag.clone());
         }
-        let access = match self.lookup(build.frame, &name.text) {
-            Some(Binding::Place(place)) => Access::Place(place),
-            Some(Binding::Value(value)) => Access::Value(value),
-            Some(Binding::Step(_) | Binding::Object(_)) => {
-                self.report(
-                    Diagnostic::error(
-                        codes::ST_TYPE,
-                        format!("`{name}` is neither an action nor a Boolean variable"),
-                    )
-                    .at(name.span, "used as an action")
-                    .help(OTHER_ACTION),
-                );
-                return Target::Broken;
-            }
-            Some(Binding::Broken) => return Target::Broken,
-            None => {
-                let mut candidates: Vec<String> = build.actions.values().cloned().collect();
-                candidates.extend(self.candidates(build.frame));
-                self.unknown(
-                    "action",
-                    &name.text,
-                    name.span,
-                    &candidates,
-                    "write `ACTION name: .. END_ACTION`, or declare a BOOL variable",
-                );
-                return Target::Broken;
-            }
-        };
-        let place = match access {
-            Access::Place(place) if place.ty == super::types::Ty::Bool => place,
-            Access::Place(_) | Access::Value(_) | Access::Object(_) | Access::Step(_) => {
-                self.report(
-                    Diagnostic::error(
-                        codes::ST_TYPE,
-                        format!("`{name}` is not a Boolean variable, so an action cannot set it"),
-                    )
-                    .at(name.span, "used as an action")
-                    .help(OTHER_ACTION),
-                );
-                return Target::Broken;
-            }
-        };
+        let Some(place) = self.boolean(build, name) else { return Target::Broken };
         let span = name.span;
         // A variable of an instance never becomes an action itself.
         if self.prefix.is_empty() {
@@ -256,60 +217,91 @@ impl Elaborator<'_> {
         let base = &place.name.text;
         let set = self.free_name(&format!("{base}.set"));
         let reset = self.free_name(&format!("{base}.reset"));
-        let control = self.free_name(&format!("{base}.control"));
-        let path = self.path(&place, span);
-        let write = |value: bool| {
-            let value = grafsynth_ir::chart::Expr::bool(value);
-            at(StmtKind::Assign { target: path.clone(), index: place.index.clone(), value }, span)
-        };
         let action = |name: &str, body| {
             let meta = Meta { span, ..Meta::default() };
             Item::Action(Action { name: Name::new(name, span), body, meta })
         };
+        let mut control = None;
         if qualifiers.iter().any(|one| !matches!(one, Qualifier::S | Qualifier::R)) {
-            items.push(action(&control, Vec::new()));
-            let was = self.free_name(&format!("{base}.was"));
-            self.declare_var(
-                build.frame,
-                &upper(&was),
-                Name::new(was.clone(), span),
-                &super::types::Ty::Bool,
-                Vec::new(),
-                Meta::default(),
-            );
-            let read = |name: &str| super::value::leaf(Name::new(name, span).into(), span);
-            let fall = at(
-                StmtKind::If {
-                    condition: read(&was),
-                    then: vec![write(false)],
-                    otherwise: Vec::new(),
-                },
-                span,
-            );
-            always.push(at(
-                StmtKind::If {
-                    condition: read(&control),
-                    then: vec![write(true)],
-                    otherwise: vec![fall],
-                },
-                span,
-            ));
-            always.push(at(
-                StmtKind::Assign {
-                    target: Name::new(was, span).into(),
-                    index: None,
-                    value: read(&control),
-                },
-                span,
-            ));
+            let name = self.free_name(&format!("{base}.control"));
+            items.push(action(&name, Vec::new()));
+            self.controlled(&place, &name, span, always);
+            control = Some(name);
         }
         if qualifiers.contains(&Qualifier::S) {
-            items.push(action(&set, vec![write(true)]));
+            items.push(action(&set, vec![self.write(&place, true, span)]));
         }
         if qualifiers.contains(&Qualifier::R) {
-            items.push(action(&reset, vec![write(false)]));
+            items.push(action(&reset, vec![self.write(&place, false, span)]));
         }
         Target::Mixed { set, reset, control }
+    }
+
+    fn write(&self, place: &Place, value: bool, span: Span) -> Stmt {
+        let value = grafsynth_ir::chart::Expr::bool(value);
+        let target = self.path(place, span);
+        at(StmtKind::Assign { target, index: place.index.clone(), value }, span)
+    }
+
+    /// Sets a Boolean while the action `control` runs, and resets it when the action ends.
+    fn controlled(&mut self, place: &Place, control: &str, span: Span, always: &mut Vec<Stmt>) {
+        let was = self.free_name(&format!("{}.was", place.name));
+        let was = Name::new(was, span);
+        self.new_var(was.clone(), &Ty::Bool, Vec::new(), Meta::default());
+        let choose = |condition, then, otherwise| {
+            at(StmtKind::If { condition, then: vec![then], otherwise }, span)
+        };
+        let fall =
+            choose(leaf(was.clone().into(), span), self.write(place, false, span), Vec::new());
+        let control = leaf(Name::new(control, span).into(), span);
+        always.push(choose(control.clone(), self.write(place, true, span), vec![fall]));
+        always.push(at(StmtKind::Assign { target: was.into(), index: None, value: control }, span));
+    }
+
+    /// The Boolean variable that a step uses as an action.
+    fn boolean(&mut self, build: &Build, name: &Name) -> Option<Place> {
+        let access = match self.lookup(build.frame, &name.text) {
+            Some(Binding::Place(place)) => Access::Place(place),
+            Some(Binding::Value(value)) => Access::Value(value),
+            Some(Binding::Step(_) | Binding::Object(_)) => {
+                self.report(
+                    Diagnostic::error(
+                        codes::ST_TYPE,
+                        format!("`{name}` is neither an action nor a Boolean variable"),
+                    )
+                    .at(name.span, "used as an action")
+                    .help(OTHER_ACTION),
+                );
+                return None;
+            }
+            Some(Binding::Broken) => return None,
+            None => {
+                let mut candidates: Vec<String> = build.actions.values().cloned().collect();
+                candidates.extend(self.candidates(build.frame));
+                self.unknown(
+                    "action",
+                    &name.text,
+                    name.span,
+                    &candidates,
+                    "write `ACTION name: .. END_ACTION`, or declare a BOOL variable",
+                );
+                return None;
+            }
+        };
+        match access {
+            Access::Place(place) if place.ty == Ty::Bool => Some(place),
+            Access::Place(_) | Access::Value(_) | Access::Object(_) | Access::Step(_) => {
+                self.report(
+                    Diagnostic::error(
+                        codes::ST_TYPE,
+                        format!("`{name}` is not a Boolean variable, so an action cannot set it"),
+                    )
+                    .at(name.span, "used as an action")
+                    .help(OTHER_ACTION),
+                );
+                None
+            }
+        }
     }
 
     fn elements(&mut self, build: &Build, sfc: &Sfc, items: &mut Vec<Item>) {
@@ -364,9 +356,50 @@ impl Elaborator<'_> {
     }
 
     fn action_use(&mut self, build: &Build, one: &ast::Use, body: &mut Vec<StepItem>) {
+        let Some(duration) = self.duration(build, one) else { return };
+        let how = match (one.qualifier, duration) {
+            (Qualifier::N, _) => ActionHow::Bare,
+            (Qualifier::D, Some(ns)) => ActionHow::After(ns),
+            (Qualifier::L, Some(ns)) => ActionHow::For(ns),
+            (qualifier, duration) => {
+                ActionHow::Qualified(qualifier, duration.filter(|_| qualifier.is_timed()))
+            }
+        };
+        match build.targets.get(&upper(&one.action.text)) {
+            Some(Target::Named(name)) => {
+                let mut made = item(name, how, one.span);
+                if let StepItemKind::Action { target, .. } = &mut made.kind {
+                    target.span = one.action.span;
+                }
+                body.push(made);
+            }
+            Some(Target::Mixed { set, reset, control }) => match one.qualifier {
+                Qualifier::S => body.push(item(set, ActionHow::Bare, one.span)),
+                Qualifier::R => {
+                    body.push(item(reset, ActionHow::Bare, one.span));
+                    body.extend(control.iter().map(|control| item(control, how, one.span)));
+                }
+                Qualifier::N
+                | Qualifier::L
+                | Qualifier::D
+                | Qualifier::P
+                | Qualifier::P0
+                | Qualifier::P1
+                | Qualifier::SD
+                | Qualifier::DS
+                | Qualifier::SL => {
+                    body.extend(control.iter().map(|control| item(control, how, one.span)));
+                }
+            },
+            Some(Target::Broken) | None => {}
+        }
+    }
+
+    /// The duration of a use in nanoseconds, if it has one; `None` if it is invalid.
+    fn duration(&mut self, build: &Build, one: &ast::Use) -> Option<Option<u64>> {
         let duration = match &one.duration {
             Some(duration) => {
-                let Ok(value) = self.value(build.frame, duration) else { return };
+                let Ok(value) = self.value(build.frame, duration) else { return None };
                 match value.kind {
                     Kind::Time(Time::Constant(ns)) => Some(u64::try_from(ns).unwrap_or(0)),
                     Kind::Time(_) | Kind::Bool | Kind::Int(..) => {
@@ -380,7 +413,7 @@ impl Elaborator<'_> {
                                 "write a duration such as T#3s, or a TIME variable that is never assigned",
                             ),
                         );
-                        return;
+                        return None;
                     }
                 }
             }
@@ -413,42 +446,9 @@ impl Elaborator<'_> {
                     one.action, one.qualifier
                 )),
             );
-            return;
+            return None;
         }
-        let how = match (one.qualifier, duration) {
-            (Qualifier::N, _) => ActionHow::Bare,
-            (Qualifier::D, Some(ns)) => ActionHow::After(ns),
-            (Qualifier::L, Some(ns)) => ActionHow::For(ns),
-            (qualifier, duration) => {
-                ActionHow::Qualified(qualifier, duration.filter(|_| qualifier.is_timed()))
-            }
-        };
-        match build.targets.get(&upper(&one.action.text)) {
-            Some(Target::Named(name)) => {
-                let mut made = item(name, how, one.span);
-                if let StepItemKind::Action { target, .. } = &mut made.kind {
-                    target.span = one.action.span;
-                }
-                body.push(made);
-            }
-            Some(Target::Mixed { set, reset, control }) => match one.qualifier {
-                Qualifier::S => body.push(item(set, ActionHow::Bare, one.span)),
-                Qualifier::R => {
-                    body.push(item(reset, ActionHow::Bare, one.span));
-                    if self.has_control(build, control) {
-                        body.push(item(control, how, one.span));
-                    }
-                }
-                _ => body.push(item(control, how, one.span)),
-            },
-            Some(Target::Broken) | None => {}
-        }
-    }
-
-    /// Whether the Boolean of this control is used with qualifiers other than S and R.
-    fn has_control(&self, build: &Build, control: &str) -> bool {
-        let was = upper(&control.replace(".control", ".was"));
-        self.frames[build.frame].names.contains_key(&was)
+        Some(duration)
     }
 
     fn transition(&mut self, build: &Build, transition: &ast::Transition) -> Option<Transition> {

@@ -7,13 +7,13 @@ use grafsynth_ir::expr::{CompareOp, ExprKind};
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
-use super::jump_elimination::{self, LEFT, Leaves, RETURNED, SKIPPED, VARIABLE};
+use super::context::{Access, BUDGET, Binding, Elaborator, FrameId, Outcome, Place};
+use super::jump_elimination::{self, Leaves};
 use super::types::Ty;
 use super::usage::upper;
 use super::value::{Kind, Time, Value};
-use super::{Access, Binding, Elaborator, FrameId, Outcome, Place};
 use crate::codes;
-use crate::st::ast;
+use crate::st::ast::{self, Flag};
 
 /// Maximum number of iterations of a loop.
 const MAX_ROUNDS: i64 = 65_536;
@@ -41,7 +41,7 @@ impl Elaborator<'_> {
         stmt: &ast::Stmt,
         out: &mut Block,
     ) -> Outcome<()> {
-        let span = stmt.span;
+        let span = self.at(stmt.span);
         self.spend(span, 1)?;
         match &stmt.kind {
             ast::StmtKind::Assign {
@@ -142,18 +142,21 @@ impl Elaborator<'_> {
         let place = self.place(frame, &target)?;
         let key = upper(&var.text);
         let exits = jump_elimination::has(body, Leaves::Exit);
-        let left = exits.then(|| self.flag(frame, &format!("{var}.left"), span));
+        let left = exits.then(|| self.flag(frame, Flag::Left, &format!("{var}.left"), span));
         let skipped = jump_elimination::has(body, Leaves::Continue)
-            .then(|| self.flag(frame, &format!("{var}.skipped"), span));
+            .then(|| self.flag(frame, Flag::Skipped, &format!("{var}.skipped"), span));
         let flat =
             (left.is_some() || skipped.is_some()).then(|| jump_elimination::round(body, var));
         let body = flat.as_deref().unwrap_or(body);
         let bound = [
-            (LEFT, left.clone()),
-            (SKIPPED, skipped.clone()),
-            (VARIABLE, exits.then(|| place.clone())),
+            (Flag::Left, left.clone()),
+            (Flag::Skipped, skipped.clone()),
+            (Flag::Variable, exits.then(|| place.clone())),
         ];
-        let outside = self.bind(frame, bound);
+        let outside = self.frames[frame].flags.clone();
+        let bound =
+            bound.into_iter().filter_map(|(flag, place)| Some((flag, Binding::Place(place?))));
+        self.frames[frame].flags.extend(bound);
         let outer = self.frames[frame].names.get(&key).cloned();
         for value in &rounds.each {
             // Nested loops would run on even after the budget is exhausted.
@@ -167,7 +170,7 @@ impl Elaborator<'_> {
                 self.assign(skipped, Value::constant(false, span), span, out)?;
             }
         }
-        self.unbind(frame, outside);
+        self.frames[frame].flags = outside;
         match outer {
             Some(outer) => self.frames[frame].names.insert(key, outer),
             None => self.frames[frame].names.remove(&key),
@@ -183,44 +186,15 @@ impl Elaborator<'_> {
     }
 
     /// A Boolean variable for the statement at `span`, the same each time.
-    fn flag(&mut self, frame: FrameId, name: &str, span: Span) -> Place {
-        let key = format!("#{name}@{}", span.start);
-        if let Some(Binding::Place(place)) = self.frames[frame].names.get(&key) {
+    fn flag(&mut self, frame: FrameId, flag: Flag, name: &str, span: Span) -> Place {
+        let key = (flag, span.start);
+        if let Some(place) = self.frames[frame].jumps.get(&key) {
             return place.clone();
         }
         let name = Name::new(self.free_name(name), span);
-        self.declare_var(frame, &key, name.clone(), &Ty::Bool, Vec::new(), Meta::default());
-        Place { name, chart: self.chart, index: None, ty: Ty::Bool }
-    }
-
-    /// Binds names to places and returns the previous bindings.
-    fn bind<const N: usize>(
-        &mut self,
-        frame: FrameId,
-        places: [(&'static str, Option<Place>); N],
-    ) -> [(&'static str, Option<Binding>); N] {
-        let names = &mut self.frames[frame].names;
-        places.map(|(name, place)| {
-            let before = match place {
-                Some(place) => names.insert(name.to_owned(), Binding::Place(place)),
-                None => names.remove(name),
-            };
-            (name, before)
-        })
-    }
-
-    fn unbind<const N: usize>(
-        &mut self,
-        frame: FrameId,
-        before: [(&'static str, Option<Binding>); N],
-    ) {
-        let names = &mut self.frames[frame].names;
-        for (name, binding) in before {
-            match binding {
-                Some(binding) => names.insert(name.to_owned(), binding),
-                None => names.remove(name),
-            };
-        }
+        let place = self.new_var(name, &Ty::Bool, Vec::new(), Meta::default());
+        self.frames[frame].jumps.insert(key, place.clone());
+        place
     }
 
     /// Elaborates the statements of a unit or action, which RETURN may leave.
@@ -230,10 +204,11 @@ impl Elaborator<'_> {
             self.list(frame, &list, out);
             return;
         }
-        let place = self.flag(frame, "returned", span);
-        let outside = self.bind(frame, [(RETURNED, Some(place.clone()))]);
+        let place = self.flag(frame, Flag::Returned, "returned", span);
+        let outside = self.frames[frame].flags.clone();
+        self.frames[frame].flags.insert(Flag::Returned, Binding::Place(place.clone()));
         self.list(frame, &list, out);
-        self.unbind(frame, outside);
+        self.frames[frame].flags = outside;
         let _ = self.assign(&place, Value::constant(false, span), span, out);
     }
 
@@ -246,7 +221,7 @@ impl Elaborator<'_> {
         span: Span,
     ) -> Outcome<()> {
         let amount = self.weight(frame, body).saturating_mul(rounds.each.len());
-        if self.spent.saturating_add(amount) > super::BUDGET {
+        if self.spent.saturating_add(amount) > BUDGET {
             return self.spend(span, amount);
         }
         Ok(())
@@ -289,26 +264,13 @@ impl Elaborator<'_> {
 
     /// The value of a literal number or of a named constant.
     fn known(&self, frame: FrameId, expr: &ast::Expr) -> Option<i64> {
-        match &expr.kind {
-            ast::ExprKind::Int(value) => Some(*value),
-            ast::ExprKind::Name(name) => match self.lookup(frame, &name.text)? {
-                Binding::Value(Value { kind: Kind::Int(lo, hi), .. }) if lo == hi => Some(lo),
-                _ => None,
-            },
-            ast::ExprKind::Bool(_)
-            | ast::ExprKind::Time(_)
-            | ast::ExprKind::Field(..)
-            | ast::ExprKind::Bit(..)
-            | ast::ExprKind::Index(..)
-            | ast::ExprKind::Address(_)
-            | ast::ExprKind::Not(_)
-            | ast::ExprKind::Neg(_)
-            | ast::ExprKind::Binary(..)
-            | ast::ExprKind::And(_)
-            | ast::ExprKind::Or(_)
-            | ast::ExprKind::Call(..)
-            | ast::ExprKind::Refused(_) => None,
+        if let ast::ExprKind::Int(value) = expr.kind {
+            return Some(value);
         }
+        let ast::ExprKind::Name(name) = &expr.kind else { return None };
+        let binding = self.lookup(frame, &name.text)?;
+        let Binding::Value(Value { kind: Kind::Int(lo, hi), .. }) = binding else { return None };
+        (lo == hi).then_some(lo)
     }
 
     pub(super) fn unbounded(&mut self, span: Span) -> ErrorReported {
@@ -324,17 +286,6 @@ impl Elaborator<'_> {
             Diagnostic::error(codes::ST_UNEXPECTED, "EXIT and CONTINUE are only allowed in a loop")
                 .at(span, "not inside a loop")
                 .help("remove it, or write RETURN to leave the unit"),
-        )
-    }
-
-    pub(super) fn too_much(&mut self, span: Span) -> ErrorReported {
-        self.report(
-            Diagnostic::error(
-                codes::ST_SIZE,
-                "loops, functions and blocks expand to too many statements",
-            )
-            .at(span, "the limit is exceeded here")
-            .help("use shorter loops, or fewer instances"),
         )
     }
 
@@ -462,8 +413,15 @@ impl Elaborator<'_> {
             return false;
         }
         let Some(Binding::Object(object)) = self.lookup(frame, &name.text) else { return false };
-        let changed = self.objects[object].preset.is_some_and(|before| before != *ns);
-        self.objects[object].preset = Some(*ns);
+        let inside = self.objects[object].frame;
+        if !self.is_standard_object(object) || !self.frames[inside].names.contains_key("PT") {
+            return false;
+        }
+        let given = Binding::Value(Value::time(*ns, target.span));
+        let before = self.frames[inside].names.insert("PT".to_owned(), given);
+        let had_preset = std::mem::replace(&mut self.objects[object].has_preset, true);
+        let changed = had_preset
+            && matches!(before, Some(Binding::Value(Value { kind: Kind::Time(Time::Constant(before)), .. })) if before != *ns);
         if changed {
             self.report(
                 Diagnostic::error(
@@ -488,7 +446,7 @@ impl Elaborator<'_> {
         if place.ty == Ty::Time {
             value.expr = self.stored_time(place, value.clone())?;
         }
-        let target = self.path(place, place.name.span);
+        let target = self.path(place, self.at(place.name.span));
         let kind = StmtKind::Assign { target, index: place.index.clone(), value: value.expr };
         out.push(Stmt { kind, span });
         Ok(())

@@ -19,11 +19,10 @@ use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
-use super::functions::select;
+use super::context::{Binding, Elaborator, FrameId, Outcome, Place};
 use super::types::{Ty, WIDEST};
 use super::usage::{Usage, upper};
-use super::value::{Kind, Time, Value};
-use super::{Binding, Elaborator, FrameId, Outcome, Place};
+use super::value::{Kind, Time, Value, Values, select};
 use crate::codes;
 use crate::st::ast::{self, Op, Section, Var};
 
@@ -31,32 +30,6 @@ use crate::st::ast::{self, Op, Section, Var};
 const UNIT: i64 = 1_000_000;
 /// Maximum number of values of a variable that is compared with a running time.
 const MAX_VALUES: usize = 32;
-
-/// The possible values of a TIME variable in nanoseconds; `None` if it is computed.
-pub(super) type Values = Option<BTreeSet<i64>>;
-
-/// Whether the possible values of an expression are known: literals, names and choices between them.
-pub(super) fn is_listed(value: &ast::Expr) -> bool {
-    match &value.kind {
-        ast::ExprKind::Time(_) | ast::ExprKind::Name(_) => true,
-        ast::ExprKind::Call(name, arguments) => {
-            matches!(upper(&name.text).as_str(), "SEL" | "MUX")
-                && arguments.iter().skip(1).all(|one| is_listed(&one.value))
-        }
-        ast::ExprKind::Bool(_)
-        | ast::ExprKind::Int(_)
-        | ast::ExprKind::Field(..)
-        | ast::ExprKind::Bit(..)
-        | ast::ExprKind::Index(..)
-        | ast::ExprKind::Address(_)
-        | ast::ExprKind::Not(_)
-        | ast::ExprKind::Neg(_)
-        | ast::ExprKind::Binary(..)
-        | ast::ExprKind::And(_)
-        | ast::ExprKind::Or(_)
-        | ast::ExprKind::Refused(_) => false,
-    }
-}
 
 fn joined(a: &Values, b: &Values, op: impl Fn(i64, i64) -> i64) -> Values {
     let (Some(a), Some(b)) = (a, b) else { return None };
@@ -287,30 +260,11 @@ impl Elaborator<'_> {
             return Binding::Place(place);
         }
         if is_input && var.section == Section::Input {
-            self.report(
-                Diagnostic::error(
-                    codes::ST_TYPE,
-                    format!("`{}` is an input, but the program assigns it", var.name),
-                )
-                .at(var.name.span, "declared here")
-                .help("assign to a separate variable"),
-            );
+            self.assigned_input(var);
             return Binding::Broken;
         }
-        let mut values: Values = Some(BTreeSet::from([start]));
-        for given in usage.times.get(&key).into_iter().flatten() {
-            let more = given.as_ref().and_then(|given| self.listed(frame, given));
-            match (&mut values, more) {
-                (Some(values), Some(more)) => values.extend(more),
-                (values, _) => *values = None,
-            }
-        }
-        // The variable is assigned in a way that the search for its values did not find.
-        if usage.times.get(&key).is_none_or(Vec::is_empty) {
-            values = None;
-        }
         let values =
-            values.filter(|all| all.len() <= MAX_VALUES && all.iter().all(|ns| ns % UNIT == 0));
+            self.assigned_times(frame, start, usage.times.get(&key).map_or(&[], Vec::as_slice));
         let ends = values.as_ref().and_then(|all| Some((all.first()? / UNIT, all.last()? / UNIT)));
         let (lo, hi) = ends.filter(|(lo, hi)| WIDEST.0 <= *lo && *hi <= WIDEST.1).unwrap_or(WIDEST);
         let ty = Type::Int { lo, hi };
@@ -335,36 +289,39 @@ impl Elaborator<'_> {
         Binding::Place(place)
     }
 
-    /// The values of an expression that [`is_listed`].
+    /// The values of a TIME variable with these assignments, if they are known and few.
+    fn assigned_times(&self, frame: FrameId, start: i64, given: &[Option<ast::Expr>]) -> Values {
+        // Without any, the variable is assigned in a way that the search for its values did not find.
+        if given.is_empty() {
+            return None;
+        }
+        let mut values = BTreeSet::from([start]);
+        for one in given {
+            values.extend(self.listed(frame, one.as_ref()?)?);
+        }
+        let are_few = values.len() <= MAX_VALUES && values.iter().all(|ns| ns % UNIT == 0);
+        are_few.then_some(values)
+    }
+
+    /// The values of an expression that [`is_listed`](super::usage::is_listed).
     fn listed(&self, frame: FrameId, value: &ast::Expr) -> Values {
-        match &value.kind {
-            ast::ExprKind::Time(ns) => Some(BTreeSet::from([*ns])),
-            ast::ExprKind::Name(name) => match self.lookup(frame, &name.text)? {
-                Binding::Value(Value { kind: Kind::Time(Time::Constant(ns)), .. }) => {
-                    Some(BTreeSet::from([ns]))
-                }
-                Binding::Place(place) => self.values_of(&place),
-                Binding::Value(_) | Binding::Object(_) | Binding::Step(_) | Binding::Broken => None,
-            },
-            ast::ExprKind::Call(_, arguments) => {
-                let mut all = BTreeSet::new();
-                for argument in arguments.iter().skip(1) {
-                    all.extend(self.listed(frame, &argument.value)?);
-                }
-                Some(all)
+        if let ast::ExprKind::Call(_, arguments) = &value.kind {
+            let mut all = BTreeSet::new();
+            for argument in arguments.iter().skip(1) {
+                all.extend(self.listed(frame, &argument.value)?);
             }
-            ast::ExprKind::Bool(_)
-            | ast::ExprKind::Int(_)
-            | ast::ExprKind::Field(..)
-            | ast::ExprKind::Bit(..)
-            | ast::ExprKind::Index(..)
-            | ast::ExprKind::Address(_)
-            | ast::ExprKind::Not(_)
-            | ast::ExprKind::Neg(_)
-            | ast::ExprKind::Binary(..)
-            | ast::ExprKind::And(_)
-            | ast::ExprKind::Or(_)
-            | ast::ExprKind::Refused(_) => None,
+            return Some(all);
+        }
+        if let ast::ExprKind::Time(ns) = value.kind {
+            return Some(BTreeSet::from([ns]));
+        }
+        let ast::ExprKind::Name(name) = &value.kind else { return None };
+        match self.lookup(frame, &name.text)? {
+            Binding::Value(Value { kind: Kind::Time(Time::Constant(ns)), .. }) => {
+                Some(BTreeSet::from([ns]))
+            }
+            Binding::Place(place) => self.values_of(&place),
+            Binding::Value(_) | Binding::Object(_) | Binding::Step(_) | Binding::Broken => None,
         }
     }
 

@@ -13,8 +13,8 @@ pub(super) struct Usage {
     pub(super) actions: BTreeSet<String>,
     /// Fields of instances that are read or assigned outside of calls.
     pub(super) fields: BTreeSet<(String, String)>,
-    /// For each instance, the argument names of each call; `None` if the arguments are positional.
-    pub(super) calls: BTreeMap<String, Vec<Option<BTreeSet<String>>>>,
+    /// For each instance, the inputs that each call gives.
+    pub(super) calls: BTreeMap<String, Vec<BTreeSet<String>>>,
     /// All names that are read.
     pub(super) read: BTreeSet<String>,
     /// For each variable, the assigned values that are constants, names or choices between them; `None` for any other value.
@@ -25,8 +25,23 @@ pub(super) fn upper(text: &str) -> String {
     text.to_uppercase()
 }
 
-/// The parameters of a block in order: name in capitals, and whether a call may change the argument.
-pub(super) type Params = Vec<(String, bool)>;
+/// A parameter of a function block: an input, output or in-out parameter. Names are in capitals.
+#[derive(Debug, Clone)]
+pub(super) struct Parameter {
+    pub(super) name: String,
+    /// The second name of an input of a standard block.
+    pub(super) second: Option<&'static str>,
+    pub(super) section: Section,
+}
+
+impl Parameter {
+    pub(super) fn is(&self, name: &str) -> bool {
+        self.name == name || self.second == Some(name)
+    }
+}
+
+/// The parameters of a block in the order of a positional call.
+pub(super) type Params = Vec<Parameter>;
 
 /// Collects the uses in a unit. `params` returns the parameters of an instance by its name.
 pub(super) fn of(pou: &Pou, params: &dyn Fn(&str) -> Params) -> Usage {
@@ -44,6 +59,14 @@ pub(super) fn of(pou: &Pou, params: &dyn Fn(&str) -> Params) -> Usage {
         }
     }
     walk.usage
+}
+
+/// The parameter of an argument at this place in a call.
+fn parameter<'p>(params: &'p Params, place: usize, argument: &Arg) -> Option<&'p Parameter> {
+    match &argument.name {
+        Some(name) => params.iter().find(|one| one.is(&upper(&name.text))),
+        None => params.get(place),
+    }
 }
 
 struct Walk<'w> {
@@ -81,15 +104,13 @@ impl Walk<'_> {
         if let Some(root) = target.root() {
             self.usage.assigned.insert(upper(&root.text));
         }
-        match &target.kind {
-            ExprKind::Name(_) => {}
-            ExprKind::Index(inner, indices) => {
-                indices.iter().for_each(|index| self.expr(index));
-                if !matches!(inner.kind, ExprKind::Name(_)) {
-                    self.expr(inner);
-                }
+        if let ExprKind::Index(inner, indices) = &target.kind {
+            indices.iter().for_each(|index| self.expr(index));
+            if !matches!(inner.kind, ExprKind::Name(_)) {
+                self.expr(inner);
             }
-            _ => self.expr(target),
+        } else if !matches!(target.kind, ExprKind::Name(_)) {
+            self.expr(target);
         }
     }
 
@@ -98,22 +119,17 @@ impl Walk<'_> {
             StmtKind::Assign { target, value } => {
                 self.target(target);
                 if let (Some(root), ExprKind::Name(_)) = (target.root(), &target.kind) {
-                    let value = super::times::is_listed(value).then(|| value.clone());
+                    let value = is_listed(value).then(|| value.clone());
                     self.usage.times.entry(upper(&root.text)).or_default().push(value);
                 }
                 self.expr(value);
             }
             StmtKind::Call { target, arguments } => {
-                let named = arguments.iter().all(|one| one.name.is_some());
-                let names = named.then(|| {
-                    arguments
-                        .iter()
-                        .filter(|one| !one.is_output)
-                        .filter_map(|one| one.name.as_ref().map(|name| upper(&name.text)))
-                        .collect()
-                });
                 let root = target.root().map(|root| upper(&root.text)).unwrap_or_default();
                 let params = (self.params)(&root);
+                let inputs = arguments.iter().enumerate().filter(|(_, one)| !one.is_output);
+                let names = inputs.filter_map(|(place, one)| parameter(&params, place, one));
+                let names = names.map(|one| one.name.clone()).collect();
                 self.arguments(arguments, &params);
                 if let ExprKind::Name(_) = target.kind {
                     self.usage.read.insert(root.clone());
@@ -123,8 +139,8 @@ impl Walk<'_> {
                     if let ExprKind::Field(inner, _) = &target.kind
                         && let ExprKind::Name(instance) = &inner.kind
                     {
-                        let none = Some(BTreeSet::new());
-                        self.usage.calls.entry(upper(&instance.text)).or_default().push(none);
+                        let calls = self.usage.calls.entry(upper(&instance.text));
+                        calls.or_default().push(BTreeSet::new());
                     }
                     self.expr(target);
                 }
@@ -150,13 +166,8 @@ impl Walk<'_> {
 
     fn arguments(&mut self, arguments: &[Arg], params: &Params) {
         for (place, one) in arguments.iter().enumerate() {
-            let is_changed = match &one.name {
-                Some(name) => {
-                    let key = upper(&name.text);
-                    params.iter().any(|(name, changes)| *changes && *name == key)
-                }
-                None => params.get(place).is_some_and(|(_, changes)| *changes),
-            };
+            let is_changed =
+                parameter(params, place, one).is_some_and(|one| one.section != Section::Input);
             if one.is_output || is_changed {
                 self.target(&one.value);
                 if let Some(root) = one.value.root() {
@@ -193,7 +204,21 @@ impl Walk<'_> {
             }
             ExprKind::And(all) | ExprKind::Or(all) => all.iter().for_each(|one| self.expr(one)),
             ExprKind::Call(_, arguments) => self.arguments(arguments, &Params::new()),
-            _ => {}
+            ExprKind::Bool(_)
+            | ExprKind::Int(_)
+            | ExprKind::Time(_)
+            | ExprKind::Address(_)
+            | ExprKind::Flag(_)
+            | ExprKind::Refused(_) => {}
         }
     }
+}
+
+/// Whether the possible values of an expression are known: literals, names and choices between them.
+pub(super) fn is_listed(value: &Expr) -> bool {
+    if let ExprKind::Call(name, arguments) = &value.kind {
+        return matches!(upper(&name.text).as_str(), "SEL" | "MUX")
+            && arguments.iter().skip(1).all(|one| is_listed(&one.value));
+    }
+    matches!(value.kind, ExprKind::Time(_) | ExprKind::Name(_))
 }

@@ -7,14 +7,13 @@ use grafsynth_ir::chart::Expr;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::{Name, Span};
 
-use super::functions::{MAX_CALLS, MAX_NODES, select};
-use super::jump_elimination::{self, LEFT, RETURNED, SKIPPED, VARIABLE};
+use super::context::{Binding, Elaborator, Frame, FrameId, MAX_CALLS, MAX_NODES, Outcome};
+use super::jump_elimination;
 use super::types::Ty;
 use super::usage::upper;
-use super::value::{Value, nodes};
-use super::{Binding, Elaborator, Frame, FrameId, Outcome};
+use super::value::{Value, nodes, select};
 use crate::codes;
-use crate::st::ast::{self, Arg, Body, PouKind, Section, StmtKind};
+use crate::st::ast::{self, Arg, Body, Flag, Pou, PouKind, Section, StmtKind, Var};
 
 impl Elaborator<'_> {
     /// The value of a function call. Runs the body on expressions: both branches of an IF are run, and a choice combines the results.
@@ -48,43 +47,49 @@ impl Elaborator<'_> {
         for refusal in &pou.refused {
             self.refused(&refusal.what, refusal.span, &refusal.help);
         }
-        let is_input = |name: &Name| {
-            let mut inputs = pou.vars.iter().filter(|var| var.section == Section::Input);
-            inputs.any(|var| upper(&var.name.text) == upper(&name.text))
-        };
-        let mut named = arguments.iter().filter_map(|one| one.name.as_ref());
-        if let Some(unknown) = named.find(|name| !is_input(name)) {
-            let known: Vec<&str> = pou
-                .vars
-                .iter()
-                .filter(|var| var.section == Section::Input)
-                .map(|var| var.name.text.as_str())
-                .collect();
-            return Err(self.no_parameter(&pou.name, unknown, &known.join(", ")));
-        }
+        self.check_parameters(pou, arguments)?;
         let inside = self.new_frame(Some(self.globals));
         let result_type = self.ty(inside, result);
         let mut types: BTreeMap<String, Ty> = BTreeMap::new();
         types.insert(upper(&pou.name.text), result_type.clone());
         let start = self.zero_value(&result_type, span)?;
         self.frames[inside].names.insert(upper(&pou.name.text), Binding::Value(start));
+        self.bind_parameters(frame, inside, pou, arguments, span, &mut types)?;
+        let Body::Statements(body) = &pou.body else {
+            return Err(self.refused(
+                "a function with a chart",
+                pou.name.span,
+                "make it a function block",
+            ));
+        };
+        self.calls.push(index);
+        self.frames[inside].flags = lowered(span);
+        self.frames[inside].flags.insert(Flag::Returned, no(span));
+        let list = self.without_returns(body, pou.name.span);
+        let done = list.and_then(|(list, _)| self.run(inside, &types, &list));
+        self.calls.pop();
+        done?;
+        match self.frames[inside].names.get(&upper(&pou.name.text)) {
+            Some(Binding::Value(value)) => Ok(value.clone()),
+            _ => Err(ErrorReported),
+        }
+    }
+
+    /// Declares the variables of a function, and gives its inputs the values of the arguments.
+    fn bind_parameters(
+        &mut self,
+        frame: FrameId,
+        inside: FrameId,
+        pou: &Pou,
+        arguments: &[Arg],
+        span: Span,
+        types: &mut BTreeMap<String, Ty>,
+    ) -> Outcome<()> {
         let mut position = 0;
         for var in &pou.vars {
             let ty = self.ty(inside, &var.ty);
             let key = upper(&var.name.text);
-            let mut value = match &var.init {
-                Some(init) if ty == Ty::Time => match init {
-                    ast::Init::Value(init) => self.value(inside, init)?,
-                    ast::Init::List(_, span) | ast::Init::Fields(_, span) => {
-                        return Err(self.type_error("expected a time", *span));
-                    }
-                },
-                Some(init) => {
-                    let expr = self.initial(inside, &ty, init)?.pop().ok_or(ErrorReported)?;
-                    Value::literal(expr)
-                }
-                None => self.zero_value(&ty, var.name.span)?,
-            };
+            let mut value = self.first_value(inside, var, &ty)?;
             if matches!(var.section, Section::InOut | Section::Output) {
                 return Err(self.refused(
                     "functions that change their arguments",
@@ -116,40 +121,52 @@ impl Elaborator<'_> {
                 .help(format!("remove {} of them", arguments.len() - position)),
             ));
         }
-        let Body::Statements(body) = &pou.body else {
-            return Err(self.refused(
-                "a function with a chart",
-                pou.name.span,
-                "make it a function block",
-            ));
+        Ok(())
+    }
+
+    /// Checks that each named argument names an input.
+    fn check_parameters(&mut self, pou: &Pou, arguments: &[Arg]) -> Outcome<()> {
+        let is_input = |name: &Name| {
+            let mut inputs = pou.vars.iter().filter(|var| var.section == Section::Input);
+            inputs.any(|var| upper(&var.name.text) == upper(&name.text))
         };
-        self.calls.push(index);
-        for key in [LEFT, SKIPPED, RETURNED] {
-            types.insert(key.to_owned(), Ty::Bool);
-            let value = Value::constant(false, span);
-            self.frames[inside].names.insert(key.to_owned(), Binding::Value(value));
+        let mut named = arguments.iter().filter_map(|one| one.name.as_ref());
+        if let Some(unknown) = named.find(|name| !is_input(name)) {
+            let known: Vec<&str> = pou
+                .vars
+                .iter()
+                .filter(|var| var.section == Section::Input)
+                .map(|var| var.name.text.as_str())
+                .collect();
+            return Err(self.no_parameter(&pou.name, unknown, &known.join(", ")));
         }
-        let (lo, hi) = super::types::WIDEST;
-        types.insert(VARIABLE.to_owned(), Ty::Int { lo, hi, wraps: false });
-        let start = Binding::Value(Value::int(0, span));
-        self.frames[inside].names.insert(VARIABLE.to_owned(), start);
-        let list = self.without_returns(body, pou.name.span);
-        let done = list.and_then(|(list, _)| self.run(inside, &types, &list));
-        self.calls.pop();
-        done?;
-        match self.frames[inside].names.get(&upper(&pou.name.text)) {
-            Some(Binding::Value(value)) => Ok(value.clone()),
-            _ => Err(ErrorReported),
+        Ok(())
+    }
+
+    /// The value of a variable of a function when a call begins.
+    fn first_value(&mut self, inside: FrameId, var: &Var, ty: &Ty) -> Outcome<Value> {
+        match &var.init {
+            Some(init) if *ty == Ty::Time => match init {
+                ast::Init::Value(init) => self.value(inside, init),
+                ast::Init::List(_, span) | ast::Init::Fields(_, span) => {
+                    Err(self.type_error("expected a time", *span))
+                }
+            },
+            Some(init) => {
+                let expr = self.initial(inside, ty, init)?.pop().ok_or(ErrorReported)?;
+                Ok(Value::literal(expr))
+            }
+            None => self.zero_value(ty, var.name.span),
         }
     }
 
-    fn zero_value(&mut self, ty: &Ty, span: Span) -> Outcome<Value> {
+    pub(super) fn zero_value(&mut self, ty: &Ty, span: Span) -> Outcome<Value> {
         match ty {
             Ty::Bool => Ok(Value::constant(false, span)),
             Ty::Int { lo, hi, .. } => Ok(Value::int(0.clamp(*lo, *hi), span)),
             Ty::Time => Ok(Value::time(0, span)),
             Ty::Broken => Err(ErrorReported),
-            Ty::Array(..) | Ty::Block(_) | Ty::User(_) | Ty::Struct(_) => Err(self.refused(
+            Ty::Array(..) | Ty::Block(_) | Ty::Struct(_) => Err(self.refused(
                 "arrays, structures and blocks in functions",
                 span,
                 "use simple variables, or make it a function block",
@@ -179,6 +196,10 @@ impl Elaborator<'_> {
         match &stmt.kind {
             StmtKind::Assign { target, value } => {
                 let value = self.value(frame, value)?;
+                if let ast::ExprKind::Flag(flag) = target.kind {
+                    self.frames[frame].flags.insert(flag, Binding::Value(value));
+                    return Ok(());
+                }
                 let ast::ExprKind::Name(name) = &target.kind else {
                     return Err(self.refused(
                         "assignments to parts of variables in functions",
@@ -254,28 +275,25 @@ impl Elaborator<'_> {
         span: Span,
     ) -> Outcome<()> {
         let body = jump_elimination::round(body, var);
-        let no = || Binding::Value(Value::constant(false, span));
-        let outer = [LEFT, SKIPPED, VARIABLE]
-            .map(|name| (name, self.frames[frame].names.insert(name.to_owned(), no())));
-        self.frames[frame].names.insert(VARIABLE.to_owned(), Binding::Value(Value::int(0, span)));
+        let mut outer = self.frames[frame].flags.clone();
+        self.frames[frame].flags.extend(lowered(span));
         for value in &rounds.each {
             self.spend(span, 1)?;
             let value = Value::int(*value, var.span);
             self.frames[frame].names.insert(key.to_owned(), Binding::Value(value));
-            self.frames[frame].names.insert(SKIPPED.to_owned(), no());
+            self.frames[frame].flags.insert(Flag::Skipped, no(span));
             self.run(frame, types, &body)?;
         }
         let mut last = Value::int(rounds.after, var.span);
+        let flags = &mut self.frames[frame].flags;
         if let (Some(Binding::Value(left)), Some(Binding::Value(kept))) =
-            (self.frames[frame].names.get(LEFT), self.frames[frame].names.get(VARIABLE))
+            (flags.get(&Flag::Left), flags.get(&Flag::Variable))
         {
             last = select(left.expr.clone(), kept.clone(), last, span);
         }
-        for (name, binding) in outer {
-            if let Some(binding) = binding {
-                self.frames[frame].names.insert(name.to_owned(), binding);
-            }
-        }
+        // RETURN leaves the outer loops too.
+        outer.extend(flags.remove_entry(&Flag::Returned));
+        *flags = outer;
         self.frames[frame].names.insert(key.to_owned(), Binding::Value(last));
         Ok(())
     }
@@ -306,45 +324,83 @@ impl Elaborator<'_> {
         &mut self,
         frame: FrameId,
         types: &BTreeMap<String, Ty>,
-        flags: &[String],
+        flags: &[Flag],
         list: &[ast::Stmt],
         span: Span,
     ) -> Outcome<()> {
         let before: Frame = self.frames[frame].clone();
-        let value_of = |frame: &Frame, key: &str| match frame.names.get(key) {
-            Some(Binding::Value(value)) => value.expr.clone(),
-            _ => Expr::bool(false),
+        let free = |flag: &Flag| match before.flags.get(flag) {
+            Some(Binding::Value(value)) => value.expr.clone().not(),
+            _ => Expr::bool(true),
         };
-        let free = |key: &String| value_of(&before, key).not();
         let condition = Expr::and(flags.iter().map(free));
         if condition.is_false() {
             return Ok(());
         }
-        for key in flags {
-            let no = Binding::Value(Value::constant(false, span));
-            self.frames[frame].names.insert(key.clone(), no);
+        for flag in flags {
+            self.frames[frame].flags.insert(*flag, no(span));
         }
         self.run(frame, types, list)?;
-        let after = std::mem::replace(&mut self.frames[frame], before.clone());
-        for key in types.keys() {
-            let (Some(Binding::Value(then)), Some(Binding::Value(other))) =
-                (after.names.get(key), before.names.get(key))
-            else {
-                continue;
-            };
-            let chosen = if flags.contains(key) {
-                let others = flags.iter().filter(|one| *one != key).map(free);
-                let raised = Expr::and(others.chain([then.expr.clone()]));
-                Value::bool(Expr::or([other.expr.clone(), raised]))
-            } else {
-                self.choice(condition.clone(), then.clone(), other.clone(), span)?
-            };
-            if nodes(&chosen.expr, MAX_NODES) >= MAX_NODES {
+        let mut after = std::mem::replace(&mut self.frames[frame], before.clone());
+        let mut raised = Vec::new();
+        for flag in flags {
+            if let (Some(Binding::Value(then)), Some(Binding::Value(other))) =
+                (after.flags.remove(flag), before.flags.get(flag))
+            {
+                let others = flags.iter().filter(|one| *one != flag).map(free);
+                let now = Expr::and(others.chain([then.expr]));
+                raised.push((*flag, Expr::or([other.expr.clone(), now])));
+            }
+        }
+        self.merge(frame, types, &condition, &after, span)?;
+        for (flag, expr) in raised {
+            if nodes(&expr, MAX_NODES) >= MAX_NODES {
                 return Err(self.too_much(span));
             }
-            self.frames[frame].names.insert(key.clone(), Binding::Value(chosen));
+            self.frames[frame].flags.insert(flag, Binding::Value(Value::bool(expr)));
         }
         Ok(())
+    }
+
+    /// Chooses between the values in `then`, if the condition is true, and those in the frame.
+    fn merge(
+        &mut self,
+        frame: FrameId,
+        types: &BTreeMap<String, Ty>,
+        condition: &Expr,
+        then: &Frame,
+        span: Span,
+    ) -> Outcome<()> {
+        for key in types.keys() {
+            let other = self.frames[frame].names.get(key).cloned();
+            if let Some(chosen) = self.merged(condition, then.names.get(key), other, span)? {
+                self.frames[frame].names.insert(key.clone(), chosen);
+            }
+        }
+        for (flag, binding) in &then.flags {
+            let other = self.frames[frame].flags.get(flag).cloned();
+            if let Some(chosen) = self.merged(condition, Some(binding), other, span)? {
+                self.frames[frame].flags.insert(*flag, chosen);
+            }
+        }
+        Ok(())
+    }
+
+    fn merged(
+        &mut self,
+        condition: &Expr,
+        then: Option<&Binding>,
+        other: Option<Binding>,
+        span: Span,
+    ) -> Outcome<Option<Binding>> {
+        let (Some(Binding::Value(then)), Some(Binding::Value(other))) = (then, other) else {
+            return Ok(None);
+        };
+        let chosen = self.choice(condition.clone(), then.clone(), other, span)?;
+        if nodes(&chosen.expr, MAX_NODES) >= MAX_NODES {
+            return Err(self.too_much(span));
+        }
+        Ok(Some(Binding::Value(chosen)))
     }
 
     /// Runs each list on a copy of the variables, and chooses between the results.
@@ -366,20 +422,18 @@ impl Elaborator<'_> {
         self.frames[frame] = before;
         self.run(frame, types, otherwise)?;
         for (condition, result) in results.into_iter().rev() {
-            for key in types.keys() {
-                let (Some(Binding::Value(then)), Some(Binding::Value(other))) =
-                    (result.names.get(key), self.frames[frame].names.get(key))
-                else {
-                    continue;
-                };
-                let (then, other) = (then.clone(), other.clone());
-                let chosen = self.choice(condition.clone(), then, other, span)?;
-                if nodes(&chosen.expr, MAX_NODES) >= MAX_NODES {
-                    return Err(self.too_much(span));
-                }
-                self.frames[frame].names.insert(key.clone(), Binding::Value(chosen));
-            }
+            self.merge(frame, types, &condition, &result, span)?;
         }
         Ok(())
     }
+}
+
+fn no(span: Span) -> Binding {
+    Binding::Value(Value::constant(false, span))
+}
+
+/// The flags of a loop at its start.
+fn lowered(span: Span) -> BTreeMap<Flag, Binding> {
+    let start = Binding::Value(Value::int(0, span));
+    BTreeMap::from([(Flag::Left, no(span)), (Flag::Skipped, no(span)), (Flag::Variable, start)])
 }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::chart::{
     ActionHow, Chart, Declaration, DeclarationKind, Design, Expr, Item, Leaf, Length, Path,
-    SettingKind, StepItemKind, StepRole,
+    Setting, SettingKind, StepItemKind, StepRole,
 };
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{ExprKind, Type};
@@ -317,7 +317,9 @@ impl<'a> Maker<'a> {
     fn program(&mut self, chart: &'a Chart, tick: &mut Option<u64>) -> Program {
         let mut program = Program::default();
         let (mut inputs, mut outputs, mut vars) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut priority, mut iec) = (false, false);
+        let settings = || chart.items.iter().filter_map(Item::as_setting).map(|one| &one.kind);
+        let priority = settings().any(|kind| *kind == SettingKind::Conflict(Policy::Priority));
+        let iec = settings().any(|kind| *kind == SettingKind::ActionsIec);
         // Names are assigned first, because lists and conditions may refer to later items.
         for item in &chart.items {
             match item {
@@ -352,30 +354,7 @@ impl<'a> Maker<'a> {
                         });
                     }
                 }
-                Item::Setting(setting) => match &setting.kind {
-                    SettingKind::Tick(ns) => *tick = Some(*ns),
-                    SettingKind::Conflict(Policy::Priority) => priority = true,
-                    SettingKind::ActionsIec => iec = true,
-                    SettingKind::EvolutionSingle => {}
-                    SettingKind::FinalScan => {
-                        self.unordered = Some("together with a final scan");
-                        program.pragmas.push("final scan".to_owned());
-                    }
-                    _ => {
-                        if let SettingKind::EvolutionStable(_) = setting.kind {
-                            self.unordered = Some("in a chart that evolves until it is stable");
-                        } else if let SettingKind::AssignSimultaneous(_) = setting.kind {
-                            self.unordered = Some("with simultaneous assignments");
-                        }
-                        let text = setting_text(setting);
-                        self.lost.push(
-                            Diagnostic::warning(codes::ST_LOST, format!("`{text}` is written as a pragma"))
-                                .at(setting.span, "this")
-                                .help("grafsynth reads it back; other tools ignore it and follow the standard"),
-                        );
-                        program.pragmas.push(text);
-                    }
-                },
+                Item::Setting(setting) => self.setting(setting, tick, &mut program),
                 Item::Transition(_) => {}
                 Item::Macro(one) => self.cannot_name("macros", &one.name, one.name.span),
                 Item::MacroStep(one) => {
@@ -405,6 +384,42 @@ impl<'a> Maker<'a> {
         self.lists_and_timers(chart, *tick, &mut program, &mut vars);
         program.sections = vec![("VAR_INPUT", inputs), ("VAR_OUTPUT", outputs), ("VAR", vars)];
         program
+    }
+
+    /// Writes a setting that the standard does not imply as a pragma.
+    fn setting(&mut self, setting: &Setting, tick: &mut Option<u64>, program: &mut Program) {
+        match &setting.kind {
+            SettingKind::Tick(ns) => *tick = Some(*ns),
+            SettingKind::Conflict(Policy::Priority)
+            | SettingKind::ActionsIec
+            | SettingKind::EvolutionSingle => {}
+            SettingKind::FinalScan => {
+                self.unordered = Some("together with a final scan");
+                program.pragmas.push("final scan".to_owned());
+            }
+            SettingKind::Conflict(_)
+            | SettingKind::EvolutionStable(_)
+            | SettingKind::Schedule(_)
+            | SettingKind::FireOne(_)
+            | SettingKind::AssignSimultaneous(_)
+            | SettingKind::Queue(_)
+            | SettingKind::EventsExclusive
+            | SettingKind::Shared(..)
+            | SettingKind::Priority(_) => {
+                if let SettingKind::EvolutionStable(_) = setting.kind {
+                    self.unordered = Some("in a chart that evolves until it is stable");
+                } else if let SettingKind::AssignSimultaneous(_) = setting.kind {
+                    self.unordered = Some("with simultaneous assignments");
+                }
+                let text = setting_text(setting);
+                self.lost.push(
+                    Diagnostic::warning(codes::ST_LOST, format!("`{text}` is written as a pragma"))
+                        .at(setting.span, "this")
+                        .help("grafsynth reads it back; other tools ignore it and follow the standard"),
+                );
+                program.pragmas.push(text);
+            }
+        }
     }
 
     /// Puts the lists of steps before all other actions, and the calls of timers after them.

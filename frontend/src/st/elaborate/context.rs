@@ -1,0 +1,374 @@
+//! The state of the elaboration, which all its parts share: frames of names, instances, the chart under construction, findings.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_ir::chart::{Declaration, DeclarationKind, Expr, Item, Path};
+use grafsynth_ir::diag::{Diagnostic, ErrorReported, nearest};
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::net::Meta;
+use grafsynth_ir::{Name, Span};
+
+use super::prelude;
+use super::types::{Ty, length};
+use super::usage::{Parameter, Params, upper};
+use super::value::Value;
+use crate::codes;
+use crate::st::ast::{Action, Flag, Library, Pou, PouKind, Section, Stmt, TypeDef, Var};
+
+/// Maximum number of statements and expressions after expansion of all units.
+pub(super) const BUDGET: usize = 500_000;
+
+/// Maximum number of nodes in the value of a variable in a function.
+pub(super) const MAX_NODES: usize = 4_000;
+/// Maximum depth of nested function calls.
+pub(super) const MAX_CALLS: usize = 32;
+
+pub(super) type Outcome<T> = Result<T, ErrorReported>;
+pub(super) type FrameId = usize;
+
+/// The names of one unit or instance, in capitals.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Frame {
+    pub(super) names: BTreeMap<String, Binding>,
+    /// The flags of the jumps that are being eliminated.
+    pub(super) flags: BTreeMap<Flag, Binding>,
+    /// The variables behind flags, each with the offset of its statement.
+    pub(super) jumps: BTreeMap<(Flag, u32), Place>,
+    pub(super) parent: Option<FrameId>,
+}
+
+/// The meaning of a name.
+#[derive(Debug, Clone)]
+pub(super) enum Binding {
+    /// A constant, or the current value of a variable in a function.
+    Value(Value),
+    Place(Place),
+    Object(usize),
+    Step(Name),
+    /// The declaration was refused.
+    Broken,
+}
+
+/// The object that an expression refers to.
+#[derive(Debug, Clone)]
+pub(super) enum Access {
+    Value(Value),
+    Place(Place),
+    Object(usize),
+    Step(Name),
+}
+
+/// A variable of a chart, or one of its elements.
+#[derive(Debug, Clone)]
+pub(super) struct Place {
+    pub(super) name: Name,
+    /// Index of the chart that declares it.
+    pub(super) chart: usize,
+    pub(super) index: Option<Expr>,
+    pub(super) ty: Ty,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ObjectKind {
+    /// A function block, by its index among the units.
+    Block(usize),
+    Struct,
+}
+
+/// An instance of a function block, or a structure.
+#[derive(Debug, Clone)]
+pub(super) struct Object {
+    pub(super) kind: ObjectKind,
+    pub(super) frame: FrameId,
+    /// The name of the instance in the chart.
+    pub(super) prefix: String,
+    /// Whether an initial value, a call or an assignment has given a value to PT of a timer.
+    pub(super) has_preset: bool,
+    pub(super) n_calls: usize,
+}
+
+pub(super) struct Elaborator<'a> {
+    pub(super) library: &'a Library,
+    /// The units of the library, then the standard function blocks.
+    units: Vec<&'a Pou>,
+    pub(super) types: BTreeMap<String, &'a TypeDef>,
+    /// Function blocks and functions by name, as indices in the library.
+    pub(super) blocks: BTreeMap<String, usize>,
+    pub(super) functions: BTreeMap<String, usize>,
+    pub(super) enumerated: BTreeMap<String, i64>,
+    pub(super) found: Vec<Diagnostic>,
+    pub(super) frames: Vec<Frame>,
+    pub(super) globals: FrameId,
+    pub(super) objects: Vec<Object>,
+    /// Items of the current chart.
+    pub(super) items: Vec<Item>,
+    pub(super) chart: usize,
+    pub(super) chart_names: Vec<Name>,
+    /// Names of the current chart in capitals.
+    pub(super) taken: BTreeSet<String>,
+    /// Inputs of the current chart.
+    pub(super) inputs: BTreeSet<String>,
+    /// Booleans that are only actions, with their names in the chart.
+    pub(super) flags: BTreeMap<String, String>,
+    /// Bodies of actions that statements may call.
+    pub(super) bodies: BTreeMap<String, Vec<Stmt>>,
+    /// Bodies that are being expanded: the frame of their variables, and the name in capitals; `None` for the unit's own.
+    pub(super) open_bodies: Vec<(FrameId, String)>,
+    /// Prefix for the names of steps, transitions and actions: the instance whose chart is being expanded.
+    pub(super) prefix: String,
+    /// Whether the current unit is a program without a chart, which may call blocks with charts.
+    pub(super) may_call_charts: bool,
+    /// Steps that the current transition leaves.
+    pub(super) leaving: BTreeSet<String>,
+    /// The call of a standard block that is being expanded.
+    pub(super) call_site: Option<Span>,
+    /// Functions that are being evaluated.
+    pub(super) calls: Vec<usize>,
+    pub(super) narrowed: BTreeSet<String>,
+    /// Values of TIME variables that are assigned only constants, in nanoseconds, by chart and name in capitals.
+    pub(super) time_values: BTreeMap<(usize, String), BTreeSet<i64>>,
+    pub(super) spent: usize,
+}
+
+/// The callable bodies of a unit, by name in capitals.
+pub(super) fn bodies_of(actions: &[Action]) -> BTreeMap<String, Vec<Stmt>> {
+    actions.iter().map(|action| (upper(&action.name.text), action.body.clone())).collect()
+}
+
+impl<'a> Elaborator<'a> {
+    pub(super) fn new(library: &'a Library) -> Self {
+        let mut elaborator = Elaborator {
+            library,
+            units: library.pous.iter().chain(prelude::blocks()).collect(),
+            types: BTreeMap::new(),
+            blocks: BTreeMap::new(),
+            functions: BTreeMap::new(),
+            enumerated: BTreeMap::new(),
+            found: Vec::new(),
+            frames: vec![Frame::default()],
+            globals: 0,
+            objects: Vec::new(),
+            items: Vec::new(),
+            chart: 0,
+            chart_names: Vec::new(),
+            taken: BTreeSet::new(),
+            inputs: BTreeSet::new(),
+            flags: BTreeMap::new(),
+            bodies: BTreeMap::new(),
+            open_bodies: Vec::new(),
+            prefix: String::new(),
+            may_call_charts: false,
+            leaving: BTreeSet::new(),
+            call_site: None,
+            calls: Vec::new(),
+            narrowed: BTreeSet::new(),
+            time_values: BTreeMap::new(),
+            spent: 0,
+        };
+        for def in &library.types {
+            if elaborator.types.insert(upper(&def.name.text), def).is_some() {
+                elaborator.declared_twice(&def.name);
+            }
+        }
+        let mut seen = BTreeSet::new();
+        for (index, pou) in library.pous.iter().enumerate() {
+            let key = upper(&pou.name.text);
+            if !seen.insert(key.clone()) {
+                elaborator.declared_twice(&pou.name);
+                continue;
+            }
+            match pou.kind {
+                PouKind::FunctionBlock => elaborator.blocks.insert(key, index),
+                PouKind::Function(_) => elaborator.functions.insert(key, index),
+                PouKind::Program => None,
+            };
+        }
+        for (index, pou) in elaborator.units.iter().enumerate().skip(library.pous.len()) {
+            elaborator.blocks.insert(pou.name.text.clone(), index);
+        }
+        elaborator
+    }
+
+    // Units
+
+    pub(super) fn unit(&self, index: usize) -> &'a Pou {
+        self.units[index]
+    }
+
+    pub(super) fn is_standard(&self, index: usize) -> bool {
+        index >= self.library.pous.len()
+    }
+
+    pub(super) fn is_standard_object(&self, object: usize) -> bool {
+        matches!(self.objects[object].kind, ObjectKind::Block(index) if self.is_standard(index))
+    }
+
+    /// The parameters of a block in the order of a positional call.
+    pub(super) fn parameters(&self, index: usize) -> Params {
+        let parameter = |var: &Var| {
+            let name = upper(&var.name.text);
+            let second = self.is_standard(index).then(|| prelude::second_name(&name)).flatten();
+            matches!(var.section, Section::Input | Section::Output | Section::InOut)
+                .then_some(Parameter { name, second, section: var.section })
+        };
+        self.unit(index).vars.iter().filter_map(parameter).collect()
+    }
+
+    /// The place of a statement or expression: in the expansion of a standard block, the call.
+    pub(super) fn at(&self, span: Span) -> Span {
+        self.call_site.unwrap_or(span)
+    }
+
+    // Findings
+
+    pub(super) fn report(&mut self, diagnostic: Diagnostic) -> ErrorReported {
+        if self.found.len() < 20_000 {
+            self.found.push(diagnostic);
+        }
+        ErrorReported
+    }
+
+    pub(super) fn refused(&mut self, what: &str, span: Span, help: &str) -> ErrorReported {
+        let plural = what.ends_with('s') && !what.ends_with("ss");
+        let verb = if plural { "are" } else { "is" };
+        self.report(
+            Diagnostic::error(codes::ST_NOT_READ, format!("{what} {verb} not supported"))
+                .at(span, "")
+                .help(help),
+        )
+    }
+
+    pub(super) fn declared_twice(&mut self, name: &Name) {
+        self.report(
+            Diagnostic::error(codes::ST_DUPLICATE, format!("`{name}` is declared twice"))
+                .at(name.span, "again here")
+                .help("rename one of them; names that differ only in letter case are the same"),
+        );
+    }
+
+    pub(super) fn unknown(
+        &mut self,
+        what: &str,
+        name: &str,
+        span: Span,
+        candidates: &[String],
+        help: &str,
+    ) -> ErrorReported {
+        // Its declaration has an error, which the parser reported.
+        if self.library.lost.contains(&upper(name)) {
+            return ErrorReported;
+        }
+        let finding = Diagnostic::error(codes::ST_UNKNOWN_NAME, format!("unknown {what} `{name}`"))
+            .at(span, "not declared");
+        // A file with thousands of unknown names has no simple typing errors, so the search for similar names stops.
+        let near = (self.found.len() < 200)
+            .then(|| nearest(&upper(name), candidates.iter().map(String::as_str)))
+            .flatten();
+        self.report(match near {
+            Some(near) => finding.help(format!("did you mean `{near}`?")).fix(span, near),
+            None => finding.help(help),
+        })
+    }
+
+    pub(super) fn spend(&mut self, span: Span, amount: usize) -> Outcome<()> {
+        let before = self.spent;
+        self.spent = self.spent.saturating_add(amount);
+        if self.spent <= BUDGET {
+            return Ok(());
+        }
+        if before <= BUDGET {
+            self.too_much(span);
+        }
+        Err(ErrorReported)
+    }
+
+    pub(super) fn too_much(&mut self, span: Span) -> ErrorReported {
+        self.report(
+            Diagnostic::error(
+                codes::ST_SIZE,
+                "loops, functions and blocks expand to too many statements",
+            )
+            .at(span, "the limit is exceeded here")
+            .help("use shorter loops, or fewer instances"),
+        )
+    }
+
+    // Names
+
+    pub(super) fn new_frame(&mut self, parent: Option<FrameId>) -> FrameId {
+        self.frames.push(Frame { parent, ..Frame::default() });
+        self.frames.len() - 1
+    }
+
+    pub(super) fn lookup(&self, frame: FrameId, name: &str) -> Option<Binding> {
+        let key = upper(name);
+        let mut next = Some(frame);
+        while let Some(frame) = next {
+            if let Some(binding) = self.frames[frame].names.get(&key) {
+                return Some(binding.clone());
+            }
+            next = self.frames[frame].parent;
+        }
+        None
+    }
+
+    pub(super) fn candidates(&self, frame: FrameId) -> Vec<String> {
+        let mut all: Vec<String> = self.frames[frame].names.keys().cloned().collect();
+        if let Some(parent) = self.frames[frame].parent {
+            all.extend(self.frames[parent].names.keys().cloned());
+        }
+        all
+    }
+
+    /// The path to a variable, relative to the current chart.
+    pub(super) fn path(&self, place: &Place, span: Span) -> Path {
+        let own = Name::new(place.name.text.clone(), span);
+        if place.chart == self.chart {
+            return own.into();
+        }
+        let chart = self.chart_names.get(place.chart).map_or("", |name| name.text.as_str());
+        Path { names: vec![Name::new(chart, span), own] }
+    }
+
+    /// An unused name of the chart.
+    pub(super) fn free_name(&mut self, base: &str) -> String {
+        let mut name = base.to_owned();
+        let mut n = 2;
+        while !self.taken.insert(upper(&name)) {
+            name = format!("{base}_{n}");
+            n += 1;
+        }
+        name
+    }
+
+    /// Declares a variable of the chart, which `frame` knows as `key`.
+    pub(super) fn declare_var(
+        &mut self,
+        frame: FrameId,
+        key: &str,
+        name: Name,
+        ty: &Ty,
+        init: Vec<Expr>,
+        meta: Meta,
+    ) {
+        let place = self.new_var(name, ty, init, meta);
+        self.frames[frame].names.insert(key.to_owned(), Binding::Place(place));
+    }
+
+    /// Declares a variable of the chart.
+    pub(super) fn new_var(&mut self, name: Name, ty: &Ty, init: Vec<Expr>, meta: Meta) -> Place {
+        let (simple, len) = match ty {
+            Ty::Array(bounds, element) => (element.simple(), u32::try_from(length(bounds)).ok()),
+            Ty::Bool | Ty::Int { .. } | Ty::Time | Ty::Block(_) | Ty::Struct(_) | Ty::Broken => {
+                (ty.simple(), None)
+            }
+        };
+        let meta = Meta { span: name.span, ..meta };
+        self.items.push(Item::Declaration(Declaration {
+            name: name.clone(),
+            kind: DeclarationKind::Var { ty: simple.unwrap_or(Type::Bool), len, init },
+            meta,
+        }));
+        Place { name, chart: self.chart, index: None, ty: ty.clone() }
+    }
+}
