@@ -2,9 +2,9 @@
 
 use crate::exit::Demands;
 use crate::render::MessageFormat;
-use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum, ValueHint};
 use grafsynth_backend_c::cost::{self, Machine};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Compile charts to C and programmable logic, and check the results against the chart.
 #[derive(Debug, Parser)]
@@ -350,6 +350,46 @@ pub(crate) struct Check {
     pub(crate) limits: Limits,
 }
 
+/// Values of `build --trace`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum BuildTrace {
+    /// The file for the traces of a refuted output.
+    File(PathBuf),
+    /// A number: the former form of `--trace-ring N`.
+    Ring(u16),
+}
+
+/// Parses `build --trace`: a number is the former form of `--trace-ring`.
+fn build_trace(text: &str) -> Result<BuildTrace, String> {
+    if text.is_empty() || !text.bytes().all(|byte| byte.is_ascii_digit()) {
+        return Ok(BuildTrace::File(PathBuf::from(text)));
+    }
+    match text.parse() {
+        Ok(entries @ 1..=8192) => Ok(BuildTrace::Ring(entries)),
+        Ok(_) | Err(_) => Err(format!(
+            "{text} is not a file name, and not in 1..=8192, the range of `--trace-ring`"
+        )),
+    }
+}
+
+impl Build {
+    /// The number of entries of the trace ring.
+    pub(crate) fn ring(&self) -> Option<u16> {
+        match self.trace {
+            Some(BuildTrace::Ring(entries)) => Some(entries),
+            Some(BuildTrace::File(_)) | None => self.trace_ring,
+        }
+    }
+
+    /// The file for the traces of refuted outputs.
+    pub(crate) fn trace_file(&self) -> Option<&Path> {
+        match &self.trace {
+            Some(BuildTrace::File(path)) => Some(path),
+            Some(BuildTrace::Ring(_)) | None => None,
+        }
+    }
+}
+
 /// Limits on the effort of proofs.
 #[derive(Debug, Args)]
 pub(crate) struct Limits {
@@ -394,6 +434,10 @@ pub(crate) struct Build {
     /// Skip the proofs; outputs are still read back and tested.
     #[arg(long)]
     pub(crate) no_proof: bool,
+    /// If an output is not equal to the chart, write the trace of the chart that shows it to this file, as `.csv`, `.vcd` or `.jsonl`, and that of the output to
+    /// FILE-2; further differences to FILE-3, .. `sim --stimulus FILE` replays a `.csv`.
+    #[arg(long, value_name = "FILE", value_parser = build_trace, value_hint = ValueHint::FilePath)]
+    pub(crate) trace: Option<BuildTrace>,
     #[command(flatten)]
     pub(crate) limits: Limits,
     #[command(flatten)]
@@ -419,9 +463,6 @@ pub(crate) struct Build {
     /// Keep the last N fired transitions with their reaction numbers in the instance, for `grafsynth trace`.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=8192), help_heading = C_OUTPUT)]
     pub(crate) trace_ring: Option<u16>,
-    /// The former name of `--trace-ring`.
-    #[arg(long = "trace", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=8192), hide = true, conflicts_with = "trace_ring")]
-    pub(crate) old_trace: Option<u16>,
     /// Call the user's `activated` and `enabled` functions.
     #[arg(long, help_heading = C_OUTPUT)]
     pub(crate) callbacks: bool,
@@ -525,6 +566,10 @@ pub(crate) struct Compare {
     /// Run only these engines, comma-separated (default: all but the microcontrollers; `list` lists them).
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub(crate) engines: Vec<String>,
+    /// Write the traces that show a difference, up to the row of the difference, as `.csv`, `.vcd` or `.jsonl`: that of the chart or of the first design to this file,
+    /// that of the engine or of the second design to FILE-2; further differences to FILE-3, .. `sim --stimulus FILE` replays a `.csv`.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) trace: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -590,6 +635,10 @@ pub(crate) struct Diff {
     /// Seed of the random reactions.
     #[arg(long, value_name = "K", default_value_t = 1)]
     pub(crate) seed: u64,
+    /// If the behaviour differs, write the trace of the old chart that shows it to this file, as `.csv`, `.vcd` or `.jsonl`, and that of the new chart to FILE-2.
+    /// `sim --stimulus FILE` replays a `.csv`.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) trace: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -660,7 +709,7 @@ const EXAMPLES: [(&str, &str); 12] = [
     ),
     (
         "compare",
-        "  grafsynth compare old.graf new.graf      # prove them equal, or show the shortest difference
+        "  grafsynth compare old.graf new.graf --trace run.csv  # prove them equal, or show the shortest difference
   grafsynth compare lamp.graf --random 10000  # the chart, its C, equations, fuses and Verilog",
     ),
     (
@@ -685,7 +734,7 @@ const EXAMPLES: [(&str, &str); 12] = [
     ),
     (
         "diff",
-        "  grafsynth diff old.graf new.graf
+        "  grafsynth diff old.graf new.graf --trace run.csv  # run.csv replays on old.graf, run-2.csv on new.graf
   grafsynth diff old.graf new.graf --message-format json",
     ),
     (

@@ -6,6 +6,7 @@
 use crate::load::{Session, Stop};
 use grafsynth_driver::evidence::{Broken, Evidence, MOST_ROWS, Piece};
 use grafsynth_driver::source::Sources;
+use grafsynth_ir::net::Net;
 use grafsynth_sim::Trace;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -54,20 +55,61 @@ fn numbered(path: &Path, n: usize) -> PathBuf {
     }
 }
 
+/// What people see of runs, and the files that contain the whole runs.
+#[derive(Debug, Default)]
+pub(crate) struct Shown {
+    /// The text.
+    pub(crate) text: String,
+    /// The names of the trace files.
+    pub(crate) files: Vec<String>,
+}
+
 impl Session {
-    /// Writes traces to the file of `--trace`, if it was given: the first to that name, further ones to numbered names. Reports the names.
-    pub(crate) fn keep_traces(
+    /// The relevant part of runs as text for people. The traces, each with a title if there are several, are written to the file of `--trace`, if it was given: the
+    /// first of a command to that name, further ones to numbered names.
+    pub(crate) fn shown(
         &self,
         path: Option<&Path>,
-        traces: &[&Trace],
-    ) -> Result<Vec<PathBuf>, Stop> {
+        evidence: &Evidence,
+        traces: &[(&str, &Trace)],
+    ) -> Result<Shown, Stop> {
+        let files = self.keep_traces(path, traces)?;
+        let (mut text, left_out) = table(evidence);
+        if let Some(broken) = &evidence.broken {
+            text += &format!("    broken: {}\n", broken_text(&self.sources, broken));
+        }
+        let titled: Vec<String> = files
+            .iter()
+            .zip(traces)
+            .map(|(file, (title, _))| match *title {
+                "" => file.clone(),
+                title => format!("{file} ({title})"),
+            })
+            .collect();
+        let (names, total) = (titled.join(" and "), evidence.rows.len());
+        text += &match (left_out, titled.len()) {
+            (0, 0) => String::new(),
+            (0, 1) => format!("    the trace is in {names}\n"),
+            (0, _) => format!("    the traces are in {names}\n"),
+            (n, 0) => format!("    {n} of {total} rows are not shown; --trace FILE writes all\n"),
+            (n, _) => format!("    {n} of {total} rows are not shown; all are in {names}\n"),
+        };
+        Ok(Shown { text, files })
+    }
+
+    /// Writes traces to the file of `--trace`, if it was given, and returns the names.
+    fn keep_traces(
+        &self,
+        path: Option<&Path>,
+        traces: &[(&str, &Trace)],
+    ) -> Result<Vec<String>, Stop> {
         let Some(path) = path else { return Ok(Vec::new()) };
         let mut written = Vec::new();
-        for trace in traces {
+        for (_, trace) in traces {
             self.traces.set(self.traces.get() + 1);
             let name = numbered(path, self.traces.get());
-            self.write_named(vec![(name.clone(), trace_text(path, trace)?.into_bytes())])?;
-            written.push(name);
+            written.push(name.display().to_string());
+            self.write_named(vec![(name, trace_text(path, trace)?.into_bytes())])?;
         }
         Ok(written)
     }
@@ -80,28 +122,24 @@ impl Session {
         }
     }
 
-    /// The relevant part of a run as text for people; `written` are the files that contain the whole run.
-    pub(crate) fn evidence(&self, evidence: &Evidence, written: &[PathBuf]) -> String {
-        let (mut text, left_out) = table(evidence);
-        if let Some(broken) = &evidence.broken {
-            text += &format!("    broken: {}\n", broken_text(&self.sources, broken));
+    /// Where a column of a trace is declared, as a line for people; empty if it is not declared in a text.
+    pub(crate) fn declaration(&self, net: &Net, column: &str) -> String {
+        let plain = column.split('[').next().unwrap_or(column);
+        let inputs = net.inputs.values().map(|input| (&input.name.text, input.meta.span));
+        let outputs = net.outputs.values().map(|output| (&output.name.text, output.meta.span));
+        let vars = net.vars.values().map(|var| (&var.name.text, var.meta.span));
+        let mut all = outputs.chain(vars).chain(inputs);
+        let place = all.find(|(name, _)| *name == plain);
+        match place.map(|(_, span)| self.sources.describe(span)).filter(|it| !it.is_empty()) {
+            Some(place) => format!("  {column} is declared at {place}\n"),
+            None => String::new(),
         }
-        let names: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
-        let total = evidence.rows.len();
-        match (left_out, names.is_empty()) {
-            (0, true) => {}
-            (0, false) => text += &format!("    the trace is in {}\n", names.join(" and ")),
-            (n, true) => {
-                text +=
-                    &format!("    {n} of {total} rows are not shown; --trace FILE writes all\n");
-            }
-            (n, false) => {
-                let names = names.join(" and ");
-                text += &format!("    {n} of {total} rows are not shown; all are in {names}\n");
-            }
-        }
-        text
     }
+}
+
+/// The rows of a trace up to this one.
+pub(crate) fn up_to(row: usize, trace: &Trace) -> Trace {
+    Trace { layout: trace.layout.clone(), rows: trace.rows.iter().take(row + 1).cloned().collect() }
 }
 
 /// The broken term with its values: `a and b (a = 1, b = 1)`; only the values if they show the whole term.

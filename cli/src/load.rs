@@ -91,7 +91,12 @@ impl Session {
         }
     }
 
-    /// Begins the results for this file.
+    /// True if the answers are for programs, which get each answer completely.
+    pub(crate) fn is_for_machines(&self) -> bool {
+        self.report.is_for_machines()
+    }
+
+    /// The following results belong to this file.
     pub(crate) fn begin(&self, file: &str) {
         self.report.design(file);
     }

@@ -1,6 +1,6 @@
 //! Options without effect in the command. They are rejected before anything is read: otherwise the user would get an answer to another question.
 
-use crate::args::{Build, Cli, Compare, Reading, Sim, Verb};
+use crate::args::{Build, BuildTrace, Cli, Compare, Reading, Sim, Verb};
 use crate::files;
 use clap::ArgMatches;
 use clap::CommandFactory as _;
@@ -139,14 +139,13 @@ fn of_reading(files: &Files) -> Vec<Rule> {
 }
 
 /// Options for the C output of charts only.
-const OF_C: [&str; 11] = [
+const OF_C: [&str; 10] = [
     "style",
     "optimise",
     "io",
     "gate",
     "safe_state",
     "trace_ring",
-    "old_trace",
     "callbacks",
     "measure",
     "package",
@@ -166,15 +165,18 @@ fn of_build(arguments: &Build) -> Vec<Rule> {
     let any =
         |is_it: fn(Target) -> bool| targets().any(|name| Target::named(name).is_none_or(is_it));
     let rule = |option, taker, is_taken| Rule { option, taker, is_taken };
+    let is_ring = matches!(arguments.trace, Some(BuildTrace::Ring(_)));
     let mut rules = of_reading(&files);
     rules.push(rule("refit", "imported logic; a chart is always fitted", files.any_logic()));
     if !files.any_chart() {
         let of_charts = OF_C.into_iter().chain(OF_CIRCUITS).chain(OF_OUTPUTS);
         rules.extend(of_charts.map(|option| rule(option, CHARTS, false)));
+        rules.push(rule("trace", CHARTS, !is_ring));
         return rules;
     }
     let is_c = any(|target| matches!(target, Target::C(_)));
     rules.extend(OF_C.map(|option| rule(option, "C, and no target is C", is_c)));
+    rules.push(rule("trace", "C, and no target is C", is_c || !is_ring));
     let circuits = "circuits, and no target is a circuit";
     let is_circuit = any(Target::is_circuit);
     rules.extend(OF_CIRCUITS.map(|option| rule(option, circuits, is_circuit)));
@@ -262,7 +264,9 @@ mod tests {
             "check folder --assert never(a) --notes conflicts",
             "build a.graf -t palasm -t c --gate --device gal22v10 --style switch",
             "build a.graf -t c,verilog --reset rst",
-            "build a.pld -t jedec --refit --device gal22v10",
+            "build a.pld -t jedec --refit --device gal22v10 --trace run.csv",
+            "build a.graf -t palasm --trace run.csv",
+            "build a.graf -t c --trace 8",
             "build a.graf -t pascal --gate",
             "sim a.graf --random 10 --seed 3",
             "sim a.graf --random 10 -e c --trust-code",
@@ -283,6 +287,8 @@ mod tests {
             ("check a.graf --dump-after flatten --notes conflicts", "--notes"),
             ("check a.graf --certify b.graf --trace t.csv", "--trace"),
             ("build a.graf -t palasm --gate", "--gate"),
+            ("build a.graf -t palasm --trace 8", "--trace"),
+            ("build a.pld -t jedec --trace 8", "--trace"),
             ("build a.graf -t c --reset rst --device gal22v10", "--device --reset"),
             ("build a.graf -t verilog --keep-pins old.jed", "--keep-pins"),
             ("build a.graf -t jedec --refit", "--refit"),

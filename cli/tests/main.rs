@@ -1,6 +1,7 @@
 //! Tests of the program itself, started as a user starts it.
 
 mod cases;
+mod counterexamples;
 mod empty;
 mod exit_codes;
 mod fixes;

@@ -62,7 +62,7 @@ fn grafsynth(folder: &Path, arguments: &[&str], format: &str) -> Output {
 }
 
 /// Verbs in situations that produce each kind of line.
-const RUNS: [&[&str]; 13] = [
+const RUNS: [&[&str]; 14] = [
     &["check", "a lamp 50%.graf"],
     &["check", "a lamp 50%.graf", "bad.graf", "missing.graf"],
     &["check", "bad.graf", "--max-diagnostics", "1"],
@@ -70,6 +70,7 @@ const RUNS: [&[&str]; 13] = [
     &["build", "good.graf", "--target", "verilog,json,jedec", "-o", "out"],
     &["build", "good.graf", "--target", "pascal", "-o", "out"],
     &["compare", "a lamp 50%.graf", "other.graf"],
+    &["compare", "a lamp 50%.graf", "other.graf", "--trace", "other.csv"],
     &["compare", "good.graf", "good.graf"],
     &["compare", "good.graf", "--engines", "ir,netlist"],
     &["diff", "a lamp 50%.graf", "other.graf"],

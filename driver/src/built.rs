@@ -7,11 +7,13 @@ use crate::stem::FileStem;
 use grafsynth_backend_c::package::Ecosystem;
 use grafsynth_backend_c::{Package, Style};
 use grafsynth_backend_pld::Reset;
+use grafsynth_ir::diag::Severity;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, FileId};
 use grafsynth_logic::BusyMode;
 use grafsynth_sim::Stimulus;
 use grafsynth_verify::Limits;
+use itertools::Itertools as _;
 
 /// The options of a build.
 #[derive(Debug, Clone, Default)]
@@ -87,6 +89,8 @@ pub struct Built {
     pub lines: Vec<OutputReport>,
     /// Findings of the back ends.
     pub found: Vec<Diagnostic>,
+    /// The targets that could not be made. Several may be refused by one finding, which is in `found` once.
+    pub refused: Vec<Refusal>,
     /// C packages, which the caller may run and compare with the net: without the C code of the chart's author, unless it is trusted.
     pub packages: Vec<Package>,
     /// Bitstream jobs, which the caller may run if the tools are available.
@@ -120,6 +124,25 @@ impl Built {
     #[must_use]
     pub fn outcome(&self) -> Outcome {
         self.lines.iter().map(OutputReport::outcome).max().unwrap_or(Outcome::Proved)
+    }
+}
+
+/// A target that could not be made.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Refusal {
+    /// Its name on the command line.
+    pub target: &'static str,
+    /// The codes of the errors that refuse it, each once.
+    pub codes: Vec<&'static str>,
+}
+
+impl Refusal {
+    /// The refusal of a target by the errors among these findings; `None` if there is no error.
+    #[must_use]
+    pub fn of(target: &'static str, found: &[Diagnostic]) -> Option<Self> {
+        let errors = found.iter().filter(|one| one.severity == Severity::Error);
+        let codes: Vec<&str> = errors.map(|one| one.code.id).unique().collect();
+        (!codes.is_empty()).then_some(Refusal { target, codes })
     }
 }
 

@@ -5,7 +5,6 @@ use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_sim::{Difference, Stimulus};
 use grafsynth_verify::pair::{Common, Incomparable, Omitted, Side, charts_on};
-use itertools::Itertools as _;
 
 /// The result of a comparison.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -31,17 +30,15 @@ pub struct Apart {
 }
 
 impl Apart {
-    /// For each side with such outputs, a phrase that lists them.
-    pub fn parts(&self) -> impl Iterator<Item = String> {
-        let sides = [(&self.first, "first"), (&self.second, "second")];
+    /// For each side with such outputs, a phrase that lists them; `first` and `second` name the designs.
+    pub fn parts<'a>(
+        &'a self,
+        first: &'a str,
+        second: &'a str,
+    ) -> impl Iterator<Item = String> + 'a {
+        let sides = [(&self.first, first), (&self.second, second)];
         let sides = sides.into_iter().filter(|(names, _)| !names.is_empty());
         sides.map(|(names, which)| format!("{} (only in the {which})", names.join(", ")))
-    }
-}
-
-impl std::fmt::Display for Apart {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}", self.parts().join("; "))
     }
 }
 
@@ -74,7 +71,7 @@ pub fn nets(
     };
     let apart = Apart { first: only(Side::Left), second: only(Side::Right) };
     Ok(Outcome {
-        difference: found.difference,
+        difference: found.apart.map(|apart| apart.difference),
         n_columns: common.columns.len(),
         apart,
         n_rows: found.compared,

@@ -7,7 +7,9 @@ use crate::judge::CircuitsApart;
 use grafsynth_ir::Span;
 use grafsynth_ir::Valid;
 use grafsynth_ir::expr::{Expr as AnyExpr, ExprKind};
-use grafsynth_ir::net::{InputId, InputKind, Leaf, Net, Property, PropertyExpr, PropertyLeaf};
+use grafsynth_ir::net::{
+    Driver, Expr, InputId, InputKind, Leaf, Net, Property, PropertyExpr, PropertyLeaf, Transition,
+};
 use grafsynth_sim::{ColumnKind, InputRow, Simulator, Stimulus, Trace, TraceLayout};
 use std::collections::BTreeSet;
 
@@ -70,7 +72,7 @@ impl Evidence {
             }
         }
         run.keep_inputs(net, &read);
-        let mut all = run.columns("active", "fired");
+        let mut all = run.columns();
         for (at, term) in terms.iter().enumerate() {
             // Inputs and steps are shown already.
             let is_shown = matches!(
@@ -87,17 +89,24 @@ impl Evidence {
     /// The evidence of a run of a net, with the column of its trace that the run is about, if there is one.
     #[must_use]
     pub fn of_run(net: &Valid<Net>, stimulus: &Stimulus, column: Option<&str>) -> Self {
-        let mut run = Run::of(net, stimulus, &[]);
-        run.keep_inputs(net, &BTreeSet::new());
-        let mut all = run.columns("active", "fired");
-        if let Some((name, cells)) = column.and_then(|name| run.column(name)) {
-            all.push((name, cells));
+        let Some(column) = column else {
+            let mut run = Run::of(net, stimulus, &[]);
+            run.keep_inputs(net, &BTreeSet::new());
+            return table(run.columns());
+        };
+        let mut run = Run::to_a_difference(net, stimulus, column);
+        let mut all = run.columns();
+        all.append(&mut run.named_terms);
+        if let Some((place, _)) = place(&run.trace, &run.trace, column, stimulus.len())
+            && !is_shown(&run.trace, place)
+        {
+            all.push((column.to_owned(), cells(&run.trace, place)));
         }
         table(all)
     }
 
-    /// The evidence of two runs of one net up to a row: the column contains the difference, and `left` and `right` name the two runs in the headers. The runs
-    /// may come from other engines.
+    /// Two runs of one net up to the row that ends the stimulus: the column contains the difference, and `left` and `right` name the two runs in the headers.
+    /// The runs may come from other engines.
     #[must_use]
     pub fn of_traces(
         net: &Valid<Net>,
@@ -106,12 +115,24 @@ impl Evidence {
         (left, ours): (&str, &Trace),
         (right, theirs): (&str, &Trace),
     ) -> Self {
-        let mut run = Run::of(net, stimulus, &[]);
-        run.keep_inputs(net, &BTreeSet::new());
-        let mut all = run.columns("active", "fired");
-        for (title, trace) in [(left, ours), (right, theirs)] {
-            all.push((format!("{column} ({title})"), cells(trace, column)));
+        let mut run = Run::to_a_difference(net, stimulus, column);
+        let mut all = run.given();
+        let mut values = std::mem::take(&mut run.named_terms);
+        let mut active = vec![("active".to_owned(), std::mem::take(&mut run.active))];
+        if let Some((a, b)) = place(ours, theirs, column, stimulus.len()) {
+            let is_situation = ours.layout.columns[a].kind == ColumnKind::Steps;
+            let name = if is_situation { "active" } else { column };
+            let sides = [(left, cells(ours, a)), (right, cells(theirs, b))];
+            let sides = sides.map(|(title, cells)| (format!("{name} ({title})"), cells));
+            if is_situation {
+                active = sides.into();
+            } else {
+                values.extend(sides);
+            }
         }
+        all.append(&mut active);
+        all.push(("fired".to_owned(), run.fired));
+        all.append(&mut values);
         table(all)
     }
 
@@ -122,38 +143,57 @@ impl Evidence {
         (right, theirs, second): (&Valid<Net>, &Stimulus, &str),
         column: &str,
     ) -> Self {
-        let (mut a, mut b) = (Run::of(left, ours, &[]), Run::of(right, theirs, &[]));
-        a.keep_inputs(left, &BTreeSet::new());
-        b.keep_inputs(right, &BTreeSet::new());
+        let mut a = Run::to_a_difference(left, ours, column);
+        let mut b = Run::to_a_difference(right, theirs, column);
         b.inputs.retain(|(name, _)| !a.inputs.iter().any(|(other, _)| other == name));
         a.inputs.append(&mut b.inputs);
+        let mut all = a.given();
         // A column that is equal in both is shown once.
-        let mut all = if a.active == b.active && a.fired == b.fired {
-            a.columns("active", "fired")
-        } else {
-            let mut all = a.columns(&format!("active ({first})"), &format!("fired ({first})"));
-            all.push((format!("active ({second})"), b.active.clone()));
-            all.push((format!("fired ({second})"), b.fired.clone()));
-            all
-        };
-        if column != "steps" {
-            for (run, title) in [(&mut a, first), (&mut b, second)] {
-                let cells = run.column(column).map(|(_, cells)| cells).unwrap_or_default();
-                all.push((format!("{column} ({title})"), cells));
+        let mut both = |name: &str, sides: [Option<Vec<String>>; 2]| match sides {
+            [Some(ours), Some(theirs)] if ours == theirs => all.push((name.to_owned(), ours)),
+            sides => {
+                let sides = [first, second].into_iter().zip(sides);
+                all.extend(
+                    sides.filter_map(|(title, it)| Some((format!("{name} ({title})"), it?))),
+                );
             }
+        };
+        both("active", [&mut a.active, &mut b.active].map(std::mem::take).map(Some));
+        both("fired", [&mut a.fired, &mut b.fired].map(std::mem::take).map(Some));
+        for (name, ours) in std::mem::take(&mut a.named_terms) {
+            let twin = b.named_terms.iter().position(|(other, _)| *other == name);
+            both(&name, [Some(ours), twin.map(|at| b.named_terms.remove(at).1)]);
+        }
+        for (name, theirs) in std::mem::take(&mut b.named_terms) {
+            both(&name, [None, Some(theirs)]);
+        }
+        if let Some((ours, theirs)) = place(&a.trace, &b.trace, column, ours.len())
+            && !is_shown(&a.trace, ours)
+        {
+            both(column, [cells(&a.trace, ours), cells(&b.trace, theirs)].map(Some));
         }
         table(all)
     }
 
-    /// The evidence that two circuits differ: the inputs at each clock up to the difference.
+    /// The evidence that two circuits differ: the inputs and the output at each clock, before its edge, up to the difference.
     #[must_use]
-    pub fn of_circuits(apart: &CircuitsApart) -> Self {
+    pub fn of_circuits(apart: &CircuitsApart, first: &str, second: &str) -> Self {
+        let bit = |value: bool| u8::from(value).to_string();
         let numbers = (0..apart.rows.len()).map(|at| (at + 1).to_string()).collect();
         let mut all = vec![("clock".to_owned(), numbers)];
         for (at, name) in apart.inputs.iter().enumerate() {
-            let bit = |row: &Vec<bool>| u8::from(row.get(at) == Some(&true)).to_string();
-            all.push((name.clone(), apart.rows.iter().map(bit).collect()));
+            let is_high = |row: &Vec<bool>| row.get(at) == Some(&true);
+            if apart.rows.iter().any(is_high) {
+                all.push((name.clone(), apart.rows.iter().map(|row| bit(is_high(row))).collect()));
+            }
         }
+        let ours: Vec<String> = apart.outputs.iter().copied().map(bit).collect();
+        let mut theirs = ours.clone();
+        if let Some(last) = theirs.last_mut() {
+            *last = bit(!apart.left);
+        }
+        all.push((format!("{} ({first})", apart.output), ours));
+        all.push((format!("{} ({second})", apart.output), theirs));
         table(all)
     }
 
@@ -216,9 +256,35 @@ struct Run<'n> {
     trace: Trace,
     /// Inputs that a fired transition reads.
     read: BTreeSet<InputId>,
+    /// Terms with their names: the variables that may explain a difference.
+    named_terms: Vec<Cells>,
 }
 
 impl<'n> Run<'n> {
+    /// A run whose last row shows a difference in a column, with the inputs and variables that may explain it: those in the receptivities of the transitions that
+    /// were enabled before the last row, and in the conditions of the column's output.
+    fn to_a_difference(net: &'n Valid<Net>, stimulus: &Stimulus, column: &str) -> Self {
+        let (mut inputs, mut terms) = (BTreeSet::new(), Vec::new());
+        for condition in deciding(net, stimulus, column, &mut inputs) {
+            condition.leaves().for_each(|leaf| inputs_of(net, *leaf, &mut inputs));
+            leaves(&condition.map_leaves(&|leaf| PropertyLeaf::Net(*leaf)), &mut terms);
+        }
+        // Times are left out: they change in each row, so that no rows would be equal any more.
+        let is_var = |term: &PropertyExpr| {
+            matches!(
+                &term.kind,
+                ExprKind::Leaf(PropertyLeaf::Net(Leaf::Var(_)))
+                    | ExprKind::Element(PropertyLeaf::Net(Leaf::Var(_)), _)
+            )
+        };
+        terms.retain(|term| is_var(term) && name_of(net, term) != column);
+        let mut run = Run::of(net, stimulus, &terms);
+        run.keep_inputs(net, &inputs);
+        let names = terms.iter().map(|term| name_of(net, term));
+        run.named_terms = names.zip(std::mem::take(&mut run.terms)).collect();
+        run
+    }
+
     fn of(net: &'n Valid<Net>, stimulus: &Stimulus, terms: &[PropertyExpr]) -> Self {
         let given = net.inputs.iter().filter(|(_, it)| it.kind != InputKind::InternalEvent);
         let ids: Vec<InputId> = given.map(|(id, _)| id).collect();
@@ -233,6 +299,7 @@ impl<'n> Run<'n> {
             terms: vec![Vec::new(); terms.len()],
             trace: Trace::new(TraceLayout::of(net)),
             read: BTreeSet::new(),
+            named_terms: Vec::new(),
         };
         run.note(net, &InputRow { dt: 0, ..InputRow::zero(net) }, terms);
         for row in stimulus.rows() {
@@ -259,11 +326,7 @@ impl<'n> Run<'n> {
         };
         if self.dts.len() > 1 {
             for id in self.simulator.fired() {
-                let transition = &net.transitions[*id];
-                self.read.extend(&transition.events);
-                for leaf in transition.guard.leaves() {
-                    inputs_of(net, *leaf, &mut self.read);
-                }
+                read_by(net, &net.transitions[*id], &mut self.read);
             }
         }
         self.fired.push(fired.join(" "));
@@ -286,46 +349,100 @@ impl<'n> Run<'n> {
         self.ids.clear();
     }
 
-    /// The columns of a run: row number, `dt` if it is not 1 in every row, inputs, situation and fired transitions.
-    fn columns(&self, active: &str, fired: &str) -> Vec<Cells> {
+    /// The columns of a run: those of [`Run::given`], the situation and the fired transitions.
+    fn columns(&self) -> Vec<Cells> {
+        let mut all = self.given();
+        all.push(("active".to_owned(), self.active.clone()));
+        all.push(("fired".to_owned(), self.fired.clone()));
+        all
+    }
+
+    /// The row number, `dt` if it is not 1 in every row, and the inputs.
+    fn given(&self) -> Vec<Cells> {
         let numbers = (0..self.dts.len()).map(|row| row.to_string()).collect();
         let mut all = vec![("row".to_owned(), numbers)];
         if self.dts.iter().skip(1).any(|dt| dt != "1") {
             all.push(("dt".to_owned(), self.dts.clone()));
         }
         all.extend(self.inputs.iter().cloned());
-        all.push((active.to_owned(), self.active.clone()));
-        all.push((fired.to_owned(), self.fired.clone()));
         all
-    }
-
-    /// A column of the trace, unless another column already shows it.
-    fn column(&self, name: &str) -> Option<Cells> {
-        let is_there = self.trace.layout.columns.iter().any(|column| {
-            column.name == name
-                && matches!(
-                    column.kind,
-                    ColumnKind::Output(_)
-                        | ColumnKind::Calls(_)
-                        | ColumnKind::Var(_)
-                        | ColumnKind::Element(..)
-                        | ColumnKind::Fault
-                )
-        });
-        is_there.then(|| (name.to_owned(), cells(&self.trace, name)))
     }
 }
 
-/// The cells of a column of a trace; empty if there is no such column.
-fn cells(trace: &Trace, name: &str) -> Vec<String> {
-    let place = trace.layout.columns.iter().position(|column| column.name == name);
-    let cell = |at: usize| trace.rows.iter().map(move |row| trace.layout.text(&row.values[at]));
-    place.map(|at| cell(at).collect()).unwrap_or_default()
+/// True if another column of the evidence shows this column of the trace.
+fn is_shown(trace: &Trace, place: usize) -> bool {
+    match trace.layout.columns[place].kind {
+        ColumnKind::Scan | ColumnKind::Dt | ColumnKind::Input(_) | ColumnKind::Steps => true,
+        ColumnKind::Output(_)
+        | ColumnKind::Calls(_)
+        | ColumnKind::Var(_)
+        | ColumnKind::Element(..)
+        | ColumnKind::Fault => false,
+    }
+}
+
+/// The index of a column in each of two traces; `None` if there is no such column, and for the row number. Of several columns with this name (an output may be
+/// called `steps`), the one that differs in this row is meant.
+fn place(ours: &Trace, theirs: &Trace, name: &str, row: usize) -> Option<(usize, usize)> {
+    let places = |trace: &Trace| -> Vec<usize> {
+        let columns = trace.layout.columns.iter().enumerate();
+        let named =
+            columns.filter(|(_, column)| column.name == name && column.kind != ColumnKind::Scan);
+        named.map(|(at, _)| at).collect()
+    };
+    let text = |trace: &Trace, at: usize| {
+        let value = trace.rows.get(row).and_then(|row| row.values.get(at));
+        value.map(|value| trace.layout.text(value))
+    };
+    let pairs: Vec<(usize, usize)> = places(ours).into_iter().zip(places(theirs)).collect();
+    let differs = |(a, b): &&(usize, usize)| text(ours, *a) != text(theirs, *b);
+    pairs.iter().find(differs).or(pairs.first()).copied()
+}
+
+/// The cells of a column of a trace.
+fn cells(trace: &Trace, place: usize) -> Vec<String> {
+    trace.rows.iter().map(|row| trace.layout.text(&row.values[place])).collect()
+}
+
+/// The conditions that decide the last row of a run: the receptivities of the transitions that were enabled before it, and the conditions of the output with the
+/// name of a column. Events of these transitions are added to `events`.
+fn deciding<'n>(
+    net: &'n Valid<Net>,
+    stimulus: &Stimulus,
+    column: &str,
+    events: &mut BTreeSet<InputId>,
+) -> Vec<&'n Expr> {
+    let mut simulator = Simulator::new(net);
+    for row in stimulus.rows().take(stimulus.len().saturating_sub(1)) {
+        simulator.step(&row);
+    }
+    // No transition decides the row of the reset.
+    let is_enabled = |it: &&Transition| {
+        !stimulus.is_empty() && it.requires.iter().all(|step| simulator.is_active(*step))
+    };
+    let enabled: Vec<&Transition> = net.transitions.values().filter(is_enabled).collect();
+    events.extend(enabled.iter().flat_map(|transition| &transition.events));
+    let mut all: Vec<&Expr> = enabled.iter().map(|transition| &transition.guard).collect();
+    let output = net.outputs.values().find(|output| output.name.text == column);
+    match output.map(|output| &output.driver) {
+        Some(Driver::Continuous(emissions) | Driver::Mealy(emissions)) => {
+            all.extend(emissions.iter().filter_map(|emission| emission.condition.as_ref()));
+            all.extend(net.emergency.iter().map(|emergency| &emergency.condition));
+        }
+        Some(Driver::Stored(_) | Driver::Controlled(_) | Driver::Extern { .. }) | None => {}
+    }
+    all
+}
+
+/// The inputs that the receptivity of a transition reads, and its events.
+fn read_by(net: &Net, transition: &Transition, all: &mut BTreeSet<InputId>) {
+    all.extend(&transition.events);
+    transition.guard.leaves().for_each(|leaf| inputs_of(net, *leaf, all));
 }
 
 /// Collects the inputs that a leaf reads, also through edges and timers.
 fn inputs_of(net: &Net, leaf: Leaf, all: &mut BTreeSet<InputId>) {
-    let mut below = |expr: &grafsynth_ir::net::Expr| {
+    let mut below = |expr: &Expr| {
         for leaf in expr.leaves() {
             if let Leaf::Input(input) = leaf {
                 all.insert(*input);

@@ -3,7 +3,7 @@
 //! The Verilog is proved equal to the net as for any FPGA. Other tools convert it to the bitstream; the bitstream is read back as Verilog, and
 //! that is proved equal to the first one. Together, this proves that the bitstream implements the chart.
 
-use crate::judge::EqualBy;
+use crate::judge::{EqualBy, named};
 use crate::output_report::{OutputFault, OutputProof, OutputReport, OutputVerdict};
 use crate::stem::FileStem;
 use grafsynth_backend_pld::ice40::{Package, constraints};
@@ -105,10 +105,8 @@ pub fn judge(job: &Job, read_back: &str, limits: &Limits) -> OutputReport {
             OutputReport::proved(&job.name, OutputProof::Bitstream(by))
         }
         Equality::Different(apart) => {
-            let pin = pairs.outputs.get(apart.output);
-            let pin = pin.map_or(String::new(), |(pin, _)| ours.outputs[*pin].name.clone());
-            let clocks = apart.rows.len().saturating_sub(1);
-            OutputReport::refuted(&job.name, OutputFault::Clock { pin, clocks })
+            let apart = Box::new(named(&ours, &theirs, &pairs, &apart));
+            OutputReport::refuted(&job.name, OutputFault::Bitstream(apart))
         }
         Equality::Open(open) => OutputReport::new(&job.name, OutputVerdict::ReadBack(open)),
     }

@@ -249,13 +249,12 @@ pub(crate) fn build(
     };
     let name = format!("{}.jed", options.stem_for(net));
     let mut line = if options.prove {
-        OutputReport::of_verdict(
-            &name,
-            grafsynth_verify::equiv(net, facts, &read_back, &options.limits),
-        )
+        let verdict = grafsynth_verify::equiv(net, facts, &read_back, &options.limits);
+        OutputReport::of_verdict(&name, net, &read_back, verdict)
     } else {
         let reasons = vec![OpenReason::NotAsked];
-        OutputReport::of_verdict(&name, only_tested(net, &read_back, reasons, &options.limits))
+        let verdict = only_tested(net, &read_back, reasons, &options.limits);
+        OutputReport::of_verdict(&name, net, &read_back, verdict)
     };
     line.notes.extend(said(&burned, &name));
     line.notes.extend(burned.placement.moved.iter().cloned().map(Note::PinMoved));

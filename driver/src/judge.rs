@@ -3,14 +3,17 @@
 use crate::circuit;
 use crate::codes;
 use crate::compare::{self, Outcome, nothing_in_common};
-use crate::logic::LogicDesign;
+use crate::logic::{LogicDesign, interface};
+use crate::read::Design;
 use crate::run::{logic_trace, net_trace};
+use grafsynth_ir::arena::Arena;
 use grafsynth_ir::facts::Proof;
 use grafsynth_ir::logic::{FlopId, Logic, Node, PinRole};
 use grafsynth_ir::net::{Driver, InputId, Net, OutputId};
-use grafsynth_ir::{Diagnostic, Valid, counted};
-use grafsynth_logic::chip::most_clocks;
-use grafsynth_sim::{Clocked, ColumnKind, Difference, Stimulus, Trace};
+use grafsynth_ir::{Diagnostic, Valid, counted, validate};
+use grafsynth_logic::chip::{ChipSim, NoRow, most_clocks};
+use grafsynth_logic::sim::LogicSim;
+use grafsynth_sim::{Clocked, ColumnKind, Difference, InputRow, Stimulus, Trace};
 use grafsynth_verify::circuits::{Apart, Equality, Pairs, circuits};
 use grafsynth_verify::{Limits, Open, Verdict};
 use itertools::Itertools as _;
@@ -337,7 +340,7 @@ fn judge_as(ours: &Logic, theirs: &Logic, renames: &Renames, limits: &Limits) ->
             Judged::Equal(EqualBy::Enumerated { states, outputs })
         }
         Equality::ByFunctions(n) => Judged::Equal(EqualBy::Functions(n)),
-        Equality::Different(apart) => Judged::Different(named(ours, &pairs, &apart)),
+        Equality::Different(apart) => Judged::Different(named(ours, theirs, &pairs, &apart)),
         Equality::Open(why) => Judged::Open(why),
     }
 }
@@ -363,19 +366,71 @@ fn pairs(left: &Logic, right: &Logic, renames: &Renames) -> Pairs {
 }
 
 /// The difference, with the names of the first circuit.
-fn named(left: &Logic, pairs: &Pairs, apart: &Apart) -> CircuitsApart {
+pub(crate) fn named(left: &Logic, right: &Logic, pairs: &Pairs, apart: &Apart) -> CircuitsApart {
     let inputs = || pairs.inputs.iter().filter_map(|(pin, _)| *pin);
     let values = |row: &Vec<bool>| {
         let values = pairs.inputs.iter().zip(row);
         values.filter(|((pin, _), _)| pin.is_some()).map(|(_, value)| *value).collect()
     };
-    let output = pairs.outputs.get(apart.output);
-    CircuitsApart {
-        output: output.map_or_else(String::new, |(pin, _)| left.outputs[*pin].name.clone()),
+    let output = pairs.outputs.get(apart.output).map(|(pin, _)| *pin);
+    let mut sim = LogicSim::new(left);
+    let outputs = apart.rows.iter().map(|row| {
+        for ((pin, _), value) in pairs.inputs.iter().zip(row) {
+            if let Some(pin) = pin {
+                sim.set_input(*pin, u64::from(*value));
+            }
+        }
+        let value = output.is_some_and(|output| sim.output(output) & 1 == 1);
+        sim.clock();
+        value
+    });
+    let mut apart = CircuitsApart {
+        outputs: outputs.collect(),
+        output: output.map_or_else(String::new, |pin| left.outputs[pin].name.clone()),
         left: apart.left,
         inputs: inputs().map(|pin| left.inputs[pin].name.clone()).collect(),
         rows: apart.rows.iter().map(values).collect(),
+        traces: None,
+    };
+    apart.traces = traces(left, right, pairs, &apart).map(Box::new);
+    apart
+}
+
+/// The traces of two circuits up to their difference, in the inputs and outputs of the first. `None` if these cannot be columns.
+fn traces(
+    left: &Logic,
+    right: &Logic,
+    pairs: &Pairs,
+    apart: &CircuitsApart,
+) -> Option<(Trace, Trace)> {
+    let (mut ours, mut theirs) = (left.clone(), right.clone());
+    // Flip-flops correspond only in part, so they are not shown.
+    let mut net = interface(&mut ours);
+    net.vars = Arena::default();
+    for circuit in [&mut ours, &mut theirs] {
+        circuit.decoded.clear();
+        for id in circuit.flops.ids() {
+            circuit.flops[id].holds = None;
+        }
     }
+    let net = validate(net).ok()?;
+    for id in theirs.inputs.ids() {
+        theirs.inputs[id].role = PinRole::Unknown;
+    }
+    for id in theirs.outputs.ids() {
+        theirs.outputs[id].role = PinRole::Unknown;
+    }
+    for (own, twin) in &pairs.inputs {
+        if let (Some(own), Some(twin)) = (own, twin) {
+            theirs.inputs[*twin].role = ours.inputs[*own].role;
+        }
+    }
+    for (own, twin) in &pairs.outputs {
+        theirs.outputs[*twin].role = ours.outputs[*own].role;
+    }
+    let stimulus = apart.stimulus(&net, &ours);
+    let ours = logic_trace(&net, &ours, &stimulus).ok()?;
+    Some((ours, logic_trace(&net, &theirs, &stimulus).ok()?))
 }
 
 /// Where two circuits differ.
@@ -385,10 +440,15 @@ pub struct CircuitsApart {
     pub output: String,
     /// Its value in the first circuit; the second has the other value.
     pub left: bool,
+    /// Its value in the first circuit at each clock, before the clock edge; the second circuit has the same values except in the last row.
+    pub outputs: Vec<bool>,
     /// The inputs, as named in the first circuit.
     pub inputs: Vec<String>,
     /// Their values at each clock; the last row shows the difference without a further clock.
     pub rows: Vec<Vec<bool>>,
+    /// The traces of both circuits with these inputs, in the columns of the first: its inputs and outputs, without flip-flops. `None` if its pins cannot be
+    /// columns.
+    pub traces: Option<Box<(Trace, Trace)>>,
 }
 
 impl CircuitsApart {
@@ -405,8 +465,40 @@ impl CircuitsApart {
         [self.inputs.join(",")].into_iter().chain(lines).map(|line| line + "\n").collect()
     }
 
-    fn row(&self, row: &[bool]) -> String {
-        self.inputs.iter().zip(row).map(|(name, value)| format!("{name}={}", bit(*value))).join(" ")
+    /// The inputs as a stimulus of the first circuit, whose inputs have these roles.
+    #[must_use]
+    pub fn stimulus(&self, net: &Net, left: &Logic) -> Stimulus {
+        let mut stimulus = Stimulus::new(net);
+        for values in &self.rows {
+            let mut row = InputRow { dt: 1, ..InputRow::zero(net) };
+            for (name, value) in self.inputs.iter().zip(values) {
+                let pin = left.inputs.values().find(|input| input.name == *name);
+                if let Some(PinRole::Input(id, 0)) = pin.map(|pin| pin.role) {
+                    row = row.with(id, i64::from(*value));
+                }
+            }
+            stimulus.push(&row);
+        }
+        stimulus
+    }
+
+    /// The difference as a sentence, with these names of the two circuits.
+    #[must_use]
+    pub fn sentence(&self, first: &str, second: &str) -> String {
+        let after = match self.clocks() {
+            0 => "after power-up".to_owned(),
+            1 => "after 1 clock".to_owned(),
+            n => format!("after {n} clocks"),
+        };
+        let (left, right) = (bit(self.left), bit(!self.left));
+        let last = self.rows.last().map(Vec::as_slice).unwrap_or_default();
+        let values = self.inputs.iter().zip(last);
+        let values = values.map(|(name, value)| format!("{name}={}", bit(*value))).join(" ");
+        let inputs = if values.is_empty() { String::new() } else { format!(" while {values}") };
+        format!(
+            "{after}, {} is {left} in the {first} and {right} in the {second}{inputs}",
+            self.output
+        )
     }
 }
 
@@ -416,20 +508,84 @@ fn bit(value: bool) -> &'static str {
 
 impl std::fmt::Display for CircuitsApart {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.clocks() {
-            0 => write!(f, "after power-up")?,
-            1 => write!(f, "after 1 clock")?,
-            n => write!(f, "after {n} clocks")?,
-        }
-        let (left, right) = (bit(self.left), bit(!self.left));
-        write!(f, ", {} is {left} in the first and {right} in the second", self.output)?;
-        let Some((last, clocks)) = self.rows.split_last() else { return Ok(()) };
-        if !last.is_empty() {
-            write!(f, " while {}", self.row(last))?;
-        }
-        for (at, clock) in clocks.iter().enumerate() {
-            write!(f, "\n  clock {}: {}", at + 1, self.row(clock))?;
-        }
-        Ok(())
+        f.write_str(&self.sentence("first", "second"))
     }
+}
+
+/// The runs of two designs with one stimulus of the first; the second is logic.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Runs {
+    /// The first design.
+    pub first: Trace,
+    /// The second design, in the columns of the first.
+    pub second: Trace,
+    /// The second design in its own columns, with a row for each clock: a stimulus that it can run alone.
+    pub own: Trace,
+}
+
+/// Runs two designs with a stimulus of the first that has no row of more than one tick.
+///
+/// # Errors
+/// Like [`with_net`].
+pub fn runs(
+    first: &Design,
+    second: &LogicDesign,
+    stimulus: &Stimulus,
+    renames: &Renames,
+) -> Result<Runs, Vec<Diagnostic>> {
+    let (net, ours) = match first {
+        Design::Net(design) => (&design.net, net_trace(&design.net, stimulus)),
+        Design::Logic(design) => {
+            (&design.interface, logic_trace(&design.interface, design.circuit()?, stimulus)?)
+        }
+    };
+    let circuit = second.circuit()?;
+    let bound = bind(net, circuit, renames)?;
+    let theirs = logic_trace(net, &bound.logic, stimulus)?;
+    let own = own_stimulus(net, &bound.logic, (&second.interface, circuit), stimulus);
+    let own = logic_trace(&second.interface, circuit, &own)?;
+    Ok(Runs { first: ours, second: theirs, own })
+}
+
+/// The stimulus of a net as the pins of a circuit see it, with the names of the circuit's own interface: one row for each clock. `bound` has the roles of the net,
+/// and the same pins.
+fn own_stimulus(
+    net: &Net,
+    bound: &Logic,
+    (interface, circuit): (&Net, &Logic),
+    stimulus: &Stimulus,
+) -> Stimulus {
+    let mut own = Stimulus::new(interface);
+    let mut chip = ChipSim::new(net, bound);
+    for row in stimulus.rows() {
+        let (clocks, has_ended) = match chip.react(&row.values, u64::from(row.dt)) {
+            Ok(clocks) => (clocks, true),
+            Err(NoRow::StillBusy { clocks }) => (clocks, false),
+            Err(NoRow::TooManyTicks { .. }) => break,
+        };
+        for clock in 0..clocks {
+            let mut pins = InputRow { dt: 1, ..InputRow::zero(interface) };
+            for (pin, input) in bound.inputs.iter() {
+                // Events and the tick last one clock.
+                let value = match input.role {
+                    PinRole::Input(id, _) if clock > 0 && net.inputs[id].kind.is_event() => 0,
+                    PinRole::Input(id, _) => row.value(id),
+                    PinRole::Tick => i64::from(clock == 0 && row.dt > 0),
+                    PinRole::Reset
+                    | PinRole::Output(..)
+                    | PinRole::Busy
+                    | PinRole::Fault
+                    | PinRole::Unknown => 0,
+                };
+                if let PinRole::Input(column, _) = circuit.inputs[pin].role {
+                    pins = pins.with(column, value);
+                }
+            }
+            own.push(&pins);
+        }
+        if !has_ended {
+            break;
+        }
+    }
+    own
 }

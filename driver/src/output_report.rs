@@ -1,9 +1,13 @@
 //! The result for each output: proved, refuted or open, with notes for the user. It remains data until it is printed.
 
+use crate::evidence::Evidence;
 use crate::judge::{CircuitsApart, EqualBy};
+use crate::run::{logic_trace, net_trace};
 use grafsynth_backend_pld::MovedPin;
-use grafsynth_ir::counted;
-use grafsynth_sim::Stimulus;
+use grafsynth_ir::logic::Logic;
+use grafsynth_ir::net::Net;
+use grafsynth_ir::{Valid, counted};
+use grafsynth_sim::{Stimulus, Trace};
 use grafsynth_verify::equiv::{Counterexample, Verdict};
 use grafsynth_verify::{Certificate, Dominance, Method, Open, OpenReason, Scope};
 
@@ -86,34 +90,171 @@ pub enum OutputProof {
 /// Where an output differs from the net.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum OutputFault {
-    /// A cell of the trace differs after some reactions.
-    Row {
-        /// A stimulus whose last row shows the difference.
-        stimulus: Stimulus,
-        /// The column.
-        column: String,
-        /// The value in the chart.
-        chart: String,
-        /// The value in the output.
-        output: String,
-        /// The name of the output in messages: `the output`, `C`.
-        of: &'static str,
-    },
+    /// A cell of a trace differs.
+    Row(Box<RowFault>),
     /// It reads back as another net.
     ReadsBackAsAnother,
     /// A signal has no pin in the design that was read back.
     PinLost(String),
-    /// A pin of a bitstream differs from the Verilog after some clocks.
-    Clock {
-        /// The pin.
-        pin: String,
-        /// The number of clocks.
-        clocks: usize,
-    },
-    /// It differs from the circuit that it was made from, with the location.
-    Rebuilt(CircuitsApart),
+    /// A bitstream differs from the Verilog that it was made from.
+    Bitstream(Box<CircuitsApart>),
+    /// It differs from the circuit that it was made from.
+    Rebuilt(Box<CircuitsApart>),
     /// Compiled C does not respond: it crashes, or a reaction does not end.
     NoAnswer(String),
+}
+
+/// A stimulus with which an output differs from the chart.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RowFault {
+    /// The stimulus; its last row shows the difference.
+    pub stimulus: Stimulus,
+    /// The column.
+    pub column: String,
+    /// The value in the chart.
+    pub chart: String,
+    /// The value in the output.
+    pub output: String,
+    /// What was run.
+    pub of: Ran,
+    /// The trace of the output with this stimulus; `None` if it could not be run again.
+    pub trace: Option<Trace>,
+}
+
+/// What was run to compare an output with the chart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ran {
+    /// The circuit that was read back.
+    Circuit,
+    /// The compiled C.
+    C,
+}
+
+impl Ran {
+    /// Its name in the header of a column.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        match self {
+            Ran::Circuit => "output",
+            Ran::C => "C",
+        }
+    }
+}
+
+impl std::fmt::Display for Ran {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Ran::Circuit => "the output",
+            Ran::C => "C",
+        })
+    }
+}
+
+impl OutputFault {
+    /// The relevant part of the run that shows the fault, if there is one. `net` is the chart of the build, or the pins of logic.
+    #[must_use]
+    pub fn evidence(&self, net: &Valid<Net>) -> Option<Evidence> {
+        let (first, second) = self.sides();
+        match self {
+            OutputFault::Row(fault) => Some(match &fault.trace {
+                Some(trace) => {
+                    let chart = net_trace(net, &fault.stimulus);
+                    let (ours, theirs) = ((first, &chart), (second, trace));
+                    Evidence::of_traces(net, &fault.stimulus, &fault.column, ours, theirs)
+                }
+                None => Evidence::of_run(net, &fault.stimulus, Some(&fault.column)),
+            }),
+            OutputFault::Bitstream(apart) | OutputFault::Rebuilt(apart) => {
+                Some(Evidence::of_circuits(apart, first, second))
+            }
+            OutputFault::ReadsBackAsAnother
+            | OutputFault::PinLost(_)
+            | OutputFault::NoAnswer(_) => None,
+        }
+    }
+
+    /// The traces that show the fault, each with the name of what was run: first that of the chart or of the source, then that of the output.
+    #[must_use]
+    pub fn traces(&self, net: &Valid<Net>) -> Vec<(&'static str, Trace)> {
+        let (first, second) = self.sides();
+        match self {
+            OutputFault::Row(fault) => {
+                let chart = (first, net_trace(net, &fault.stimulus));
+                std::iter::once(chart).chain(fault.trace.clone().map(|it| (second, it))).collect()
+            }
+            OutputFault::Bitstream(apart) | OutputFault::Rebuilt(apart) => {
+                let traces = apart.traces.as_deref().cloned();
+                traces.map_or(Vec::new(), |(ours, theirs)| vec![(first, ours), (second, theirs)])
+            }
+            OutputFault::ReadsBackAsAnother
+            | OutputFault::PinLost(_)
+            | OutputFault::NoAnswer(_) => Vec::new(),
+        }
+    }
+
+    /// The names of what was compared.
+    fn sides(&self) -> (&'static str, &'static str) {
+        match self {
+            OutputFault::Row(fault) => ("chart", fault.of.title()),
+            OutputFault::Bitstream(_) => ("Verilog", "bitstream"),
+            OutputFault::Rebuilt(_) => ("text", "output"),
+            OutputFault::ReadsBackAsAnother
+            | OutputFault::PinLost(_)
+            | OutputFault::NoAnswer(_) => ("chart", "output"),
+        }
+    }
+
+    /// True if this fault of another output is the same finding: the same run shows the same values.
+    #[must_use]
+    pub fn is_same(&self, other: &OutputFault) -> bool {
+        match (self, other) {
+            (OutputFault::Row(a), OutputFault::Row(b)) => {
+                (&a.stimulus, &a.column, &a.chart, &a.output)
+                    == (&b.stimulus, &b.column, &b.chart, &b.output)
+            }
+            (OutputFault::Rebuilt(a), OutputFault::Rebuilt(b)) => {
+                (&a.output, a.left, &a.inputs, &a.rows) == (&b.output, b.left, &b.inputs, &b.rows)
+            }
+            (
+                OutputFault::Row(_)
+                | OutputFault::ReadsBackAsAnother
+                | OutputFault::PinLost(_)
+                | OutputFault::Bitstream(_)
+                | OutputFault::Rebuilt(_)
+                | OutputFault::NoAnswer(_),
+                _,
+            ) => false,
+        }
+    }
+
+    /// The fault of several outputs ([`OutputFault::is_same`]), as a predicate in the plural.
+    #[must_use]
+    pub fn of_several(&self) -> String {
+        match self {
+            OutputFault::Row(fault) => fault.sentence("differ", "the outputs"),
+            OutputFault::Rebuilt(apart) => {
+                format!("differ from the text: {}", apart.sentence("text", "outputs"))
+            }
+            OutputFault::Bitstream(_)
+            | OutputFault::ReadsBackAsAnother
+            | OutputFault::PinLost(_)
+            | OutputFault::NoAnswer(_) => self.to_string(),
+        }
+    }
+}
+
+impl RowFault {
+    fn sentence(&self, verb: &str, of: &str) -> String {
+        let RowFault { stimulus, column, chart, output, .. } = self;
+        let after = match stimulus.len() {
+            0 => "at power-up".to_owned(),
+            1 => "after 1 reaction".to_owned(),
+            n => format!("after {n} reactions"),
+        };
+        format!(
+            "{verb} from the chart {after}: {column} is `{chart}` in the chart and `{output}` in {of}"
+        )
+    }
 }
 
 /// A note on an output.
@@ -189,6 +330,30 @@ impl Note {
             Note::OtherStyle { .. } => "other-style",
             Note::NoStyle => "no-style",
             Note::Remark(_) => "remark",
+        }
+    }
+
+    /// What it says about the correctness of the output.
+    #[must_use]
+    pub fn outcome(&self) -> Outcome {
+        match self {
+            Note::Emergency(Dominance::Refuted { .. }) => Outcome::Refuted,
+            Note::Emergency(Dominance::Open(_)) | Note::NotSafe(_) => Outcome::Open,
+            Note::Emergency(Dominance::Proved { .. })
+            | Note::Burned(_)
+            | Note::Codes(_)
+            | Note::Safe(_)
+            | Note::PinsOpen(_)
+            | Note::PinMoved(_)
+            | Note::Form(_)
+            | Note::History { .. }
+            | Note::Synchronised { .. }
+            | Note::WithoutForeignCode
+            | Note::CriticalSection(_)
+            | Note::Gate
+            | Note::OtherStyle { .. }
+            | Note::NoStyle
+            | Note::Remark(_) => Outcome::Proved,
         }
     }
 }
@@ -283,21 +448,23 @@ impl OutputReport {
         OutputReport::new(name, OutputVerdict::Open(Open::because(why)))
     }
 
-    /// The report for the verdict of the verifier on a text that was read back.
+    /// The report for the verdict of the verifier on the circuit of a text that was read back.
     #[must_use]
-    pub fn of_verdict(name: &str, verdict: Verdict) -> Self {
+    pub fn of_verdict(name: &str, net: &Valid<Net>, read_back: &Logic, verdict: Verdict) -> Self {
         let verdict = match verdict {
             Verdict::Proved(certificate) => {
                 OutputVerdict::Proved(OutputProof::Circuit(certificate))
             }
             Verdict::Refuted(Counterexample { stimulus, difference }) => {
-                OutputVerdict::Refuted(OutputFault::Row {
+                let trace = logic_trace(net, read_back, &stimulus).ok();
+                OutputVerdict::Refuted(OutputFault::Row(Box::new(RowFault {
                     stimulus,
                     column: difference.column,
                     chart: difference.left,
                     output: difference.right,
-                    of: "the output",
-                })
+                    of: Ran::Circuit,
+                    trace,
+                })))
             }
             Verdict::Open(open) => OutputVerdict::ReadBack(open),
         };
@@ -313,26 +480,7 @@ impl OutputReport {
             OutputVerdict::ReadBack(_) | OutputVerdict::Open(_) => Outcome::Open,
             OutputVerdict::Refuted(_) => Outcome::Refuted,
         };
-        let of_note = |note: &Note| match note {
-            Note::Emergency(Dominance::Refuted { .. }) => Outcome::Refuted,
-            Note::Emergency(Dominance::Open(_)) | Note::NotSafe(_) => Outcome::Open,
-            Note::Emergency(Dominance::Proved { .. })
-            | Note::Burned(_)
-            | Note::Codes(_)
-            | Note::Safe(_)
-            | Note::PinsOpen(_)
-            | Note::PinMoved(_)
-            | Note::Form(_)
-            | Note::History { .. }
-            | Note::Synchronised { .. }
-            | Note::WithoutForeignCode
-            | Note::CriticalSection(_)
-            | Note::Gate
-            | Note::OtherStyle { .. }
-            | Note::NoStyle
-            | Note::Remark(_) => Outcome::Proved,
-        };
-        self.notes.iter().map(of_note).fold(own, Outcome::max)
+        self.notes.iter().map(Note::outcome).fold(own, Outcome::max)
     }
 
     /// Its parts as text: the verdict, then each note.
@@ -391,18 +539,17 @@ impl std::fmt::Display for OutputProof {
 impl std::fmt::Display for OutputFault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            OutputFault::Row { stimulus, column, chart, output, of } => write!(
-                f,
-                "differs from the chart after {}: {column} is `{chart}` in the chart and `{output}` in {of}",
-                counted(stimulus.len(), "reaction", "reactions")
-            ),
+            OutputFault::Row(fault) => {
+                f.write_str(&fault.sentence("differs", &fault.of.to_string()))
+            }
             OutputFault::ReadsBackAsAnother => write!(f, "reads back as a different net"),
             OutputFault::PinLost(name) => write!(f, "`{name}` has no pin in the bitstream"),
-            OutputFault::Clock { pin, clocks } => {
-                let clocks = counted(*clocks, "clock", "clocks");
-                write!(f, "differs from the Verilog: `{pin}` differs after {clocks}")
+            OutputFault::Bitstream(apart) => {
+                write!(f, "differs from the Verilog: {}", apart.sentence("Verilog", "bitstream"))
             }
-            OutputFault::Rebuilt(how) => write!(f, "differs from the text: {how}"),
+            OutputFault::Rebuilt(apart) => {
+                write!(f, "differs from the text: {}", apart.sentence("text", "output"))
+            }
             OutputFault::NoAnswer(how) => f.write_str(how),
         }
     }

@@ -12,7 +12,7 @@
 //! ```
 //! C is generated from the net and its facts; to compare it needs a compiler, so that is left to the caller ([`Built::packages`]).
 
-pub use crate::built::{BuildOptions, Built, MapEntry, OutputFile};
+pub use crate::built::{BuildOptions, Built, MapEntry, OutputFile, Refusal};
 use crate::circuit::{ENUMERATION_WORK, delayed_vectors, may_be_free, unconditional};
 pub use crate::circuit::{
     Through, emit_options, facts, logic, logic_as, synchronised, through, vectors,
@@ -78,7 +78,9 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
     }
     // Two targets need Verilog; it is written once.
     let mut verilog: Option<Option<Emitted>> = None;
+    let mut refuses_verilog = 0..0;
     for target in targets {
+        let n_found = built.found.len();
         match (target, target.dialect(), &logic) {
             (_, Some(Dialect::Verilog), Some(Ok(logic))) => {
                 let emitted = verilog.get_or_insert_with(|| {
@@ -136,6 +138,18 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
                 unreachable!("a target of logic has a dialect")
             }
         }
+        let mut own = n_found..built.found.len();
+        if target.dialect() == Some(Dialect::Verilog) && verilog == Some(None) {
+            if refuses_verilog.is_empty() {
+                refuses_verilog = own.clone();
+            }
+            own = refuses_verilog.clone();
+        }
+        let own = match &logic {
+            Some(Err(found)) if target.is_circuit() => found.as_slice(),
+            Some(_) | None => built.found.get(own).unwrap_or_default(),
+        };
+        built.refused.extend(Refusal::of(target.name(), own));
     }
     say_once(&mut built);
     built
@@ -252,16 +266,12 @@ fn equations(
         }
     };
     let mut line = if options.prove {
-        OutputReport::of_verdict(
-            &name,
-            grafsynth_verify::equiv(net, facts, &through.read_back, &options.limits),
-        )
+        let verdict = grafsynth_verify::equiv(net, facts, &through.read_back, &options.limits);
+        OutputReport::of_verdict(&name, net, &through.read_back, verdict)
     } else {
         let reasons = vec![OpenReason::NotAsked];
-        OutputReport::of_verdict(
-            &name,
-            only_tested(net, &through.read_back, reasons, &options.limits),
-        )
+        let verdict = only_tested(net, &through.read_back, reasons, &options.limits);
+        OutputReport::of_verdict(&name, net, &through.read_back, verdict)
     };
     say_emergency(&mut line, net, &through.read_back, options);
     if let Some(said) = codes_and_dont_cares(&coded, logic, &emit_options) {

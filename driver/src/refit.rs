@@ -151,7 +151,9 @@ fn line(name: &str, judged: Judged) -> OutputReport {
         name,
         match judged {
             Judged::Equal(by) => OutputVerdict::Proved(OutputProof::Rebuilt(by)),
-            Judged::Different(how) => OutputVerdict::Refuted(OutputFault::Rebuilt(how)),
+            Judged::Different(apart) => {
+                OutputVerdict::Refuted(OutputFault::Rebuilt(Box::new(apart)))
+            }
             Judged::Open(open) => OutputVerdict::ReadBack(open),
         },
     )

@@ -103,6 +103,13 @@ impl Target {
         Target::ALL.iter().find(|(_, known, _)| *known == name).map(|(target, _, _)| *target)
     }
 
+    /// Its name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        let known = Target::ALL.iter().find(|(target, _, _)| *target == self);
+        known.map_or("c", |(_, name, _)| name)
+    }
+
     /// The language, for a target of logic.
     #[must_use]
     pub fn dialect(self) -> Option<Dialect> {

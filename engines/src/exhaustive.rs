@@ -12,11 +12,15 @@
 use crate::explorer::{Cell, Explorer, Instance, Start, Trouble, differs, push};
 use crate::{tested, tools};
 use grafsynth_backend_c::Package;
-use grafsynth_driver::report::{Note, OutputFault, OutputProof, OutputReport, OutputVerdict};
+use grafsynth_driver::report::{
+    Note, OutputFault, OutputProof, OutputReport, OutputVerdict, Ran, RowFault,
+};
 use grafsynth_driver::rows;
-use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;
-use grafsynth_sim::{InputRow, MAX_DT, Simulator, State, Stimulus, Thresholds, TraceLayout};
+use grafsynth_ir::{FileId, Valid};
+use grafsynth_sim::{
+    Column, InputRow, MAX_DT, Simulator, State, Stimulus, Thresholds, Trace, TraceLayout, Value,
+};
 use grafsynth_verify::{Limits, Open, OpenReason, Scope};
 use std::collections::BTreeMap;
 
@@ -81,18 +85,49 @@ fn verdict(
     };
     Ok(match tested::run(net, package, 1)? {
         tested::Answer::Equal(tested) => OutputVerdict::Open(Open::because(reason).tested(tested)),
-        tested::Answer::Different(found) => refuted(net, found),
+        tested::Answer::Different(found) => refuted(net, package, found),
     })
 }
 
-fn refuted(net: &Net, Difference { path, cell }: Difference) -> OutputVerdict {
-    OutputVerdict::Refuted(OutputFault::Row {
+fn refuted(net: &Valid<Net>, package: &Package, found: Difference) -> OutputVerdict {
+    let trace = trace(net, package, &found);
+    let Difference { path, cell } = found;
+    OutputVerdict::Refuted(OutputFault::Row(Box::new(RowFault {
         stimulus: Stimulus::of_rows(net, &path),
         column: cell.column,
         chart: cell.expected,
         output: cell.got,
-        of: "C",
-    })
+        of: Ran::C,
+        trace,
+    })))
+}
+
+/// The trace of the compiled chart on the path to a difference, run from reset. `None` if it cannot be run again, or does not show the same difference then.
+fn trace(net: &Valid<Net>, package: &Package, found: &Difference) -> Option<Trace> {
+    let mut started = Explorer::start(net, package).ok()?;
+    let layout = TraceLayout::of(net);
+    let mut csv = format!("{}{}\n", Trace::new(layout.clone()).to_csv(), started.row);
+    let mut questions = String::new();
+    for (at, row) in found.path.iter().enumerate() {
+        push(net, Start::Answer(at), row, &mut questions);
+    }
+    let add = |_, answer: &str, _| {
+        csv.push_str(answer);
+        csv.push('\n');
+        true
+    };
+    started.explorer.ask(&questions, found.path.len(), add).ok()?;
+    let trace = Trace::parse_csv(&layout, FileId(u32::MAX), &csv).ok()?;
+    let is_same = |column: &Column, value: &Value| {
+        column.name == found.cell.column && layout.text(value) == found.cell.got
+    };
+    let last = trace.rows.get(found.path.len())?;
+    layout
+        .columns
+        .iter()
+        .zip(&last.values)
+        .any(|(column, value)| is_same(column, value))
+        .then_some(trace)
 }
 
 /// The result of a proof attempt.
@@ -153,7 +188,7 @@ fn proof(
             Proof::None(OpenReason::RunOnlyFor { scope, states: states as u64, reactions })
         }
         Explored::TooMany { states, limit } => Proof::None(OpenReason::Pairs { limit, states }),
-        Explored::Different(found) => Proof::Verdict(refuted(net, found)),
+        Explored::Different(found) => Proof::Verdict(refuted(net, package, found)),
     })
 }
 

@@ -288,7 +288,7 @@ fn ask(left: &Valid<Net>, right: &Valid<Net>) -> Option<Came> {
             let mut shorter = apart.left.clone();
             shorter.truncate(n_rows.saturating_sub(1));
             let before = charts_on(left, right, &common, &shorter);
-            assert!(n_rows == 0 || before.difference.is_none(), "the last row shows it");
+            assert!(n_rows == 0 || before.apart.is_none(), "the last row shows it");
             if apart.is_shortest && n_rows > 1 {
                 let found = differ_within(left, right, n_rows - 1, 4_000);
                 assert!(found != Some(true), "not the shortest: {}", both(left, right));

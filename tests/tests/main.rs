@@ -11,6 +11,7 @@ mod c_sources;
 mod chart_pairs;
 mod controllers;
 mod conversions;
+mod counterexamples;
 mod emergency;
 mod engines;
 mod evaluators;

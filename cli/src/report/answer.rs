@@ -1,5 +1,6 @@
 //! An answer of the tool: the question, the result, and its basis.
 
+use grafsynth_driver::judge::CircuitsApart;
 use grafsynth_driver::report::{Outcome, OutputFault, OutputProof, OutputReport, OutputVerdict};
 use grafsynth_ir::Span;
 use grafsynth_ir::facts::Proof;
@@ -155,6 +156,13 @@ impl Answer {
         self.with("row", difference.row).with("column", difference.column.as_str())
     }
 
+    /// Adds the difference between two circuits, and the inputs that show it.
+    pub(crate) fn circuits(self, apart: &CircuitsApart) -> Self {
+        self.with("row", apart.clocks())
+            .with("column", apart.output.as_str())
+            .witness(&apart.to_csv())
+    }
+
     /// Adds the reasons why it is open, and what was tested instead.
     pub(crate) fn open(self, open: &Open) -> Self {
         let reasons: Vec<Value> = open.reasons.iter().map(reason).collect();
@@ -184,6 +192,11 @@ impl Answer {
         self.with("witness", csv)
     }
 
+    /// Adds the names of the trace files that demonstrate it.
+    pub(crate) fn traces(self, files: Vec<String>) -> Self {
+        if files.is_empty() { self } else { self.with("traces", files) }
+    }
+
     /// The answer of a build about a file.
     pub(crate) fn of_output(report: &OutputReport, net: &Net) -> Self {
         let message = report.parts().collect::<Vec<_>>().join("; ");
@@ -211,11 +224,18 @@ impl Answer {
                     answer
                 }
             }
-            OutputVerdict::Refuted(OutputFault::Row { stimulus, column, .. }) => answer
-                .with("row", stimulus.len())
-                .with("column", column.as_str())
-                .witness(&stimulus.to_csv(net)),
-            OutputVerdict::Refuted(_) => answer,
+            OutputVerdict::Refuted(OutputFault::Row(fault)) => answer
+                .with("row", fault.stimulus.len())
+                .with("column", fault.column.as_str())
+                .witness(&fault.stimulus.to_csv(net)),
+            OutputVerdict::Refuted(OutputFault::Rebuilt(apart) | OutputFault::Bitstream(apart)) => {
+                answer.circuits(apart)
+            }
+            OutputVerdict::Refuted(
+                OutputFault::ReadsBackAsAnother
+                | OutputFault::PinLost(_)
+                | OutputFault::NoAnswer(_),
+            ) => answer,
             OutputVerdict::ReadBack(open) => answer.with("read_back", true).open(open),
             OutputVerdict::Open(open) => answer.open(open),
             OutputVerdict::NotChecked => answer,

@@ -1,12 +1,13 @@
 //! `grafsynth build FILE --target T -o DIR`.
 
-use crate::args::{Build, Busy, Input, Trust};
+use super::build_results::{know, refusal, say};
+use crate::args::{Build, BuildTrace, Busy, Input, Trust};
+use crate::evidence;
 use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
 use crate::memory::Bound;
 use crate::progress;
-use crate::report::Answer;
 use grafsynth_backend_c::package::Ecosystem;
 use grafsynth_backend_c::{Package, Style, cost};
 use grafsynth_driver::codes;
@@ -32,9 +33,20 @@ use serde_json::json;
 use std::borrow::Cow;
 
 pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop> {
-    if arguments.old_trace.is_some() {
+    if let Some(BuildTrace::Ring(entries)) = arguments.trace {
+        if arguments.trace_ring.is_some() {
+            let both = "is the former name of `--trace-ring`: give only one of them";
+            return Err(Stop::Usage(format!("`--trace {entries}` {both}")));
+        }
         session.note("`build --trace N` is now `--trace-ring N`; the old name will be removed in the next version\n");
     }
+    evidence::check_name(arguments.trace_file())?;
+    let exit = all(session, arguments)?;
+    session.no_trace(arguments.trace_file());
+    Ok(exit)
+}
+
+fn all(session: &mut Session, arguments: &Build) -> Result<Exit, Stop> {
     let inputs = session.inputs(&arguments.inputs)?;
     if let [input] = inputs.as_slice() {
         session.begin(&input.file);
@@ -174,7 +186,7 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
             },
             gate: arguments.gate,
             safe_state: arguments.safe_state,
-            trace: arguments.trace_ring.or(arguments.old_trace),
+            trace: arguments.ring(),
             callbacks: arguments.callbacks,
             source,
             ..Default::default()
@@ -225,6 +237,7 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
         built.files.append(&mut rendered.files);
         built.lines.append(&mut rendered.lines);
         built.found.append(&mut rendered.found);
+        built.refused.append(&mut rendered.refused);
     }
     found.append(&mut built.found);
     if let Err(stop) = check_c(session, net, &facts, &options, &mut built) {
@@ -243,21 +256,28 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
     let outcome = built.outcome();
     if session.demands.refuse(&found) {
         session.show(&found);
-        let why =
-            if any_error(&found) { "an output cannot be made" } else { "warnings are denied" };
+        let why = match any_error(&found) {
+            true if targets.len() > 1 => refusal(&built.refused),
+            true => refusal(&[]),
+            false => "warnings are denied".to_owned(),
+        };
+        // The findings do not name the targets.
+        if built.lines.is_empty() && built.refused.len() > 1 {
+            session.tell(&format!("nothing was written: {why}\n"));
+        }
         let is_option = |one: &Diagnostic| {
             one.code == grafsynth_driver::codes::UNKNOWN_DEVICE && one.labels.is_empty()
         };
+        say(session, net, arguments.trace_file(), &built.lines, Some(&why))?;
         if arguments.device.is_some() && found.iter().any(is_option) {
-            say(session, net, &built.lines, Some(why));
             return Ok(Exit::Usage);
         }
-        say(session, net, &built.lines, Some(why));
         return Err(Stop::Errors);
     }
     if outcome == Outcome::Refuted {
         session.show(&found);
-        say(session, net, &built.lines, Some("an output is not equal to the chart"));
+        let why = "an output is not equal to the chart";
+        say(session, net, arguments.trace_file(), &built.lines, Some(why))?;
         return Ok(Exit::Refuted);
     }
     if arguments.measure {
@@ -590,7 +610,8 @@ pub(super) fn write(
     found.extend(stale(&plan.stale()));
     session.show(&found);
     let written = plan.write();
-    say(session, net, lines, written.as_ref().err().map(String::as_str));
+    let unwritten = written.as_ref().err().map(String::as_str);
+    say(session, net, arguments.trace_file(), lines, unwritten)?;
     Ok(written?)
 }
 
@@ -602,32 +623,6 @@ fn stale(all: &[files::Stale]) -> Option<Diagnostic> {
     let message = format!("{files} {was} made from an older {}", first.source);
     let help = "build these targets again too, or delete the files";
     Some(Diagnostic::warning(codes::OLDER_SOURCE, message).help(help))
-}
-
-/// Reports the result for each output. If nothing was written, reports the reason first.
-pub(super) fn say(
-    session: &Session,
-    net: &Valid<Net>,
-    lines: &[OutputReport],
-    unwritten: Option<&str>,
-) {
-    if let Some(why) = unwritten.filter(|_| !lines.is_empty()) {
-        session.tell(&format!("nothing was written: {why}\n"));
-    }
-    session.know(Vec::new());
-    for line in lines {
-        let (answer, text) = answer(net, line, unwritten.is_none());
-        session.answer(&answer, &text);
-    }
-}
-
-fn answer(net: &Valid<Net>, line: &OutputReport, is_written: bool) -> (Answer, String) {
-    (Answer::of_output(line, net).with("written", is_written), format!("{line}\n"))
-}
-
-/// Stores what is known so far in case the user interrupts the build.
-fn know(session: &Session, net: &Valid<Net>, lines: &[OutputReport]) {
-    session.know(lines.iter().map(|line| answer(net, line, false)).collect());
 }
 
 fn map_text(session: &Session, name: &str, map: &[MapEntry]) -> String {

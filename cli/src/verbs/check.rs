@@ -352,11 +352,12 @@ fn said(
             if let Some(broken) = &shown.broken {
                 answer = answer.with("broken", evidence::broken_json(&session.sources, broken));
             }
-            let written = session.keep_traces(arguments.trace.as_deref(), &[&trace])?;
-            let rows = session.evidence(&shown, &written);
-            let text =
-                format!("refuted  {text}{tags} at {place}, in row {row} of this trace:\n{rows}");
-            session.answer(&answer, &text);
+            let rows = session.shown(arguments.trace.as_deref(), &shown, &[("", &trace)])?;
+            let text = format!(
+                "refuted  {text}{tags} at {place}, in row {row} of this trace:\n{}",
+                rows.text
+            );
+            session.answer(&answer.traces(rows.files), &text);
             Exit::Refuted
         }
         Outcome::Open(why) => {
@@ -429,12 +430,13 @@ fn waits(
                     .with("starves", true)
                     .with("cycle", cycle.len())
                     .witness(&trace.to_csv());
-                let written = session.keep_traces(arguments.trace.as_deref(), &[&trace])?;
-                let mut text = format!(
-                    "starves  {name}: after {from}, this trace repeats its last {last} for ever:\n"
+                let shown = Evidence::of_run(net, &whole, None);
+                let shown = session.shown(arguments.trace.as_deref(), &shown, &[("", &trace)])?;
+                let text = format!(
+                    "starves  {name}: after {from}, this trace repeats its last {last} for ever:\n{}",
+                    shown.text
                 );
-                text += &session.evidence(&Evidence::of_run(net, &whole, None), &written);
-                session.answer(&Answer { place, ..answer }, &text);
+                session.answer(&Answer { place, ..answer }.traces(shown.files), &text);
             }
         }
     }

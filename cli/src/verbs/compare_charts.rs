@@ -2,16 +2,19 @@
 
 use super::sim::stimulus;
 use crate::args::Compare;
+use crate::evidence::Shown;
 use crate::exit::Exit;
 use crate::load::{Session, Stop};
 use crate::report::{About, Answer, Status};
 use grafsynth_driver::compare as driver_compare;
+use grafsynth_driver::evidence::Evidence;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Valid, counted};
 use grafsynth_sim::{Difference, MAX_DT};
 use grafsynth_verify::pair::{Apart, Common, SameBy, charts_by_chance, charts_equal, charts_on};
 use grafsynth_verify::verdict::Verdict;
 use grafsynth_verify::{Limits, Scope};
+use std::path::Path;
 
 pub(crate) fn run(
     session: &mut Session,
@@ -37,15 +40,18 @@ pub(crate) fn run(
             .with("compared", columns)
             .with("not_compared", omitted)
     };
-    let refuted = |session: &Session, apart: &Apart| {
-        let text = different(left, right, &common, apart, "first", "second");
+    let pair =
+        Pair { left, right, first: "first", second: "second", trace: arguments.trace.as_deref() };
+    let refuted = |session: &Session, apart: &Apart, witness: &str| -> Result<Exit, Stop> {
+        let shown = pair.different(session, apart)?;
         let answer = answer(Status::Refuted, &cells(&apart.difference, "first", "second"))
             .difference(&apart.difference)
             .with("is_shortest", apart.is_shortest)
             .with("witness_of_second", apart.right.to_csv(right))
-            .witness(&apart.left.to_csv(left));
-        session.answer(&answer, &text);
-        Exit::Refuted
+            .witness(witness)
+            .traces(shown.files);
+        session.answer(&answer, &shown.text);
+        Ok(Exit::Refuted)
     };
     if let Some(path) = arguments.stimulus.as_deref() {
         let Some(stimulus) = stimulus(session, left, Some(path), None, arguments.seed, MAX_DT)?
@@ -53,17 +59,8 @@ pub(crate) fn run(
             return Ok(Exit::Errors);
         };
         let found = charts_on(left, right, &common, &stimulus);
-        return Ok(match found.difference {
-            Some(difference) => {
-                let message = cells(&difference, "first", "second");
-                session.answer(
-                    &answer(Status::Refuted, &message)
-                        .difference(&difference)
-                        .witness(&stimulus.to_csv(left)),
-                    &format!("different: {message}\n"),
-                );
-                Exit::Refuted
-            }
+        return match found.apart {
+            Some(apart) => refuted(session, &apart, &stimulus.to_csv(left)),
             None => {
                 let mut text = format!(
                     "no difference on this stimulus: {}",
@@ -80,15 +77,15 @@ pub(crate) fn run(
                     &answer(Status::Done, &text).with("reactions", found.compared),
                     &format!("{text}\n{}", compared(&common)),
                 );
-                Exit::Done
+                Ok(Exit::Done)
             }
-        });
+        };
     }
     if let Some(reactions) = arguments.random.or(arguments.no_proof.then_some(10_000)) {
         let found = charts_by_chance(left, right, &common, reactions, arguments.seed, MAX_DT);
-        return Ok(match found {
-            Err(apart) => refuted(session, &apart),
-            Ok(tested) if tested.reactions == 0 => return Err(nothing_legal()),
+        return match found {
+            Err(apart) => refuted(session, &apart, &apart.left.to_csv(left)),
+            Ok(tested) if tested.reactions == 0 => Err(nothing_legal()),
             Ok(tested) => {
                 let message = format!(
                     "no difference found in {}",
@@ -98,21 +95,21 @@ pub(crate) fn run(
                     &answer(Status::Done, &message).tested(&tested),
                     &format!("{message}\n{tested}\n{}", compared(&common)),
                 );
-                Exit::Done
+                Ok(Exit::Done)
             }
-        });
+        };
     }
-    Ok(match charts_equal(left, right, &common, &Limits::default(), arguments.seed) {
-        Verdict::Proved(SameBy::Product { reactions: 0, .. }) => return Err(nothing_legal()),
+    match charts_equal(left, right, &common, &Limits::default(), arguments.seed) {
+        Verdict::Proved(SameBy::Product { reactions: 0, .. }) => Err(nothing_legal()),
         Verdict::Proved(by) => {
             session.answer(
                 &answer(Status::Proved, &by.to_string())
                     .proved_by(by.proof(), &Scope::EveryStimulus),
                 &format!("equal: proved for every stimulus {by}\n{}", compared(&common)),
             );
-            Exit::Done
+            Ok(Exit::Done)
         }
-        Verdict::Refuted(apart) => refuted(session, &apart),
+        Verdict::Refuted(apart) => refuted(session, &apart, &apart.left.to_csv(left)),
         Verdict::Open(why) => {
             session.answer(
                 &answer(Status::Open, &why.to_string()).open(&why),
@@ -121,9 +118,9 @@ pub(crate) fn run(
                     compared(&common)
                 ),
             );
-            session.demands.open(&why)
+            Ok(session.demands.open(&why))
         }
-    })
+    }
 }
 
 /// The error for two charts that allow no common row, so nothing can be compared.
@@ -150,31 +147,28 @@ pub(crate) fn cells(difference: &Difference, first: &str, second: &str) -> Strin
     format!("scan {row}, {column}: `{left}` in the {first}, `{right}` in the {second}")
 }
 
-/// The difference between two charts, and a stimulus that shows it.
-pub(crate) fn different(
-    left: &Net,
-    right: &Net,
-    common: &Common,
-    apart: &Apart,
-    first: &str,
-    second: &str,
-) -> String {
-    let shortest = if apart.is_shortest { "shortest " } else { "" };
-    let mut text = format!("different: {}\n", cells(&apart.difference, first, second));
-    let (ours, theirs) = (apart.left.to_csv(left), apart.right.to_csv(right));
-    let mut show = |title: &str, stimulus: &str| {
-        text += &format!("{title}\n");
-        for line in stimulus.lines() {
-            text += &format!("    {line}\n");
-        }
-    };
-    // Both charts accept the same file if they have the same inputs, because the order of the
-    // columns does not matter.
-    if common.inputs.iter().all(|input| input.left.is_some() && input.right.is_some()) {
-        show(&format!("under the {shortest}stimulus"), &ours);
-    } else {
-        show(&format!("under the {shortest}stimulus of the {first}"), &ours);
-        show(&format!("and of the {second}"), &theirs);
+/// Two charts with their names in messages.
+pub(super) struct Pair<'a> {
+    pub(super) left: &'a Valid<Net>,
+    pub(super) right: &'a Valid<Net>,
+    pub(super) first: &'a str,
+    pub(super) second: &'a str,
+    /// The file of `--trace`.
+    pub(super) trace: Option<&'a Path>,
+}
+
+impl Pair<'_> {
+    /// The difference between two charts, and the relevant part of the runs that show it. Each chart can replay its own trace.
+    pub(super) fn different(&self, session: &Session, apart: &Apart) -> Result<Shown, Stop> {
+        let Pair { left, right, first, second, trace } = *self;
+        let (ours, theirs) = ((left, &apart.left, first), (right, &apart.right, second));
+        let evidence = Evidence::of_pair(ours, theirs, &apart.difference.column);
+        let ours = grafsynth_sim::run(left, &apart.left);
+        let theirs = grafsynth_sim::run(right, &apart.right);
+        let shown = session.shown(trace, &evidence, &[(first, &ours), (second, &theirs)])?;
+        let stimulus = if apart.is_shortest { "the shortest stimulus" } else { "this stimulus" };
+        let cells = cells(&apart.difference, first, second);
+        let text = format!("different: {cells}\nunder {stimulus}:\n{}", shown.text);
+        Ok(Shown { text, ..shown })
     }
-    text
 }

@@ -1,7 +1,8 @@
 //! `grafsynth diff OLD NEW`.
 
-use super::compare_charts::{cells, compared, different, nothing_legal};
+use super::compare_charts::{Pair, cells, compared, nothing_legal};
 use crate::args::{Diff, Reading};
+use crate::evidence;
 use crate::exit::Exit;
 use crate::load::{Session, Stop};
 use crate::progress;
@@ -12,6 +13,13 @@ use grafsynth_verify::pair::SameBy;
 use grafsynth_verify::verdict::Verdict;
 
 pub(crate) fn run(session: &mut Session, arguments: &Diff) -> Result<Exit, Stop> {
+    evidence::check_name(arguments.trace.as_deref())?;
+    let exit = both(session, arguments)?;
+    session.no_trace(arguments.trace.as_deref());
+    Ok(exit)
+}
+
+fn both(session: &mut Session, arguments: &Diff) -> Result<Exit, Stop> {
     let reading = Reading { machine: arguments.machine, ..Reading::default() };
     session.begin(&arguments.old);
     let (old, found_old) = session.net_at(&arguments.old, &reading)?;
@@ -64,13 +72,21 @@ pub(crate) fn run(session: &mut Session, arguments: &Diff) -> Result<Exit, Stop>
                 same.worse(session.demands.open(why))
             }
             Verdict::Refuted(apart) => {
-                let text = different(&old.net, &new.net, common, apart, "old", "new");
+                let pair = Pair {
+                    left: &old.net,
+                    right: &new.net,
+                    first: "old",
+                    second: "new",
+                    trace: arguments.trace.as_deref(),
+                };
+                let shown = pair.different(session, apart)?;
                 let answer = answer(Status::Refuted, cells(&apart.difference, "old", "new"))
                     .difference(&apart.difference)
                     .with("is_shortest", apart.is_shortest)
                     .with("witness_of_second", apart.right.to_csv(&new.net))
-                    .witness(&apart.left.to_csv(&old.net));
-                session.answer(&answer, &text);
+                    .witness(&apart.left.to_csv(&old.net))
+                    .traces(shown.files);
+                session.answer(&answer, &shown.text);
                 Exit::Refuted
             }
         },

@@ -1,10 +1,13 @@
 //! One file for each verb.
 
 pub(crate) mod build;
+mod build_results;
 pub(crate) mod check;
 mod clashes;
 pub(crate) mod compare;
 mod compare_charts;
+mod compare_engines;
+mod compare_logic;
 pub(crate) mod convert;
 pub(crate) mod diff;
 pub(crate) mod doctor;

@@ -1,16 +1,18 @@
 //! `grafsynth build OLD --target T`: imported logic, programmed as written or fitted again.
 
-use super::build::{Made, judged, say, write};
+use super::build::{Made, judged, write};
+use super::build_results::{refusal, say};
 use crate::args::{Build, Input};
 use crate::exit::Exit;
 use crate::files::Output;
 use crate::load::{Session, Stop};
 use grafsynth_driver::logic::LogicDesign;
-use grafsynth_driver::pipeline::{Built, OutputFile};
+use grafsynth_driver::pipeline::{Built, OutputFile, Refusal};
 use grafsynth_driver::refit::{self, Wanted};
 use grafsynth_driver::report::{self, Outcome};
 use grafsynth_driver::stem::FileStem;
 use grafsynth_driver::target::Target;
+use grafsynth_ir::Diagnostic;
 use grafsynth_verify::Limits;
 
 pub(super) fn run(
@@ -30,9 +32,9 @@ pub(super) fn run(
     let mut outputs = Vec::new();
     let mut built = Built::default();
     let mut outcome = Outcome::Proved;
-    let mut is_refused = false;
-    for name in &arguments.target {
-        let wanted = match name.as_str() {
+    let (mut is_circuit_needed, mut is_refused) = (false, false);
+    for name in arguments.target.iter().flat_map(|names| names.split(',')) {
+        let wanted = match name {
             "jedec" if arguments.refit => Wanted::Refit,
             "jedec" => Wanted::AsWritten,
             other => match Target::named(other).and_then(Target::dialect) {
@@ -51,7 +53,9 @@ pub(super) fn run(
             ));
         }
         if wanted != Wanted::AsWritten {
-            session.show(&design.beyond);
+            if !std::mem::replace(&mut is_circuit_needed, true) {
+                session.show(&design.beyond);
+            }
             if design.logic.is_none() {
                 return Err(Stop::Errors);
             }
@@ -71,17 +75,30 @@ pub(super) fn run(
                 outputs.push(output(made.file));
             }
             Err(found) => {
-                session.show(&found);
                 is_refused = true;
+                let target = Target::named(name).map_or("", Target::name);
+                built.refused.extend(Refusal::of(target, &found));
+                // Several targets may be refused for the same reason, which is said once.
+                let new = found.into_iter().filter(|one| !built.found.contains(one));
+                let new: Vec<Diagnostic> = new.collect();
+                session.show(&new);
+                built.found.extend(new);
             }
         }
     }
+    let (interface, trace) = (&design.interface, arguments.trace_file());
     if is_refused {
-        say(session, &design.interface, &built.lines, Some("an output cannot be made"));
+        let is_one = built.refused.len() + built.lines.len() < 2;
+        let why = refusal(if is_one { &[] } else { &built.refused });
+        if built.lines.is_empty() && !is_one {
+            session.tell(&format!("nothing was written: {why}\n"));
+        }
+        say(session, interface, trace, &built.lines, Some(&why))?;
         return Err(Stop::Errors);
     }
     if outcome == Outcome::Refuted {
-        say(session, &design.interface, &built.lines, Some("an output is not equal to the text"));
+        let why = "an output is not equal to the text";
+        say(session, interface, trace, &built.lines, Some(why))?;
         return Ok(Exit::Refuted);
     }
     if arguments.report {

@@ -1,6 +1,7 @@
 //! `grafsynth sim FILE --stimulus S.csv`.
 
 use crate::args::Sim;
+use crate::evidence;
 use crate::exit::Exit;
 use crate::load::{Session, Stop};
 use crate::report::{About, Answer, Status};
@@ -20,6 +21,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
     if arguments.stimulus.is_none() && arguments.random.is_none() {
         return Err(Stop::Usage("no stimulus: give --stimulus FILE or --random N".to_owned()));
     }
+    evidence::check_name(arguments.trace.as_deref())?;
     if let (Some(trace), Some(save)) = (&arguments.trace, &arguments.save)
         && trace == save
     {
@@ -183,7 +185,7 @@ fn write(session: &Session, trace: &Trace, arguments: &Sim) -> Result<(), Stop> 
     match &arguments.trace {
         None => crate::print(&trace.to_csv()),
         Some(path) => {
-            let text = crate::evidence::trace_text(path, trace)?;
+            let text = evidence::trace_text(path, trace)?;
             session.write_named(vec![(path.clone(), text.into_bytes())])?;
         }
     }

@@ -31,7 +31,7 @@ mod requirements;
 mod tests;
 
 pub use crate::output_report::{
-    Note, Outcome, OutputFault, OutputProof, OutputReport, OutputVerdict,
+    Note, Outcome, OutputFault, OutputProof, OutputReport, OutputVerdict, Ran, RowFault,
 };
 pub use chip::Chip;
 

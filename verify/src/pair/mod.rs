@@ -287,6 +287,7 @@ pub fn charts_on(
 ) -> OnStimulus {
     let rows = Rows::of(left, right, common, 1);
     let (mut ours, mut theirs) = (Simulator::new(left), Simulator::new(right));
+    let mut stimuli = (Stimulus::new(left), Stimulus::new(right));
     let mut compared = 0;
     let mut column = common.differs(ours.row(), theirs.row());
     let zero = grafsynth_sim::InputRow::zero(right);
@@ -319,19 +320,24 @@ pub fn charts_on(
         }
         ours.step(&pair.0);
         theirs.step(&pair.1);
+        stimuli.0.push(&pair.0);
+        stimuli.1.push(&pair.1);
         compared += 1;
         column = common.differs(ours.row(), theirs.row());
     }
-    let difference =
-        column.map(|column| common.difference(column, compared, ours.row(), theirs.row()));
-    OnStimulus { difference, compared }
+    let apart = column.map(|column| {
+        let difference = common.difference(column, compared, ours.row(), theirs.row());
+        let (left, right) = stimuli;
+        Box::new(Apart { left, right, difference, is_shortest: false })
+    });
+    OnStimulus { apart, compared }
 }
 
 /// The result of a stimulus for two nets.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OnStimulus {
-    /// The first difference.
-    pub difference: Option<Difference>,
+    /// The first difference, and the rows up to it.
+    pub apart: Option<Box<Apart>>,
     /// The number of rows compared, without that of the reset; fewer than the stimulus has if a row is not legal in both or leaves everything that
     /// follows open.
     pub compared: usize,
