@@ -4,6 +4,8 @@
 //! error if one of them writes what the other may read or write, as in `a[i] = i++`; that is undefined. It is also an error if one calls a function that may
 //! write what the other reads or writes, as in `f() + g()`: the calls do not overlap, but either may be first.
 //!
+//! The check is on the safe side: it also rejects `i = (i++, i)`, where a sequence point within an operand makes the order clear.
+//!
 //! Whether two places are the same object is decided by [`may_overlap`], whether a function writes by [`effects`].
 
 use crate::codes;

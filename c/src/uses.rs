@@ -414,8 +414,19 @@ pub fn may_overlap(unit: &Unit, index: &Index, a: &Place, b: &Place) -> bool {
         (Some(x), Some(y)) => x == y && parts_may_overlap(unit, a, b),
         (Some(own), None) if !index.is_shared(unit, own) => false,
         (None, Some(own)) if !index.is_shared(unit, own) => false,
+        // Two objects of one type are the same or disjoint.
+        _ if root_type(a) == root_type(b) => parts_may_overlap(unit, a, b),
         _ => members_may_overlap(a, b) && types_may_overlap(unit, &a.ty, &b.ty),
     }
+}
+
+/// The type of the object, or of what a pointer points to, of which the place is a part.
+fn root_type(place: &Place) -> &Type {
+    let mut at = place;
+    while let PlaceKind::Member(base, _) | PlaceKind::Element(base, _) = &at.kind {
+        at = base;
+    }
+    &at.ty
 }
 
 /// For two parts of one object.

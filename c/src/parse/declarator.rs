@@ -285,10 +285,15 @@ impl<'a> Parser<'a, '_> {
             None if has_body => None,
             None => return self.unexpected("a tag or members"),
         };
+        if has_body {
+            self.check_tag_scope(start)?;
+        }
         let id = match known {
             Some(id) => id,
             None => {
-                if let (Some((tag, span)), false) = (tag, self.scopes.len() == 1 && self.depth == 0)
+                let is_nested = self.scopes.len() > 1 || self.depth > 0;
+                if let Some((tag, span)) = tag
+                    && is_nested
                 {
                     let message = format!("the structure `{tag}` is not declared");
                     return self.fail(codes::TYPE, message, span, "here");
@@ -302,7 +307,6 @@ impl<'a> Parser<'a, '_> {
             self.tags.insert(tag, Tag::Struct(id));
         }
         if has_body {
-            self.check_tag_scope(start)?;
             if self.unit.structs[id].layout.is_some() {
                 return self.fail(codes::TYPE, "this structure is already defined", start, "here");
             }

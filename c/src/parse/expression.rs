@@ -8,6 +8,7 @@ use crate::tree::typing::TypeError;
 use crate::tree::{
     BinaryOp, Expr, ExprKind, Header, Loc, LogicalOp, Place, SizeOfOperand, SymbolKind, UnaryOp,
 };
+use grafsynth_ir::Span;
 
 /// Words that begin no expression and name no type of the subset.
 const UNSUPPORTED: [&str; 15] = [
@@ -91,6 +92,7 @@ impl Parser<'_, '_> {
         self.typed(self.unit.scalar(condition), span)
     }
 
+    #[inline(never)]
     fn value(&mut self, operand: Operand) -> Read<Expr> {
         match operand.meaning {
             Meaning::Value(value) => Ok(value),
@@ -102,11 +104,13 @@ impl Parser<'_, '_> {
     }
 
     /// A node whose highest part has this height.
+    #[inline(never)]
     fn node(&mut self, expr: Result<Expr, TypeError>, span: Loc, height: usize) -> Read<Operand> {
         let expr = self.typed(expr, span)?;
         self.grown(Meaning::Value(expr), span, height)
     }
 
+    #[inline(never)]
     fn place_node(
         &mut self,
         place: Result<Place, TypeError>,
@@ -117,6 +121,7 @@ impl Parser<'_, '_> {
         self.grown(Meaning::Place(place), span, height)
     }
 
+    #[inline(never)]
     fn grown(&mut self, meaning: Meaning, span: Loc, height: usize) -> Read<Operand> {
         if height >= MAX_HEIGHT {
             let message = format!("the expression has more than {MAX_HEIGHT} levels of operators");
@@ -184,23 +189,29 @@ impl Parser<'_, '_> {
         let mut left = self.cast()?;
         while let Some((op, binding)) = infix(self.peek()).filter(|(_, it)| *it >= least) {
             self.next();
-            let right = self.binary(binding + 1)?;
-            let height = left.height.max(right.height);
-            let (a, b) = (self.value(left)?, self.value(right)?);
-            let span = self.since(start);
-            // A chain of one logical operator is one node, which does not grow.
-            let is_chain = match (op, &a.kind) {
-                (Infix::Logical(op), ExprKind::Logical(own, _)) => op == *own,
-                _ => false,
-            };
-            let expr = match op {
-                Infix::Binary(op) => self.unit.binary(op, a, b, span),
-                Infix::Logical(op) => self.unit.logical(op, a, b, span),
-            };
-            left = self.node(expr, span, if is_chain { height - 1 } else { height })?;
-            left.height = left.height.max(height);
+            let right = self.deeper(|parser| parser.binary(binding + 1))?;
+            left = self.combine(op, left, right, start)?;
         }
         Ok(left)
+    }
+
+    #[inline(never)]
+    fn combine(&mut self, op: Infix, left: Operand, right: Operand, start: Span) -> Read<Operand> {
+        let height = left.height.max(right.height);
+        let (a, b) = (self.value(left)?, self.value(right)?);
+        let span = self.since(start);
+        // A chain of one logical operator is one node, which does not grow.
+        let is_chain = match (op, &a.kind) {
+            (Infix::Logical(op), ExprKind::Logical(own, _)) => op == *own,
+            _ => false,
+        };
+        let expr = match op {
+            Infix::Binary(op) => self.unit.binary(op, a, b, span),
+            Infix::Logical(op) => self.unit.logical(op, a, b, span),
+        };
+        let mut whole = self.node(expr, span, if is_chain { height - 1 } else { height })?;
+        whole.height = whole.height.max(height);
+        Ok(whole)
     }
 
     fn cast(&mut self) -> Read<Operand> {
@@ -270,6 +281,7 @@ impl Parser<'_, '_> {
         }
     }
 
+    #[inline(never)]
     fn size_of(&mut self) -> Read<Operand> {
         let start = self.span();
         self.next();
@@ -370,6 +382,7 @@ impl Parser<'_, '_> {
         self.place_node(self.unit.at(pointer, index, span), span, height)
     }
 
+    #[inline(never)]
     fn member(&mut self, left: Operand) -> Read<Operand> {
         let arrow = self.next();
         let name = self.next();
@@ -420,6 +433,7 @@ impl Parser<'_, '_> {
         Ok(Operand { meaning: Meaning::Value(value), height: 1 })
     }
 
+    #[inline(never)]
     fn name(&mut self) -> Read<Operand> {
         let token = self.peek();
         let span = Loc(token.span);

@@ -230,11 +230,19 @@ impl<'a, 't> Parser<'a, 't> {
         span: Span,
         label: impl Into<String>,
     ) -> Read<T> {
-        self.found.push(Diagnostic::error(code, message).at(span, label));
+        self.report(code, message.into(), span, label.into());
         Err(ErrorReported)
     }
 
+    /// Kept out of its callers, whose frames are on the stack once for each level of the text.
+    #[cold]
+    #[inline(never)]
+    fn report(&mut self, code: Code, message: String, span: Span, label: String) {
+        self.found.push(Diagnostic::error(code, message).at(span, label));
+    }
+
     /// An error about the current token.
+    #[cold]
     fn unexpected<T>(&mut self, wanted: &str) -> Read<T> {
         let (found, span) = (self.describe(), self.span());
         self.fail(codes::SYNTAX, format!("expected {wanted}, found {found}"), span, "here")
@@ -251,14 +259,19 @@ impl<'a, 't> Parser<'a, 't> {
     /// One level deeper.
     fn deeper<T>(&mut self, read: impl FnOnce(&mut Self) -> Read<T>) -> Read<T> {
         if self.depth >= MAX_DEPTH {
-            let message = format!("the text is nested more than {MAX_DEPTH} levels deep");
-            let span = self.span();
-            return self.fail(codes::LIMIT, message, span, "here");
+            return self.too_deep();
         }
         self.depth += 1;
         let result = read(self);
         self.depth -= 1;
         result
+    }
+
+    #[cold]
+    fn too_deep<T>(&mut self) -> Read<T> {
+        let message = format!("the text is nested more than {MAX_DEPTH} levels deep");
+        let span = self.span();
+        self.fail(codes::LIMIT, message, span, "here")
     }
 
     /// In a scope of its own.
