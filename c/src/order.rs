@@ -36,11 +36,14 @@ pub fn check(unit: &Unit) -> Vec<Diagnostic> {
     checker.found
 }
 
+/// A write, and whether a called function does it: that is complete when the function returns (C99 6.5.2.2p10).
+type Write<'a> = (&'a Place, bool);
+
 /// What an operand does, its parts included.
 #[derive(Debug)]
 struct Done<'a> {
     reads: Vec<&'a Place>,
-    writes: Vec<&'a Place>,
+    writes: Vec<Write<'a>>,
     /// The strongest effect of its calls.
     calls: Effect,
 }
@@ -125,15 +128,17 @@ impl<'a> Checker<'a> {
         own.own(expr);
         for written in &own.writes {
             // Operands are read to compute what is written; only their side effects are unsequenced with the write (C99 6.5p2).
-            let clash = all.writes.iter().any(|place| self.overlap(place, written));
-            let is_called = all.calls == Effect::Writes
-                && matches!(expr.kind, ExprKind::Update(..) | ExprKind::Step { .. })
-                && self.is_reachable(written);
-            if clash || is_called {
+            let is_read = matches!(expr.kind, ExprKind::Update(..) | ExprKind::Step { .. });
+            let meets = |(place, is_called): &Write| {
+                (is_read || !is_called) && self.overlap(place, written)
+            };
+            let is_called = is_read && all.calls == Effect::Writes && self.is_reachable(written);
+            if all.writes.iter().any(meets) || is_called {
                 self.report(expr.span);
             }
         }
         let mut calls = Effect::None;
+        let mut writes: Vec<Write> = own.writes.iter().map(|place| (*place, false)).collect();
         for call in &own.calls {
             let Some(id) = call.function else {
                 calls = Effect::Writes;
@@ -143,14 +148,14 @@ impl<'a> Checker<'a> {
             for at in &self.effects[id].written {
                 match call.arguments.get(*at).map(|argument| &argument.kind) {
                     Some(ExprKind::Address(place) | ExprKind::Decay(place)) => {
-                        own.writes.push(place);
+                        writes.push((place, true));
                     }
                     _ => calls = Effect::Writes,
                 }
             }
         }
         let before = self.n_effects;
-        self.n_effects += own.writes.len() + usize::from(calls == Effect::Writes);
+        self.n_effects += writes.len() + usize::from(calls == Effect::Writes);
         if self.n_effects > MAX_EFFECTS {
             if before <= MAX_EFFECTS {
                 let message = format!("the expression has more than {MAX_EFFECTS} side effects");
@@ -160,7 +165,7 @@ impl<'a> Checker<'a> {
             return;
         }
         all.reads.append(&mut own.reads);
-        all.writes.append(&mut own.writes);
+        all.writes.append(&mut writes);
         all.calls = all.calls.max(calls);
     }
 
@@ -191,13 +196,13 @@ impl<'a> Checker<'a> {
 
     /// True if side effects of `a` meet what `b` does.
     fn disturbs(&self, a: &Done<'a>, b: &Done<'a>) -> bool {
-        let writes = a.writes.iter().any(|written| {
-            b.reads.iter().chain(&b.writes).any(|place| self.overlap(place, written))
+        let touched = || b.reads.iter().copied().chain(b.writes.iter().map(|(place, _)| *place));
+        let writes = a.writes.iter().any(|(written, _)| {
+            touched().any(|place| self.overlap(place, written))
                 || b.calls >= Effect::Reads && self.is_reachable(written)
         });
         let calls = a.calls == Effect::Writes
-            && (b.calls >= Effect::Reads
-                || b.reads.iter().chain(&b.writes).any(|place| self.is_reachable(place)));
+            && (b.calls >= Effect::Reads || touched().any(|place| self.is_reachable(place)));
         writes || calls
     }
 

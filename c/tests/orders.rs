@@ -56,6 +56,7 @@ fn sequenced_effects_are_not() {
         "i = twice(i) + bump(s);",
         "i = digit(i) + digit(i + 1) * twice(3);",
         "s->n = bump(s);",
+        "t own = *s; s->n = bump(&own);",
         "i = bump(s) + i;",
         "i = count(s) + s->n;",
         "if (unknown(1) != 0 && unknown(2) != 0) { i = 0; }",

@@ -179,7 +179,7 @@ fn random_charts_in_every_style_are_read() {
 fn text_of_the_user_is_one_statement() {
     let net = grafsynth_tests::chart(
         "lamp.graf",
-        "chart lamp {\n input go\n output lit\n initial step off\n step on {\n lit\n code c \"float x = 'unread;\n  #if 0\"\n }\n \
+        "chart lamp {\n input go\n output lit\n initial step off\n step on {\n lit\n code c \"\"\"\n float x = 'unread;\n   #if 0\n \"\"\"\n }\n \
          off -> on when go\n on -> off when not go do { code c \"out->lit = false;\" }\n}\n",
     );
     for style in [Style::Switch, Style::Bits, Style::Tables] {
