@@ -6,7 +6,7 @@
 //!
 //! let text = "typedef struct { unsigned n; } t;\nvoid step(t *self) { (*self).n += (1); }\n";
 //! let files = [SourceFile { file: FileId(0), name: "a.c", text }];
-//! let (unit, found) = parse(&Input { files: &files, verbatim: &[], config: &Config::avr() });
+//! let (unit, found) = parse(&Input { files: &files, verbatim: &[], readers: &[], config: &Config::avr() });
 //! let unit = unit.ok_or(found)?;
 //! assert!(print(&unit).ends_with("void step(t *self)\n{\n    self->n += 1;\n}\n"));
 //! # Ok::<(), Vec<grafsynth_ir::Diagnostic>>(())

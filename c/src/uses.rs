@@ -5,7 +5,7 @@
 //! # use grafsynth_ir::FileId;
 //! let text = "static int n; int next(void) { n += 1; return n; }";
 //! let files = [SourceFile { file: FileId(0), name: "a.c", text }];
-//! let (unit, _) = parse(&Input { files: &files, verbatim: &[], config: &Config::host() });
+//! let (unit, _) = parse(&Input { files: &files, verbatim: &[], readers: &[], config: &Config::host() });
 //! let unit = unit.expect("C");
 //! let index = uses::Index::new(&unit);
 //! let (n, _) = unit.symbols.iter().find(|(_, symbol)| symbol.name == "n").expect("n");

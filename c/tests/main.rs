@@ -14,7 +14,7 @@ use grafsynth_ir::{Diagnostic, FileId};
 /// Reads one file.
 fn read(text: &str, config: &Config) -> (Option<Unit>, Vec<Diagnostic>) {
     let files = [SourceFile { file: FileId(0), name: "test.c", text }];
-    parse(&Input { files: &files, verbatim: &[], config })
+    parse(&Input { files: &files, verbatim: &[], readers: &[], config })
 }
 
 /// The tree of a text that must be correct.

@@ -1,7 +1,8 @@
 //! Expressions that depend on the order of evaluation, and others that do not.
 
 use crate::{code, good};
-use grafsynth_c::Config;
+use grafsynth_c::{Config, Input, SourceFile, parse};
+use grafsynth_ir::FileId;
 
 const HEAD: &str = "#include <stdint.h>\n\
     typedef struct { uint8_t a; uint8_t b; int32_t n; uint8_t row[4]; } t;\n\
@@ -37,6 +38,17 @@ fn unsequenced_effects_are_errors() {
     ] {
         assert_eq!(code(&body(statement), &Config::host()), "G0643", "{statement}");
     }
+}
+
+#[test]
+fn functions_that_are_known_to_write_nothing_may_be_called_in_any_order() {
+    let text = body("i = unknown(1) + unknown(2) + s->n;");
+    let file = FileId(0);
+    let files = [SourceFile { file, name: "test.c", text: &text }];
+    let config = Config::host();
+    let input = Input { files: &files, verbatim: &[], readers: &["unknown"], config: &config };
+    assert!(parse(&input).0.is_some());
+    assert!(parse(&Input { readers: &["other"], ..input }).0.is_none());
 }
 
 #[test]

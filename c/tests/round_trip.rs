@@ -16,7 +16,7 @@ proptest! {
         let text = print(&unit);
         let files = [SourceFile { file: FileId(0), name: "p.c", text: &text }];
         let verbatim = ["user text;\n    'unbalanced"];
-        let (again, found) = parse(&Input { files: &files, verbatim: &verbatim, config });
+        let (again, found) = parse(&Input { files: &files, verbatim: &verbatim, readers: &[], config });
         prop_assert!(again.is_some(), "{}\n{:#?}", text, found);
         if again.as_ref() != Some(&unit) {
             let again = again.map(|it| print(&it)).unwrap_or_default();

@@ -17,6 +17,9 @@ use grafsynth_tests::random_net::Features;
 use grafsynth_tests::{in_parallel, rounds};
 use std::path::{Path, PathBuf};
 
+/// Functions of the engines that only look at the state.
+const READERS: [&str; 2] = ["gb_rise", "gb_fall"];
+
 /// The user's C texts of a chart.
 fn texts(net: &Net) -> Vec<&str> {
     let all = net.texts().into_iter().filter(|(text, _)| text.is_c());
@@ -54,7 +57,7 @@ fn shown(found: &[Diagnostic], files: &[SourceFile]) -> String {
 /// Reads what was printed.
 fn again(text: &str, verbatim: &[&str], config: &Config) -> Result<Unit, String> {
     let files = [SourceFile { file: FileId(0), name: "printed.c", text }];
-    let (unit, found) = parse(&Input { files: &files, verbatim, config });
+    let (unit, found) = parse(&Input { files: &files, verbatim, readers: &READERS, config });
     unit.ok_or_else(|| shown(&found, &files))
 }
 
@@ -62,7 +65,7 @@ fn again(text: &str, verbatim: &[&str], config: &Config) -> Result<Unit, String>
 fn failure(package: &Package, name: &str, verbatim: &[&str], config: &Config) -> Option<String> {
     let files = files(package, name);
     let about = |why: String| Some(format!("{name} for {}: {why}", config.name));
-    let (unit, found) = parse(&Input { files: &files, verbatim, config });
+    let (unit, found) = parse(&Input { files: &files, verbatim, readers: &READERS, config });
     let Some(unit) = unit else { return about(shown(&found, &files)) };
     match again(&print(&unit), verbatim, config) {
         Ok(second) if second == unit => None,
@@ -204,7 +207,12 @@ fn printed(net: &Net, package: &Package) -> Package {
             continue;
         }
         let files = files(&package, &name);
-        let (unit, found) = parse(&Input { files: &files, verbatim: &verbatim, config: &config });
+        let (unit, found) = parse(&Input {
+            files: &files,
+            verbatim: &verbatim,
+            readers: &READERS,
+            config: &config,
+        });
         let mut unit = unit.unwrap_or_else(|| panic!("{}", shown(&found, &files)));
         unit.items.retain(|item| item.span.0.file == FileId(0));
         let own = package.files[at].text.lines().filter(|line| line.starts_with("#include \""));
@@ -296,7 +304,8 @@ fn mutants_are_read_or_refused() {
         package.files[changed].text = mutated(&package.files[changed].text, &mut random);
         let main = package.files.iter().find(|file| file.name.ends_with(".c")).expect("C");
         let files = files(&package, &main.name);
-        let (unit, found) = parse(&Input { files: &files, verbatim: &verbatim, config });
+        let (unit, found) =
+            parse(&Input { files: &files, verbatim: &verbatim, readers: &READERS, config });
         let Some(unit) = unit else {
             assert!(found.iter().any(Diagnostic::is_error), "seed {seed}");
             return false;

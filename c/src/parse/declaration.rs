@@ -266,7 +266,7 @@ impl Parser<'_, '_> {
             is_static: specifiers.storage == Some(Storage::Static),
             is_inline: specifiers.is_inline,
             is_on_stack: declared.is_on_stack,
-            is_pure: false,
+            is_pure: self.readers.contains(&name),
         };
         let old = self.scopes.first().and_then(|scope| scope.names.get(name)).copied();
         let Some(id) = old else {

@@ -55,6 +55,8 @@ pub struct Input<'a> {
     /// Texts of the user (`code c`): a block that contains exactly one of them, on lines of its own, is not read but becomes one
     /// [`StmtKind::Opaque`](crate::tree::StmtKind::Opaque). Indentation does not matter.
     pub verbatim: &'a [&'a str],
+    /// Functions that are only declared here but are known to write nothing that the program can see, such as those of an engine. All others may write.
+    pub readers: &'a [&'a str],
     /// The compiler.
     pub config: &'a Config,
 }
@@ -69,6 +71,7 @@ pub fn parse(input: &Input) -> (Option<Unit>, Vec<Diagnostic>) {
     let is_defined = |name: &str| input.config.macros.iter().any(|(it, _)| it == name);
     let mut parser =
         Parser::new(&tokens, Unit::new(input.config.machine), is_defined("__cplusplus"));
+    parser.readers = input.readers;
     if is_defined("__GNUC__") {
         parser.show(Source::Gcc);
     }
@@ -102,6 +105,8 @@ pub(crate) struct Parser<'a, 't> {
     /// What is defined: functions, and objects with an initialiser.
     defined: BTreeSet<SymbolId>,
     headers: Vec<Header>,
+    /// Functions that are known to write nothing.
+    readers: &'t [&'t str],
     is_cpp: bool,
     depth: usize,
     /// The type of the function that is being read.
@@ -121,6 +126,7 @@ impl<'a, 't> Parser<'a, 't> {
             tags: BTreeMap::new(),
             defined: BTreeSet::new(),
             headers: Vec::new(),
+            readers: &[],
             is_cpp,
             depth: 0,
             result: None,

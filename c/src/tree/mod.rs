@@ -100,7 +100,8 @@ pub struct FunctionKind {
     pub is_inline: bool,
     /// True if its locals are on the stack: `__reentrant` of sdcc.
     pub is_on_stack: bool,
-    /// True if it is a function of the compiler or the standard library that is known to change nothing that the program can see.
+    /// True if it is a function without a body that is known to change nothing that the program can see: of the standard library, or one that the caller of
+    /// the reader names.
     pub is_pure: bool,
 }
 
