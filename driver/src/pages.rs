@@ -26,6 +26,7 @@ pub fn codes() -> Vec<Code> {
         grafsynth_frontend::codes::ALL,
         grafsynth_sim::codes::ALL,
         grafsynth_backend_c::codes::ALL,
+        grafsynth_c::codes::ALL,
         grafsynth_backend_template::codes::ALL,
         grafsynth_logic::codes::ALL,
         grafsynth_backend_pld::codes::ALL,

@@ -7,6 +7,7 @@ mod arbiter;
 mod busy;
 mod c_mutations;
 mod c_random;
+mod c_reader;
 mod c_sources;
 mod chart_pairs;
 mod controllers;

@@ -1,0 +1,709 @@
+//! C as a typed tree: the subset of C99 that grafsynth writes, and what a user would write when editing it.
+//!
+//! - Every expression has its type, and every implicit conversion is a node ([`ExprKind::Convert`], [`ExprKind::Read`], [`ExprKind::Decay`]).
+//! - An object is a [`Place`]: a symbol followed by members, elements and dereferences. Expressions read places; they never contain one by name.
+//! - A tree is what a compiler sees after preprocessing for one machine. Brackets, `.` or `->`, comments and layout exist only in text.
+//! - Scopes are resolved: symbols, structures and enumerations are referred to by id.
+//!
+//! Not in the subset: floating point, strings, unions, bit-fields except `bool name : 1`, `goto`, variadic and old-style functions, compound literals, arrays of variable length.
+//!
+//! The constructors in [`typing`] check the constraints of C99 6.5 and insert the conversions; a tree that is built by them has the types that a reader of its
+//! text finds.
+
+pub mod constant;
+mod strip;
+pub mod types;
+pub mod typing;
+
+use grafsynth_ir::net::{ActionId, InputId, OutputId, StepId, TimerId, TransitionId, VarId};
+use grafsynth_ir::{Arena, Id, Span};
+use types::{IntKind, Machine, Qualified, Qualifiers, Type};
+
+/// Identifies a symbol of a [`Unit`].
+pub type SymbolId = Id<Symbol>;
+/// Identifies a structure of a [`Unit`].
+pub type StructId = Id<Struct>;
+/// Identifies an enumeration of a [`Unit`].
+pub type EnumId = Id<Enum>;
+
+/// A source location. All locations are equal: two trees are compared by what they mean.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Loc(pub Span);
+
+impl PartialEq for Loc {
+    fn eq(&self, _: &Loc) -> bool {
+        true
+    }
+}
+
+impl Eq for Loc {}
+
+/// A translation unit: the text of one `.c` file with everything that it includes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unit {
+    /// The machine that its types and constants are for.
+    pub machine: Machine,
+    /// All names of objects, functions, types and constants: first those of the standard headers, then in the order of their declarations.
+    pub symbols: Arena<Symbol>,
+    /// All structures, in the order of their first mention.
+    pub structs: Arena<Struct>,
+    /// All enumerations, in the order of their definitions.
+    pub enums: Arena<Enum>,
+    /// The declarations, in order.
+    pub items: Vec<Item>,
+}
+
+/// What a name means.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Symbol {
+    /// The name.
+    pub name: String,
+    /// Its kind.
+    pub kind: SymbolKind,
+    /// The type as it is declared.
+    pub ty: Qualified,
+    /// The type without typedef names.
+    pub canonical: Qualified,
+    /// Where it was declared first.
+    pub span: Loc,
+}
+
+/// The kinds of symbols.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum SymbolKind {
+    /// An object with static storage duration.
+    Object {
+        /// True if it is declared `static`.
+        is_static: bool,
+    },
+    /// An object of a block.
+    Local {
+        /// True if it keeps its value from one call to the next.
+        is_static: bool,
+    },
+    /// A parameter of a function definition.
+    Parameter,
+    /// A function.
+    Function(FunctionKind),
+    /// A name for a type.
+    Typedef,
+    /// An enumerator, or a constant of a standard header such as `INT32_MAX`, with its value.
+    Constant(i128),
+}
+
+/// How a function is declared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FunctionKind {
+    /// True if it is declared `static`.
+    pub is_static: bool,
+    /// True if it is declared `inline`.
+    pub is_inline: bool,
+    /// True if its locals are on the stack: `__reentrant` of sdcc.
+    pub is_on_stack: bool,
+    /// True if it is a function without a body that is known to change nothing that the program can see: of the standard library, or one that the caller of
+    /// the reader names.
+    pub is_pure: bool,
+}
+
+/// A structure.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Struct {
+    /// Its tag.
+    pub tag: Option<String>,
+    /// Its members; empty if it is only declared.
+    pub members: Vec<Member>,
+    /// Size and alignment in bytes; `None` if it is only declared.
+    pub layout: Option<(u64, u64)>,
+    /// Where it was mentioned first.
+    pub span: Loc,
+}
+
+/// A member of a structure.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Member {
+    /// Its name.
+    pub name: String,
+    /// The type as it is declared.
+    pub ty: Qualified,
+    /// The type without typedef names.
+    pub canonical: Qualified,
+    /// True for a `bool` of one bit: `bool name : 1`, the only kind of bit-field that is supported. It has no address (C99 6.5.3.2p1).
+    pub is_bit: bool,
+    /// A comment.
+    pub note: Note,
+}
+
+/// An enumeration.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Enum {
+    /// Its tag.
+    pub tag: Option<String>,
+    /// Its enumerators.
+    pub constants: Vec<SymbolId>,
+    /// The integer type that the machine chooses for it.
+    pub kind: IntKind,
+    /// Comments of the enumerators; fewer than there are enumerators if the last ones have none.
+    pub notes: Vec<Note>,
+}
+
+/// A comment, without its signs. Empty if there is none.
+pub type Note = String;
+
+/// An object of the net that a statement comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[expect(missing_docs, reason = "each variant names the thing it points to")]
+pub enum Origin {
+    Step(StepId),
+    Transition(TransitionId),
+    Input(InputId),
+    Output(OutputId),
+    Var(VarId),
+    Timer(TimerId),
+    Action(ActionId),
+}
+
+/// A declaration of a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Item {
+    /// What is declared.
+    pub kind: ItemKind,
+    /// The comment in front of it.
+    pub note: Note,
+    /// Source location.
+    pub span: Loc,
+}
+
+/// The kinds of declarations.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ItemKind {
+    /// A standard header.
+    Include(Header),
+    /// `struct TAG;`.
+    DeclareStruct(StructId),
+    /// `struct TAG { .. };`.
+    DefineStruct(StructId),
+    /// `enum { .. };`.
+    DefineEnum(EnumId),
+    /// `typedef .. NAME;`.
+    Typedef {
+        /// The name.
+        symbol: SymbolId,
+        /// The structure or enumeration that is defined within the declaration.
+        defines: Option<Tag>,
+    },
+    /// An object with static storage duration.
+    Object {
+        /// The object.
+        symbol: SymbolId,
+        /// The structure or enumeration that is defined within the declaration.
+        defines: Option<Tag>,
+        /// True if it is declared `extern`.
+        is_extern: bool,
+        /// Its initialiser.
+        init: Option<Init>,
+    },
+    /// A declaration of a function, without its body.
+    Prototype {
+        /// The function.
+        symbol: SymbolId,
+        /// The names of the parameters, as far as they have one.
+        params: Vec<Option<String>>,
+    },
+    /// A definition of a function.
+    Function {
+        /// The function.
+        symbol: SymbolId,
+        /// Its parameters.
+        params: Vec<SymbolId>,
+        /// Its body.
+        body: Vec<Stmt>,
+    },
+    /// `extern "C" { .. }` of C++.
+    ExternC(Vec<Item>),
+}
+
+/// A structure or an enumeration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tag {
+    /// A structure.
+    Struct(StructId),
+    /// An enumeration.
+    Enum(EnumId),
+}
+
+/// The standard headers that are known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Header {
+    /// `<limits.h>`.
+    Limits,
+    /// `<stdbool.h>`.
+    StdBool,
+    /// `<stddef.h>`.
+    StdDef,
+    /// `<stdint.h>`.
+    StdInt,
+    /// `<stdlib.h>`: `abs`, `labs`, `abort`.
+    StdLib,
+    /// `<string.h>`: `memcpy`, `memmove`, `memset`, `memcmp`.
+    String,
+}
+
+impl Header {
+    /// All headers.
+    pub const ALL: [Header; 6] = [
+        Header::Limits,
+        Header::StdBool,
+        Header::StdDef,
+        Header::StdInt,
+        Header::StdLib,
+        Header::String,
+    ];
+
+    /// The name of the file.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Header::Limits => "limits.h",
+            Header::StdBool => "stdbool.h",
+            Header::StdDef => "stddef.h",
+            Header::StdInt => "stdint.h",
+            Header::StdLib => "stdlib.h",
+            Header::String => "string.h",
+        }
+    }
+}
+
+/// An initialiser (C99 6.7.8). Braces that the text omits are present, and so are the positions of all values; what is not listed is zero.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Init {
+    /// A value of the type of the object.
+    Value(Expr),
+    /// The parts of an array or a structure, in any order, none twice.
+    Parts(Vec<Part>),
+}
+
+/// The value of a part.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Part {
+    /// The index of the element or of the member.
+    pub at: u64,
+    /// Its value.
+    pub init: Init,
+}
+
+/// A statement.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Stmt {
+    /// What it does.
+    pub kind: StmtKind,
+    /// Its marks, which do not change what it does.
+    pub marks: Marks,
+    /// Source location.
+    pub span: Loc,
+}
+
+/// What is known about a statement beyond its text. A reader finds none of it.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Marks {
+    /// A comment.
+    pub note: Note,
+    /// The objects of the net that it comes from.
+    pub origins: Vec<Origin>,
+    /// The maximum number of rounds of a loop.
+    pub at_most: Option<u64>,
+    /// For an `if` that runs a task: the step, and the index of its task.
+    pub task: Option<(StepId, usize)>,
+}
+
+/// The kinds of statements. A body is always a block, whose scope ends with it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum StmtKind {
+    /// An expression, evaluated for its effect; its value is discarded.
+    Expr(Expr),
+    /// The definition of one local.
+    Define {
+        /// The local.
+        symbol: SymbolId,
+        /// Its initialiser; `None`: its value is indeterminate (C99 6.7.8p10).
+        init: Option<Init>,
+    },
+    /// `if` with any number of `else if`, and an `else` that is empty if there is none.
+    If {
+        /// The branches, at least one: the first whose condition compares unequal to 0 runs (C99 6.8.4.1p2).
+        arms: Vec<Arm>,
+        /// The body of the `else`.
+        otherwise: Vec<Stmt>,
+    },
+    /// `switch`; control continues from the end of a case into the next one (C99 6.8.4.2p4).
+    Switch {
+        /// The promoted controlling expression.
+        on: Expr,
+        /// The cases, in order; all bodies are one scope.
+        cases: Vec<Case>,
+    },
+    /// `while`.
+    While {
+        /// The condition.
+        condition: Expr,
+        /// The body.
+        body: Vec<Stmt>,
+    },
+    /// `do .. while`.
+    DoWhile {
+        /// The body.
+        body: Vec<Stmt>,
+        /// The condition.
+        condition: Expr,
+    },
+    /// `for`.
+    For {
+        /// Definitions of locals that are visible in the whole loop, or one expression statement, or nothing.
+        init: Vec<Stmt>,
+        /// The condition; `None`: always true.
+        condition: Option<Expr>,
+        /// Evaluated after each round.
+        step: Option<Expr>,
+        /// The body.
+        body: Vec<Stmt>,
+    },
+    /// `break`.
+    Break,
+    /// `continue`.
+    Continue,
+    /// `return`; the value is converted to the type of the function.
+    Return(Option<Expr>),
+    /// A block of its own.
+    Block(Vec<Stmt>),
+    /// A compiler barrier: memory is not kept in registers across it (`__asm__ volatile("" ::: "memory")`).
+    Barrier,
+    /// A block with text of the user that is not read (`code c`). It may read and write everything that is visible.
+    Opaque(String),
+}
+
+/// A branch of an `if`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Arm {
+    /// The condition.
+    pub condition: Expr,
+    /// The body.
+    pub body: Vec<Stmt>,
+    /// Marks of the branch.
+    pub marks: Marks,
+}
+
+/// A case of a `switch`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Case {
+    /// The labels, at least one.
+    pub labels: Vec<Label>,
+    /// The statements up to the next label.
+    pub body: Vec<Stmt>,
+    /// Marks of the case.
+    pub marks: Marks,
+}
+
+/// A label of a `switch`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Label {
+    /// `case X:` with the value of `X` converted to the type of the controlling expression.
+    Case(Expr, i128),
+    /// `default:`.
+    Default,
+}
+
+/// An expression that has a value, or none if its type is `void`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Expr {
+    /// What it is.
+    pub kind: ExprKind,
+    /// Its canonical type. Values have no qualifiers (C99 6.3.2.1p2).
+    pub ty: Type,
+    /// Source location.
+    pub span: Loc,
+}
+
+/// How a constant is spelled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Spelling {
+    /// `10`; the type determines the suffix.
+    Decimal,
+    /// `0x0A`.
+    Hex,
+    /// `INT32_C(10)`, `UINT64_C(10)` and so on.
+    Sized {
+        /// 8, 16, 32 or 64.
+        bits: u8,
+        /// True for `INT`, false for `UINT`.
+        is_signed: bool,
+    },
+    /// `'a'`.
+    Character,
+}
+
+/// The kinds of expressions.
+///
+/// The operands of [`Logical`](ExprKind::Logical), [`Choose`](ExprKind::Choose) and [`Comma`](ExprKind::Comma) are evaluated from left to right, with a
+/// sequence point after each (C99 6.5.13..15, 6.5.17). All other operands, and the arguments of a call, are evaluated in any order (C99 6.5p3); a reader
+/// rejects an expression whose result could depend on it ([`crate::order`]).
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ExprKind {
+    /// An integer constant (C99 6.4.4.1, 6.4.4.4).
+    Literal(u64, Spelling),
+    /// `true` or `false`: the constant 1 or 0 of type `int` (C99 7.16).
+    Bool(bool),
+    /// `NULL`, with the type `void *`.
+    Null,
+    /// An enumerator, or a constant of a standard header.
+    Constant(SymbolId),
+    /// A pointer to a function: the function designator has decayed (C99 6.3.2.1p4).
+    Function(SymbolId),
+    /// The value of an object (C99 6.3.2.1p2).
+    Read(Box<Place>),
+    /// `&place`.
+    Address(Box<Place>),
+    /// A pointer to the first element of an array (C99 6.3.2.1p3).
+    Decay(Box<Place>),
+    /// An operator with one operand. The operand of `!` is any scalar; all others are promoted.
+    Unary(UnaryOp, Box<Expr>),
+    /// An operator with two operands, which have a common type, except: shifts, whose result has the type of the left operand (C99 6.5.7p3), and pointer
+    /// arithmetic. Comparisons give 0 or 1 of type `int`.
+    Binary(BinaryOp, Box<Expr>, Box<Expr>),
+    /// `&&` or `||` of two or more scalars, of type `int`. Evaluation stops at the first operand that decides.
+    Logical(LogicalOp, Vec<Expr>),
+    /// `condition ? a : b`; both arms have the type of the result.
+    Choose(Box<Expr>, Box<Expr>, Box<Expr>),
+    /// `a, b`.
+    Comma(Box<Expr>, Box<Expr>),
+    /// An implicit conversion to the type of this node (C99 6.3). Integers: [`Machine::wrap`]; pointers: the same address; anything to `_Bool`: whether
+    /// it compares unequal to 0.
+    Convert(Box<Expr>),
+    /// A cast to a type as it is written; the conversion is that of [`Convert`](ExprKind::Convert).
+    Cast(Qualified, Box<Expr>),
+    /// `place = value`: the value after the assignment. The value has the type of the place.
+    Assign(Box<Place>, Box<Expr>),
+    /// `place op= value` (C99 6.5.16.2p3): the place, converted to this type, `op` the value, converted to the type of the place. The place is evaluated once.
+    Update(BinaryOp, Box<Place>, Box<Expr>, Type),
+    /// `++` or `--` of a place, which is as `place += 1`.
+    Step {
+        /// True for `++`.
+        is_increment: bool,
+        /// True if the value is that after the change.
+        is_prefix: bool,
+        /// The place.
+        place: Box<Place>,
+    },
+    /// A call; the arguments are converted to the types of the parameters (C99 6.5.2.2p7).
+    Call(Callee, Vec<Expr>),
+    /// A member of a structure that is no object: the value of a function.
+    Member(Box<Expr>, usize),
+    /// `sizeof`, of type `size_t`; the operand is not evaluated.
+    SizeOf(Box<SizeOfOperand>),
+}
+
+/// The operand of `sizeof`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum SizeOfOperand {
+    /// A type as it is written.
+    Type(Qualified),
+    /// An object.
+    Place(Place),
+    /// A value.
+    Value(Expr),
+}
+
+/// What a call calls.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Callee {
+    /// A function by its name.
+    Function(SymbolId),
+    /// A pointer to a function.
+    Pointer(Box<Expr>),
+}
+
+/// An object, or a part of one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// What it is.
+    pub kind: PlaceKind,
+    /// Its canonical type.
+    pub ty: Type,
+    /// Its qualifiers: its own and those of what it is part of.
+    pub qualifiers: Qualifiers,
+    /// Source location.
+    pub span: Loc,
+}
+
+/// The kinds of places.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum PlaceKind {
+    /// An object by its name.
+    Symbol(SymbolId),
+    /// A member, by its index.
+    Member(Box<Place>, usize),
+    /// An element of an array.
+    Element(Box<Place>, Box<Expr>),
+    /// `pointer[index]`, which is `*(pointer + index)`.
+    At(Box<Expr>, Box<Expr>),
+    /// `*pointer`.
+    Deref(Box<Expr>),
+}
+
+/// Operators with one operand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum UnaryOp {
+    /// `+`.
+    Plus,
+    /// `-`.
+    Neg,
+    /// `~`.
+    BitNot,
+    /// `!`, of type `int`.
+    Not,
+}
+
+impl UnaryOp {
+    /// The sign.
+    #[must_use]
+    pub fn sign(self) -> &'static str {
+        match self {
+            UnaryOp::Plus => "+",
+            UnaryOp::Neg => "-",
+            UnaryOp::BitNot => "~",
+            UnaryOp::Not => "!",
+        }
+    }
+}
+
+/// Operators with two operands that are both evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[expect(missing_docs, reason = "the names are those of the operators")]
+pub enum BinaryOp {
+    Mul,
+    Div,
+    Rem,
+    Add,
+    Sub,
+    Shl,
+    Shr,
+    Lt,
+    Le,
+    Gt,
+    Ge,
+    Eq,
+    Ne,
+    BitAnd,
+    BitXor,
+    BitOr,
+}
+
+impl BinaryOp {
+    /// All operators.
+    pub const ALL: [BinaryOp; 16] = [
+        BinaryOp::Mul,
+        BinaryOp::Div,
+        BinaryOp::Rem,
+        BinaryOp::Add,
+        BinaryOp::Sub,
+        BinaryOp::Shl,
+        BinaryOp::Shr,
+        BinaryOp::Lt,
+        BinaryOp::Le,
+        BinaryOp::Gt,
+        BinaryOp::Ge,
+        BinaryOp::Eq,
+        BinaryOp::Ne,
+        BinaryOp::BitAnd,
+        BinaryOp::BitXor,
+        BinaryOp::BitOr,
+    ];
+
+    /// The sign.
+    #[must_use]
+    pub fn sign(self) -> &'static str {
+        match self {
+            BinaryOp::Mul => "*",
+            BinaryOp::Div => "/",
+            BinaryOp::Rem => "%",
+            BinaryOp::Add => "+",
+            BinaryOp::Sub => "-",
+            BinaryOp::Shl => "<<",
+            BinaryOp::Shr => ">>",
+            BinaryOp::Lt => "<",
+            BinaryOp::Le => "<=",
+            BinaryOp::Gt => ">",
+            BinaryOp::Ge => ">=",
+            BinaryOp::Eq => "==",
+            BinaryOp::Ne => "!=",
+            BinaryOp::BitAnd => "&",
+            BinaryOp::BitXor => "^",
+            BinaryOp::BitOr => "|",
+        }
+    }
+
+    /// True for `<`, `<=`, `>`, `>=`, `==` and `!=`.
+    #[must_use]
+    pub fn is_comparison(self) -> bool {
+        match self {
+            BinaryOp::Lt
+            | BinaryOp::Le
+            | BinaryOp::Gt
+            | BinaryOp::Ge
+            | BinaryOp::Eq
+            | BinaryOp::Ne => true,
+            BinaryOp::Mul
+            | BinaryOp::Div
+            | BinaryOp::Rem
+            | BinaryOp::Add
+            | BinaryOp::Sub
+            | BinaryOp::Shl
+            | BinaryOp::Shr
+            | BinaryOp::BitAnd
+            | BinaryOp::BitXor
+            | BinaryOp::BitOr => false,
+        }
+    }
+
+    /// True if `place op= value` exists.
+    #[must_use]
+    pub fn can_update(self) -> bool {
+        !self.is_comparison()
+    }
+}
+
+/// Operators that may leave their later operands unevaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum LogicalOp {
+    /// `&&`.
+    And,
+    /// `||`.
+    Or,
+}
+
+impl LogicalOp {
+    /// The sign.
+    #[must_use]
+    pub fn sign(self) -> &'static str {
+        match self {
+            LogicalOp::And => "&&",
+            LogicalOp::Or => "||",
+        }
+    }
+}
+
+impl From<StmtKind> for Stmt {
+    fn from(kind: StmtKind) -> Self {
+        Stmt { kind, marks: Marks::default(), span: Loc::default() }
+    }
+}
+
+impl Place {
+    /// The object that the place is a part of, if no pointer is followed.
+    #[must_use]
+    pub fn object(&self) -> Option<SymbolId> {
+        match &self.kind {
+            PlaceKind::Symbol(id) => Some(*id),
+            PlaceKind::Member(base, _) | PlaceKind::Element(base, _) => base.object(),
+            PlaceKind::At(..) | PlaceKind::Deref(_) => None,
+        }
+    }
+}

@@ -1,0 +1,492 @@
+//! Who reads, writes and calls what: of an expression, of a statement, of a whole unit.
+//!
+//! ```
+//! # use grafsynth_c::{Config, Input, SourceFile, parse, uses};
+//! # use grafsynth_ir::FileId;
+//! let text = "static int n; int next(void) { n += 1; return n; }";
+//! let files = [SourceFile { file: FileId(0), name: "a.c", text }];
+//! let (unit, _) = parse(&Input { files: &files, verbatim: &[], readers: &[], config: &Config::host() });
+//! let unit = unit.expect("C");
+//! let index = uses::Index::new(&unit);
+//! let (n, _) = unit.symbols.iter().find(|(_, symbol)| symbol.name == "n").expect("n");
+//! assert_eq!((index.uses[n].reads.len(), index.uses[n].writes.len()), (2, 1));
+//! ```
+
+use crate::tree::types::{IntKind, Type};
+use crate::tree::{
+    Callee, Expr, ExprKind, ItemKind, Loc, Place, PlaceKind, SizeOfOperand, Stmt, StmtKind, Symbol,
+    SymbolId, SymbolKind, Unit,
+};
+use crate::walk::{
+    Full, Node, each_full, each_item, each_node, each_stmt, expr_parts, full_exprs, init_values,
+    place_parts,
+};
+use grafsynth_ir::IdMap;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What is accessed.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Accesses<'a> {
+    /// Objects whose value is read; the place is the whole object that is read, such as `self->bits[3]`.
+    pub reads: Vec<&'a Place>,
+    /// Objects that are written.
+    pub writes: Vec<&'a Place>,
+    /// Objects whose address is taken, by `&` or because an array becomes a pointer.
+    pub addresses: Vec<&'a Place>,
+    /// Functions that are called.
+    pub calls: Vec<Called<'a>>,
+    /// True if there is text of the user, which may access everything that is visible.
+    pub is_opaque: bool,
+}
+
+/// A call.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Called<'a> {
+    /// The function; `None`: through a pointer.
+    pub function: Option<SymbolId>,
+    /// The arguments.
+    pub arguments: &'a [Expr],
+    /// Source location.
+    pub span: Loc,
+}
+
+impl<'a> Accesses<'a> {
+    /// The accesses of an expression and all its parts. The operand of `sizeof` is not evaluated and has none.
+    #[must_use]
+    pub fn of_expr(expr: &'a Expr) -> Self {
+        let mut found = Accesses::default();
+        found.expr(expr);
+        found
+    }
+
+    /// The accesses of a statement itself: of its full expressions, without those of its bodies.
+    #[must_use]
+    pub fn of_stmt(stmt: &'a Stmt) -> Self {
+        let mut found = Accesses { is_opaque: is_opaque(stmt), ..Accesses::default() };
+        full_exprs(stmt, &mut |full| found.full(full));
+        found
+    }
+
+    /// The accesses of statements with all their bodies. The initialisation of a local is not a write.
+    #[must_use]
+    pub fn of_body(body: &'a [Stmt]) -> Self {
+        let mut found = Accesses::default();
+        each_stmt(body, &mut |stmt| {
+            found.is_opaque |= is_opaque(stmt);
+            full_exprs(stmt, &mut |full| found.full(full));
+        });
+        found
+    }
+
+    fn full(&mut self, full: Full<'a>) {
+        match full {
+            Full::Expr(expr) => self.expr(expr),
+            Full::Init(_, init) => init_values(init, &mut |value| self.expr(value)),
+        }
+    }
+
+    fn expr(&mut self, expr: &'a Expr) {
+        self.own(expr);
+        expr_parts(expr, &mut |part| self.part(part));
+    }
+
+    fn part(&mut self, part: Node<'a>) {
+        match part {
+            Node::Expr(inner) => self.expr(inner),
+            Node::Place(place) => place_parts(place, &mut |part| self.part(part)),
+        }
+    }
+
+    /// The accesses of the outermost operator of an expression.
+    pub(crate) fn own(&mut self, expr: &'a Expr) {
+        match &expr.kind {
+            ExprKind::Read(place) => self.reads.push(place),
+            ExprKind::Address(place) | ExprKind::Decay(place) => self.addresses.push(place),
+            ExprKind::Assign(place, _) => self.writes.push(place),
+            ExprKind::Update(_, place, ..) | ExprKind::Step { place, .. } => {
+                self.reads.push(place);
+                self.writes.push(place);
+            }
+            ExprKind::Call(callee, arguments) => {
+                let function = match callee {
+                    Callee::Function(id) => Some(*id),
+                    Callee::Pointer(_) => None,
+                };
+                self.calls.push(Called { function, arguments, span: expr.span });
+            }
+            ExprKind::Literal(..)
+            | ExprKind::Bool(_)
+            | ExprKind::Null
+            | ExprKind::Constant(_)
+            | ExprKind::Function(_)
+            | ExprKind::Unary(..)
+            | ExprKind::Binary(..)
+            | ExprKind::Logical(..)
+            | ExprKind::Choose(..)
+            | ExprKind::Comma(..)
+            | ExprKind::Convert(_)
+            | ExprKind::Cast(..)
+            | ExprKind::Member(..)
+            | ExprKind::SizeOf(_) => {}
+        }
+    }
+}
+
+fn is_opaque(stmt: &Stmt) -> bool {
+    matches!(stmt.kind, StmtKind::Opaque(_))
+}
+
+/// An occurrence of a symbol.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Site {
+    /// The function in which it is; `None`: an initialiser of the file.
+    pub function: Option<SymbolId>,
+    /// Source location.
+    pub span: Loc,
+}
+
+/// The occurrences of a symbol.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Uses {
+    /// The object or a part of it is read. A pointer that is followed is read.
+    pub reads: Vec<Site>,
+    /// The object or a part of it is assigned. Initialisation does not count.
+    pub writes: Vec<Site>,
+    /// The address of the object or of a part of it is taken, also by a function's name that is not called.
+    pub addresses: Vec<Site>,
+    /// The function is called.
+    pub calls: Vec<Site>,
+    /// It is only measured, by `sizeof`, or named as a constant.
+    pub mentions: Vec<Site>,
+}
+
+impl Uses {
+    /// True if the symbol occurs nowhere.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        let all = [&self.reads, &self.writes, &self.addresses, &self.calls, &self.mentions];
+        all.iter().all(|one| one.is_empty())
+    }
+}
+
+/// All occurrences of all symbols of a unit, in the order of the text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Index {
+    /// By symbol.
+    pub uses: IdMap<Symbol, Uses>,
+}
+
+impl Index {
+    /// The index of a unit.
+    #[must_use]
+    pub fn new(unit: &Unit) -> Self {
+        let mut index = Index { uses: IdMap::filled(&unit.symbols, Uses::default()) };
+        each_full(unit, &mut |function, full| match full {
+            Full::Expr(expr) => index.expr(expr, function),
+            Full::Init(_, init) => init_values(init, &mut |value| index.expr(value, function)),
+        });
+        index
+    }
+
+    fn expr(&mut self, expr: &Expr, function: Option<SymbolId>) {
+        each_node(Node::Expr(expr), &mut |node| {
+            let Node::Expr(expr) = node else { return };
+            let site = Site { function, span: expr.span };
+            let mut found = Accesses::default();
+            found.own(expr);
+            for (places, kind) in [(&found.reads, 0), (&found.writes, 1), (&found.addresses, 2)] {
+                for id in places.iter().filter_map(|place| place.object()) {
+                    let uses = &mut self.uses[id];
+                    [&mut uses.reads, &mut uses.writes, &mut uses.addresses][kind].push(site);
+                }
+            }
+            for id in found.calls.iter().filter_map(|call| call.function) {
+                self.uses[id].calls.push(site);
+            }
+            if let ExprKind::Function(id) = &expr.kind {
+                self.uses[*id].addresses.push(site);
+            } else if let ExprKind::Constant(id) = &expr.kind {
+                self.uses[*id].mentions.push(site);
+            } else if let ExprKind::SizeOf(operand) = &expr.kind
+                && let SizeOfOperand::Place(place) = &**operand
+                && let Some(id) = place.object()
+            {
+                self.uses[id].mentions.push(site);
+            }
+        });
+    }
+
+    /// True if another name than its own may lead to the object: its address is taken, or it is visible outside of the unit's functions.
+    #[must_use]
+    pub fn is_shared(&self, unit: &Unit, id: SymbolId) -> bool {
+        let is_local = match unit.symbols[id].kind {
+            SymbolKind::Local { is_static } => !is_static,
+            SymbolKind::Parameter => true,
+            SymbolKind::Object { .. }
+            | SymbolKind::Function(_)
+            | SymbolKind::Typedef
+            | SymbolKind::Constant(_) => false,
+        };
+        !is_local || !self.uses[id].addresses.is_empty()
+    }
+}
+
+/// What a call of a function can do to memory that is not its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Effect {
+    /// Nothing: the value depends only on the arguments and on constants.
+    None,
+    /// It reads.
+    Reads,
+    /// It may read and write.
+    Writes,
+}
+
+/// What a call of a function does.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Summary {
+    /// Its effect, except through these parameters.
+    pub effect: Effect,
+    /// Parameters, by index, to whose object it writes.
+    pub written: BTreeSet<usize>,
+}
+
+impl Summary {
+    fn new(effect: Effect) -> Self {
+        Summary { effect, written: BTreeSet::new() }
+    }
+}
+
+/// A call within a function: where the pointers come from that it passes on.
+struct Passed {
+    called: Option<SymbolId>,
+    arguments: Vec<Passing>,
+}
+
+#[derive(Clone, Copy)]
+enum Passing {
+    /// An object of the caller itself.
+    Own,
+    /// A parameter of the caller.
+    Param(usize),
+    Other,
+}
+
+/// What each function of a unit does; other symbols do nothing. A function without a body may write anything, and so may a call through a pointer.
+#[must_use]
+pub fn effects(unit: &Unit, index: &Index) -> IdMap<Symbol, Summary> {
+    let mut effects = IdMap::build(&unit.symbols, |_, symbol| {
+        Summary::new(match &symbol.kind {
+            SymbolKind::Function(kind) if kind.is_pure => Effect::Reads,
+            SymbolKind::Function(_) => Effect::Writes,
+            SymbolKind::Object { .. }
+            | SymbolKind::Local { .. }
+            | SymbolKind::Parameter
+            | SymbolKind::Typedef
+            | SymbolKind::Constant(_) => Effect::None,
+        })
+    });
+    let mut calls: BTreeMap<SymbolId, Vec<Passed>> = BTreeMap::new();
+    let mut callers: IdMap<Symbol, Vec<SymbolId>> = IdMap::filled(&unit.symbols, Vec::new());
+    each_item(&unit.items, &mut |item| {
+        let ItemKind::Function { symbol, params, body } = &item.kind else { return };
+        let (summary, passed) = own_effects(unit, index, params, body);
+        effects[*symbol] = summary;
+        for one in passed.iter().filter_map(|one| one.called) {
+            callers[one].push(*symbol);
+        }
+        calls.insert(*symbol, passed);
+    });
+    // The effects of the called are those of the callers; each can grow only a few times.
+    let mut changed: Vec<SymbolId> = calls.keys().rev().copied().collect();
+    while let Some(id) = changed.pop() {
+        let mut summary = effects[id].clone();
+        for call in calls.get(&id).into_iter().flatten() {
+            let called = call.called.map_or(Summary::new(Effect::Writes), |id| effects[id].clone());
+            summary.effect = summary.effect.max(called.effect);
+            for param in called.written {
+                match call.arguments.get(param) {
+                    Some(Passing::Own) => {}
+                    Some(Passing::Param(own)) => {
+                        summary.written.insert(*own);
+                    }
+                    Some(Passing::Other) | None => summary.effect = Effect::Writes,
+                }
+            }
+        }
+        if summary != effects[id] {
+            effects[id] = summary;
+            changed.extend(callers[id].iter().copied());
+        }
+    }
+    effects
+}
+
+/// What a function does without the functions that it calls, and what it passes to those.
+fn own_effects(
+    unit: &Unit,
+    index: &Index,
+    params: &[SymbolId],
+    body: &[Stmt],
+) -> (Summary, Vec<Passed>) {
+    let found = Accesses::of_body(body);
+    let mut summary = Summary::new(Effect::None);
+    for place in found.reads {
+        if !is_own(unit, place) && !is_table(unit, place) {
+            summary.effect = summary.effect.max(Effect::Reads);
+        }
+    }
+    // A parameter that always points to what the caller passed.
+    let fixed = |id: &SymbolId| {
+        let uses = &index.uses[*id];
+        uses.writes.is_empty() && uses.addresses.is_empty()
+    };
+    let param = |pointer: &Expr| {
+        let ExprKind::Read(place) = &pointer.kind else { return None };
+        let PlaceKind::Symbol(id) = place.kind else { return None };
+        params.iter().position(|param| *param == id).filter(|_| fixed(&id))
+    };
+    for place in found.writes {
+        match pointer_of(place) {
+            None if is_own(unit, place) => {}
+            None => summary.effect = Effect::Writes,
+            Some(pointer) => match param(pointer) {
+                Some(at) => {
+                    summary.written.insert(at);
+                }
+                None => summary.effect = Effect::Writes,
+            },
+        }
+    }
+    let is_unknown = |stmt: &Stmt| matches!(stmt.kind, StmtKind::Opaque(_) | StmtKind::Barrier);
+    each_stmt(body, &mut |stmt| {
+        if is_unknown(stmt) {
+            summary.effect = Effect::Writes;
+        }
+    });
+    let passing = |argument: &Expr| {
+        if let ExprKind::Address(place) | ExprKind::Decay(place) = &argument.kind
+            && is_own(unit, place)
+        {
+            return Passing::Own;
+        }
+        param(argument).map_or(Passing::Other, Passing::Param)
+    };
+    let passed = |call: &Called| Passed {
+        called: call.function,
+        arguments: call.arguments.iter().map(passing).collect(),
+    };
+    let passed = found.calls.iter().map(passed).collect();
+    (summary, passed)
+}
+
+/// True for objects that exist once for each call.
+fn is_own(unit: &Unit, place: &Place) -> bool {
+    place.object().is_some_and(|id| {
+        matches!(
+            unit.symbols[id].kind,
+            SymbolKind::Local { is_static: false } | SymbolKind::Parameter
+        )
+    })
+}
+
+/// True for objects that never change.
+fn is_table(unit: &Unit, place: &Place) -> bool {
+    let is_constant = place.qualifiers.is_const && !place.qualifiers.is_volatile;
+    let is_object = |id: SymbolId| matches!(unit.symbols[id].kind, SymbolKind::Object { .. });
+    is_constant && place.object().is_some_and(is_object)
+}
+
+/// The pointer that leads to a place.
+fn pointer_of(place: &Place) -> Option<&Expr> {
+    match &place.kind {
+        PlaceKind::Symbol(_) => None,
+        PlaceKind::Member(base, _) | PlaceKind::Element(base, _) => pointer_of(base),
+        PlaceKind::At(pointer, _) | PlaceKind::Deref(pointer) => Some(pointer),
+    }
+}
+
+/// True if two places may share memory. Different members never do, nor do different objects; objects of different types do not, unless one of them consists
+/// of characters (C99 6.5p7).
+#[must_use]
+pub fn may_overlap(unit: &Unit, index: &Index, a: &Place, b: &Place) -> bool {
+    match (a.object(), b.object()) {
+        (Some(x), Some(y)) => x == y && parts_may_overlap(unit, a, b),
+        (Some(own), None) if !index.is_shared(unit, own) => false,
+        (None, Some(own)) if !index.is_shared(unit, own) => false,
+        // Two objects of one type are the same or disjoint.
+        _ if root_type(a) == root_type(b) => parts_may_overlap(unit, a, b),
+        _ => members_may_overlap(a, b) && types_may_overlap(unit, &a.ty, &b.ty),
+    }
+}
+
+/// The type of the object, or of what a pointer points to, of which the place is a part.
+fn root_type(place: &Place) -> &Type {
+    let mut at = place;
+    while let PlaceKind::Member(base, _) | PlaceKind::Element(base, _) = &at.kind {
+        at = base;
+    }
+    &at.ty
+}
+
+/// For two parts of one object.
+fn parts_may_overlap(unit: &Unit, a: &Place, b: &Place) -> bool {
+    let (a, b) = (steps(a), steps(b));
+    for (x, y) in a.iter().zip(&b) {
+        match (&x.kind, &y.kind) {
+            (PlaceKind::Member(_, x), PlaceKind::Member(_, y)) if x != y => return false,
+            (PlaceKind::Element(_, x), PlaceKind::Element(_, y)) => {
+                if let (Some(x), Some(y)) = (unit.constant(x), unit.constant(y))
+                    && x != y
+                {
+                    return false;
+                }
+            }
+            _ => {}
+        }
+    }
+    true
+}
+
+/// The members and elements from the object inwards.
+fn steps(place: &Place) -> Vec<&Place> {
+    let mut all = Vec::new();
+    let mut at = place;
+    while let PlaceKind::Member(base, _) | PlaceKind::Element(base, _) = &at.kind {
+        all.push(at);
+        at = base;
+    }
+    all.reverse();
+    all
+}
+
+/// Two different members of structures of one type are never the same memory; elements of them neither.
+fn members_may_overlap(a: &Place, b: &Place) -> bool {
+    fn innermost(place: &Place) -> Option<(&Type, usize)> {
+        let mut at = place;
+        loop {
+            match &at.kind {
+                PlaceKind::Member(base, index) => return Some((&base.ty, *index)),
+                PlaceKind::Element(base, _) => at = base,
+                PlaceKind::Symbol(_) | PlaceKind::At(..) | PlaceKind::Deref(_) => return None,
+            }
+        }
+    }
+    match (innermost(a), innermost(b)) {
+        (Some((x, i)), Some((y, j))) => x != y || i == j,
+        _ => true,
+    }
+}
+
+fn types_may_overlap(unit: &Unit, a: &Type, b: &Type) -> bool {
+    match (unit.integer(a), unit.integer(b)) {
+        (Some(x), Some(y)) => {
+            let is_character = |kind: IntKind| kind.rank() == IntKind::Char.rank();
+            is_character(x) || is_character(y) || x.unsigned() == y.unsigned()
+        }
+        // A pointer and a number: only as characters. Structures and arrays may contain the other one.
+        (Some(x), None) if matches!(b, Type::Pointer(_)) => x.rank() == IntKind::Char.rank(),
+        (None, Some(y)) if matches!(a, Type::Pointer(_)) => y.rank() == IntKind::Char.rank(),
+        _ => true,
+    }
+}
