@@ -2,7 +2,7 @@
 
 #![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]
 
-use super::cases::wrong_hashes;
+use super::case_files::wrong_hashes;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
