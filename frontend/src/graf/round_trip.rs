@@ -132,6 +132,12 @@ fn a_list_of_what_is_shared_goes_on_after_a_comma() {
 }
 
 #[test]
+fn a_blank_line_after_a_comment_stays_even_if_the_comment_ends_with_a_brace() {
+    let text = "chart c {\n    input a\n    # old {\n\n    initial step p\n}\n";
+    assert_eq!(check_format(text), text);
+}
+
+#[test]
 fn comments_and_long_lines_in_their_canonical_form() {
     let text = "# heading
    # two

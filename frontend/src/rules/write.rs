@@ -130,9 +130,9 @@ impl Writer {
                 Item::Action(action) => {
                     let list = match action.body.as_slice() {
                         [] => Some(String::new()),
-                        _ => self.text.inline_list(&action.body).map(|list| format!(" {list}")),
+                        _ => self.text.list(&action.body).map(|list| format!(" {list}")),
                     };
-                    match list.filter(|list| !list.contains('\n')) {
+                    match list {
                         Some(list) => before.push(format!(
                             "action {}{}{list}",
                             names::name(&action.name.text, Position::Anywhere),
@@ -394,7 +394,8 @@ impl Writer {
             guard: None,
             ..transition.clone()
         };
-        let (_, mut clauses, _) = self.text.transition(&bare);
+        let clauses = self.text.clauses(&bare);
+        let mut clauses: Vec<String> = clauses.into_iter().map(|(_, clause)| clause).collect();
         if !transition.actions.is_empty() {
             clauses.push(format!("do {}", self.text.one_line_list(&transition.actions)));
         }
