@@ -15,6 +15,7 @@ use grafsynth_backend_c::Package;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::facts::{Component, Facts, Proof};
 use grafsynth_ir::net::*;
+use grafsynth_ir::random::Random;
 use grafsynth_ir::{Name, Span, Valid, validate};
 
 /// Builds a net.
@@ -291,34 +292,6 @@ pub(crate) fn text_size(folder: &Folder, file: &str, compiler: &str, flags: &[&s
         })
         .filter_map(|line| line.split_whitespace().nth(1)?.parse::<usize>().ok())
         .sum()
-}
-
-/// A small pseudo-random number generator (xorshift64*).
-pub(crate) struct Random(u64);
-
-impl Random {
-    pub(crate) fn new(seed: u64) -> Self {
-        Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
-    }
-
-    pub(crate) fn bits(&mut self) -> u64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 16
-    }
-
-    pub(crate) fn below(&mut self, n: usize) -> usize {
-        (self.bits() % n.max(1) as u64) as usize
-    }
-
-    pub(crate) fn one_in(&mut self, n: usize) -> bool {
-        self.below(n) == 0
-    }
-
-    pub(crate) fn between(&mut self, lo: i64, hi: i64) -> i64 {
-        lo + (self.bits() % (hi - lo + 1).unsigned_abs()) as i64
-    }
 }
 
 /// Input lines for a harness: the ticks, then a value for each input that has a column.

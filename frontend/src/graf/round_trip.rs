@@ -193,7 +193,7 @@ proptest! {
 
     #[test]
     fn what_is_written_is_read_back(seed: u64) {
-        let design = random::design(&mut Random(seed));
+        let design = random::design(&mut Random::new(seed));
         let text = write_design(&design);
         let parsed = read(&text);
         assert_same_meaning(&design, &parsed.design.unwrap(), &text);
@@ -204,7 +204,7 @@ proptest! {
 
     #[test]
     fn comments_stay(seed: u64) {
-        let mut r = Random(seed);
+        let mut r = Random::new(seed);
         let text = write_design(&random::design(&mut r));
         let text = with_comments(&text, &mut r, 15);
         check_format(&text);
@@ -212,7 +212,7 @@ proptest! {
 
     #[test]
     fn broken_input_gives_findings(seed: u64) {
-        let mut r = Random(seed);
+        let mut r = Random::new(seed);
         let text = write_design(&random::design(&mut r));
         let text = broken(&text, &mut r);
         let parsed = parse(FileId(0), &text);
@@ -243,7 +243,7 @@ Input m, b\nOutput R, Z\nMarking p1\nTransitions:\nt1: p1*m*/b |- @p2*R\nt2: p2*
     for (text, read) in readers {
         assert_eq!(read(text), []);
         for seed in 0..300 {
-            let text = broken(text, &mut Random(seed));
+            let text = broken(text, &mut Random::new(seed));
             let findings = read(&text);
             assert!(findings.len() <= 101);
             for label in findings.iter().flat_map(|finding| &finding.labels) {
