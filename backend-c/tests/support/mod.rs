@@ -8,6 +8,7 @@
 
 pub(crate) mod random_net;
 
+use itertools::Itertools as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -374,7 +375,7 @@ pub(crate) fn program_trace(net: &Valid<Net>, rows: &[(u32, Vec<i64>)]) -> Strin
                 .find(|(_, it)| it.origin == origin)
                 .map(|(id, _)| machine.cell(id).to_vec())
         };
-        let active: Vec<&str> = net
+        let active = net
             .steps
             .iter()
             .filter(|(_, it)| {
@@ -382,8 +383,8 @@ pub(crate) fn program_trace(net: &Valid<Net>, rows: &[(u32, Vec<i64>)]) -> Strin
             })
             .filter(|(id, _)| cell(Origin::Step(*id)).is_some_and(|it| it[0] != 0))
             .map(|(_, it)| it.name.text.as_str())
-            .collect();
-        cells.push(active.join(" "));
+            .join(" ");
+        cells.push(active);
         for (id, output) in net.outputs.iter() {
             let Driver::Extern { params, .. } = &output.driver else {
                 cells.push(shown.outputs[id.index()].to_string());
@@ -406,9 +407,8 @@ pub(crate) fn program_trace(net: &Valid<Net>, rows: &[(u32, Vec<i64>)]) -> Strin
             cells.push(if params.is_empty() {
                 calls.len().to_string()
             } else {
-                let tuple =
-                    |it: &Vec<i64>| it.iter().map(i64::to_string).collect::<Vec<_>>().join(":");
-                calls.iter().map(tuple).collect::<Vec<_>>().join(";")
+                let tuple = |it: &Vec<i64>| it.iter().map(i64::to_string).join(":");
+                calls.iter().map(tuple).join(";")
             });
         }
         for (id, _) in net.vars.iter().filter(|(_, it)| it.origin == VarOrigin::Declared) {

@@ -15,6 +15,7 @@ use crate::device::layout::{
     CellFuses, Enable, Feedback, Layout, Mode, PolarityGate, Register, Shape,
 };
 use grafsynth_ir::diag::Diagnostic;
+use itertools::Itertools as _;
 
 /// The number of passes after which the levels must settle: longer than any path through all macrocells, with ripple clocks.
 const MOST_PASSES: u32 = 64;
@@ -297,13 +298,13 @@ impl<'a> Chip<'a> {
         }
         let before = self.levels.clone();
         self.pass();
-        let pins: Vec<String> = (0..before.len())
+        let pins = (0..before.len())
             .filter(|pin| before[*pin] != self.levels[*pin])
             .map(|pin| pin.to_string())
-            .collect();
+            .join(", ");
         let finding = Diagnostic::error(
             codes::NOT_SETTLING,
-            format!("the levels of a {} do not settle: {}", self.map.device.name, pins.join(", ")),
+            format!("the levels of a {} do not settle: {}", self.map.device.name, pins),
         )
         .help("a combinational output that depends on its own complement oscillates");
         Err(Box::new(finding))

@@ -1,5 +1,6 @@
 //! Properties of the writer and the formatter, and tests with invalid input.
 
+use itertools::Itertools as _;
 use std::fmt::Write;
 
 use grafsynth_ir::FileId;
@@ -39,9 +40,7 @@ fn read(text: &str) -> Parsed {
 #[track_caller]
 fn assert_same_meaning(left: &Design, right: &Design, text: &str) {
     let (left, right) = (meaning(left), meaning(right));
-    let around = |text: &str, n: usize| {
-        text.lines().skip(n.saturating_sub(5)).take(9).collect::<Vec<_>>().join("\n")
-    };
+    let around = |text: &str, n: usize| text.lines().skip(n.saturating_sub(5)).take(9).join("\n");
     if let Some(n) = left.lines().zip(right.lines()).position(|(a, b)| a != b) {
         panic!("meant\n{}\n=====\nread\n{}\n=====\n{text}", around(&left, n), around(&right, n));
     }

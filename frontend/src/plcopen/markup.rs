@@ -1,5 +1,6 @@
 //! Checks a file against the table in `rules`: reports elements that the format does not have, and refuses those that are not supported.
 
+use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::diag::{Diagnostic, nearest};
@@ -237,11 +238,10 @@ impl Reader<'_, '_> {
                             }
                             None if word == "edge" => finding.help("write edge=\"rising\" or edge=\"falling\"; for both edges draw two contacts in parallel"),
                             None => {
-                                let others: Vec<String> = expected[1..]
+                                let others = expected[1..]
                                     .iter()
-                                    .map(|one| format!("{word}=\"{one}\""))
-                                    .collect();
-                                finding.help(format!("write {}, or remove it", others.join(" or ")))
+                                    .map(|one| format!("{word}=\"{one}\"")).join(" or ");
+                                finding.help(format!("write {others}, or remove it"))
                             }
                         }
                     });

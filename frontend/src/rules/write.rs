@@ -1,5 +1,6 @@
 //! Writes a flat chart as rules text.
 
+use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
@@ -157,15 +158,15 @@ impl Writer {
                 }
                 Item::Place(place) => behind.push(place_text(place)),
                 Item::Board(board) => {
-                    let pins: Vec<String> = board
+                    let pins = board
                         .pins
                         .iter()
                         .map(|(name, pin)| format!("{} {pin}", names::signal(&name.text)))
-                        .collect();
+                        .join("  ");
                     behind.push(format!(
                         "device {} {{ {} }}",
                         names::name(&board.device.text, Position::Anywhere),
-                        pins.join("  ")
+                        pins
                     ));
                 }
                 // Reported at the macro-step that uses it.
