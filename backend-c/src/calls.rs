@@ -7,6 +7,7 @@ use crate::names::Names;
 use crate::queries::is_c;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{Driver, Net, OutputId, Verbatim};
+use itertools::Itertools as _;
 
 /// A function of the user's library.
 pub(crate) struct Callee<'a> {
@@ -21,14 +22,14 @@ impl Callee<'_> {
         let Driver::Extern { params, .. } = &self.net.outputs[self.output].driver else {
             return Node::blank();
         };
-        let values: Vec<String> = arguments
+        let values = arguments
             .into_iter()
             .zip(params)
             .map(|(value, param)| {
                 saturated(value, param.ty, &self.names.prefix, helpers).stored_as(param.ty)
             })
-            .collect();
-        Node::line(format!("{}({});", self.names.outputs[self.output], values.join(", ")))
+            .join(", ");
+        Node::line(format!("{}({});", self.names.outputs[self.output], values))
             .about(Object::Output(self.output))
     }
 }

@@ -18,6 +18,7 @@ use crate::interface::Interface;
 use grafsynth_ir::Valid;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{Driver, InputKind, Net, StepId, VarOrigin};
+use itertools::Itertools as _;
 
 /// The name of the header that a port provides: `bench_get`, `bench_put`, `bench_end`, `bench_begin`.
 pub const PORT: &str = "bench_port.h";
@@ -45,8 +46,8 @@ pub fn stored_bytes(ty: Type) -> usize {
 /// may have functions with equal names.
 #[must_use]
 pub fn firmware(all: &[(&Valid<Net>, &Package)]) -> String {
-    let charts: Vec<String> = all.iter().map(|(net, _)| net.name.to_string()).collect();
-    let title = format!("{}: runs on a microcontroller.", charts.join(", "));
+    let charts = all.iter().map(|(net, _)| net.name.to_string()).join(", ");
+    let title = format!("{charts}: runs on a microcontroller.");
     let mut text = Writer::write(&[
         Node::comment(title),
         Node::directive(format!("#include \"{PORT}\"")),

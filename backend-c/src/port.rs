@@ -5,6 +5,7 @@ use crate::header::Layout;
 use crate::io::INPUT_BITS;
 use crate::{File, Object};
 use grafsynth_ir::net::InputKind;
+use itertools::Itertools as _;
 
 impl Layout<'_> {
     pub(crate) fn port(&self) -> File {
@@ -259,7 +260,7 @@ impl Layout<'_> {
             parameters.push(format!("{prefix}_out_t *out"));
         }
         let step = |dt: &str| {
-            let arguments: Vec<&str> = [
+            let arguments = [
                 (i.has_instance, "self"),
                 (i.has_in, "&in"),
                 (i.ticks.is_some(), dt),
@@ -267,8 +268,8 @@ impl Layout<'_> {
             ]
             .into_iter()
             .filter_map(|(is_there, argument)| is_there.then_some(argument))
-            .collect();
-            Node::line(format!("{prefix}_step({});", arguments.join(", ")))
+            .join(", ");
+            Node::line(format!("{prefix}_step({arguments});"))
         };
         let (once, idle) = if has_ring {
             body.extend([
@@ -298,7 +299,7 @@ impl Layout<'_> {
         let list = if parameters.is_empty() { "void".to_string() } else { parameters.join(", ") };
         nodes.push(Node::function(format!("static inline void {prefix}_scan_isr({list})"), body));
         nodes.push(Node::blank());
-        let arguments: Vec<&str> = [
+        let arguments = [
             (i.has_instance, "self"),
             (has_ring, "ring"),
             (has(InputKind::Pin), "pins"),
@@ -307,14 +308,14 @@ impl Layout<'_> {
         ]
         .into_iter()
         .filter_map(|(is_there, argument)| is_there.then_some(argument))
-        .collect();
+        .join(", ");
         nodes.push(Node::comment(
             "A scan in the main loop: then the watchdog, and sleep if nothing is pending. An interrupt between the check and the sleep would be missed, so both\nare in a critical section.",
         ));
         nodes.push(Node::function(
             format!("static inline void {prefix}_scan({list})"),
             vec![
-                Node::line(format!("{prefix}_scan_isr({});", arguments.join(", "))),
+                Node::line(format!("{prefix}_scan_isr({arguments});")),
                 Node::line(format!("{upper}_WATCHDOG();")),
                 Node::line(format!("{upper}_ENTER_CRITICAL();")),
                 idle,

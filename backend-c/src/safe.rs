@@ -33,6 +33,7 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::facts::{Component, Facts};
 use grafsynth_ir::names::Namer;
 use grafsynth_ir::net::{Net, OutputId};
+use itertools::Itertools as _;
 use std::collections::BTreeMap;
 
 /// The value of `intact` after `init`.
@@ -276,13 +277,13 @@ pub(crate) fn before_init(net: &Net, names: &Names) -> Vec<Node> {
     }
     let words: Vec<String> = words.into_iter().map(|word| io.output_mask(word)).collect();
     let bits = (!words.is_empty()).then(|| format!("{{ {} }}", words.join(", ")));
-    let all: Vec<String> = bits.into_iter().chain(members).collect();
+    let all = bits.into_iter().chain(members).join(", ");
     let (prefix, upper) = (&names.prefix, &names.upper);
     vec![
         Node::comment(
             "The safe outputs for the time before init: an initialiser, and a function that writes them.",
         ),
-        Node::directive(format!("#define {upper}_SAFE_OUT {{ {} }}", all.join(", "))),
+        Node::directive(format!("#define {upper}_SAFE_OUT {{ {all} }}")),
         Node::function(
             format!("static inline void {prefix}_safe({prefix}_out_t *out)"),
             io.constants(net, &names.outputs, |id| net.outputs[id].safe_value()),

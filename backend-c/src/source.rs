@@ -7,6 +7,7 @@ use crate::header::{Layout, shown};
 use crate::safe;
 use crate::style_output::mentions;
 use crate::{File, Object};
+use itertools::Itertools as _;
 
 impl Layout<'_> {
     pub(crate) fn source(&self) -> (File, Marks) {
@@ -221,15 +222,13 @@ impl Layout<'_> {
                 continue;
             }
             let join = |negate: bool| {
-                let all: Vec<String> = it
-                    .requires
+                it.requires
                     .iter()
                     .map(|step| {
                         let now = &self.program.active[*step];
                         format!("({})", if negate { before(now) } else { now.clone() })
                     })
-                    .collect();
-                all.join(" && ")
+                    .join(" && ")
             };
             let condition = format!("{} && !({})", join(false), join(true));
             let name = format!("{upper}_T_{}", self.names.transitions[id]);

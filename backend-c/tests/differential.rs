@@ -120,8 +120,16 @@ const PLAIN: Flavour =
 
 #[test]
 fn rings_with_priorities() {
+    let tables = Options { style: Style::Tables, ..Options::default() };
+    let (mut nets, others): (Vec<_>, Vec<_>) =
+        nets(10 * NETS, PLAIN).into_iter().partition(|(net, facts)| {
+            emit(net, facts, &tables).is_ok_and(|package| package.style == "switch with tables")
+        });
+    // Tables suit few of the nets.
+    assert!(!nets.is_empty());
+    nets.extend(others.into_iter().take(NETS as usize));
     let styles = [Style::Switch, Style::Tables, Style::Bits];
-    let taken = agree("rings", &nets(NETS, PLAIN), &styles);
+    let taken = agree("rings", &nets, &styles);
     assert!(taken.is_empty() || taken.contains(&"switch with tables"));
 }
 

@@ -6,6 +6,7 @@
 use crate::codes;
 use crate::{Emitted, Object};
 use grafsynth_ir::diag::{Diagnostic, nearest};
+use itertools::Itertools as _;
 use std::collections::BTreeSet;
 
 /// A device in its package.
@@ -113,7 +114,7 @@ pub fn constraints(
             let message = format!("{} has no pin {pin} for `{name}`", package.name);
             findings.push(Diagnostic::error(codes::BAD_PIN, message).help(format!(
                 "pins for signals: {}",
-                package.pins.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")
+                package.pins.iter().map(u32::to_string).join(", ")
             )));
         } else if !taken.insert(*pin) {
             let message = format!("pin {pin} is assigned to `{name}` and to another signal");

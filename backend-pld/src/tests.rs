@@ -12,6 +12,7 @@ use grafsynth_ir::arena::Id;
 use grafsynth_ir::logic::{FlopBit, Logic, NodeId, PinInput, PinOutput, PinRole, Wire};
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::program::Origin;
+use grafsynth_ir::random::Random;
 use grafsynth_ir::span::{FileId, Name, Span};
 use grafsynth_logic::build::Builder;
 use grafsynth_logic::sim::LogicSim;
@@ -98,12 +99,10 @@ pub(crate) fn same_behaviour(a: &Logic, b: &Logic, clocks: usize) {
 /// The first signal in which two circuits with the same pins and flip-flops differ.
 pub(crate) fn difference(a: &Logic, b: &Logic, clocks: usize) -> Option<String> {
     let (mut x, mut y) = (LogicSim::new(a), LogicSim::new(b));
-    let mut state = 0x9E37_79B9_7F4A_7C15u64;
+    let mut random = Random::new(1);
     for _ in 0..clocks {
         for pin in a.inputs.ids() {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
+            let state = random.bits();
             x.set_input(pin, state);
             y.set_input(pin, state);
         }

@@ -6,6 +6,7 @@
 use grafsynth_backend_pld::placement::{CellKind, Placement, Product};
 use grafsynth_backend_pld::{Dialect, read_text};
 use grafsynth_ir::span::FileId;
+use itertools::Itertools as _;
 use std::path::{Path, PathBuf};
 
 /// The folder with files by others, from an environment variable or next to the checkout.
@@ -34,11 +35,7 @@ fn shown(placement: &Placement) -> String {
     let product = |product: &Product| {
         let literal =
             |(pin, level): &(u32, bool)| format!("{}{pin}", if *level { "" } else { "/" });
-        if product.0.is_empty() {
-            "1".to_owned()
-        } else {
-            product.0.iter().map(literal).collect::<Vec<_>>().join("*")
-        }
+        if product.0.is_empty() { "1".to_owned() } else { product.0.iter().map(literal).join("*") }
     };
     let mut lines: Vec<String> = Vec::new();
     for cell in &placement.cells {
@@ -47,13 +44,9 @@ fn shown(placement: &Placement) -> String {
             CellKind::Registered => ":=",
             CellKind::Tristate => "~",
         };
-        let sum: Vec<String> = cell.sum.iter().map(product).collect();
-        let mut line = format!(
-            "{}{} {kind} {}",
-            if cell.is_active_low { "/" } else { "" },
-            cell.pin,
-            sum.join(" + ")
-        );
+        let sum = cell.sum.iter().map(product).join(" + ");
+        let mut line =
+            format!("{}{} {kind} {}", if cell.is_active_low { "/" } else { "" }, cell.pin, sum);
         let more = [(&cell.enable, "e"), (&cell.clock, "c"), (&cell.set, "s"), (&cell.reset, "r")];
         for (control, name) in more {
             if let Some(control) = control {

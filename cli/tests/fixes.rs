@@ -4,7 +4,8 @@
 
 #![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]
 
-use crate::{cases, pages};
+use crate::case_files::Case;
+use crate::pages;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
@@ -15,27 +16,15 @@ use std::process::Command;
 fn each_proposed_edit_mends_its_finding() {
     let mut tried = BTreeSet::new();
     let mut wrong = Vec::new();
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/cases");
-    let mut all = Vec::new();
-    cases::collect(&root.canonicalize().expect("tests/cases is there"), &mut all);
-    all.sort();
-    for case in all {
+    for case in Case::all() {
         // The accepted output shows an edit as a separate part; a case without one need not be run.
-        let accepted = fs::read_to_string(format!("{}.out", case.display())).unwrap_or_default();
+        let accepted = fs::read_to_string(case.accepted()).unwrap_or_default();
         if !accepted.contains("\nhelp: ") {
             continue;
         }
         let folder = tempfile::tempdir().expect("a temporary folder");
-        copy(case.parent().expect("a folder"), folder.path());
-        let name = case.file_name().expect("a name").to_string_lossy().into_owned();
-        let mut arguments = cases::split(&cases::command(&case).expect("a case says what to run"));
-        if !arguments.iter().any(|argument| argument == "{}") {
-            arguments.push("{}".to_owned());
-        }
-        for argument in &mut arguments {
-            *argument = argument.replace("{out}", "made").replace("{}", &name);
-        }
-        mend(&name, folder.path(), &arguments, &mut tried, &mut wrong);
+        copy(case.folder(), folder.path());
+        mend(&case.file_name(), folder.path(), &case.arguments("made"), &mut tried, &mut wrong);
     }
     for (code, page) in pages::pages() {
         let (folder, arguments) = pages::prepare(&page);

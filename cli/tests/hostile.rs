@@ -7,6 +7,7 @@
 #![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]
 #![allow(clippy::print_stdout, reason = "tests report what they skip")]
 
+use grafsynth_ir::random::Random;
 use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::process::ExitStatusExt as _;
@@ -94,22 +95,6 @@ fn kinds() -> Vec<(&'static str, Vec<&'static str>, Vec<String>)> {
         ("state", vec!["state"], texts(&["sim {truck} --random 20 --restore {}"])),
         ("ring", vec!["ring"], texts(&["trace {} --chart {truck}"])),
     ]
-}
-
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, bound: usize) -> usize {
-        usize::try_from(self.next() % bound.max(1) as u64).unwrap_or(0)
-    }
 }
 
 /// A seed with one to four edits: bits, cuts, repetitions, pieces of other files, brackets, huge and odd numbers, words swapped.
@@ -260,7 +245,7 @@ fn damaged_files_are_answered() {
                         .cloned()
                         .collect();
                     assert!(!texts.is_empty(), "no seed for {name}");
-                    let mut random = Random(round * 1_000 + *kind as u64 + 1);
+                    let mut random = Random::new(round * 1_000 + *kind as u64 + 1);
                     let case = Case { root: &root, name, texts: &texts, verbs };
                     match case.run(&mut random) {
                         Ok(code) => {
@@ -327,7 +312,7 @@ impl Case<'_> {
             return Ok(code.unwrap_or_default());
         };
         let kept =
-            std::env::temp_dir().join(format!("grafsynth-{}-{:016x}", self.name, random.next()));
+            std::env::temp_dir().join(format!("grafsynth-{}-{:016x}", self.name, random.bits()));
         let kept = kept.with_extension(self.name);
         fs::write(&kept, &text).expect("it is kept");
         let signal = output.status.signal();

@@ -1,6 +1,6 @@
 //! Tests of the program itself, started as a user starts it.
 
-mod cases;
+mod case_files;
 mod counterexamples;
 mod empty;
 mod exit_codes;

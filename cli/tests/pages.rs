@@ -120,3 +120,44 @@ pub(crate) fn prepare(page: &str) -> (tempfile::TempDir, Vec<String>) {
     }
     (folder, arguments)
 }
+
+/// Each code has a page with its title and three sections. (The crates test the examples of their own pages; those of the command line are cases.)
+#[test]
+fn every_code_has_its_page_and_every_page_its_code() {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/codes");
+    let cases = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/cases/codes");
+    let mut pages: Vec<String> = fs::read_dir(&docs)
+        .expect("docs/codes is there")
+        .filter_map(|entry| entry.expect("an entry").file_name().to_str().map(str::to_owned))
+        .filter_map(|name| name.strip_suffix(".md").map(str::to_owned))
+        .collect();
+    pages.sort();
+    let list = Command::new(env!("CARGO_BIN_EXE_grafsynth"))
+        .arg("explain")
+        .output()
+        .expect("grafsynth starts");
+    let list = String::from_utf8(list.stdout).expect("explain prints text");
+    let mut codes = Vec::new();
+    for line in list.lines() {
+        let (code, title) = line.split_once("  ").expect("a code and its title");
+        codes.push(code.to_owned());
+        let page = fs::read_to_string(docs.join(format!("{code}.md"))).unwrap_or_default();
+        assert!(
+            page.starts_with(&format!("# {code}: {title}\n")),
+            "docs/codes/{code}.md must begin with `# {code}: {title}`"
+        );
+        for section in ["\n## Cause\n", "\n## Example\n", "\n## Way out\n"] {
+            assert!(page.contains(section), "docs/codes/{code}.md has no section{section}");
+        }
+        if code.starts_with("G00") {
+            let shown = fs::read_dir(&cases).expect("tests/cases/codes is there").any(|entry| {
+                let path = entry.expect("an entry").path();
+                path.extension().is_some_and(|extension| extension == "out")
+                    && fs::read_to_string(path)
+                        .is_ok_and(|text| text.contains(&format!("[{code}]")))
+            });
+            assert!(shown, "no case under tests/cases/codes shows {code}");
+        }
+    }
+    assert_eq!(codes, pages, "codes that explain lists, and pages under docs/codes");
+}

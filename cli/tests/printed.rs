@@ -22,6 +22,7 @@
 #![allow(clippy::disallowed_methods, reason = "tests read files and start programs")]
 #![allow(clippy::print_stdout, reason = "tests report what they skip")]
 
+use crate::case_files::{is_ci, is_here};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -120,7 +121,7 @@ impl Page<'_> {
         let missing: Vec<&str> = tools.filter(|tool| !is_here(tool)).collect();
         if !missing.is_empty() {
             println!("skipped: {}:{}: needs {}", self.name, block.line, missing.join(", "));
-            if std::env::var("CI").is_ok_and(|ci| ci == "true") {
+            if is_ci() {
                 self.fail(block, &format!("needs {}", missing.join(", ")));
             }
             return;
@@ -255,13 +256,6 @@ fn text(output: &Output) -> String {
     let (out, err) =
         (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     format!("{out}{err}")
-}
-
-fn is_here(tool: &str) -> bool {
-    Command::new("bash")
-        .args(["-c", "command -v \"$0\"", tool])
-        .output()
-        .is_ok_and(|it| it.status.success())
 }
 
 fn copy(from: &Path, to: &Path) {

@@ -2,7 +2,8 @@
 
 #![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]
 
-use super::cases::wrong_hashes;
+use super::case_files::wrong_hashes;
+use grafsynth_ir::random::Random;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -110,13 +111,6 @@ fn complete_sets(folder: &Path) -> [BTreeMap<PathBuf, Vec<u8>>; 2] {
     })
 }
 
-fn random(state: &mut u64) -> u64 {
-    *state ^= *state << 13;
-    *state ^= *state >> 7;
-    *state ^= *state << 17;
-    *state
-}
-
 #[test]
 fn a_killed_build_leaves_the_files_of_one_build() {
     let folder = project();
@@ -129,14 +123,14 @@ fn a_killed_build_leaves_the_files_of_one_build() {
     let since = Instant::now();
     assert!(done(build(folder.path(), 1)).status.success());
     let whole = since.elapsed();
-    let (mut state, mut n_left, mut counts) = (0x9e37_79b9_7f4a_7c15, 0, [0_u64; 2]);
+    let (mut random, mut n_left, mut counts) = (Random::new(1), 0, [0_u64; 2]);
     let mut version = 1;
     let n_kills = many(24, 1_000);
     for round in 0..n_kills {
         let old = version;
         let mut child = started(build(folder.path(), 1 - old));
         if round % 3 == 0 {
-            let share = u32::try_from(random(&mut state) % 1_200).expect("below 1200");
+            let share = u32::try_from(random.below(1_200)).expect("below 1200");
             std::thread::sleep(whole * share / 1_000);
         } else {
             // A write is a small part of a build: most kills wait for it.
@@ -145,7 +139,7 @@ fn a_killed_build_leaves_the_files_of_one_build() {
             {
                 std::thread::yield_now();
             }
-            std::thread::sleep(Duration::from_micros(random(&mut state) % 12_000));
+            std::thread::sleep(Duration::from_micros(random.between(0, 12_000).unsigned_abs()));
         }
         let _ = child.kill();
         child.wait().expect("a child");

@@ -25,6 +25,7 @@ pub mod names;
 pub mod net;
 pub mod program;
 pub mod program_run;
+pub mod random;
 pub mod sharing;
 pub mod simplify;
 pub mod span;

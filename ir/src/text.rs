@@ -180,6 +180,7 @@ fn is_word_char(c: char) -> bool {
 mod tests {
     use super::*;
     use crate::span::FileId;
+    use itertools::Itertools as _;
 
     #[test]
     fn words_are_sorted() {
@@ -241,7 +242,7 @@ transition t2 in truck p2 -> p1 when not (m or n = 3) and p2.t >= 5
         let source = "net a\npart a level x\nstep p1 in b\nstepp p2 in a\ntransition t in a p1 -> p3 when m +\npin x 99999999999\n";
         let (net, findings) = parse(FileId(0), source);
         assert!(net.is_none());
-        let told: Vec<String> = findings
+        let told = findings
             .iter()
             .map(|finding| {
                 let place = &source[finding.labels[0].span.range()];
@@ -250,8 +251,8 @@ transition t2 in truck p2 -> p1 when not (m or n = 3) and p2.t >= 5
                     .trim_end()
                     .to_owned()
             })
-            .collect();
-        insta::assert_snapshot!(told.join("\n"), @r#"
+            .join("\n");
+        insta::assert_snapshot!(told, @r#"
         G0301 "x": expected a number, found `x`;
         G0302 "b": unknown partial chart `b`; write the name of an earlier line of this net, or declare it in a line before
         G0301 "stepp": unknown declaration `stepp`; did you mean `step`?

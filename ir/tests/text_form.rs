@@ -44,8 +44,8 @@ fn mangled_texts_give_findings() {
             if bytes.is_empty() {
                 break;
             }
-            let at = r.below(bytes.len() as u64) as usize;
-            let to = (at + 1 + r.below(40) as usize).min(bytes.len());
+            let at = r.below(bytes.len());
+            let to = (at + 1 + r.below(40)).min(bytes.len());
             match r.below(5) {
                 0 => bytes[at] ^= 1 << r.below(7),
                 1 => drop(bytes.drain(at..to)),

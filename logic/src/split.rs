@@ -545,6 +545,7 @@ mod tests {
     use crate::sim::LogicSim;
     use grafsynth_ir::logic::{Logic, NodeId};
     use grafsynth_ir::net::Meta;
+    use grafsynth_ir::random::Random;
 
     fn wide(node: NodeId, polarity: Option<bool>) -> Wide {
         Wide { node, polarity, name: "f".into(), meta: Meta::default() }
@@ -581,12 +582,10 @@ mod tests {
     fn same_functions(logic: &Logic, asked: &[Wide], width: usize) -> usize {
         let split = split(logic, asked, width);
         let (mut before, mut after) = (LogicSim::new(logic), LogicSim::new(&split.logic));
-        let mut state = 0x1234_5678_9ABC_DEF1u64;
+        let mut random = Random::new(1);
         for _ in 0..20 {
             for pin in logic.inputs.ids() {
-                state ^= state << 13;
-                state ^= state >> 7;
-                state ^= state << 17;
+                let state = random.bits();
                 before.set_input(pin, state);
                 after.set_input(pin, state);
             }
@@ -675,13 +674,8 @@ mod tests {
 
     #[test]
     fn random_graphs_keep_their_functions() {
-        let mut state = 0x2545_F491_4F6C_DD1Du64;
-        let mut next = |below: usize| {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            (state % below as u64) as usize
-        };
+        let mut random = Random::new(1);
+        let mut next = |below: usize| random.below(below);
         for round in 0..40 {
             let mut builder = Builder::default();
             let mut all: Vec<NodeId> =

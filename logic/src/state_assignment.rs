@@ -588,6 +588,7 @@ mod tests {
     use grafsynth_ir::arena::Id;
     use grafsynth_ir::logic::{FlopBit, Logic, NodeId, PinOutput, PinRole};
     use grafsynth_ir::program::Origin;
+    use grafsynth_ir::random::Random;
 
     /// A ring of steps, each left by its own input, as the encoding makes it; each step except the first has an output.
     fn ring(n: usize) -> (Logic, Group) {
@@ -631,12 +632,10 @@ mod tests {
     /// Checks that both show the same pins and steps in a long random walk.
     fn walks_alike(one_hot: &Logic, coded: &Logic) {
         let (mut a, mut b) = (LogicSim::new(one_hot), LogicSim::new(coded));
-        let mut state = 0x1234_5678_9ABC_DEF1_u64;
+        let mut random = Random::new(1);
         for _ in 0..300 {
             for pin in one_hot.inputs.ids() {
-                state ^= state << 13;
-                state ^= state >> 7;
-                state ^= state << 17;
+                let state = random.bits();
                 a.set_input(pin, state);
                 b.set_input(pin, state);
             }

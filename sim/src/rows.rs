@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use grafsynth_ir::expr::{Expr, ExprKind, Type};
 use grafsynth_ir::net::{InputId, InputKind, Leaf, Net};
 
-use crate::random::Random;
+use crate::Random;
 use crate::row::{InputRow, has_column};
 
 /// How the rows of a stretch are generated.

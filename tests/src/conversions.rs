@@ -7,6 +7,7 @@ use grafsynth_driver::source::Sources;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{FileId, Valid};
 use grafsynth_sim::{ColumnKind, Stimulus, Trace, Value, run};
+use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The result for one chart in one language.
@@ -34,7 +35,7 @@ pub fn design_of(file: &str, text: &str) -> Result<Box<NetDesign>, String> {
         (Some(Design::Logic(_)), _) => Err("it is logic".to_owned()),
         (None, found) => {
             let messages = found.iter().filter(|one| one.is_error());
-            Err(messages.map(|one| one.message.as_str()).collect::<Vec<_>>().join("; "))
+            Err(messages.map(|one| one.message.as_str()).join("; "))
         }
     }
 }
@@ -111,8 +112,8 @@ fn alike(
     let new = |name: &str| names.get(name).cloned().unwrap_or_else(|| name.to_owned());
     let csv = stimulus.to_csv(net);
     let (head, rows) = csv.split_once('\n').unwrap_or((&csv, ""));
-    let head: Vec<String> = head.split(',').map(new).collect();
-    let csv = format!("{}\n{rows}", head.join(","));
+    let head = head.split(',').map(new).join(",");
+    let csv = format!("{head}\n{rows}");
     let (parsed, found) = Stimulus::parse_csv(other, FileId(0), &csv);
     let parsed = parsed.ok_or_else(|| format!("other inputs: {found:?}"))?;
     let (first, second) = (run(net, stimulus), run(other, &parsed));

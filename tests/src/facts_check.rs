@@ -8,6 +8,7 @@ use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Net, StepId};
 use grafsynth_sim::{Simulator, Stimulus};
+use itertools::Itertools as _;
 use std::collections::BTreeSet;
 
 /// The first fact that a run contradicts, with its row; row 0 is reset.
@@ -34,8 +35,7 @@ pub fn refuted(net: &Valid<Net>, facts: &Facts, stimulus: &Stimulus) -> Option<S
 }
 
 fn names(net: &Net, steps: &[StepId]) -> String {
-    let names: Vec<&str> = steps.iter().map(|step| net.steps[*step].name.text.as_str()).collect();
-    names.join(", ")
+    steps.iter().map(|step| net.steps[*step].name.text.as_str()).join(", ")
 }
 
 /// Compares the situation and the last reaction of a simulator with the facts.

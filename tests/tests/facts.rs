@@ -11,6 +11,7 @@ use grafsynth_tests::facts_check::refuted;
 use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::{chart, in_parallel, readable, rounds, small_limits};
 use grafsynth_verify::{facts, structural_facts};
+use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
 
 const ROWS: usize = 80;
@@ -247,7 +248,7 @@ impl Irregular {
     fn net(&mut self) -> Valid<Net> {
         let mut text =
             "chart irregular {\n    evolution single\n    conflict priority\n    input ".to_owned();
-        text += &(0..16).map(|n| format!("x{n}")).collect::<Vec<_>>().join(", ");
+        text += &(0..16).map(|n| format!("x{n}")).join(", ");
         let initial: BTreeSet<&String> = self.initial.iter().collect();
         for step in &self.steps {
             let word = if initial.contains(step) { "initial step" } else { "step" };

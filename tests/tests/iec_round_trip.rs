@@ -2,6 +2,7 @@
 
 #![allow(clippy::print_stdout, reason = "tests say how much they did")]
 
+use itertools::Itertools as _;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -45,14 +46,14 @@ fn structure(net: &Net, of: &Net) -> Vec<String> {
         lines.push(format!("step {} {} {:?}", one.name, one.is_initial, one.meta.label));
     }
     for one in net.transitions.values() {
-        let from: Vec<&str> = one.requires.iter().map(|id| step(*id)).collect();
-        let to: Vec<&str> = one
+        let from = one.requires.iter().map(|id| step(*id)).join(",");
+        let to = one
             .enters
             .iter()
             .filter_map(|enter| if let Enter::Step(id) = enter { Some(step(*id)) } else { None })
-            .collect();
+            .join(",");
         let label = &one.meta.label;
-        lines.push(format!("{} -> {} {:?} {label:?}", from.join(","), to.join(","), one.priority));
+        lines.push(format!("{} -> {} {:?} {label:?}", from, to, one.priority));
     }
     let mut asked: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for output in net.outputs.values() {

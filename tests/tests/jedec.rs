@@ -19,7 +19,7 @@ use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::{Net, Policy};
 use grafsynth_ir::{FileId, Valid, lower};
 use grafsynth_logic::sim::LogicSim;
-use grafsynth_sim::{Stimulus, compare};
+use grafsynth_sim::{Random, Stimulus, compare};
 use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::{DEVICE_LIMITS, readable, rounds};
 use grafsynth_verify::{Limits, Verdict};
@@ -220,15 +220,12 @@ fn shows_at_the_pins(burned: &Burned, wanted: &Logic, flipped: &FuseMap) -> bool
             return true;
         }
     }
-    let mut random = 0x9E37_79B9_7F4A_7C15_u64;
+    let mut random = Random::new(1);
     for _ in 0..100 {
         let mut judge = LogicSim::new(wanted);
         let mut levels = Vec::new();
         for pin in &free {
-            random ^= random << 13;
-            random ^= random >> 7;
-            random ^= random << 17;
-            levels.push((*pin, random));
+            levels.push((*pin, random.bits()));
         }
         for (id, input) in wanted.inputs.iter() {
             let role = burned
@@ -487,12 +484,10 @@ fn one_function(logic: &Logic) -> Logic {
 /// Checks that both circuits show the same outputs and store the same values for random inputs.
 fn same_signals(a: &Logic, b: &Logic, text: &str) {
     let (mut x, mut y) = (LogicSim::new(a), LogicSim::new(b));
-    let mut random = 0x9E37_79B9_7F4A_7C15_u64;
+    let mut random = Random::new(1);
     for _ in 0..100 {
         for id in a.inputs.ids() {
-            random ^= random << 13;
-            random ^= random >> 7;
-            random ^= random << 17;
+            let random = random.bits();
             x.set_input(id, random);
             y.set_input(id, random);
         }

@@ -10,6 +10,7 @@ use grafsynth_ir::{FileId, Valid};
 use grafsynth_sim::{Stimulus, run};
 use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::rounds;
+use itertools::Itertools as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -247,7 +248,7 @@ fn delays_and_the_outer_state_first_in_scxml() {
                 csv.lines()
                     .map(|line| {
                         let cells = line.split(',').enumerate().filter(|(at, _)| kept(*at));
-                        cells.map(|(_, cell)| cell).collect::<Vec<_>>().join(",")
+                        cells.map(|(_, cell)| cell).join(",")
                     })
                     .collect()
             };

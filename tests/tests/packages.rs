@@ -16,6 +16,7 @@ use grafsynth_sim::{Stimulus, Trace};
 use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::{chart, rounds};
 use grafsynth_verify::structural_facts;
+use itertools::Itertools as _;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -123,14 +124,9 @@ fn expected(net: &Valid<Net>, trace: &Trace) -> String {
         name == "scan" || name == "steps" || net.outputs.values().any(|it| it.name.text == name)
     };
     let columns = || trace.layout.columns.iter().enumerate().filter(|(_, it)| wanted(&it.name));
-    let mut lines = vec![columns().map(|(_, it)| it.name.clone()).collect::<Vec<_>>().join(",")];
+    let mut lines = vec![columns().map(|(_, it)| it.name.clone()).join(",")];
     for row in &trace.rows {
-        lines.push(
-            columns()
-                .map(|(at, _)| trace.layout.text(&row.values[at]))
-                .collect::<Vec<_>>()
-                .join(","),
-        );
+        lines.push(columns().map(|(at, _)| trace.layout.text(&row.values[at])).join(","));
     }
     lines.join("\n") + "\n"
 }

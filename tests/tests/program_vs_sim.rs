@@ -4,6 +4,7 @@
 
 #![allow(clippy::disallowed_methods, reason = "the environment defines how many nets are run")]
 
+use itertools::Itertools as _;
 use std::collections::BTreeSet;
 
 use grafsynth_ir::lower::program::{ProgramOptions, program};
@@ -43,7 +44,7 @@ fn difference(
     steps.sort_unstable();
     if steps != row.steps {
         let names = |ids: &[grafsynth_ir::net::StepId]| {
-            ids.iter().map(|id| net.steps[*id].name.text.clone()).collect::<Vec<_>>().join(" ")
+            ids.iter().map(|id| net.steps[*id].name.text.clone()).join(" ")
         };
         return Some(format!(
             "steps: program [{}], simulator [{}]",

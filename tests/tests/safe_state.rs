@@ -16,6 +16,7 @@ use grafsynth_ir::net::Net;
 use grafsynth_tests::fleet::{self, Chart, Compiler};
 use grafsynth_tests::random_net::random_net;
 use grafsynth_tests::{chart, in_parallel, readable, rounds};
+use itertools::Itertools as _;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
@@ -217,11 +218,10 @@ static void judge(bool is_bad, unsigned calls, uint32_t what)
             let active = |step: &grafsynth_ir::net::StepId| {
                 format!("({name}_active_{}(&self) ? 1 : 0)", net.steps[*step].name.text)
             };
-            let sum: Vec<String> =
-                component.steps.iter().filter(|step| is_bit(step)).map(active).collect();
+            let sum = component.steps.iter().filter(|step| is_bit(step)).map(active).join(" + ");
             let exactly = component.always && bits == component.steps.len();
             let sign = if exactly { "!=" } else { ">" };
-            broken.push(format!("({} {sign} 1)", sum.join(" + ")));
+            broken.push(format!("({sum} {sign} 1)"));
         }
     }
     put(

@@ -22,6 +22,7 @@ use grafsynth_tests::large_chart::LargeChart;
 use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::{rounds, small_limits};
 use grafsynth_verify::facts;
+use itertools::Itertools as _;
 use std::path::Path;
 use std::time::Duration;
 
@@ -590,8 +591,7 @@ fn the_style_follows_the_machine() {
 
 /// Rings of `size` steps, `n` steps in total, as `scripts/rings` writes them.
 fn ring(n: usize, size: usize) -> String {
-    let list =
-        |letter: &str| (0..16).map(|k| format!("{letter}{k}")).collect::<Vec<_>>().join(", ");
+    let list = |letter: &str| (0..16).map(|k| format!("{letter}{k}")).join(", ");
     let mut text = format!(
         "chart ring {{\n evolution single\n conflict priority\n input {}\n output {}\n",
         list("i"),

@@ -7,6 +7,7 @@ use grafsynth_ir::net::{
 };
 use grafsynth_ir::span::{Name, Span};
 use grafsynth_ir::{Valid, validate};
+use itertools::Itertools as _;
 
 pub(crate) fn name(text: &str) -> Name {
     Name { text: text.into(), ..Name::default() }
@@ -84,5 +85,5 @@ pub(crate) fn valid(net: Net) -> Valid<Net> {
 }
 
 pub(crate) fn names(net: &Net, steps: &[StepId]) -> String {
-    steps.iter().map(|step| net.steps[*step].name.text.clone()).collect::<Vec<_>>().join(" ")
+    steps.iter().map(|step| net.steps[*step].name.text.clone()).join(" ")
 }

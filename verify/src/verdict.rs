@@ -5,6 +5,7 @@
 use grafsynth_ir::counted;
 use grafsynth_ir::net::Net;
 use grafsynth_sim::{Coverage, MICRO_STEPS};
+use itertools::Itertools as _;
 use std::fmt;
 
 /// The answer to a question: proved with the proof `P`, refuted by the witness `W`, or open.
@@ -51,8 +52,8 @@ impl fmt::Display for Scope {
             Scope::EveryStimulus => write!(f, "for every stimulus"),
             Scope::OneTick => write!(f, "for at most one tick per reaction"),
             Scope::Ticks(ticks) => {
-                let ticks: Vec<String> = ticks.iter().map(ToString::to_string).collect();
-                write!(f, "for dt {}", ticks.join(" "))
+                let ticks = ticks.iter().map(ToString::to_string).join(" ");
+                write!(f, "for dt {ticks}")
             }
             Scope::Thresholds => write!(f, "for the dt at and around each threshold"),
         }
@@ -274,8 +275,8 @@ impl fmt::Display for Tested {
         }
         if !self.never.is_empty() {
             let more = self.never.len().saturating_sub(SHOWN);
-            let names: Vec<&str> = self.never.iter().take(SHOWN).map(String::as_str).collect();
-            write!(f, " (never: {}", names.join(", "))?;
+            let names = self.never.iter().take(SHOWN).map(String::as_str).join(", ");
+            write!(f, " (never: {names}")?;
             if more > 0 {
                 write!(f, " and {more} more")?;
             }

@@ -1,5 +1,6 @@
 //! Reachable situations as a decision diagram: the same answers as enumeration if both are possible, and answers that only the diagram can give.
 
+use itertools::Itertools as _;
 use std::collections::BTreeMap;
 
 use grafsynth_frontend::graf;
@@ -74,8 +75,7 @@ fn net(text: &str) -> Valid<Net> {
 /// Rings of four steps, each advanced by its own input. The first steps of all rings are declared first, then the second ones, and so on, so the
 /// declaration order is a bad order for a diagram.
 fn rings(n: usize, settings: &str) -> String {
-    let list =
-        |word: &str| (0..n).map(|ring| format!("{word}{ring}")).collect::<Vec<_>>().join(", ");
+    let list = |word: &str| (0..n).map(|ring| format!("{word}{ring}")).join(", ");
     let mut text = format!("chart rings {{ {settings}\n input {}\n", list("x"));
     for (at, kind) in ["initial step", "step", "step", "step"].into_iter().enumerate() {
         text.extend((0..n).map(|ring| format!(" {kind} s{at}_{ring}\n")));

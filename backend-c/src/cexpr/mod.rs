@@ -19,6 +19,7 @@ mod arith;
 pub(crate) use arith::{Helpers, WIDE_FUNCTIONS, saturated};
 
 use grafsynth_ir::expr::{CompareOp, Expr, ExprKind, Type};
+use itertools::Itertools as _;
 
 /// The C type in which a value is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -646,7 +647,7 @@ pub(crate) fn joined(conditions: &[String], sign: &str) -> String {
         });
         if is_open { format!("({text})") } else { text.clone() }
     };
-    conditions.iter().map(bracketed).collect::<Vec<_>>().join(&format!(" {sign} "))
+    conditions.iter().map(bracketed).join(&format!(" {sign} "))
 }
 
 /// A constant of a type, as text.

@@ -32,6 +32,7 @@ use grafsynth_ir::net::{
 use grafsynth_ir::{IdMap, Span};
 use handing::{as_type, clear_words, hand_in, hand_out};
 use image::{Head, Image, ImageKind, Line, NONE, Section, narrow};
+use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The common header with which all engines read images.
@@ -735,8 +736,8 @@ fn table(names: &Names, lines: &[Line]) -> Vec<Node> {
             body.push(Node::comment(title));
         }
         for (part, bytes) in line.bytes.chunks(20).enumerate() {
-            let text: Vec<String> = bytes.iter().map(|byte| format!("0x{byte:02X},")).collect();
-            let mut node = Node::line(text.join(" "));
+            let text = bytes.iter().map(|byte| format!("0x{byte:02X},")).join(" ");
+            let mut node = Node::line(text);
             if part == 0 {
                 node = node.note(line.note.clone());
                 if let Some(object) = line.object {

@@ -4,6 +4,7 @@ use super::Chart;
 use crate::c::print::{Kind, Node, Writer, comment_text};
 use crate::cexpr::storage;
 use crate::harness::{arguments, columns_of_steps, string_text};
+use itertools::Itertools as _;
 
 /// The text; `include` is the path by which it includes `NAME.h`.
 pub(super) fn text(chart: &Chart<'_>, include: &str) -> String {
@@ -48,13 +49,13 @@ pub(super) fn text(chart: &Chart<'_>, include: &str) -> String {
     }
     body.push(Node::line("long scan = 0;"));
     body.push(Node::blank());
-    let heading: Vec<String> = ["scan".to_owned(), "steps".to_owned()]
+    let heading = ["scan".to_owned(), "steps".to_owned()]
         .into_iter()
         .chain(
             net.outputs.values().filter(|it| !it.is_extern()).map(|it| string_text(&it.name.text)),
         )
-        .collect();
-    body.push(Node::line(format!("puts(\"{}\");", heading.join(","))));
+        .join(",");
+    body.push(Node::line(format!("puts(\"{heading}\");")));
     body.push(Node::line(format!("{prefix}_init({});", arguments(interface, false))));
     body.push(Node::line(format!("print_row({});", row_arguments(chart))));
     let mut round = Vec::new();

@@ -4,6 +4,7 @@ use super::Emit;
 use crate::c::print::{Arm, Kind, Node, Writer};
 use crate::style_output::{mentions, without_unused};
 use grafsynth_ir::program::Stmt;
+use itertools::Itertools as _;
 use std::collections::BTreeMap;
 
 /// A defined function, with the data for its calls.
@@ -28,8 +29,8 @@ impl Function {
         let own = self.own.iter().map(|own| {
             values.iter().find(|(name, _)| name == own).map_or(own.as_str(), |(_, value)| value)
         });
-        let arguments: Vec<&str> = common.chain(own).collect();
-        format!("{}({})", self.name, arguments.join(", "))
+        let arguments = common.chain(own).join(", ");
+        format!("{}({})", self.name, arguments)
     }
 }
 

@@ -8,6 +8,7 @@
 
 pub(crate) mod random_net;
 
+use itertools::Itertools as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -15,6 +16,7 @@ use grafsynth_backend_c::Package;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::facts::{Component, Facts, Proof};
 use grafsynth_ir::net::*;
+use grafsynth_ir::random::Random;
 use grafsynth_ir::{Name, Span, Valid, validate};
 
 /// Builds a net.
@@ -290,34 +292,6 @@ pub(crate) fn text_size(folder: &Folder, file: &str, compiler: &str, flags: &[&s
         .sum()
 }
 
-/// A small pseudo-random number generator (xorshift64*).
-pub(crate) struct Random(u64);
-
-impl Random {
-    pub(crate) fn new(seed: u64) -> Self {
-        Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
-    }
-
-    pub(crate) fn bits(&mut self) -> u64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 16
-    }
-
-    pub(crate) fn below(&mut self, n: usize) -> usize {
-        (self.bits() % n.max(1) as u64) as usize
-    }
-
-    pub(crate) fn one_in(&mut self, n: usize) -> bool {
-        self.below(n) == 0
-    }
-
-    pub(crate) fn between(&mut self, lo: i64, hi: i64) -> i64 {
-        lo + (self.bits() % (hi - lo + 1).unsigned_abs()) as i64
-    }
-}
-
 /// Input lines for a harness: the ticks, then a value for each input that has a column.
 pub(crate) fn stimulus(net: &Net, rows: usize, seed: u64) -> Vec<(u32, Vec<i64>)> {
     let mut random = Random::new(seed);
@@ -398,7 +372,7 @@ pub(crate) fn program_trace(net: &Valid<Net>, rows: &[(u32, Vec<i64>)]) -> Strin
                 .find(|(_, it)| it.origin == origin)
                 .map(|(id, _)| machine.cell(id).to_vec())
         };
-        let active: Vec<&str> = net
+        let active = net
             .steps
             .iter()
             .filter(|(_, it)| {
@@ -406,8 +380,8 @@ pub(crate) fn program_trace(net: &Valid<Net>, rows: &[(u32, Vec<i64>)]) -> Strin
             })
             .filter(|(id, _)| cell(Origin::Step(*id)).is_some_and(|it| it[0] != 0))
             .map(|(_, it)| it.name.text.as_str())
-            .collect();
-        cells.push(active.join(" "));
+            .join(" ");
+        cells.push(active);
         for (id, output) in net.outputs.iter() {
             let Driver::Extern { params, .. } = &output.driver else {
                 cells.push(shown.outputs[id.index()].to_string());
@@ -430,9 +404,8 @@ pub(crate) fn program_trace(net: &Valid<Net>, rows: &[(u32, Vec<i64>)]) -> Strin
             cells.push(if params.is_empty() {
                 calls.len().to_string()
             } else {
-                let tuple =
-                    |it: &Vec<i64>| it.iter().map(i64::to_string).collect::<Vec<_>>().join(":");
-                calls.iter().map(tuple).collect::<Vec<_>>().join(";")
+                let tuple = |it: &Vec<i64>| it.iter().map(i64::to_string).join(":");
+                calls.iter().map(tuple).join(";")
             });
         }
         for (id, _) in net.vars.iter().filter(|(_, it)| it.origin == VarOrigin::Declared) {

@@ -12,6 +12,7 @@ use crate::EmitOptions;
 use crate::device::{FlipFlop, Polarity, PowerUp};
 use crate::equations::{Equations, SignalIndex, Source, source_matches};
 use grafsynth_ir::logic::Logic;
+use itertools::Itertools as _;
 
 impl Equations {
     /// Removes the equations of outputs that use the pin of a flip-flop. A flip-flop serves one output, or several that are assigned to one pin.
@@ -118,8 +119,8 @@ impl Equations {
         let not = if signal.is_complement { "not " } else { "" };
         let step = std::mem::replace(&mut signal.name, name);
         let labels = [meta.label, format!("{not}{step}"), signal.meta.label.clone()];
-        let labels: Vec<String> = labels.into_iter().filter(|label| !label.is_empty()).collect();
-        signal.meta.label = labels.join(", ");
+        let labels = labels.into_iter().filter(|label| !label.is_empty()).join(", ");
+        signal.meta.label = labels;
         signal.meta.req.extend(meta.req);
     }
 }

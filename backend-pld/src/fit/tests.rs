@@ -7,19 +7,8 @@ use crate::equations::{Equations, Source};
 use crate::tests::{same_behaviour, there_and_back, truck};
 use crate::{Dialect, EmitOptions, emit};
 use grafsynth_ir::logic::{FlopId, Logic, NodeId, PinOutput, PinRole};
+use grafsynth_ir::random::Random;
 use grafsynth_logic::build::Builder;
-
-/// Pseudo-random numbers, the same in every run.
-struct Prng(u64);
-
-impl Prng {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 % n as u64) as usize
-    }
-}
 
 fn on(device: &str) -> EmitOptions {
     EmitOptions { device: Some(device.to_owned()), ..EmitOptions::default() }
@@ -53,7 +42,7 @@ fn most_by_force(view: &View, wishes: &[PinRequest], free: &[u32]) -> usize {
 
 #[test]
 fn what_is_refused_a_pin_has_none_in_any_assignment() {
-    let mut dice = Prng(0x1357_9BDF_0246_8ACE);
+    let mut dice = Random::new(0x1357_9BDF_0246_8ACE);
     let (mut n_full, mut n_short) = (0, 0);
     for round in 0..300 {
         let device: &'static Device = &DEVICES[round % DEVICES.len()];
@@ -98,7 +87,7 @@ fn what_is_refused_a_pin_has_none_in_any_assignment() {
 }
 
 /// An output that is a random sum of this many products over these nodes.
-fn random_sum(dice: &mut Prng, builder: &mut Builder, over: &[NodeId], n: usize) -> NodeId {
+fn random_sum(dice: &mut Random, builder: &mut Builder, over: &[NodeId], n: usize) -> NodeId {
     let products: Vec<NodeId> = (0..n)
         .map(|_| {
             let literals: Vec<NodeId> = (0..4 + dice.below(3))
@@ -115,10 +104,10 @@ fn random_sum(dice: &mut Prng, builder: &mut Builder, over: &[NodeId], n: usize)
 
 #[test]
 fn divided_sums_fit_and_are_what_they_were() {
-    let mut dice = Prng(0x0F1E_2D3C_4B5A_6978);
+    let mut dice = Random::new(0x0F1E_2D3C_4B5A_6978);
     let mut n_divided = 0;
     for (device, widest) in [("gal16v8", 8), ("gal22v10", 16), ("gal20ra10", 4), ("pal16l8", 7)] {
-        for _ in 0..4 {
+        for _ in 0..8 {
             let mut builder = Builder::default();
             let mut over: Vec<NodeId> =
                 (0..8).map(|k| builder.input_named(&format!("i{k}"))).collect();
@@ -312,7 +301,7 @@ fn n_moved(before: &[(String, u32)], after: &[(String, u32)]) -> usize {
 /// An edit after which each sum still fits at its pin moves nothing; a new step moves few pins.
 #[test]
 fn pins_stay_under_small_edits() {
-    let mut dice = Prng(0x2468_ACE0_1357_9BDF);
+    let mut dice = Random::new(0x2468_ACE0_1357_9BDF);
     let mut n_edits = 0;
     for _ in 0..40 {
         let device = ["gal16v8", "gal22v10", "gal20v8"][dice.below(3)];

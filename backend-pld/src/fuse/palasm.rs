@@ -2,6 +2,7 @@
 
 use crate::placement::{Cell, CellKind, Placement, Product};
 use grafsynth_ir::names::{Namer, PALASM, PALASM_CHIP};
+use itertools::Itertools as _;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
@@ -50,15 +51,15 @@ pub fn palasm(placement: &Placement) -> String {
         if product.is_never() {
             return "GND".to_owned();
         }
-        let literals: Vec<String> = product
+
+        product
             .0
             .iter()
             .map(|(pin, value)| {
                 let name = names.get(pin).map_or("VCC", String::as_str);
                 if *value { name.to_owned() } else { format!("/{name}") }
             })
-            .collect();
-        literals.join(" * ")
+            .join(" * ")
     };
     for (what, term) in [("RSTF", &placement.async_reset), ("SETF", &placement.sync_preset)] {
         if let Some(term) = term {

@@ -297,10 +297,10 @@ impl<'a> Chip<'a> {
         }
         let before = self.levels.clone();
         self.pass();
-        let pins: Vec<String> = (0..before.len())
+        let pins = (0..before.len())
             .filter(|pin| before[*pin] != self.levels[*pin])
             .map(|pin| pin.to_string())
-            .collect();
+            .collect::<Vec<_>>();
         let what = match pins.as_slice() {
             [only] => format!("the level of pin {only} does not settle"),
             all => format!("the levels of pins {} do not settle", all.join(", ")),

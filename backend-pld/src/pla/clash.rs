@@ -4,6 +4,7 @@ use super::{Kind, Pla, Places, codes};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::Span;
 use grafsynth_logic::minimise::{Function, Terms};
+use itertools::Itertools as _;
 
 /// The functions of a table, and findings about it. A point that is both on and free is free, as in espresso; a point that is both on and off is
 /// an error. `nodes` bounds the diagrams.
@@ -144,14 +145,14 @@ fn point(table: &Pla, pair: Option<&Pair>) -> String {
         let name = table.inputs.as_ref().and_then(|names| names.get(input).cloned());
         name.unwrap_or_else(|| format!("in{input}"))
     };
-    let shown: Vec<String> = pair
+    let shown = pair
         .point
         .iter()
         .take(SHOWN)
         .map(|(input, value)| format!("{} = {}", name(*input), u8::from(*value)))
-        .collect();
+        .join(", ");
     let more = if pair.point.len() > SHOWN { ", .." } else { "" };
-    format!("for {}{more}", shown.join(", "))
+    format!("for {shown}{more}")
 }
 
 type Found = Result<Option<Pair>, TooMany>;

@@ -1,6 +1,7 @@
 //! The format: its variants, errors, and damaged texts.
 
 use super::{Kind, codes, read, write};
+use grafsynth_ir::random::Random;
 use grafsynth_ir::span::FileId;
 
 fn ids(text: &str) -> Vec<&'static str> {
@@ -72,12 +73,8 @@ fn damaged_texts_are_read_or_refused() {
         ".i 0\n.o 1\n1\n.e\n",
     ];
     let pieces = ["\n", ".i", ".o 9", "|", "~", "-", "\0", "ü", ".type", " fr", "4", "2", "?", "#"];
-    let mut state = 0x9e37_79b9_7f4a_7c15u64;
-    let mut random = |n: usize| {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        usize::try_from(state >> 33).unwrap() % n.max(1)
-    };
+    let mut random = Random::new(1);
+    let mut random = |n: usize| random.below(n);
     let mut n_read = 0;
     for round in 0..10_000 {
         let mut text: Vec<char> = seeds[round % seeds.len()].chars().collect();

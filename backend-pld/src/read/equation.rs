@@ -4,6 +4,7 @@ use super::MAX_NESTING;
 use super::ast::{ExprId, PldAst};
 use super::lexer::{Kind, Lexer};
 use crate::codes;
+use itertools::Itertools as _;
 
 /// The operators of a language. Exclusive-or has the lowest precedence, then or, then and.
 pub(crate) struct Grammar {
@@ -156,11 +157,10 @@ impl Parser<'_, '_> {
                 "this language has no parentheses: multiply the expression out to a sum of products"
                     .to_owned()
             } else {
-                let known: Vec<String> = signs().map(|sign| format!("`{sign}`")).collect();
+                let known = signs().map(|sign| format!("`{sign}`")).join(", ");
                 format!(
                     "write a signal here, or remove the operator before it; operators are `{}`, {}",
-                    self.grammar.not,
-                    known.join(", ")
+                    self.grammar.not, known
                 )
             };
             self.draft.error_with(codes::SYNTAX, span, message, help);

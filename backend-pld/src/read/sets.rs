@@ -18,6 +18,7 @@ use super::range::within;
 use crate::codes;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::Span;
+use itertools::Itertools as _;
 use std::collections::BTreeMap;
 
 /// The maximum number of bits of a list.
@@ -332,10 +333,10 @@ impl Parser<'_, '_> {
     ) -> Option<Value> {
         let width = all.iter().map(|value| value.bits.len()).max().unwrap_or(1);
         if all.iter().any(|value| value.bits.len() != width && value.bits.len() != 1) {
-            let sizes: Vec<String> = all.iter().map(|value| value.bits.len().to_string()).collect();
+            let sizes = all.iter().map(|value| value.bits.len().to_string()).join(" and ");
             return self.error_with(
                 span,
-                format!("lists of {} bits cannot be combined", sizes.join(" and ")),
+                format!("lists of {sizes} bits cannot be combined"),
                 "use lists of the same length, or a single signal for all bits",
             );
         }

@@ -7,6 +7,7 @@ use crate::{Dialect, EmitOptions, Reset, ResetStyle, codes, emit, read, rebind};
 use grafsynth_ir::logic::{Logic, PinRole};
 use grafsynth_ir::span::FileId;
 use grafsynth_logic::sim::LogicSim;
+use itertools::Itertools as _;
 
 fn on(device: &str) -> EmitOptions {
     EmitOptions { device: Some(device.into()), ..EmitOptions::default() }
@@ -198,8 +199,8 @@ fn the_board_gives_pins_and_wrong_wishes_are_told_all_at_once() {
     let wrong =
         pins(&[("clock", 2), ("m", 12), ("R", 3), ("Z", 20), ("L", 20), ("n", 5), ("b", 99)]);
     let found = emit(&truck(), Dialect::Galasm, &wrong).unwrap_err();
-    let messages: Vec<&str> = found.iter().map(|finding| finding.message.as_str()).collect();
-    insta::assert_snapshot!(messages.join("\n"));
+    let messages = found.iter().map(|finding| finding.message.as_str()).join("\n");
+    insta::assert_snapshot!(messages);
     assert!(found.iter().all(|finding| finding.code == codes::BAD_PIN));
 }
 

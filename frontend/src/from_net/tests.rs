@@ -2,6 +2,7 @@
 
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{FileId, lower};
+use itertools::Itertools as _;
 
 use crate::graf;
 
@@ -35,9 +36,7 @@ fn round(text: &str) -> String {
     let written = graf::write_net(&net).unwrap_or_else(|findings| panic!("{findings:#?}"));
     let again = lowered(&written);
     let (left, right) = (shape(&net), shape(&again));
-    let around = |text: &str, n: usize| {
-        text.lines().skip(n.saturating_sub(12)).take(20).collect::<Vec<_>>().join("\n")
-    };
+    let around = |text: &str, n: usize| text.lines().skip(n.saturating_sub(12)).take(20).join("\n");
     if let Some(n) = left.lines().zip(right.lines()).position(|(a, b)| a != b) {
         panic!("net\n{}\n=====\nagain\n{}\n=====\n{written}", around(&left, n), around(&right, n));
     }

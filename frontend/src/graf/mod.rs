@@ -17,6 +17,7 @@ mod design;
 mod durations;
 pub(crate) mod expr;
 pub(crate) mod items;
+mod layout;
 pub(crate) mod lexer;
 mod library;
 pub(crate) mod names;
@@ -31,6 +32,7 @@ pub(crate) mod write;
 mod write_bodies;
 pub(crate) mod write_expr;
 mod write_library;
+mod write_steps;
 pub(crate) mod write_text;
 
 use grafsynth_ir::chart::{Certificate, Design, Import, Library};
@@ -131,7 +133,7 @@ pub fn fingerprint(library: &Library) -> String {
 /// The text of a certificate in a chart, without indentation and without a final line break.
 #[must_use]
 pub fn write_certificate(certificate: &Certificate) -> String {
-    write_library::certificate_text(certificate)
+    write_library::certificate_doc(certificate).pretty(layout::WIDTH).to_string()
 }
 
 /// Formats a chart in the canonical form. Comments and single blank lines are kept; the meaning does not change.

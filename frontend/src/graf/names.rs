@@ -1,6 +1,7 @@
 //! How names are written: plain if they can be read back, otherwise in backquotes.
 
 use grafsynth_ir::chart::Path;
+use itertools::Itertools as _;
 
 use super::lexer::is_word;
 use super::parser::RESERVED;
@@ -110,9 +111,8 @@ pub(crate) fn dotted(text: &str, position: Position) -> String {
         return name(text, position);
     }
     let places = std::iter::once(position).chain(std::iter::repeat(Position::Anywhere));
-    let names: Vec<String> =
-        parts.iter().zip(places).map(|(part, position)| name(part, position)).collect();
-    names.join(".")
+
+    parts.iter().zip(places).map(|(part, position)| name(part, position)).join(".")
 }
 
 /// An event in the syntax of `on`: `p.done` for the completion of a state.

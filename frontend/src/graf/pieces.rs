@@ -57,7 +57,7 @@ impl ItemWriter {
     fn with(&self, write: impl FnOnce(&mut Writer<'_>)) -> String {
         let mut writer = Writer::bare(self.text.clone());
         write(&mut writer);
-        writer.out.trim_end().to_owned()
+        writer.lines.render()
     }
 }
 

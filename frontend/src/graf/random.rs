@@ -5,20 +5,16 @@ use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
 use grafsynth_ir::net::{Meta, Policy, Qualifier, SHARINGS, Schedule, Side, Verbatim};
 use grafsynth_ir::{Name, Span};
 
-/// A small generator (splitmix64). The tests need no more, and must not depend on the version of a crate.
-pub(crate) struct Random(pub(crate) u64);
+/// Random choices.
+pub(crate) struct Random(grafsynth_ir::random::Random);
 
 impl Random {
-    pub(crate) fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+    pub(crate) fn new(seed: u64) -> Self {
+        Random(grafsynth_ir::random::Random::new(seed))
     }
 
     pub(crate) fn below(&mut self, n: usize) -> usize {
-        usize::try_from(self.next() % n.max(1) as u64).unwrap()
+        self.0.below(n)
     }
 
     pub(crate) fn chance(&mut self, percent: usize) -> bool {

@@ -8,6 +8,7 @@ use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::net::{Meta, Qualifier, Verbatim};
 use grafsynth_ir::{Name, Span};
+use itertools::Itertools as _;
 
 use super::parser::{Parse, Parser, Separators, short};
 use super::token::Kind;
@@ -264,8 +265,8 @@ impl Parser<'_> {
             let span = path.span();
             let text = match path.names.split_last() {
                 Some((last, before)) if last.text == "done" && !before.is_empty() => {
-                    let before: Vec<&str> = before.iter().map(|name| name.text.as_str()).collect();
-                    format!("{DONE}{}", before.join("."))
+                    let before = before.iter().map(|name| name.text.as_str()).join(".");
+                    format!("{DONE}{before}")
                 }
                 _ => path.to_string(),
             };

@@ -7,6 +7,7 @@ use grafsynth_ir::chart::{
 };
 use grafsynth_ir::expr::{ArithOp, ExprKind, Type};
 use grafsynth_ir::net::Qualifier;
+use itertools::Itertools as _;
 
 use super::*;
 
@@ -92,7 +93,7 @@ fn guard(text: &str) -> String {
 }
 
 fn show(expr: &Expr) -> String {
-    let list = |all: &[Expr]| all.iter().map(show).collect::<Vec<_>>().join(" ");
+    let list = |all: &[Expr]| all.iter().map(show).join(" ");
     match &expr.kind {
         ExprKind::Bool(value) => value.to_string(),
         ExprKind::Int(value) => value.to_string(),

@@ -5,20 +5,20 @@
 //! above it.
 
 use super::Comment;
+use super::layout::{Doc, Lines, WIDTH, broken, fill, indented, text, wide};
 use super::lexer::Lexer;
 use super::names::{self, Position};
 use super::token::Kind;
 use super::write_text::{
-    Text, attributes, conditions, keyword, macro_step, place_text, role_words, setting_text,
+    Clause, Text, attributes, conditions, keyword, macro_step, place_text, setting_text,
+    transition_head,
 };
 use grafsynth_ir::Span;
 use grafsynth_ir::chart::{
-    Action, Block, Board, Certificate, Chart, Declaration, DeclarationKind, Design, Expr, Import,
-    Item, Library, Macro, Step, StepItem, StepItemKind, StepRole, Stmt, StmtKind, Transition,
+    Action, Board, Certificate, Chart, Declaration, DeclarationKind, Design, Expr, Import, Item,
+    Library, Macro, Transition,
 };
-
-/// The maximum line width, where it can be kept.
-pub(super) const WIDTH: usize = 100;
+use itertools::Itertools as _;
 
 /// A chart, or one thing outside of charts.
 enum Part<'a> {
@@ -38,46 +38,42 @@ pub(super) struct Source<'a> {
 pub(super) fn write(design: &Design, source: Option<Source<'_>>) -> String {
     let mut writer = Writer { source, ..Writer::bare(Text::default()) };
     writer.design(design);
-    writer.out
+    let text = writer.lines.render();
+    if text.is_empty() { text } else { text + "\n" }
 }
 
 pub(super) struct Writer<'a> {
-    pub(super) out: String,
-    indent: usize,
+    /// The lines of the innermost open block.
+    pub(super) lines: Lines,
+    /// The number of open blocks.
+    level: usize,
     pub(super) source: Option<Source<'a>>,
     next_comment: usize,
     /// End in the source of the part written last; `None` at the start of a block, where no blank line is kept.
     last_end: Option<u32>,
     pub(super) text: Text,
+    /// Everything is written on one line, even what contains several statements.
+    pub(super) on_one_line: bool,
 }
 
 impl Writer<'_> {
     /// A writer without a source.
     pub(super) fn bare(text: Text) -> Self {
         Writer {
-            out: String::new(),
-            indent: 0,
+            lines: Lines::outermost(),
+            level: 0,
             source: None,
             next_comment: 0,
             last_end: None,
             text,
+            on_one_line: false,
         }
     }
 
     // Lines, comments, blank lines
 
-    pub(super) fn line(&mut self, text: &str) {
-        for _ in 0..self.indent {
-            self.out.push_str("    ");
-        }
-        self.out.push_str(text);
-        self.out.push('\n');
-    }
-
-    pub(super) fn blank(&mut self) {
-        if !self.out.is_empty() && !self.out.ends_with("\n\n") && !self.out.ends_with("{\n") {
-            self.out.push('\n');
-        }
+    pub(super) fn line(&mut self, line: impl Into<Box<str>>) {
+        self.lines.push(text(line));
     }
 
     fn comment(&self) -> Option<Span> {
@@ -85,10 +81,11 @@ impl Writer<'_> {
         source.comments.get(self.next_comment).map(|comment| comment.span)
     }
 
-    fn comment_text(&self, span: Span) -> String {
+    /// The text of a comment, which breaks its line.
+    fn comment_text(&self, before: &str, span: Span) -> Doc {
         let text =
             self.source.as_ref().and_then(|source| source.text.get(span.range())).unwrap_or("#");
-        text.trim_end().to_owned()
+        wide(format!("{before}{}", text.trim_end())).append(broken())
     }
 
     /// Called before an item that begins at `start` and has no block of its own before `inner`. Writes the comments up to `inner` on their
@@ -109,8 +106,8 @@ impl Writer<'_> {
             && span.start < limit
         {
             self.keep_blank(span.start);
-            let text = self.comment_text(span);
-            self.line(&text);
+            let text = self.comment_text("", span);
+            self.lines.push(text);
             self.last_end = Some(span.end);
             self.next_comment += 1;
         }
@@ -123,29 +120,26 @@ impl Writer<'_> {
             && gap.bytes().all(|b| b.is_ascii_whitespace() || matches!(b, b',' | b';'))
             && gap.bytes().filter(|&b| b == b'\n').nth(1).is_some()
         {
-            self.blank();
+            self.lines.blank();
         }
     }
 
     /// Called after an item that ends at `end`. A comment on the same line stays there.
     pub(super) fn after(&mut self, end: u32) {
+        let comment = self.comment_after(end);
+        self.lines.extend_last(comment);
+    }
+
+    fn comment_after(&mut self, end: u32) -> Option<Doc> {
         self.last_end = Some(end);
-        let Some(source) = &self.source else { return };
-        if let Some(span) = self.comment()
-            && span.start >= end
-            && let Some(gap) = source.text.get(end as usize..span.start as usize)
-            && gap.bytes().all(|b| matches!(b, b' ' | b'\t' | b',' | b';' | b'\r'))
-        {
-            let text = self.comment_text(span);
-            if self.out.ends_with('\n') {
-                self.out.pop();
-            }
-            self.out.push_str("  ");
-            self.out.push_str(&text);
-            self.out.push('\n');
-            self.last_end = Some(span.end);
-            self.next_comment += 1;
+        let span = self.comment()?;
+        let gap = self.source.as_ref()?.text.get(end as usize..span.start as usize)?;
+        if !gap.bytes().all(|b| matches!(b, b' ' | b'\t' | b',' | b';' | b'\r')) {
+            return None;
         }
+        self.last_end = Some(span.end);
+        self.next_comment += 1;
+        Some(self.comment_text("  ", span))
     }
 
     /// Whether a comment that is not yet written is between the two positions.
@@ -175,42 +169,59 @@ impl Writer<'_> {
         }
     }
 
-    /// Writes `head {`, the body one level deeper, and `}`. `from` is before the opening brace, `end` is the end of the closing one.
+    /// A body in braces. `from` is before the opening brace, `end` is the end of the closing one; `between` separates its parts on one line.
     pub(super) fn block(
         &mut self,
-        head: &str,
-        from: u32,
-        end: u32,
-        body: &mut dyn FnMut(&mut Self),
-    ) {
-        self.line(&format!("{head} {{"));
+        (from, end): (u32, u32),
+        between: &'static str,
+        body: impl FnOnce(&mut Self),
+    ) -> Doc {
+        let outer = std::mem::replace(&mut self.lines, Lines::separated_by(between));
         let (_, open_end) = self.find(Kind::OpenBrace, from, end);
-        self.after(open_end);
+        let comment = self.comment_after(open_end);
         // No blank line after an opening brace, and none before a closing one.
         self.last_end = None;
-        self.indent += 1;
+        self.level += 1;
         body(self);
         self.flush(end);
-        self.indent -= 1;
-        self.line("}");
+        self.level -= 1;
         self.last_end = Some(end);
+        std::mem::replace(&mut self.lines, outer).in_braces(comment)
+    }
+
+    /// Writes a head and its contents on several lines. `from` is after the name.
+    pub(super) fn container(
+        &mut self,
+        head: Doc,
+        span: Span,
+        from: u32,
+        is_empty: bool,
+        body: impl FnOnce(&mut Self),
+    ) {
+        let (open, _) = self.find(Kind::OpenBrace, from, span.end);
+        self.before(span.start, open);
+        if is_empty && !self.has_comment(open, span.end) {
+            self.lines.push(head.append(" {}"));
+        } else {
+            let body = self.block((from, span.end), "", body);
+            self.lines.push(head.append(" ").append(body));
+        }
+        self.after(span.end);
     }
 
     // Design and charts
 
     fn design(&mut self, design: &Design) {
         if let Some((number, span)) = design.edition {
-            self.before(span.start, span.end);
-            self.line(&format!("edition {number}"));
-            self.after(span.end);
+            self.simple(span, format!("edition {number}"));
         }
         for part in self.parts(design) {
-            if self.source.is_none() && !self.out.is_empty() && !matches!(part, Part::Import(_)) {
-                self.blank();
+            if self.source.is_none() && !matches!(part, Part::Import(_)) {
+                self.lines.blank();
             }
             match part {
                 Part::Import(import) => {
-                    self.simple(import.span, &format!("use {}", names::quoted(&import.file)));
+                    self.simple(import.span, format!("use {}", names::quoted(&import.file)));
                 }
                 Part::Library(library) => self.library(library),
                 Part::Certificate(certificate) => self.certificate(certificate),
@@ -243,22 +254,15 @@ impl Writer<'_> {
     }
 
     pub(super) fn chart(&mut self, chart: &Chart) {
-        let (open, _) = self.find(Kind::OpenBrace, chart.name.span.end, chart.span.end);
-        self.before(chart.span.start, open);
         let head = format!(
             "chart {}{}",
             names::name(&chart.name.text, Position::Anywhere),
             attributes(&chart.meta)
         );
         let is_empty = chart.items.is_empty() && chart.initial.is_empty();
-        if is_empty && !self.has_comment(open, chart.span.end) {
-            self.line(&format!("{head} {{}}"));
-        } else {
-            self.block(&head, chart.name.span.end, chart.span.end, &mut |writer| {
-                writer.content_of_chart(chart);
-            });
-        }
-        self.after(chart.span.end);
+        self.container(text(head), chart.span, chart.name.span.end, is_empty, |writer| {
+            writer.content_of_chart(chart);
+        });
     }
 
     pub(super) fn items(&mut self, items: &[Item]) {
@@ -275,7 +279,7 @@ impl Writer<'_> {
             if self.source.is_none()
                 && class.is_some_and(|last| last != this || this == Class::Block)
             {
-                self.blank();
+                self.lines.blank();
             }
             class = Some(this);
             if let Item::Declaration(_) = item {
@@ -290,41 +294,41 @@ impl Writer<'_> {
                 }
                 at += 1;
             }
+            self.lines.settle(self.level);
         }
     }
 
     pub(super) fn item(&mut self, item: &Item) {
         match item {
-            Item::Setting(setting) => self.simple(setting.span, &setting_text(setting)),
+            Item::Setting(setting) => self.simple(setting.span, setting_text(setting)),
             Item::Declaration(_) => self.declarations(std::slice::from_ref(item)),
             Item::Step(step) => self.step(step),
             Item::Transition(transition) => self.transition(transition),
             Item::Macro(body) => self.macro_body(body),
-            Item::MacroStep(step) => self.simple(step.meta.span, &macro_step(step)),
+            Item::MacroStep(step) => self.simple(step.meta.span, macro_step(step)),
             Item::Enclosing(enclosing) => self.enclosing(enclosing),
             Item::State(state) => self.state(state, false),
-            Item::Use(one) => {
-                let text = self.text.instance(one);
-                self.simple(one.meta.span, &text);
-            }
+            Item::Use(one) => self.simple(one.meta.span, self.text.instance(one)),
             Item::Action(action) => self.action(action),
             Item::Emergency(emergency) => {
-                let text = self.text.emergency(emergency);
-                self.simple(emergency.meta.span, &text);
+                self.simple(emergency.meta.span, self.text.emergency(emergency))
             }
             Item::Property(property) => {
-                let text = self.text.property(property);
-                self.simple(property.meta.span, &text);
+                self.simple(property.meta.span, self.text.property(property))
             }
-            Item::Place(place) => self.simple(place.span, &place_text(place)),
+            Item::Place(place) => self.simple(place.span, place_text(place)),
             Item::Board(board) => self.board(board),
         }
     }
 
-    /// Writes a one-line item, which contains no comment.
-    pub(super) fn simple(&mut self, span: Span, text: &str) {
+    /// Writes an item without a body. Comments inside it move above it.
+    pub(super) fn simple(&mut self, span: Span, item: impl Into<Box<str>>) {
+        self.laid_out(span, text(item));
+    }
+
+    pub(super) fn laid_out(&mut self, span: Span, item: Doc) {
         self.before(span.start, span.end);
-        self.line(text);
+        self.lines.push(item);
         self.after(span.end);
     }
 
@@ -343,7 +347,19 @@ impl Writer<'_> {
             Item::Declaration(next) => {
                 keyword(next) == keyword(first) && is_short(next) && is_short(first)
             }
-            _ => false,
+            Item::Setting(_)
+            | Item::Step(_)
+            | Item::Transition(_)
+            | Item::Macro(_)
+            | Item::MacroStep(_)
+            | Item::Enclosing(_)
+            | Item::State(_)
+            | Item::Use(_)
+            | Item::Action(_)
+            | Item::Emergency(_)
+            | Item::Property(_)
+            | Item::Place(_)
+            | Item::Board(_) => false,
         };
         1 + items[1..].iter().take_while(belongs).count()
     }
@@ -359,24 +375,19 @@ impl Writer<'_> {
         let keyword = keyword(first);
         let pieces: Vec<String> =
             declarations.iter().map(|declaration| self.text.declaration(declaration)).collect();
-        let (start, end) = (first.meta.span.start, last.meta.span.end);
-        if declarations.len() > 1 && self.has_comment(first.meta.span.end, end) {
-            // One per line, so that each comment stays next to its declaration.
-            for (index, (declaration, piece)) in declarations.iter().zip(&pieces).enumerate() {
-                let comma = if index + 1 < pieces.len() { "," } else { "" };
-                let head = if index == 0 { format!("{keyword} ") } else { String::new() };
-                self.indent += usize::from(index > 0);
-                self.before(declaration.meta.span.start, declaration.meta.span.end);
-                self.line(&format!("{head}{piece}{comma}"));
-                self.indent -= usize::from(index > 0);
-                self.after(declaration.meta.span.end);
-            }
-            return;
+        let span = Span { end: last.meta.span.end, ..first.meta.span };
+        if declarations.len() == 1 || !self.has_comment(first.meta.span.end, span.end) {
+            let list = fill(&pieces, ",", "", 0);
+            return self.laid_out(span, text(format!("{keyword} ")).append(list));
         }
-        self.before(start, end);
-        let lines = fill(&format!("{keyword} "), &pieces, ",", "", self.room());
-        self.filled(&lines);
-        self.after(end);
+        // One per line, so that each comment stays next to its declaration.
+        for (index, (declaration, piece)) in declarations.iter().zip(&pieces).enumerate() {
+            let comma = if index + 1 < pieces.len() { "," } else { "" };
+            let head = if index == 0 { format!("{keyword} ") } else { String::new() };
+            self.lines.hanging = index > 0;
+            self.simple(declaration.meta.span, format!("{head}{piece}{comma}"));
+        }
+        self.lines.hanging = false;
     }
 
     /// `action count { n := n + 1 }`
@@ -389,298 +400,80 @@ impl Writer<'_> {
         );
         let (open, _) = self.find(Kind::OpenBrace, action.name.span.end, span.end);
         if action.body.is_empty() && !self.has_comment(open, span.end) {
-            self.simple(span, &head);
+            self.simple(span, head);
         } else {
-            self.list(&head, &action.body, span, action.name.span.end);
-        }
-    }
-
-    /// The columns available on a line at this level.
-    pub(super) fn room(&self) -> usize {
-        WIDTH.saturating_sub(4 * self.indent)
-    }
-
-    /// Writes the first line at this level, the others one level deeper.
-    pub(super) fn filled(&mut self, lines: &[String]) {
-        for (index, line) in lines.iter().enumerate() {
-            self.indent += usize::from(index > 0);
-            self.line(line);
-            self.indent -= usize::from(index > 0);
-        }
-    }
-
-    // Steps
-
-    fn step(&mut self, step: &Step) {
-        // A final state is a state that contains no states.
-        let word = if step.role == StepRole::Final { "state" } else { "step" };
-        let head = step_head(&format!("{}{word}", role_words(step.role)), step);
-        let body: Vec<&StepItem> = step.body.iter().collect();
-        self.step_with_body(&head, step, &body);
-    }
-
-    /// Writes a head and a body of step items.
-    pub(super) fn step_with_body(&mut self, head: &str, step: &Step, body: &[&StepItem]) {
-        let span = step.meta.span;
-        let (open, _) = self.find(Kind::OpenBrace, step.name.span.end, span.end);
-        let has_body = !body.is_empty() || self.has_comment(open, span.end);
-        if has_body && !self.has_comment(open, span.end) {
-            let inline: Option<Vec<String>> =
-                body.iter().map(|item| self.text.inline_item(item)).collect();
-            if let Some(items) = inline {
-                let text = format!("{head} {{ {} }}", items.join("; "));
-                if text.len() <= self.room() && !text.contains('\n') {
-                    self.before(span.start, open);
-                    self.line(&text);
-                    self.after(span.end);
-                    return;
-                }
-            }
-        }
-        self.before(span.start, open);
-        if has_body {
-            self.block(head, step.name.span.end, span.end, &mut |writer| {
-                for item in body {
-                    writer.step_item(item);
-                }
-            });
-        } else {
-            self.line(head);
-        }
-        self.after(span.end);
-    }
-
-    pub(super) fn step_item(&mut self, item: &StepItem) {
-        let head = self.text.step_item_head(item);
-        match &item.kind {
-            StepItemKind::Entry(block) | StepItemKind::Exit(block) => {
-                self.list(&head, block, item.span, item.span.start)
-            }
-            StepItemKind::On { actions, .. } => {
-                self.list(&head, actions, item.span, item.span.start)
-            }
-            StepItemKind::Task { body, .. } => self.list(&head, body, item.span, item.span.start),
-            _ => self.simple(item.span, &head),
-        }
-    }
-
-    /// Writes `head { a; b }` on one line, or one line per statement. `from` is before the opening brace.
-    pub(super) fn list(&mut self, head: &str, block: &Block, span: Span, from: u32) {
-        let (open, _) = self.find(Kind::OpenBrace, from, span.end);
-        self.before(span.start, open);
-        if !self.has_comment(open, span.end)
-            && let Some(text) = self.text.inline_list(block)
-        {
-            let text = format!("{head} {text}");
-            // A wrapped head contains its own indentation.
-            let (room, last) = match text.rsplit_once('\n') {
-                Some((_, last)) => (WIDTH, last),
-                None => (self.room(), text.as_str()),
-            };
-            if last.len() <= room {
-                self.line(&text);
-                self.after(span.end);
-                return;
-            }
-        }
-        self.block(head, from, span.end, &mut |writer| writer.stmts(block));
-        self.after(span.end);
-    }
-
-    fn stmts(&mut self, block: &Block) {
-        for stmt in block {
-            self.stmt(stmt);
-        }
-    }
-
-    fn stmt(&mut self, stmt: &Stmt) {
-        match &stmt.kind {
-            StmtKind::If { condition, then, otherwise } => {
-                let (open, _) = self.find(Kind::OpenBrace, condition.span.end, stmt.span.end);
-                self.before(stmt.span.start, open);
-                self.conditional(
-                    &format!("if {}", self.text.exprs.text(condition)),
-                    condition.span.end,
-                    then,
-                    otherwise,
-                    stmt.span,
-                );
-                self.after(stmt.span.end);
-            }
-            _ => {
-                let text = self.text.stmt_text(stmt);
-                self.simple(stmt.span, &text);
-            }
-        }
-    }
-
-    /// Writes `head { … } else { … }`. For an `else if`, the head follows a closing brace.
-    fn conditional(&mut self, head: &str, from: u32, then: &Block, otherwise: &Block, span: Span) {
-        let (_, open_end) = self.find(Kind::OpenBrace, from, span.end);
-        let (_, close_end) = self.find(
-            Kind::CloseBrace,
-            then.last().map_or(open_end, |last| last.span.end),
-            span.end,
-        );
-        self.block(head, from, close_end, &mut |writer| writer.stmts(then));
-        if otherwise.is_empty() {
-            return;
-        }
-        // `} else` is on the line of the brace.
-        while self.out.ends_with('\n') {
-            self.out.pop();
-        }
-        if let [Stmt { kind: StmtKind::If { condition, then, otherwise }, span }] =
-            otherwise.as_slice()
-        {
-            let head = format!("}} else if {}", self.text.exprs.text(condition));
-            self.close_to_else();
-            self.conditional(&head, condition.span.end, then, otherwise, *span);
-        } else {
-            self.close_to_else();
-            self.block("} else", close_end, span.end, &mut |writer| writer.stmts(otherwise));
-        }
-    }
-
-    /// Removes the closing brace and its indentation; the next head writes them again.
-    fn close_to_else(&mut self) {
-        self.out.pop();
-        while self.out.ends_with(' ') {
-            self.out.pop();
+            self.list(text(head), &action.body, span, action.name.span.end);
         }
     }
 
     // Transitions
 
     fn transition(&mut self, transition: &Transition) {
+        let mut clauses = vec![(Clause::OnFirstLine, transition_head(transition))];
+        clauses.extend(self.text.clauses(transition));
+        let flat = clauses.iter().map(|(_, clause)| clause).join(" ");
+        // The list is no reason to break the clauses.
+        let is_flat = 4 * self.level + flat.len() <= WIDTH;
+        let head =
+            if is_flat { text(flat) } else { self.tall(&clauses, transition.guard.as_ref()) };
         let span = transition.meta.span;
-        let (head, clauses, guard_at) = self.text.transition(transition);
-        let mut text = head.clone();
-        for clause in &clauses {
-            text.push(' ');
-            text.push_str(clause);
-        }
-        if text.len() > self.room() {
-            text = self.wrapped(&head, &clauses, guard_at, transition.guard.as_ref());
-            if !transition.actions.is_empty() {
-                text.push('\n');
-                text.push_str(&"    ".repeat(self.indent + 1));
-                text.push_str("do");
-            }
-        } else if !transition.actions.is_empty() {
-            text.push_str(" do");
-        }
         if transition.actions.is_empty() {
-            self.simple(span, &text);
-        } else {
-            self.list(&text, &transition.actions, span, span.start);
+            return self.laid_out(span, head);
         }
+        let start = if is_flat { Doc::space() } else { indented(Doc::hardline()) };
+        let head = head.append(indented(start.append("do")));
+        self.list(head, &transition.actions, span, span.start);
     }
 
-    /// Writes a long transition with each clause on its own line. A priority stays on the first line, where it cannot be read as the
-    /// chart's.
-    fn wrapped(
-        &self,
-        head: &str,
-        clauses: &[String],
-        guard_at: usize,
-        guard: Option<&Expr>,
-    ) -> String {
-        let pad = "    ".repeat(self.indent + 1);
-        let mut text = head.to_owned();
-        for clause in clauses.iter().filter(|clause| stays_on_first_line(clause)) {
-            text.push(' ');
-            text.push_str(clause);
-        }
-        for (index, clause) in
-            clauses.iter().enumerate().filter(|(_, clause)| !stays_on_first_line(clause))
-        {
-            let room = self.room().saturating_sub(4);
-            let lines = match guard
-                .filter(|_| index == guard_at && clause.len() > room)
-                .and_then(|guard| self.text.exprs.junction(guard))
-            {
-                Some((word, pieces)) => fill("when ", &pieces, "", word, room),
-                None => vec![clause.clone()],
+    /// A long transition with its clauses on lines of their own.
+    fn tall(&self, clauses: &[(Clause, String)], guard: Option<&Expr>) -> Doc {
+        let (first, others): (Vec<_>, Vec<_>) =
+            clauses.iter().partition(|(clause, _)| *clause == Clause::OnFirstLine);
+        let first = first.into_iter().map(|(_, text)| text).join(" ");
+        let others = others.into_iter().map(|(clause, written)| {
+            let operands = guard.filter(|_| *clause == Clause::Guard);
+            let doc = match operands.and_then(|guard| self.text.exprs.junction(guard)) {
+                Some((word, pieces)) => Doc::text("when ").append(fill(&pieces, "", word, 0)),
+                None => text(written.as_str()),
             };
-            for (n, line) in lines.iter().enumerate() {
-                text.push('\n');
-                text.push_str(&pad);
-                if n > 0 {
-                    text.push_str("    ");
-                }
-                text.push_str(line);
-            }
-        }
-        text
+            Doc::hardline().append(doc)
+        });
+        text(first).append(indented(Doc::concat(others)))
     }
 
     // Other items
 
     fn macro_body(&mut self, body: &Macro) {
-        let (open, _) = self.find(Kind::OpenBrace, body.name.span.end, body.meta.span.end);
-        self.before(body.meta.span.start, open);
         let head = format!(
             "macro {}{}",
             names::name(&body.name.text, Position::Anywhere),
             attributes(&body.meta)
         );
-        self.block(&head, body.name.span.end, body.meta.span.end, &mut |writer| {
-            writer.items(&body.items)
+        self.container(text(head), body.meta.span, body.name.span.end, false, |writer| {
+            writer.items(&body.items);
         });
-        self.after(body.meta.span.end);
     }
 
     fn board(&mut self, board: &Board) {
         let head = format!("device {}", names::name(&board.device.text, Position::Anywhere));
-        if board.pins.is_empty() && !self.has_comment(board.span.start, board.span.end) {
-            self.simple(board.span, &head);
-            return;
+        let (span, from) = (board.span, board.device.span.end);
+        if board.pins.is_empty() && !self.has_comment(span.start, span.end) {
+            return self.simple(span, head);
         }
-        let pins: Vec<String> = board
-            .pins
-            .iter()
-            .map(|(name, pin)| format!("{} {pin}", names::signal(&name.text)))
-            .collect();
-        let text = format!("{head} {{ {} }}", pins.join("  "));
-        let (open, _) = self.find(Kind::OpenBrace, board.device.span.end, board.span.end);
-        self.before(board.span.start, open.min(board.span.end));
-        if text.len() <= self.room() && !self.has_comment(board.span.start, board.span.end) {
-            self.line(&text);
-        } else {
-            self.block(&head, board.device.span.end, board.span.end, &mut |writer| {
-                for ((name, _), text) in board.pins.iter().zip(&pins) {
-                    writer.before(name.span.start, name.span.end);
-                    writer.line(text);
-                    // The number follows the name.
-                    let (_, end) = writer.find(Kind::Number, name.span.end, board.span.end);
-                    writer.after(end);
-                }
-            });
-        }
-        self.after(board.span.end);
+        let (open, _) = self.find(Kind::OpenBrace, from, span.end);
+        self.before(span.start, open);
+        let pins = self.block((from, span.end), "  ", |writer| {
+            for (name, pin) in &board.pins {
+                writer.before(name.span.start, name.span.end);
+                writer.line(format!("{} {pin}", names::signal(&name.text)));
+                // The number follows the name.
+                let (_, end) = writer.find(Kind::Number, name.span.end, span.end);
+                writer.after(end);
+            }
+        });
+        self.lines.push(text(format!("{head} ")).append(pins.group()));
+        self.after(span.end);
     }
-}
-
-/// The head of a step: `WORDS NAME`, and the other parts before its body.
-pub(super) fn step_head(words: &str, step: &Step) -> String {
-    let mut head = format!("{words} {}", names::name(&step.name.text, Position::Step));
-    if step.activation_link {
-        head.push_str(" *");
-    }
-    if let Some(count) = step.count {
-        head.push_str(&format!(" count 0..{}", count.max));
-        if let Some(initial) = count.initial {
-            head.push_str(&format!(" = {initial}"));
-        }
-    }
-    head.push_str(&attributes(&step.meta));
-    head
-}
-
-/// Whether a clause on a line of its own would be read as an item of the chart.
-fn stays_on_first_line(clause: &str) -> bool {
-    clause.starts_with("priority ") || clause == "internal"
 }
 
 /// Groups of items in a design that is written without a source.
@@ -709,47 +502,17 @@ fn class_of(item: &Item) -> Class {
     }
 }
 
-/// Joins pieces within `room` columns. The first line begins with `head`, `between` ends each piece but the last, `lead` begins each but
-/// the first.
-pub(super) fn fill(
-    head: &str,
-    pieces: &[String],
-    between: &str,
-    lead: &str,
-    room: usize,
-) -> Vec<String> {
-    let mut lines = Vec::new();
-    let mut line = head.to_owned();
-    for (index, piece) in pieces.iter().enumerate() {
-        let text = format!(
-            "{}{piece}{}",
-            if index > 0 { lead } else { "" },
-            if index + 1 < pieces.len() { between } else { "" }
-        );
-        // Later lines are indented one level deeper.
-        let room = if lines.is_empty() { room } else { room.saturating_sub(4) };
-        if index == 0 {
-            line.push_str(&text);
-        } else if line.len() + 1 + text.len() > room {
-            lines.push(std::mem::replace(&mut line, text));
-        } else {
-            line.push(' ');
-            line.push_str(&text);
-        }
-    }
-    lines.push(line);
-    lines
-}
-
 /// Whether the declaration is short: short declarations share a line if there is no source to follow.
 fn is_short(declaration: &Declaration) -> bool {
     declaration.meta.req.is_empty()
-        && matches!(
-            &declaration.kind,
+        && match &declaration.kind {
             DeclarationKind::Input { .. }
-                | DeclarationKind::Output { .. }
-                | DeclarationKind::Event { .. }
-                | DeclarationKind::ExternCondition { .. }
-                | DeclarationKind::ExternAction { .. }
-        )
+            | DeclarationKind::Output { .. }
+            | DeclarationKind::Event { .. }
+            | DeclarationKind::ExternCondition { .. }
+            | DeclarationKind::ExternAction { .. } => true,
+            DeclarationKind::Var { .. }
+            | DeclarationKind::Timer { .. }
+            | DeclarationKind::Const { .. } => false,
+        }
 }

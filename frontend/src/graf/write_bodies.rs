@@ -1,14 +1,15 @@
 //! Writes enclosing steps and states. The actions of the step and its contents share one pair of braces, in source order.
 
+use super::layout::text;
+use super::names::{self, Position};
+use super::token::Kind;
+use super::write::Writer;
+use super::write_steps::step_head;
+use super::write_text::{attributes, paths, role_words};
 use grafsynth_ir::Span;
 use grafsynth_ir::chart::{
     Block, Chart, Enclosing, History, Item, Path, State, Step, StepItem, StepItemKind, StepRole,
 };
-
-use super::names::{self, Position};
-use super::token::Kind;
-use super::write::{Writer, step_head};
-use super::write_text::{attributes, role_words};
 
 /// One part of the body.
 enum Piece<'a> {
@@ -24,7 +25,7 @@ impl Writer<'_> {
         let words = format!("{}enclosing step", role_words(enclosing.step.role));
         let (head, body) = head_and_body(&words, &enclosing.step);
         let pieces = body.into_iter().map(Piece::Does).collect();
-        self.with_content(&head, &enclosing.step, pieces, &enclosing.items, false);
+        self.with_content(head, &enclosing.step, pieces, &enclosing.items, false);
     }
 
     /// Writes a state; inside a parallel state it is a region.
@@ -35,19 +36,18 @@ impl Writer<'_> {
             (false, false) => "state",
         };
         let words = format!("{}{word}", role_words(state.step.role));
+        let (head, body) = head_and_body(&words, &state.step);
         let is_plain =
             state.items.is_empty() && state.histories.is_empty() && state.initial.is_none();
         if is_plain && !state.is_parallel {
-            let (head, body) = head_and_body(&words, &state.step);
-            return self.step_with_body(&head, &state.step, &body);
+            return self.step_with_body(head, &state.step, &body);
         }
-        let (head, body) = head_and_body(&words, &state.step);
         let mut pieces: Vec<Piece<'_>> = body.into_iter().map(Piece::Does).collect();
         if let Some((targets, content)) = &state.initial {
             pieces.push(Piece::Initial(targets, content));
         }
         pieces.extend(state.histories.iter().map(Piece::History));
-        self.with_content(&head, &state.step, pieces, &state.items, state.is_parallel);
+        self.with_content(head, &state.step, pieces, &state.items, state.is_parallel);
     }
 
     /// Writes the body of a chart.
@@ -63,25 +63,17 @@ impl Writer<'_> {
 
     fn with_content<'p>(
         &mut self,
-        head: &str,
+        head: String,
         step: &Step,
         pieces: Vec<Piece<'p>>,
         items: &[Item],
         is_parallel: bool,
     ) {
-        let (start, end) = (step.name.span.end, step.meta.span.end);
-        let (open, _) = self.find(Kind::OpenBrace, start, end);
-        self.before(step.meta.span.start, open);
-        if pieces.is_empty() && items.is_empty() && !self.has_comment(open, end) {
-            self.line(&format!("{head} {{}}"));
-            self.after(end);
-            return;
-        }
         let pieces = self.in_order(pieces, items);
-        self.block(head, start, end, &mut |writer| {
-            writer.pieces(&pieces, items, end, is_parallel);
+        let span = step.meta.span;
+        self.container(text(head), span, step.name.span.end, pieces.is_empty(), |writer| {
+            writer.pieces(&pieces, items, span.end, is_parallel);
         });
-        self.after(end);
     }
 
     fn pieces(&mut self, pieces: &[Piece<'_>], items: &[Item], end: u32, is_parallel: bool) {
@@ -92,7 +84,7 @@ impl Writer<'_> {
                 Piece::History(history) => self.history(history),
                 Piece::Lies(range) => {
                     if self.source.is_none() {
-                        self.blank();
+                        self.lines.blank();
                     }
                     self.items_of(&items[range.clone()], is_parallel);
                 }
@@ -144,9 +136,9 @@ impl Writer<'_> {
             None => last.end,
             Some(stmt) => self.find(Kind::CloseBrace, stmt.span.end, limit).1,
         };
-        let head = format!("initial -> {}", paths(targets));
+        let head = format!("initial -> {}", paths(targets, " & "));
         let span = Span { start, end, ..first };
-        self.head_and_content(&head, content, span, last.end);
+        self.head_and_content(head, content, span, last.end);
     }
 
     fn history(&mut self, history: &History) {
@@ -155,18 +147,18 @@ impl Writer<'_> {
             format!("history {deep}{}", names::name(&history.name.text, Position::History));
         let from = history.default.last().map_or(history.name.span.end, |path| path.span().end);
         if !history.default.is_empty() {
-            head.push_str(&format!(" -> {}", paths(&history.default)));
+            head.push_str(&format!(" -> {}", paths(&history.default, " & ")));
         }
         head.push_str(&attributes(&history.meta));
-        self.head_and_content(&head, &history.content, history.meta.span, from);
+        self.head_and_content(head, &history.content, history.meta.span, from);
     }
 
     /// Writes a head, and `do { … }` if there is content.
-    fn head_and_content(&mut self, head: &str, content: &Block, span: Span, from: u32) {
+    fn head_and_content(&mut self, head: String, content: &Block, span: Span, from: u32) {
         if content.is_empty() {
             self.simple(span, head);
         } else {
-            self.list(&format!("{head} do"), content, span, from);
+            self.list(text(head + " do"), content, span, from);
         }
     }
 }
@@ -214,15 +206,4 @@ fn start_of(item: &Item) -> Span {
         Item::Place(one) => one.span,
         Item::Board(one) => one.span,
     }
-}
-
-fn paths(paths: &[Path]) -> String {
-    let paths: Vec<String> = paths
-        .iter()
-        .enumerate()
-        .map(|(index, path)| {
-            names::path(path, if index == 0 { Position::Target } else { Position::Anywhere })
-        })
-        .collect();
-    paths.join(" & ")
 }

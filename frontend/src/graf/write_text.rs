@@ -1,16 +1,28 @@
 //! The parts of a design as one-line text, independent of their position.
 
+use grafsynth_ir::Name;
 use grafsynth_ir::chart::{
-    ActionHow, ArgumentValue, Block, Declaration, DeclarationKind, Emergency, Expr, ForceOrder,
-    Item, Length, MacroStep, Parameter, Place, Property, Setting, SettingKind, StepItem,
-    StepItemKind, StepRole, Stmt, StmtKind, Transition, Use,
+    ActionHow, ArgumentValue, Declaration, DeclarationKind, Emergency, Expr, ForceOrder, Item,
+    Length, MacroStep, Parameter, Path, Place, Property, Setting, SettingKind, StepRole,
+    Transition, Use,
 };
 use grafsynth_ir::expr::{ExprKind, Type};
-use grafsynth_ir::net::{Meta, Qualifier, Side, Verbatim};
+use grafsynth_ir::net::{Meta, Qualifier, Side};
+use itertools::Itertools as _;
 
 use super::names::{self, Position};
 use super::settings::{POLICIES, SCHEDULES};
 use super::write_expr::ExprWriter;
+
+/// Where a long transition has one of its clauses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Clause {
+    /// Elsewhere it would be read as an item of the chart.
+    OnFirstLine,
+    /// The receptivity, which is broken between its operands.
+    Guard,
+    Other,
+}
 
 /// Writes the parts of one design.
 #[derive(Debug, Clone, Default)]
@@ -47,9 +59,8 @@ impl Text {
                     [] => {}
                     [one] => out.push_str(&format!(" = {}", self.exprs.text(one))),
                     many => {
-                        let values: Vec<String> =
-                            many.iter().map(|value| self.exprs.text(value)).collect();
-                        out.push_str(&format!(" = [{}]", values.join(", ")));
+                        let values = many.iter().map(|value| self.exprs.text(value));
+                        out.push_str(&format!(" = [{}]", values.format(", ")));
                     }
                 }
             }
@@ -62,16 +73,13 @@ impl Text {
                 out.push_str(&type_suffix(*ty));
             }
             DeclarationKind::ExternAction { params } => {
-                let params: Vec<String> = params
-                    .iter()
-                    .map(|(name, ty)| match name.as_str() {
-                        "" => type_text(*ty),
-                        name => {
-                            format!("{}: {}", names::name(name, Position::Anywhere), type_text(*ty))
-                        }
-                    })
-                    .collect();
-                out.push_str(&format!("({})", params.join(", ")));
+                let params = params.iter().map(|(name, ty)| match name.as_str() {
+                    "" => type_text(*ty),
+                    name => {
+                        format!("{}: {}", names::name(name, Position::Anywhere), type_text(*ty))
+                    }
+                });
+                out.push_str(&format!("({})", params.format(", ")));
             }
             DeclarationKind::Const { value } => {
                 out.push_str(&format!(" = {}", self.exprs.text(value)))
@@ -89,7 +97,11 @@ impl Text {
             DeclarationKind::Input { ty, .. }
             | DeclarationKind::Output { ty, .. }
             | DeclarationKind::Var { ty, .. } => type_suffix(*ty),
-            _ => String::new(),
+            DeclarationKind::Event { .. }
+            | DeclarationKind::Timer { .. }
+            | DeclarationKind::ExternCondition { .. }
+            | DeclarationKind::ExternAction { .. }
+            | DeclarationKind::Const { .. } => String::new(),
         };
         let default = parameter
             .default
@@ -99,149 +111,56 @@ impl Text {
         format!("{} {name}{ty}{default}{attributes}", keyword(declaration))
     }
 
-    /// A step item on the line of its step; `None` for an item that contains a list.
-    pub(crate) fn inline_item(&self, item: &StepItem) -> Option<String> {
-        match &item.kind {
-            StepItemKind::Action { .. }
-            | StepItemKind::Priority(_)
-            | StepItemKind::Budget(_)
-            | StepItemKind::Force { .. } => Some(self.step_item_head(item)),
-            StepItemKind::Code(verbatim) if !verbatim.text.contains('\n') => {
-                Some(self.step_item_head(item))
+    /// `a(1) for 3 s if b`
+    pub(crate) fn action(
+        &self,
+        target: &Name,
+        arguments: Option<&[Expr]>,
+        how: ActionHow,
+        condition: Option<&Expr>,
+    ) -> String {
+        let arguments = arguments.map(|all| self.arguments(all)).unwrap_or_default();
+        let action = format!("{}{arguments}", names::dotted(&target.text, Position::Action));
+        let latched = names::dotted(&target.text, Position::Anywhere);
+        let action = match how {
+            ActionHow::Bare => action,
+            ActionHow::After(ns) => format!("{action} after {}", names::duration(ns)),
+            ActionHow::For(ns) => format!("{action} for {}", names::duration(ns)),
+            // `set` and `reset` accept only a name.
+            ActionHow::Qualified(Qualifier::S, _) if arguments.is_empty() => {
+                format!("set {latched}")
             }
-            _ => None,
+            ActionHow::Qualified(Qualifier::R, _) if arguments.is_empty() => {
+                format!("reset {latched}")
+            }
+            ActionHow::Qualified(qualifier, None) => {
+                format!("{action} {}", qualifier_word(qualifier))
+            }
+            ActionHow::Qualified(qualifier, Some(ns)) => {
+                format!("{action} {} {}", qualifier_word(qualifier), names::duration(ns))
+            }
+        };
+        match condition {
+            Some(condition) => format!("{action} if {}", self.exprs.text(condition)),
+            None => action,
         }
     }
 
-    /// The item without its list.
-    pub(crate) fn step_item_head(&self, item: &StepItem) -> String {
-        match &item.kind {
-            StepItemKind::Action { target, arguments, how, condition } => {
-                let arguments =
-                    arguments.as_ref().map_or_else(String::new, |all| self.arguments(all));
-                let condition = condition
-                    .as_ref()
-                    .map_or_else(String::new, |c| format!(" if {}", self.exprs.text(c)));
-                let action =
-                    format!("{}{arguments}", names::dotted(&target.text, Position::Action));
-                let latched = names::dotted(&target.text, Position::Anywhere);
-                let text = match how {
-                    ActionHow::Bare => action,
-                    ActionHow::After(ns) => format!("{action} after {}", names::duration(*ns)),
-                    ActionHow::For(ns) => format!("{action} for {}", names::duration(*ns)),
-                    // `set` and `reset` accept only a name.
-                    ActionHow::Qualified(Qualifier::S, _) if arguments.is_empty() => {
-                        format!("set {latched}")
-                    }
-                    ActionHow::Qualified(Qualifier::R, _) if arguments.is_empty() => {
-                        format!("reset {latched}")
-                    }
-                    ActionHow::Qualified(qualifier, duration) => {
-                        let duration = duration
-                            .map_or_else(String::new, |ns| format!(" {}", names::duration(ns)));
-                        format!("{action} {}{duration}", qualifier_word(*qualifier))
-                    }
-                };
-                text + &condition
+    pub(crate) fn force(&self, target: &Path, order: &ForceOrder) -> String {
+        let order = match order {
+            ForceOrder::Situation(steps) if steps.is_empty() => "{}".to_owned(),
+            ForceOrder::Situation(steps) => {
+                let steps = steps.iter().map(|step| names::path(step, Position::Anywhere));
+                format!("{{ {} }}", steps.format(", "))
             }
-            StepItemKind::Entry(_) => "entry".to_owned(),
-            StepItemKind::Exit(_) => "exit".to_owned(),
-            StepItemKind::On { events, guard, .. } => {
-                let mut words = Vec::new();
-                if !events.is_empty() {
-                    words.push(format!("on {}", event_list(events)));
-                }
-                if let Some(guard) = guard {
-                    words.push(format!("when {}", self.exprs.text(guard)));
-                } else if events.is_empty() {
-                    words.push("when true".to_owned());
-                }
-                words.join(" ")
-            }
-            StepItemKind::Priority(value) => format!("priority {value}"),
-            StepItemKind::Budget(value) => format!("budget {value}"),
-            StepItemKind::Task { name, cost, .. } => {
-                let cost = cost.map_or_else(String::new, |cost| format!(" cost {cost}"));
-                format!("task {}{cost}", names::name(&name.text, Position::Anywhere))
-            }
-            StepItemKind::Code(verbatim) => code(verbatim),
-            StepItemKind::Force { target, order } => {
-                let order = match order {
-                    ForceOrder::Situation(steps) if steps.is_empty() => "{}".to_owned(),
-                    ForceOrder::Situation(steps) => {
-                        let steps: Vec<String> = steps
-                            .iter()
-                            .map(|step| names::path(step, Position::Anywhere))
-                            .collect();
-                        format!("{{ {} }}", steps.join(", "))
-                    }
-                    ForceOrder::Init => "init".to_owned(),
-                    ForceOrder::Hold => "hold".to_owned(),
-                };
-                format!("force {} {order}", names::path(target, Position::Anywhere))
-            }
-        }
-    }
-
-    /// `{ a; b }`, if every statement fits on one line.
-    pub(crate) fn inline_list(&self, block: &Block) -> Option<String> {
-        if block.is_empty() {
-            return Some("{}".to_owned());
-        }
-        let stmts: Option<Vec<String>> = block.iter().map(|stmt| self.inline_stmt(stmt)).collect();
-        Some(format!("{{ {} }}", stmts?.join("; ")))
-    }
-
-    pub(crate) fn inline_stmt(&self, stmt: &Stmt) -> Option<String> {
-        match &stmt.kind {
-            StmtKind::If { .. } => None,
-            StmtKind::Code(verbatim) if verbatim.text.contains('\n') => None,
-            _ => Some(self.stmt_text(stmt)),
-        }
-    }
-
-    pub(crate) fn stmt_text(&self, stmt: &Stmt) -> String {
-        match &stmt.kind {
-            StmtKind::Assign { target, index, value } => {
-                let index = index
-                    .as_ref()
-                    .map_or_else(String::new, |index| format!("[{}]", self.exprs.text(index)));
-                format!(
-                    "{}{index} := {}",
-                    names::path(target, Position::Anywhere),
-                    self.exprs.text(value)
-                )
-            }
-            StmtKind::Raise(event) => {
-                format!("raise {}", names::dotted(&event.text, Position::Anywhere))
-            }
-            StmtKind::Send { event, after, slot } => {
-                let after =
-                    after.map_or_else(String::new, |ns| format!(" after {}", names::duration(ns)));
-                let slot = slot.as_ref().map_or_else(String::new, |slot| {
-                    format!(" as {}", names::name(&slot.text, Position::Anywhere))
-                });
-                format!("send {}{after}{slot}", names::dotted(&event.text, Position::Anywhere))
-            }
-            StmtKind::Cancel(slot) => {
-                format!("cancel {}", names::name(&slot.text, Position::Anywhere))
-            }
-            StmtKind::Call { function, arguments } => {
-                format!(
-                    "call {}{}",
-                    names::dotted(&function.text, Position::Anywhere),
-                    self.arguments(arguments)
-                )
-            }
-            StmtKind::If { condition, .. } => format!("if {}", self.exprs.text(condition)),
-            StmtKind::Code(verbatim) => code(verbatim),
-        }
+            ForceOrder::Init => "init".to_owned(),
+            ForceOrder::Hold => "hold".to_owned(),
+        };
+        format!("force {} {order}", names::path(target, Position::Anywhere))
     }
 
     pub(crate) fn arguments(&self, arguments: &[Expr]) -> String {
-        let arguments: Vec<String> =
-            arguments.iter().map(|argument| self.exprs.text(argument)).collect();
-        format!("({})", arguments.join(", "))
+        format!("({})", arguments.iter().map(|argument| self.exprs.text(argument)).join(", "))
     }
 
     pub(crate) fn emergency(&self, emergency: &Emergency) -> String {
@@ -262,149 +181,80 @@ impl Text {
         )
     }
 
-    /// `name: sources -> targets`, the clauses after it except the actions, and the index of the receptivity among them.
-    pub(crate) fn transition(&self, transition: &Transition) -> (String, Vec<String>, usize) {
-        let mut head = String::new();
-        if let Some(name) = &transition.name {
-            head.push_str(&format!("{}: ", names::name(&name.text, Position::Anywhere)));
-        }
-        let sources: Vec<String> = transition
-            .sources
-            .iter()
-            .map(|path| {
-                let opens = transition.name.is_none() && path.names.len() == 1;
-                names::path(path, if opens { Position::Source } else { Position::Anywhere })
-            })
-            .collect();
-        let targets: Vec<String> = transition
-            .targets
-            .iter()
-            .enumerate()
-            .map(|(index, path)| {
-                names::path(path, if index == 0 { Position::Target } else { Position::Anywhere })
-            })
-            .collect();
-        if transition.is_internal && targets.is_empty() {
-            // A reaction does not leave its step.
-            head.push_str("in ");
-            head.push_str(&sources.join(" & "));
-        } else {
-            head.push_str(&sources.join(" & "));
-            head.push_str(if sources.is_empty() { "->" } else { " ->" });
-        }
-        if !targets.is_empty() {
-            head.push(' ');
-            head.push_str(&targets.join(" & "));
-        } else if transition.is_sink {
-            head.push_str(" sink");
-        }
+    /// The clauses of a transition after its head, except the actions.
+    pub(crate) fn clauses(&self, transition: &Transition) -> Vec<(Clause, String)> {
         let mut clauses = Vec::new();
         if transition.is_internal && !transition.targets.is_empty() {
-            clauses.push("internal".to_owned());
+            clauses.push((Clause::OnFirstLine, "internal".to_owned()));
         }
         if !transition.events.is_empty() {
-            clauses.push(format!("on {}", event_list(&transition.events)));
+            clauses.push((Clause::Other, format!("on {}", event_list(&transition.events))));
         }
-        let guard_at = clauses.len();
         if let Some(guard) = &transition.guard {
-            clauses.push(format!("when {}", self.exprs.text(guard)));
+            clauses.push((Clause::Guard, format!("when {}", self.exprs.text(guard))));
         }
-        match &transition.after {
-            Some((Length::Ns(ns), _)) => clauses.push(format!("after {}", names::duration(*ns))),
-            Some((Length::Named(path), _)) => {
-                clauses.push(format!("after {}", names::path(path, Position::Length)));
-            }
-            None => {}
+        if let Some((length, _)) = &transition.after {
+            let length = match length {
+                Length::Ns(ns) => names::duration(*ns),
+                Length::Named(path) => names::path(path, Position::Length),
+            };
+            clauses.push((Clause::Other, format!("after {length}")));
         }
         if let Some(priority) = transition.priority {
-            clauses.push(format!("priority {priority}"));
+            clauses.push((Clause::OnFirstLine, format!("priority {priority}")));
         }
         if transition.restart {
-            clauses.push("restart".to_owned());
+            clauses.push((Clause::Other, "restart".to_owned()));
         }
         if let Some(ns) = transition.deadline_ns {
-            clauses.push(format!("deadline {}", names::duration(ns)));
+            clauses.push((Clause::Other, format!("deadline {}", names::duration(ns))));
         }
         let attributes = attributes(&transition.meta);
         if !attributes.is_empty() {
-            clauses.push(attributes.trim_start().to_owned());
+            clauses.push((Clause::Other, attributes.trim_start().to_owned()));
         }
-        (head, clauses, guard_at)
+        clauses
     }
 
     /// `use conveyor as c1(start = m, done -> x)`
     pub(crate) fn instance(&self, one: &Use) -> String {
         let library = names::name(&one.library.text, Position::Anywhere);
         let name = names::name(&one.name.text, Position::Anywhere);
-        let arguments: Vec<String> = one
-            .arguments
-            .iter()
-            .map(|argument| {
-                let parameter = names::name(&argument.parameter.text, Position::Anywhere);
-                match &argument.value {
-                    ArgumentValue::Reads(value) => {
-                        format!("{parameter} = {}", self.exprs.text(value))
-                    }
-                    ArgumentValue::Drives(path) => {
-                        format!("{parameter} -> {}", names::path(path, Position::Anywhere))
-                    }
+        let arguments = one.arguments.iter().map(|argument| {
+            let parameter = names::name(&argument.parameter.text, Position::Anywhere);
+            match &argument.value {
+                ArgumentValue::Reads(value) => format!("{parameter} = {}", self.exprs.text(value)),
+                ArgumentValue::Drives(path) => {
+                    format!("{parameter} -> {}", names::path(path, Position::Anywhere))
                 }
-            })
-            .collect();
-        let arguments = if arguments.is_empty() {
+            }
+        });
+        let arguments = if one.arguments.is_empty() {
             String::new()
         } else {
-            format!("({})", arguments.join(", "))
+            format!("({})", arguments.format(", "))
         };
         format!("use {library} as {name}{arguments}{}", attributes(&one.meta))
     }
-
-    /// A list on one line, even if it contains other lists: `{ a := 1; if b { c := 2 } }`.
-    pub(crate) fn one_line_list(&self, block: &Block) -> String {
-        if block.is_empty() {
-            return "{}".to_owned();
-        }
-        let stmts: Vec<String> = block.iter().map(|stmt| self.one_line_stmt(stmt)).collect();
-        format!("{{ {} }}", stmts.join("; "))
-    }
-
-    fn one_line_stmt(&self, stmt: &Stmt) -> String {
-        match &stmt.kind {
-            StmtKind::If { condition, then, otherwise } => {
-                let mut out =
-                    format!("if {} {}", self.exprs.text(condition), self.one_line_list(then));
-                if !otherwise.is_empty() {
-                    out.push_str(&format!(" else {}", self.one_line_list(otherwise)));
-                }
-                out
-            }
-            StmtKind::Code(verbatim) => one_line_code(verbatim),
-            _ => self.stmt_text(stmt),
-        }
-    }
-
-    /// An item of the body of a step on one line, even if it contains a list.
-    pub(crate) fn one_line_item(&self, item: &StepItem) -> String {
-        let head = self.step_item_head(item);
-        match &item.kind {
-            StepItemKind::Entry(block)
-            | StepItemKind::Exit(block)
-            | StepItemKind::On { actions: block, .. }
-            | StepItemKind::Task { body: block, .. } => {
-                format!("{head} {}", self.one_line_list(block))
-            }
-            StepItemKind::Code(verbatim) => one_line_code(verbatim),
-            _ => head,
-        }
-    }
 }
 
-fn one_line_code(verbatim: &Verbatim) -> String {
-    format!(
-        "code {} {}",
-        names::name(&verbatim.language, Position::Anywhere),
-        names::quoted(&verbatim.text)
-    )
+/// `name: sources -> targets`
+pub(super) fn transition_head(transition: &Transition) -> String {
+    let name = transition.name.as_ref();
+    let label = name.map_or_else(String::new, |name| {
+        format!("{}: ", names::name(&name.text, Position::Anywhere))
+    });
+    let mut sources = transition.sources.iter().map(|path| {
+        let opens = name.is_none() && path.names.len() == 1;
+        names::path(path, if opens { Position::Source } else { Position::Anywhere })
+    });
+    let is_reaction = transition.is_internal && transition.targets.is_empty();
+    // A reaction does not leave its step.
+    let words = if is_reaction { ["in", ""] } else { ["", "->"] };
+    let is_sink = transition.is_sink && transition.targets.is_empty();
+    let targets = if is_sink { "sink".to_owned() } else { paths(&transition.targets, " & ") };
+    let parts = [words[0], &sources.join(" & "), words[1], &targets];
+    label + &parts.into_iter().filter(|part| !part.is_empty()).join(" ")
 }
 
 /// The names of extern conditions, which are written with parentheses.
@@ -484,42 +334,26 @@ pub(crate) fn macro_step(step: &MacroStep) -> String {
 }
 
 pub(crate) fn place_text(place: &Place) -> String {
-    let items: Vec<String> =
-        place.items.iter().map(|item| names::path(item, Position::Anywhere)).collect();
+    let items = place.items.iter().map(|item| names::path(item, Position::Anywhere));
     let side = match place.side {
         Side::Chip => "chip",
         Side::Cpu => "cpu",
     };
-    format!("place {} on {side}", items.join(", "))
+    format!("place {} on {side}", items.format(", "))
 }
 
-pub(crate) fn event_list(events: &[grafsynth_ir::Name]) -> String {
-    let events: Vec<String> = events
-        .iter()
-        .enumerate()
-        .map(|(index, event)| {
-            names::event(
-                &event.text,
-                if index == 0 { Position::Target } else { Position::Anywhere },
-            )
-        })
-        .collect();
-    events.join(", ")
+/// The position of one of several names after a keyword or sign.
+fn position(index: usize) -> Position {
+    if index == 0 { Position::Target } else { Position::Anywhere }
 }
 
-/// `code c "…"`. Several lines are written between triple quotes, without escapes.
-pub(crate) fn code(verbatim: &Verbatim) -> String {
-    let language = names::name(&verbatim.language, Position::Anywhere);
-    let text = &verbatim.text;
-    let is_raw = text.contains('\n')
-        && !text.contains("\"\"\"")
-        && !text.ends_with('"')
-        && !text.contains('\r');
-    if is_raw {
-        format!("code {language} \"\"\"\n{text}\"\"\"")
-    } else {
-        format!("code {language} {}", names::quoted(text))
-    }
+/// Paths after a keyword or sign.
+pub(super) fn paths(paths: &[Path], between: &str) -> String {
+    paths.iter().enumerate().map(|(at, path)| names::path(path, position(at))).join(between)
+}
+
+pub(crate) fn event_list(events: &[Name]) -> String {
+    events.iter().enumerate().map(|(at, event)| names::event(&event.text, position(at))).join(", ")
 }
 
 /// The letters of the standard, except for the pulse, which has a word.
@@ -555,9 +389,8 @@ pub(crate) fn setting_text(setting: &Setting) -> String {
         SettingKind::EventsExclusive => "events exclusive".to_owned(),
         SettingKind::Priority(n) => format!("priority {n}"),
         SettingKind::Shared(sharing, paths) => {
-            let paths: Vec<String> =
-                paths.iter().map(|path| names::path(path, names::Position::Anywhere)).collect();
-            format!("shared {} {}", sharing.word(), paths.join(", ")).trim_end().to_owned()
+            let paths = paths.iter().map(|path| names::path(path, Position::Anywhere));
+            format!("shared {} {}", sharing.word(), paths.format(", ")).trim_end().to_owned()
         }
     }
 }

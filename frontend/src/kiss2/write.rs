@@ -1,6 +1,7 @@
 //! Writes a table as text.
 
 use super::{Machine, Trit};
+use itertools::Itertools as _;
 use std::fmt::Write as _;
 
 /// A name as a single word of the format, without blanks or `#`, and different from words with a meaning.
@@ -31,7 +32,7 @@ pub fn write(machine: &Machine) -> String {
     let width = names.iter().map(|name| name.chars().count()).max().unwrap_or(1);
     let name = |state: Option<usize>| state.map_or("*", |state| names[state].as_str());
     let mut text = String::new();
-    let list = |names: &[String]| names.iter().map(|name| word(name)).collect::<Vec<_>>().join(" ");
+    let list = |names: &[String]| names.iter().map(|name| word(name)).join(" ");
     if !machine.name.is_empty() {
         let _ = writeln!(text, "# {}", machine.name.replace(['\n', '\r'], " "));
     }
@@ -52,9 +53,8 @@ pub fn write(machine: &Machine) -> String {
             format!("{:width$}", name(row.to)),
             trits(&row.outputs),
         ];
-        let cells: Vec<&str> =
-            cells.iter().map(String::as_str).filter(|cell| !cell.is_empty()).collect();
-        let _ = writeln!(text, "{}", cells.join(" ").trim_end());
+        let cells = cells.iter().map(String::as_str).filter(|cell| !cell.is_empty()).join(" ");
+        let _ = writeln!(text, "{}", cells.trim_end());
     }
     text.push_str(".e\n");
     text

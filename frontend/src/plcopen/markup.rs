@@ -239,11 +239,10 @@ impl Reader<'_, '_> {
                             }
                             None if word == "edge" => finding.help("write edge=\"rising\" or edge=\"falling\"; for both edges draw two contacts in parallel"),
                             None => {
-                                let others: Vec<String> = expected[1..]
+                                let others = expected[1..]
                                     .iter()
-                                    .map(|one| format!("{word}=\"{one}\""))
-                                    .collect();
-                                finding.help(format!("write {}, or remove it", others.join(" or ")))
+                                    .map(|one| format!("{word}=\"{one}\"")).join(" or ");
+                                finding.help(format!("write {others}, or remove it"))
                             }
                         }
                     });

@@ -1,6 +1,7 @@
 //! Reads projects: units with their interfaces, types, tasks and programs.
 
 use grafsynth_ir::diag::Diagnostic;
+use itertools::Itertools as _;
 use roxmltree::Node;
 
 use super::reader::{Reader, Unit, child, children, is_set, tag};
@@ -291,7 +292,7 @@ impl Reader<'_, '_> {
             let label = child(node, "documentation")
                 .map(|one| {
                     let mapped = self.content(one);
-                    mapped.text.split_whitespace().collect::<Vec<_>>().join(" ")
+                    mapped.text.split_whitespace().join(" ")
                 })
                 .unwrap_or_default();
             vars.push(Var { name, section, is_constant, ty, init, address, label });

@@ -1,5 +1,6 @@
 //! Reads the charts of a project. In the file, each element refers to its predecessors; here these links become transitions between steps.
 
+use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::diag::Diagnostic;
@@ -240,13 +241,11 @@ fn transition_name(reader: &Reader<'_, '_>, node: Node<'_, '_>) -> Option<Name> 
 pub(super) fn documentation(node: Node<'_, '_>) -> String {
     child(node, "documentation")
         .map(|one| {
-            let words: Vec<&str> = one
-                .descendants()
+            one.descendants()
                 .filter(Node::is_text)
                 .filter_map(|text| text.text())
                 .flat_map(str::split_whitespace)
-                .collect();
-            words.join(" ")
+                .join(" ")
         })
         .unwrap_or_default()
 }

@@ -3,6 +3,7 @@
 //! A transition that leads upwards is drawn as a jump. Divergences and convergences are drawn where several transitions or steps meet;
 //! competing transitions are ordered from left to right.
 
+use itertools::Itertools as _;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -102,12 +103,11 @@ fn pou(out: &mut String, program: &Program) {
     chart(out, program);
     out.push_str("          </SFC>\n        </body>\n");
     if !program.pragmas.is_empty() {
-        let pragmas: Vec<String> =
-            program.pragmas.iter().map(|one| format!("{{grafsynth {one}}}")).collect();
+        let pragmas = program.pragmas.iter().map(|one| format!("{{grafsynth {one}}}")).join(" ");
         let _ = writeln!(
             out,
             "        <documentation><xhtml:p>{}</xhtml:p></documentation>",
-            text(&pragmas.join(" "))
+            text(&pragmas)
         );
     }
     out.push_str("      </pou>\n");

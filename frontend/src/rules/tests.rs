@@ -2,6 +2,7 @@
 
 use grafsynth_ir::FileId;
 use grafsynth_ir::chart::{Chart, Item};
+use itertools::Itertools as _;
 
 use super::*;
 use crate::graf;
@@ -168,7 +169,6 @@ fn shape(net: &grafsynth_ir::net::Net) -> String {
         .filter(|line| {
             !["file:", "start:", "end:"].iter().any(|word| line.trim_start().starts_with(word))
         })
-        .collect::<Vec<_>>()
         .join("\n")
 }
 
@@ -196,7 +196,6 @@ fn rules_are_bijective_with_flat_nets() {
     let words = |text: &str| {
         text.split_whitespace()
             .map(str::to_owned)
-            .collect::<Vec<_>>()
             .join("")
             .replace("p2:|-Rp2:|-Lp3:|-Z", "p2:|-Rp3:|-Zp2:|-L")
     };

@@ -1,5 +1,6 @@
 //! Writes a flat chart as rules text.
 
+use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
@@ -130,9 +131,9 @@ impl Writer {
                 Item::Action(action) => {
                     let list = match action.body.as_slice() {
                         [] => Some(String::new()),
-                        _ => self.text.inline_list(&action.body).map(|list| format!(" {list}")),
+                        _ => self.text.list(&action.body).map(|list| format!(" {list}")),
                     };
-                    match list.filter(|list| !list.contains('\n')) {
+                    match list {
                         Some(list) => before.push(format!(
                             "action {}{}{list}",
                             names::name(&action.name.text, Position::Anywhere),
@@ -157,15 +158,15 @@ impl Writer {
                 }
                 Item::Place(place) => behind.push(place_text(place)),
                 Item::Board(board) => {
-                    let pins: Vec<String> = board
+                    let pins = board
                         .pins
                         .iter()
                         .map(|(name, pin)| format!("{} {pin}", names::signal(&name.text)))
-                        .collect();
+                        .join("  ");
                     behind.push(format!(
                         "device {} {{ {} }}",
                         names::name(&board.device.text, Position::Anywhere),
-                        pins.join("  ")
+                        pins
                     ));
                 }
                 // Reported at the macro-step that uses it.
@@ -381,7 +382,8 @@ impl Writer {
             guard: None,
             ..transition.clone()
         };
-        let (_, mut clauses, _) = self.text.transition(&bare);
+        let clauses = self.text.clauses(&bare);
+        let mut clauses: Vec<String> = clauses.into_iter().map(|(_, clause)| clause).collect();
         if !transition.actions.is_empty() {
             clauses.push(format!("do {}", self.text.one_line_list(&transition.actions)));
         }

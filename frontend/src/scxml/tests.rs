@@ -1,6 +1,7 @@
 use super::*;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Valid, lower, text};
+use itertools::Itertools as _;
 
 fn net(source: &str) -> Valid<Net> {
     let parsed = parse(FileId(0), source);
@@ -267,8 +268,8 @@ fn what_is_written_is_read_as_it_was() {
 #[test]
 fn lists_of_names_are_bounded_one_by_one_and_together() {
     let transition = |from: usize, n: usize| {
-        let names: Vec<String> = (from..from + n).map(|index| format!("e{index}")).collect();
-        format!("<transition event='{}' target='r'/>", names.join(" "))
+        let names = (from..from + n).map(|index| format!("e{index}")).join(" ");
+        format!("<transition event='{names}' target='r'/>")
     };
     let sizes = |inside: &str| {
         let found = told(&document("", inside));

@@ -5,6 +5,7 @@
 //! depends on it; otherwise it is reported as lost. Reading the document gives the same chart, except for spans, comments and the order of
 //! declarations.
 
+use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
@@ -444,8 +445,8 @@ impl<'c> Writer<'c> {
         let is_plain = outside.iter().all(|(_, place, is_raised)| place.is_some() && !is_raised);
         let mut out = String::new();
         if !(in_order && is_plain) {
-            let names: Vec<String> = outside.iter().map(|(name, ..)| self.id(name)).collect();
-            let _ = write!(out, " g:input=\"{}\"", xml::attribute(&names.join(" ")));
+            let names = outside.iter().map(|(name, ..)| self.id(name)).join(" ");
+            let _ = write!(out, " g:input=\"{}\"", xml::attribute(&names));
         }
         if !inside.is_empty() {
             let _ = write!(out, " g:internal=\"{}\"", xml::attribute(&inside.join(" ")));
@@ -513,7 +514,7 @@ impl<'c> Writer<'c> {
             let text = match len {
                 None => values.first().map_or_else(|| value(&0), value),
                 Some(_) => {
-                    format!("[{}]", values.iter().map(value).collect::<Vec<_>>().join(", "))
+                    format!("[{}]", values.iter().map(value).join(", "))
                 }
             };
             let mut line = format!("<data id=\"{}\" expr=\"{text}\"", self.id(name));
@@ -582,8 +583,8 @@ impl<'c> Writer<'c> {
         let initial = state.and_then(|state| state.initial.as_ref());
         match initial {
             Some((targets, content)) if content.is_empty() => {
-                let names: Vec<String> = targets.iter().map(|path| self.target(path)).collect();
-                let _ = write!(head, " initial=\"{}\"", names.join(" "));
+                let names = targets.iter().map(|path| self.target(path)).join(" ");
+                let _ = write!(head, " initial=\"{names}\"");
             }
             Some(_) => {}
             None => {
@@ -602,9 +603,9 @@ impl<'c> Writer<'c> {
         if let Some((targets, content)) = initial
             && !content.is_empty()
         {
-            let names: Vec<String> = targets.iter().map(|path| self.target(path)).collect();
+            let names = targets.iter().map(|path| self.target(path)).join(" ");
             self.open("initial");
-            self.with_content(&format!("transition target=\"{}\"", names.join(" ")), content);
+            self.with_content(&format!("transition target=\"{names}\""), content);
             self.close("initial");
         }
         self.handlers(step);
@@ -622,9 +623,8 @@ impl<'c> Writer<'c> {
                 if history.default.is_empty() {
                     self.refuse("a history without a default", history.name.span);
                 }
-                let names: Vec<String> =
-                    history.default.iter().map(|path| self.target(path)).collect();
-                let head = format!("transition target=\"{}\"", names.join(" "));
+                let names = history.default.iter().map(|path| self.target(path)).join(" ");
+                let head = format!("transition target=\"{names}\"");
                 self.with_content(&head, &history.content);
                 self.close("history");
             }
@@ -715,16 +715,16 @@ impl<'c> Writer<'c> {
         }
         let mut head = String::from("transition");
         if !events.is_empty() {
-            let names: Vec<String> = events.iter().map(|name| self.event(name)).collect();
-            let _ = write!(head, " event=\"{}\"", xml::attribute(&names.join(" ")));
+            let names = events.iter().map(|name| self.event(name)).join(" ");
+            let _ = write!(head, " event=\"{}\"", xml::attribute(&names));
         }
         if let Some(guard) = guard {
             let guard = self.expr(guard, 0);
             let _ = write!(head, " cond=\"{}\"", xml::attribute(&guard));
         }
         if !targets.is_empty() {
-            let names: Vec<String> = targets.iter().map(|path| self.target(path)).collect();
-            let _ = write!(head, " target=\"{}\"", names.join(" "));
+            let names = targets.iter().map(|path| self.target(path)).join(" ");
+            let _ = write!(head, " target=\"{names}\"");
         } else if events.is_empty() && guard.is_none() {
             head.push_str(" cond=\"true\"");
         }

@@ -14,6 +14,7 @@ use crate::diag::{Diagnostic, Notation, nearest};
 use crate::expr::ExprKind;
 use crate::net::{Driver, InputKind, StepId};
 use crate::span::{Name, Span};
+use itertools::Itertools as _;
 
 /// Limit of the candidates that all suggestions together may examine: a file with thousands of unknown names does not have typing errors.
 const MAX_CANDIDATES: usize = 500_000;
@@ -215,7 +216,7 @@ impl<'a> Lowering<'a> {
         step_first: bool,
     ) -> Result<Symbol, Unknown> {
         let look = |names: &[Name]| {
-            let joined = names.iter().map(|name| name.text.as_str()).collect::<Vec<_>>().join(".");
+            let joined = names.iter().map(|name| name.text.as_str()).join(".");
             let (first, second) =
                 if step_first { (&flat.steps, &flat.others) } else { (&flat.others, &flat.steps) };
             first.get(&joined).or_else(|| second.get(&joined)).copied()

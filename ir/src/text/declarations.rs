@@ -6,6 +6,7 @@ use crate::codes;
 use crate::diag::{Diagnostic, nearest};
 use crate::expr::{Expr as GenericExpr, Type};
 use crate::net::*;
+use itertools::Itertools as _;
 
 /// All qualifiers.
 const QUALIFIERS: [Qualifier; 11] = [
@@ -146,8 +147,7 @@ impl Parser<'_> {
             }
             (None, []) => diagnostic,
             (None, _) => {
-                let words =
-                    words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ");
+                let words = words.iter().map(|word| format!("`{word}`")).join(", ");
                 diagnostic.help(format!("expected {words}"))
             }
         });

@@ -6,6 +6,7 @@ use crate::arena::{Arena, Id, IdMap};
 use crate::expr::{ArithOp, Expr as GenericExpr, ExprKind, Type};
 use crate::net::*;
 use crate::span::Name;
+use itertools::Itertools as _;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
@@ -88,7 +89,7 @@ fn named(name: &str) -> String {
 }
 
 fn join(items: impl IntoIterator<Item = String>) -> String {
-    items.into_iter().collect::<Vec<_>>().join(", ")
+    items.into_iter().join(", ")
 }
 
 struct Printer<'a> {

@@ -7,19 +7,15 @@ use grafsynth_ir::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind, Type
 use grafsynth_ir::net::*;
 use grafsynth_ir::span::{Name, Span};
 
-/// xorshift64*: sufficient for tests, and the same on all machines.
-pub(crate) struct Random(u64);
+pub(crate) struct Random(grafsynth_ir::random::Random);
 
 impl Random {
     pub(crate) fn new(seed: u64) -> Self {
-        Random(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
+        Random(grafsynth_ir::random::Random::new(seed))
     }
 
-    pub(crate) fn below(&mut self, bound: u64) -> u64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 33) % bound
+    pub(crate) fn below(&mut self, bound: usize) -> usize {
+        self.0.below(bound)
     }
 
     pub(crate) fn flip(&mut self) -> bool {
@@ -27,14 +23,14 @@ impl Random {
     }
 
     pub(crate) fn pick<T: Clone>(&mut self, all: &[T]) -> T {
-        all[self.below(all.len() as u64) as usize].clone()
+        all[self.below(all.len())].clone()
     }
 
-    fn many<T>(&mut self, at_most: u64, mut make: impl FnMut(&mut Self) -> T) -> Vec<T> {
+    fn many<T>(&mut self, at_most: usize, mut make: impl FnMut(&mut Self) -> T) -> Vec<T> {
         (0..self.below(at_most + 1)).map(|_| make(self)).collect()
     }
 
-    fn arena<T>(&mut self, at_most: u64, make: impl FnMut(&mut Self) -> T) -> Arena<T> {
+    fn arena<T>(&mut self, at_most: usize, make: impl FnMut(&mut Self) -> T) -> Arena<T> {
         self.many(at_most, make).into_iter().collect()
     }
 
@@ -44,7 +40,7 @@ impl Random {
 
     /// An id that usually exists.
     fn id<T>(&mut self) -> Id<T> {
-        Id::from_index(self.below(4) as usize)
+        Id::from_index(self.below(4))
     }
 
     fn number(&mut self) -> u32 {

@@ -171,23 +171,12 @@ fn with_few_literals(terms: &Terms, plain: Shape) -> Terms {
 mod tests {
     use super::one_hot;
     use crate::minimise::{Effort, Function, Minimum, Shape, Terms, shared};
-
-    /// Deterministic pseudo-random numbers.
-    struct Prng(u64);
-
-    impl Prng {
-        fn below(&mut self, n: usize) -> usize {
-            self.0 ^= self.0 << 13;
-            self.0 ^= self.0 >> 7;
-            self.0 ^= self.0 << 17;
-            (self.0 >> 11) as usize % n
-        }
-    }
+    use grafsynth_ir::random::Random;
 
     const INPUTS: usize = 2;
 
     /// A state machine over two inputs: next states and outputs, some of them open.
-    fn machine(dice: &mut Prng, n_states: usize, n_outputs: usize) -> (Terms, Terms) {
+    fn machine(dice: &mut Random, n_states: usize, n_outputs: usize) -> (Terms, Terms) {
         let shape = Shape::new(INPUTS + n_states, n_states + n_outputs);
         let (mut on, mut off) = (Terms::new(shape), Terms::new(shape));
         // Few different rows, so that states have much in common.
@@ -226,7 +215,7 @@ mod tests {
 
     #[test]
     fn states_as_one_variable_give_the_table_and_the_least_count_where_that_is_known() {
-        let mut dice = Prng(0x9E37_79B9_7F4A_7C15);
+        let mut dice = Random::new(1);
         let effort = Effort::of_level(1, true);
         let (mut n_least, mut n_all) = (0, 0);
         for round in 0..30 {

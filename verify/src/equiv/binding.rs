@@ -1,5 +1,6 @@
 //! The correspondence between pins and flip-flops of a circuit and objects of the net.
 
+use itertools::Itertools as _;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::logic::{FlopId, Logic, NodeId, PinInputId, PinOutputId, PinRole, shown_by};
@@ -238,8 +239,8 @@ impl Binding {
             What::Step(_) => {
                 let name = |step: StepId| net.steps[step].name.text.clone();
                 let visible = |step: &StepId| !net.steps[*step].hidden;
-                let mine: Vec<String> =
-                    row.steps.iter().copied().filter(|step| visible(step)).map(name).collect();
+                let mine =
+                    row.steps.iter().copied().filter(|step| visible(step)).map(name).join(" ");
                 let mut theirs: Vec<StepId> = self
                     .compared
                     .iter()
@@ -251,8 +252,8 @@ impl Binding {
                     .collect();
                 theirs.sort_unstable();
                 theirs.dedup();
-                let theirs: Vec<String> = theirs.into_iter().map(name).collect();
-                (mine.join(" "), theirs.join(" "))
+                let theirs = theirs.into_iter().map(name).join(" ");
+                (mine, theirs)
             }
             What::Output(output) => {
                 let lo = match net.outputs[output].driver {

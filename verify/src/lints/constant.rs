@@ -5,6 +5,7 @@ use grafsynth_ir::diag::Notation;
 use grafsynth_ir::expr::{Expr, ExprKind, Type};
 use grafsynth_ir::net::{Leaf, Net, StmtKind, TransitionId, VarId, VarOrigin};
 use grafsynth_ir::simplify::simplify;
+use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::codes;
@@ -71,15 +72,15 @@ pub(super) fn finding(net: &Net, id: TransitionId, vars: &[VarId]) -> Diagnostic
         (Type::Bool, Some(_)) => "true".to_owned(),
         (Type::Int { .. }, value) => value.copied().unwrap_or(0).to_string(),
     };
-    let stays: Vec<String> = vars
+    let stays = vars
         .iter()
         .map(|var| {
             format!("`{}` is never assigned and is always {}", net.vars[*var].name, value(*var))
         })
-        .collect();
+        .join(", ");
     let mut warning = Diagnostic::warning(
         codes::DEAD_TRANSITION,
-        format!("transition `{}` never fires: {}", data.name, stays.join(", ")),
+        format!("transition `{}` never fires: {}", data.name, stays),
     )
     .plural(
         format!("`{}`", data.name),

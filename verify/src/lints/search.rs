@@ -1,5 +1,6 @@
 //! Findings from a search of all reachable states: conflicts, dead ends, races, livelocks, starvation.
 
+use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::diag::Notation;
@@ -602,16 +603,15 @@ impl<'n> Shown<'n> {
             starving.entry(net.transitions[*rival].requires[0]).or_default().push(*rival);
         }
         for (step, transitions) in starving {
-            let names: Vec<String> = transitions
+            let names = transitions
                 .iter()
                 .map(|transition| format!("`{}`", net.transitions[*transition].name))
-                .collect();
+                .join(", ");
             let mut note = Diagnostic::note(
                 codes::STARVATION,
                 format!(
                     "{} can starve at step `{}`: other transitions may win every time",
-                    names.join(", "),
-                    net.steps[step].name
+                    names, net.steps[step].name
                 ),
             );
             for transition in &transitions {

@@ -1,6 +1,7 @@
 //! Small random charts: [`Chart::random`] makes one, [`Chart::text`] writes it for the tool.
 
 use grafsynth_sim::Random;
+use itertools::Itertools as _;
 use std::fmt::Write;
 
 /// How transitions that share a preceding step compete.
@@ -204,7 +205,7 @@ impl Chart {
                 true => format!("v{0} := v{0} + {1}", it.var, it.number),
                 false => format!("v{} := {}", it.var, it.number),
             };
-            list.iter().map(one).collect::<Vec<_>>().join("; ")
+            list.iter().map(one).join("; ")
         };
         for (at, step) in self.steps.iter().enumerate() {
             let initial = if step.initial { "initial " } else { "" };
@@ -220,9 +221,7 @@ impl Chart {
             }
             let _ = writeln!(text, " {initial}step s{at} {{{inside} }}");
         }
-        let names = |steps: &[usize]| {
-            steps.iter().map(|step| format!("s{step}")).collect::<Vec<_>>().join(" & ")
-        };
+        let names = |steps: &[usize]| steps.iter().map(|step| format!("s{step}")).join(" & ");
         for (at, it) in self.moves.iter().enumerate() {
             let _ = write!(text, " t{at}: {} -> {}", names(&it.from), names(&it.to));
             if it.guard != Guard::True {

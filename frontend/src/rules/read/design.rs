@@ -1,5 +1,6 @@
 //! Builds the chart that lists, rules and options describe together.
 
+use itertools::Itertools as _;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -470,7 +471,7 @@ impl Builder<'_> {
         }
         let text = |start: u32, end: u32| self.text.get(start as usize..end as usize).unwrap_or("");
         let label = short(&rule.label.text);
-        let rules: Vec<String> = parts
+        let rules = parts
             .iter()
             .take(SHOWN)
             .zip('a'..='z')
@@ -483,7 +484,7 @@ impl Builder<'_> {
                     text(left.span.end, rule.span.end),
                 )
             })
-            .collect();
+            .join(" and ");
         let more = if parts.len() > SHOWN { " and so on" } else { "" };
         let n = parts.len();
         self.findings.report(|| {
@@ -493,8 +494,7 @@ impl Builder<'_> {
             )
             .at(factor.span, "a sum of steps")
             .help(format!(
-                "a transition leaves all of its preceding steps; write one rule for each, {}{more}, and list their labels in the line `Transition`",
-                rules.join(" and ")
+                "a transition leaves all of its preceding steps; write one rule for each, {rules}{more}, and list their labels in the line `Transition`"
             ))
         });
         false

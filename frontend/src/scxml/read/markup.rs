@@ -2,6 +2,7 @@
 
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::{Name, Span};
+use itertools::Itertools as _;
 
 use super::rules::RULES;
 use super::{MAX_FURTHER, MAX_NAMES, N, REFUSED, Reader};
@@ -320,18 +321,14 @@ impl<'t> Reader<'_, 't> {
                     format!("the {attribute} of <{tag}> is not a single name: {:?}", value.text),
                 )
                 .at(value.whole(), "expected one name")
-                .help(
-                    match value.words().map(|(word, _)| word).collect::<Vec<_>>().join("_") {
-                        joined if joined.is_empty() => {
-                            format!(
-                                "write a name, as in {attribute}=\"name\", or remove the attribute"
-                            )
-                        }
-                        joined => {
-                            format!("write it without spaces, as in {attribute}=\"{joined}\"")
-                        }
-                    },
-                ),
+                .help(match value.words().map(|(word, _)| word).join("_") {
+                    joined if joined.is_empty() => {
+                        format!("write a name, as in {attribute}=\"name\", or remove the attribute")
+                    }
+                    joined => {
+                        format!("write it without spaces, as in {attribute}=\"{joined}\"")
+                    }
+                }),
             );
             return None;
         }

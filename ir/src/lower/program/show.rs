@@ -1,5 +1,6 @@
 //! A program as text, for dumps and tests. Only people read it: names may not be unique.
 
+use itertools::Itertools as _;
 use std::fmt::Write;
 
 use crate::expr::{ArithOp, ExprKind};
@@ -28,8 +29,8 @@ pub fn show(net: &Net, program: &Program) -> String {
             let (lo, hi) = cell.ty.bounds();
             format!(" {lo}..{hi}")
         };
-        let init: Vec<String> = cell.init.iter().map(i64::to_string).collect();
-        writer.line(0, &format!("cell {}{len}{range} = {}", cell.name, init.join(", ")));
+        let init = cell.init.iter().map(i64::to_string).join(", ");
+        writer.line(0, &format!("cell {}{len}{range} = {}", cell.name, init));
     }
     writer.text.push('\n');
     writer.list(&program.body, 0);
@@ -84,13 +85,8 @@ impl Writer<'_> {
                     self.line(depth, &text);
                 }
                 Stmt::Call(output, arguments) => {
-                    let arguments: Vec<String> =
-                        arguments.iter().map(|argument| self.expr(argument)).collect();
-                    let text = format!(
-                        "call {}({})",
-                        self.net.outputs[*output].name,
-                        arguments.join(", ")
-                    );
+                    let arguments = arguments.iter().map(|argument| self.expr(argument)).join(", ");
+                    let text = format!("call {}({})", self.net.outputs[*output].name, arguments);
                     self.line(depth, &text);
                 }
                 Stmt::Code(text) => self.line(depth, &format!("code {}", text.language)),
@@ -116,7 +112,7 @@ impl Writer<'_> {
             if all.is_empty() {
                 none.to_owned()
             } else {
-                all.iter().map(|one| self.operand(one)).collect::<Vec<_>>().join(word)
+                all.iter().map(|one| self.operand(one)).join(word)
             }
         };
         match &expr.kind {

@@ -4,6 +4,7 @@ use super::build::*;
 use crate::chart::*;
 use crate::lower::lower;
 use crate::net::{Enter, ForcingOrder, Net, Policy, StepKind, TransitionKind};
+use itertools::Itertools as _;
 
 fn state_of(text: &str, role: StepRole, is_parallel: bool, items: Vec<Item>) -> State {
     let step = Step { name: name(text), role, meta: meta(), ..Step::default() };
@@ -24,12 +25,12 @@ fn enters(net: &Net, list: &[Enter]) -> String {
         Enter::InitialContent(step) => format!("do {}", last(&net.steps[step].name.text)),
         Enter::History(history) => last(&net.histories[history].name.text),
     };
-    list.iter().map(one).collect::<Vec<_>>().join(" ")
+    list.iter().map(one).join(" ")
 }
 fn clears(net: &Net, index: usize) -> String {
     let steps = &net.transitions.values().nth(index).unwrap().clears;
     let last = |text: &str| text.rsplit('.').next().unwrap_or(text).to_owned();
-    steps.iter().map(|step| last(&net.steps[*step].name.text)).collect::<Vec<_>>().join(" ")
+    steps.iter().map(|step| last(&net.steps[*step].name.text)).join(" ")
 }
 fn entered_by(net: &Net, index: usize) -> String {
     enters(net, &net.transitions.values().nth(index).unwrap().enters)

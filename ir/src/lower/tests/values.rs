@@ -5,11 +5,12 @@ use crate::chart::{ActionHow, DeclarationKind, Item, Length, StepItemKind, Trans
 use crate::expr::{CompareOp, ExprKind, Type};
 use crate::lower::properties;
 use crate::net::{Driver, Leaf, Net, Qualifier, VarOrigin};
+use itertools::Itertools as _;
 
 /// An expression as one line, for comparisons.
 fn show(net: &Net, expr: &crate::net::Expr) -> String {
     let join = |all: &[crate::net::Expr], sep: &str| {
-        format!("({})", all.iter().map(|one| show(net, one)).collect::<Vec<_>>().join(sep))
+        format!("({})", all.iter().map(|one| show(net, one)).join(sep))
     };
     match &expr.kind {
         ExprKind::Bool(value) => value.to_string(),
