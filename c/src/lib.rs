@@ -15,8 +15,8 @@
 //! | module | contents |
 //! |---|---|
 //! | [`tree`] | the tree, its types, and the constructors that type it |
-//! | [`parse`] | text to tree, written from the grammar of C99: the lexer, the preprocessor, the parser |
-//! | [`print`] | tree to text; reading it gives the same tree |
+//! | [`mod@parse`] | text to tree, written from the grammar of C99: the lexer, the preprocessor, the parser |
+//! | [`mod@print`] | tree to text; reading it gives the same tree |
 //! | [`uses`] | who reads, writes and calls what |
 //! | [`order`] | expressions whose result would depend on the order of evaluation |
 //!

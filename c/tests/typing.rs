@@ -151,6 +151,7 @@ fn implicit_conversions_are_nodes() {
 fn constraints_are_checked() {
     let cases = [
         ("int f(const int *p) { *p = 1; return 0; }", "G0642"),
+        ("typedef struct { const int n; } t; void f(t *a, t *b) { *a = *b; }", "G0642"),
         ("int f(int *p, const int *q) { p = q; return 0; }", "G0642"),
         ("int f(int *p) { return p; }", "G0642"),
         ("int f(int a) { return a.b; }", "G0642"),

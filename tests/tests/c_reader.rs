@@ -12,7 +12,8 @@ use grafsynth_driver::source::Sources;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, FileId, Valid};
 use grafsynth_sim::Random;
-use grafsynth_tests::fleet::{Compiler, check, draw, draw_of, emitted};
+use grafsynth_tests::fleet::{Compiler, check, draw, draw_of, emitted, options};
+use grafsynth_tests::random_chart::random_chart;
 use grafsynth_tests::random_net::Features;
 use grafsynth_tests::{in_parallel, rounds};
 use std::path::{Path, PathBuf};
@@ -176,6 +177,23 @@ fn random_charts_in_every_style_are_read() {
         let failed: Vec<String> = found.into_iter().flatten().collect();
         assert!(failed.is_empty(), "style {}: {}", style.name(), failed.join("\n"));
     }
+}
+
+/// Charts with odd names, macro-steps and qualifiers, each in one style.
+#[test]
+fn drawn_charts_are_read() {
+    let seeds: Vec<u64> = (0..rounds(20, 1_000)).collect();
+    let found = in_parallel(&seeds, |seed| {
+        let net = grafsynth_tests::chart("random.graf", &random_chart(*seed)?);
+        let style = Style::ALL[*seed as usize % Style::ALL.len()];
+        let (package, options) = emitted(&net, options(*seed, style)).ok()?;
+        let (n_read, why) = all_read(&net, &package, *seed as usize);
+        Some((n_read, why.map(|why| format!("seed {seed}, {options:?}: {why}"))))
+    });
+    let n_read: usize = found.iter().flatten().map(|(n_read, _)| n_read).sum();
+    let failed: Vec<String> = found.into_iter().flatten().filter_map(|(_, why)| why).collect();
+    assert!(failed.is_empty(), "{}", failed.join("\n"));
+    assert!(n_read > 50, "{n_read} texts");
 }
 
 #[test]

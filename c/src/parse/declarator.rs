@@ -299,7 +299,13 @@ impl<'a> Parser<'a, '_> {
                     return self.fail(codes::TYPE, message, span, "here");
                 }
                 let tag = tag.map(|(tag, _)| tag.to_owned());
-                let new = Struct { tag, members: Vec::new(), layout: None, span: Loc(start) };
+                let new = Struct {
+                    tag,
+                    members: Vec::new(),
+                    layout: None,
+                    has_const: false,
+                    span: Loc(start),
+                };
                 self.unit.structs.push(new)
             }
         };
@@ -315,7 +321,10 @@ impl<'a> Parser<'a, '_> {
             if layout.is_none() {
                 return self.fail(codes::TYPE, "the structure is too large", start, "here");
             }
-            (self.unit.structs[id].members, self.unit.structs[id].layout) = (members, layout);
+            let has_const = members.iter().any(|member| self.unit.has_const(&member.canonical));
+            let tag = self.unit.structs[id].tag.take();
+            let span = self.unit.structs[id].span;
+            self.unit.structs[id] = Struct { tag, members, layout, has_const, span };
             found.defines = Some(Tag::Struct(id));
         }
         found.mentions = true;

@@ -135,14 +135,7 @@ impl Printer<'_> {
                 self.put_from(value, Level::Choose, out);
             }
             ExprKind::Step { is_increment, is_prefix, place } => {
-                let sign = if *is_increment { "++" } else { "--" };
-                if *is_prefix {
-                    out.push_str(sign);
-                    self.put_place(place, out);
-                } else {
-                    self.put_place_postfix(place, out);
-                    out.push_str(sign);
-                }
+                self.put_step(*is_increment, *is_prefix, place, out);
             }
             ExprKind::Call(callee, arguments) => self.put_call(callee, arguments, out),
             ExprKind::Member(a, index) => {
@@ -150,16 +143,29 @@ impl Printer<'_> {
                 out.push('.');
                 out.push_str(self.member_name(&a.ty, *index));
             }
-            ExprKind::SizeOf(operand) => {
-                out.push_str("sizeof(");
-                match &**operand {
-                    SizeOfOperand::Type(ty) => out.push_str(&super::type_name(self.unit, ty)),
-                    SizeOfOperand::Place(place) => self.put_place(place, out),
-                    SizeOfOperand::Value(value) => self.put(value, out),
-                }
-                out.push(')');
-            }
+            ExprKind::SizeOf(operand) => self.put_size_of(operand, out),
         }
+    }
+
+    fn put_step(&self, is_increment: bool, is_prefix: bool, place: &Place, out: &mut String) {
+        let sign = if is_increment { "++" } else { "--" };
+        if is_prefix {
+            out.push_str(sign);
+            self.put_place(place, out);
+        } else {
+            self.put_place_postfix(place, out);
+            out.push_str(sign);
+        }
+    }
+
+    fn put_size_of(&self, operand: &SizeOfOperand, out: &mut String) {
+        out.push_str("sizeof(");
+        match operand {
+            SizeOfOperand::Type(ty) => out.push_str(&super::type_name(self.unit, ty)),
+            SizeOfOperand::Place(place) => self.put_place(place, out),
+            SizeOfOperand::Value(value) => self.put(value, out),
+        }
+        out.push(')');
     }
 
     /// The left operand of a binary operator: a chain of one precedence needs no brackets, except of comparisons.

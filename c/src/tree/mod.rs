@@ -114,6 +114,8 @@ pub struct Struct {
     pub members: Vec<Member>,
     /// Size and alignment in bytes; `None` if it is only declared.
     pub layout: Option<(u64, u64)>,
+    /// True if a member, or a part of one, is `const`: then the structure cannot be assigned as a whole (C99 6.3.2.1p1).
+    pub has_const: bool,
     /// Where it was mentioned first.
     pub span: Loc,
 }

@@ -393,6 +393,22 @@ impl Unit {
         }
     }
 
+    /// True if the type, its elements or its members are `const`.
+    #[must_use]
+    pub fn has_const(&self, ty: &Qualified) -> bool {
+        let inner = match &ty.ty {
+            Type::Array(element, _) => self.has_const(element),
+            Type::Struct(id) => self.structs[*id].has_const,
+            Type::Void
+            | Type::Int(_)
+            | Type::Enum(_)
+            | Type::Pointer(_)
+            | Type::Function(_)
+            | Type::Named(_) => false,
+        };
+        inner || ty.qualifiers.is_const
+    }
+
     /// The integer type of a canonical type, if it is an integer or an enumeration.
     #[must_use]
     pub fn integer(&self, ty: &Type) -> Option<IntKind> {

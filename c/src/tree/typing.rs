@@ -549,7 +549,7 @@ impl Unit {
     }
 
     fn check_modifiable(&self, place: &Place) -> Result<(), TypeError> {
-        if place.qualifiers.is_const {
+        if place.qualifiers.is_const || self.has_const(&place.ty.clone().into()) {
             return error("this is `const` and cannot be written");
         }
         if matches!(place.ty, Type::Array(..)) {
