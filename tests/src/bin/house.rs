@@ -45,14 +45,14 @@ const LONG: usize = 80;
 
 /// The bounds of the figures. Lower them with the figures; raise one only with a reason in the commit.
 const BOUNDS: [(&str, usize); 9] = [
-    ("code lines of frontend", 37800),
-    ("code lines of c and backend-c", 22600),
-    ("code lines of ir", 20250),
-    ("code lines of driver", 10200),
-    ("code lines of all crates", 141_600),
-    ("functions above 80 lines", 136),
-    ("circles of files", 10),
-    ("lines that list variants", 2_053),
+    ("code lines of frontend", 36_800),
+    ("code lines of c and backend-c", 28_800),
+    ("code lines of ir", 19_800),
+    ("code lines of driver", 10_550),
+    ("code lines of all crates", 146_700),
+    ("functions above 80 lines", 116),
+    ("circles of files", 7),
+    ("lines that list variants", 645),
     ("text tests on emitted C", 31),
 ];
 
