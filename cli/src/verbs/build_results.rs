@@ -71,10 +71,7 @@ fn groups(lines: &[OutputReport]) -> Vec<Vec<&OutputReport>> {
 fn fault(line: &OutputReport) -> Option<&OutputFault> {
     match &line.verdict {
         OutputVerdict::Refuted(fault) => Some(fault),
-        OutputVerdict::Proved(_)
-        | OutputVerdict::ReadBack(_)
-        | OutputVerdict::Open(_)
-        | OutputVerdict::NotChecked => None,
+        _ => None,
     }
 }
 
@@ -95,11 +92,7 @@ fn refuted(
     };
     let mut run = match fault {
         OutputFault::Row(row) => session.declaration(net, &row.column),
-        OutputFault::ReadsBackAsAnother
-        | OutputFault::PinLost(_)
-        | OutputFault::Bitstream(_)
-        | OutputFault::Rebuilt(_)
-        | OutputFault::NoAnswer(_) => String::new(),
+        _ => String::new(),
     };
     run += &shown.text;
     let mut text = text(lines, fault, &run);

@@ -347,19 +347,7 @@ impl Writer<'_> {
             Item::Declaration(next) => {
                 keyword(next) == keyword(first) && is_short(next) && is_short(first)
             }
-            Item::Setting(_)
-            | Item::Step(_)
-            | Item::Transition(_)
-            | Item::Macro(_)
-            | Item::MacroStep(_)
-            | Item::Enclosing(_)
-            | Item::State(_)
-            | Item::Use(_)
-            | Item::Action(_)
-            | Item::Emergency(_)
-            | Item::Property(_)
-            | Item::Place(_)
-            | Item::Board(_) => false,
+            _ => false,
         };
         1 + items[1..].iter().take_while(belongs).count()
     }
@@ -505,14 +493,12 @@ fn class_of(item: &Item) -> Class {
 /// Whether the declaration is short: short declarations share a line if there is no source to follow.
 fn is_short(declaration: &Declaration) -> bool {
     declaration.meta.req.is_empty()
-        && match &declaration.kind {
+        && matches!(
+            declaration.kind,
             DeclarationKind::Input { .. }
-            | DeclarationKind::Output { .. }
-            | DeclarationKind::Event { .. }
-            | DeclarationKind::ExternCondition { .. }
-            | DeclarationKind::ExternAction { .. } => true,
-            DeclarationKind::Var { .. }
-            | DeclarationKind::Timer { .. }
-            | DeclarationKind::Const { .. } => false,
-        }
+                | DeclarationKind::Output { .. }
+                | DeclarationKind::Event { .. }
+                | DeclarationKind::ExternCondition { .. }
+                | DeclarationKind::ExternAction { .. }
+        )
 }

@@ -137,17 +137,7 @@ fn shown(expr: &Expr, is_inner: bool) -> Option<String> {
         ExprKind::Not(inner) => format!("NOT {}", shown(inner, true)?),
         ExprKind::And(all) => chain(all, " AND ")?,
         ExprKind::Or(all) => chain(all, " OR ")?,
-        ExprKind::Bool(_)
-        | ExprKind::Int(_)
-        | ExprKind::Time(_)
-        | ExprKind::Bit(..)
-        | ExprKind::Index(..)
-        | ExprKind::Address(_)
-        | ExprKind::Neg(_)
-        | ExprKind::Binary(..)
-        | ExprKind::Call(..)
-        | ExprKind::Flag(_)
-        | ExprKind::Refused(_) => return None,
+        _ => return None,
     };
     (text.len() <= 80).then_some(text)
 }
@@ -324,12 +314,7 @@ impl Mentions {
                 self.has_function = true;
                 self.arguments(arguments);
             }
-            ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Time(_)
-            | ExprKind::Address(_)
-            | ExprKind::Flag(_)
-            | ExprKind::Refused(_) => {}
+            _ => {}
         }
     }
 }

@@ -379,15 +379,7 @@ impl Elaborator<'_> {
                     body.push(item(reset, ActionHow::Bare, one.span));
                     body.extend(control.iter().map(|control| item(control, how, one.span)));
                 }
-                Qualifier::N
-                | Qualifier::L
-                | Qualifier::D
-                | Qualifier::P
-                | Qualifier::P0
-                | Qualifier::P1
-                | Qualifier::SD
-                | Qualifier::DS
-                | Qualifier::SL => {
+                _ => {
                     body.extend(control.iter().map(|control| item(control, how, one.span)));
                 }
             },

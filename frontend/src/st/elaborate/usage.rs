@@ -204,12 +204,7 @@ impl Walk<'_> {
             }
             ExprKind::And(all) | ExprKind::Or(all) => all.iter().for_each(|one| self.expr(one)),
             ExprKind::Call(_, arguments) => self.arguments(arguments, &Params::new()),
-            ExprKind::Bool(_)
-            | ExprKind::Int(_)
-            | ExprKind::Time(_)
-            | ExprKind::Address(_)
-            | ExprKind::Flag(_)
-            | ExprKind::Refused(_) => {}
+            _ => {}
         }
     }
 }

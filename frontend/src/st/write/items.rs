@@ -397,15 +397,7 @@ impl<'a> Maker<'a> {
                 self.unordered = Some("together with a final scan");
                 program.pragmas.push("final scan".to_owned());
             }
-            SettingKind::Conflict(_)
-            | SettingKind::EvolutionStable(_)
-            | SettingKind::Schedule(_)
-            | SettingKind::FireOne(_)
-            | SettingKind::AssignSimultaneous(_)
-            | SettingKind::Queue(_)
-            | SettingKind::EventsExclusive
-            | SettingKind::Shared(..)
-            | SettingKind::Priority(_) => {
+            _ => {
                 if let SettingKind::EvolutionStable(_) = setting.kind {
                     self.unordered = Some("in a chart that evolves until it is stable");
                 } else if let SettingKind::AssignSimultaneous(_) = setting.kind {
