@@ -118,7 +118,7 @@ impl Session {
     pub(crate) fn no_trace(&self, path: Option<&Path>) {
         if let Some(path) = path.filter(|_| self.traces.get() == 0) {
             let path = path.display();
-            self.note(&format!("there is no counterexample, so {path} was not written\n"));
+            self.note(&format!("no counterexample was found, so {path} was not written\n"));
         }
     }
 

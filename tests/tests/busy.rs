@@ -431,7 +431,7 @@ fn the_form_follows_the_proof_and_the_size() {
     assert!(form(&unknown, BusyMode::WhenTooLarge).starts_with("micro-steps composed"));
     assert!(
         form(&unknown, BusyMode::WhenUnproved)
-            .ends_with("it is not proved that 8 of them are always enough")
+            .ends_with("it is not proved that 8 micro-steps are always enough")
     );
     assert!(form(&proved, BusyMode::Always).ends_with("as asked"));
     let program =

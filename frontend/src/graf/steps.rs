@@ -48,6 +48,12 @@ impl Parser<'_> {
         let start = self.peek(0).start;
         let (mut is_initial, mut is_entry, mut is_exit) = (false, false, false);
         loop {
+            if self.is_behind_a_step() {
+                return Err(self.misplaced(
+                    "the role of a step belongs before `step` or `state`",
+                    "write it at the beginning of the line, as in `initial step p1`",
+                ));
+            }
             match self.word(0) {
                 "initial" => is_initial = true,
                 "entry" => is_entry = true,
@@ -78,6 +84,14 @@ impl Parser<'_> {
         };
         self.keep(items, item);
         Ok(())
+    }
+
+    /// True at a word such as `initial` that ends a line which it does not begin: its author means the step before it.
+    fn is_behind_a_step(&self) -> bool {
+        matches!(self.word(0), "initial" | "entry" | "exit")
+            && !self.peek(0).new_line
+            && self.peek(1).new_line
+            && self.previous_end > 0
     }
 
     /// The role that these words give a step.

@@ -1,4 +1,5 @@
-/* The pins and the clock of NAME on an ATmega328P (Arduino Uno). Each input is a contact to ground, and a closed contact reads as true. */
+/* The pins and the clock of NAME on an ATmega328P (Arduino Uno). Each input is a contact to ground, and a closed contact reads as true.
+ * This file is yours. If you rename the chart, an input or an output, change the names here too: pins_init, read_inputs and write_outputs. */
 #include <avr/interrupt.h>
 #include <avr/io.h>
 #include <avr/sleep.h>
@@ -39,6 +40,9 @@ static void write_outputs(void)
 /* Timer 1 counts F_CPU / 64 and starts again every PERIOD_MS. */
 #define PERIOD_MS 10ULL
 #define TICK_MS (UPPER_TICK_NS / 1000000ULL)
+#if UPPER_TICK_NS % 1000000ULL != 0
+#error "the tick of the chart must be a whole number of milliseconds"
+#endif
 
 static void timer_init(void)
 {
@@ -50,13 +54,10 @@ static void timer_init(void)
 /* Runs a reaction every PERIOD_MS, so that no press of a button is missed. The time of the chart advances by one tick every TICK_MS. */
 ISR(TIMER1_COMPA_vect)
 {
-    static uint8_t ms;
-    uint8_t ticks = 0;
-    ms = (uint8_t)(ms + PERIOD_MS);
-    if (ms >= TICK_MS) {
-        ms = (uint8_t)(ms - TICK_MS);
-        ticks = 1;
-    }
+    static uint32_t ms;
+    ms += PERIOD_MS;
+    const uint32_t ticks = ms / (uint32_t)TICK_MS;
+    ms %= (uint32_t)TICK_MS;
     read_inputs();
     NAME_step(&chart, &in, ticks, &out);
     write_outputs();
