@@ -268,6 +268,12 @@ fn rule(parser: &mut Parser<'_>) -> Parse<Rule> {
     let label = parser.name("the label of a rule")?;
     parser.expect(Kind::Colon, "`:` after the label of a rule")?;
     let left = if parser.kind(0) == Kind::Yields { None } else { Some(parser.expr()?) };
+    if parser.kind(0) != Kind::Yields && (parser.peek(0).new_line || parser.kind(0) == Kind::End) {
+        return Err(parser.missing(
+            "the `|-` of this rule is missing",
+            "a rule of a step is `p1: |- output`, and one of a transition is `t1: p1*input |- @p2`",
+        ));
+    }
     parser.expect(Kind::Yields, "`|-`")?;
     let mut right = Vec::new();
     while !parser.peek(0).new_line && parser.kind(0) != Kind::End {

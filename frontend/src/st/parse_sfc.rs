@@ -232,7 +232,19 @@ impl Parser<'_> {
                 self.advance();
             }
         }
-        let condition = if self.take(Kind::Assign) {
+        if self.kind(0) == Kind::Equal {
+            let span = self.here();
+            self.report(|| {
+                Diagnostic::error(
+                    codes::ST_UNEXPECTED,
+                    "the condition of a transition follows `:=`",
+                )
+                .at(span, "`=` compares two values")
+                .help("write `:=`")
+                .fix(span, ":=")
+            });
+        }
+        let condition = if self.take(Kind::Assign) || self.take(Kind::Equal) {
             let condition = self.expression()?;
             if !self.take(Kind::Semicolon) && self.is("END_TRANSITION") {
                 self.missing_semicolon();
