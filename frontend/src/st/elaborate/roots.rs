@@ -44,7 +44,8 @@ impl Elaborator<'_> {
             .collect();
         let has_error = self.found[start..].iter().any(Diagnostic::is_error);
         if has_error && !failed.is_empty() {
-            // If a program only calls function blocks with charts and cannot be read, those blocks are the design.
+            // A program that cannot be read is left out if it contains instances of blocks with charts: these are then
+            // the design.
             let inner = self.charts_of(&failed);
             if !inner.is_empty() {
                 return self.instead(&roots, &failed, &inner, start);
