@@ -665,7 +665,7 @@ pub struct Transition {
     pub priority: Option<u32>,
     /// True if a step that is removed and added is deactivated and activated again instead of staying active (§3.2). Always true in a statechart.
     pub restart: bool,
-    /// Runs when the transition fires.
+    /// The statements that run when the transition fires.
     pub actions: Block,
     /// The designer's deadline in nanoseconds, for the partition.
     pub deadline_ns: Option<u64>,
