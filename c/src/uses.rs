@@ -272,7 +272,8 @@ enum Passing {
     Other,
 }
 
-/// The effects of each function of a unit; the entries of all other symbols are empty. A function without a body may write anything, and so may a call through a pointer.
+/// The effects of each function of a unit; the entries of all other symbols are empty. A function without a body may write anything, and so may a call through
+/// a pointer.
 #[must_use]
 pub fn effects(unit: &Unit, index: &Index) -> IdMap<Symbol, Summary> {
     let mut effects = IdMap::build(&unit.symbols, |_, symbol| {

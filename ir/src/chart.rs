@@ -498,7 +498,8 @@ pub struct MacroStep {
     pub name: Name,
     /// The macro whose body replaces the macro-step.
     pub body: Name,
-    /// The role of the macro-step. If the role is initial, the entry step of the macro-step is initial; if it is entry or exit of a macro, the entry or exit step of the macro-step has that role.
+    /// The role of the macro-step. If the role is initial, the entry step of the macro-step is initial; if it is entry or exit of a macro, the entry or exit
+    /// step of the macro-step has that role.
     pub role: StepRole,
     /// `priority 3`.
     pub priority: Option<u32>,

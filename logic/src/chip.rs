@@ -177,7 +177,8 @@ impl<'a, S: Parts> ChipSim<'a, S> {
         chip
     }
 
-    /// Returns to the state after power-up, and records row 0 of the trace: all inputs are 0 (or the value nearest to 0), and outputs have their current values.
+    /// Returns to the state after power-up, and records row 0 of the trace: all inputs are 0 (or the value nearest to 0), and outputs have their current
+    /// values.
     pub fn reset(&mut self) {
         self.sim.reset();
         let zeros: Vec<i64> = self.net.inputs.values().map(|input| input.ty.saturate(0)).collect();

@@ -8,7 +8,8 @@ use boolean_expression as algebra;
 use grafsynth_ir::expr::{Expr, ExprKind};
 use grafsynth_ir::simplify::compare_shapes;
 
-/// The maximum number of different conditions in a formula; a larger formula is left unchanged, because the diagrams of `boolean_expression` have no limit of their own.
+/// The maximum number of different conditions in a formula; a larger formula is left unchanged, because the diagrams of `boolean_expression` have no limit of
+/// their own.
 pub const MAX_CONDITIONS: usize = 10;
 
 /// A Boolean expression as a formula over conditions: inputs, step bits, comparisons and everything else that is not a Boolean operator.

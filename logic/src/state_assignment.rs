@@ -51,7 +51,8 @@ pub enum Encoding {
 /// The number of code assignments that are judged by their sums, for a circuit of ordinary size.
 pub const TRIES: usize = 60;
 
-/// The circuit with these groups encoded. `tries` is the number of code assignments to judge. Groups must be disjoint; a step in two of them keeps its flip-flop.
+/// The circuit with these groups encoded. `tries` is the number of code assignments to judge. Groups must be disjoint; a step in two of them keeps its
+/// flip-flop.
 ///
 /// Known unreachable situations are kept, in the new code; situations that contradict the groups are added.
 #[must_use]

@@ -30,8 +30,8 @@ pub(crate) enum NoAlphabet {
 }
 
 impl<'n> Alphabet<'n> {
-    /// The alphabet of a net. With `all_values`, it contains every value of every integer input. Otherwise it contains one value for each interval between the constants that an input is compared with,
-    /// if the input is not used in any other way.
+    /// The alphabet of a net. With `all_values`, it contains every value of every integer input. Otherwise it contains one value for each interval between the
+    /// constants that an input is compared with, if the input is not used in any other way.
     pub(crate) fn of(net: &'n Net, all_values: bool, limit: u64) -> Result<Self, NoAlphabet> {
         let mut values = Vec::new();
         for (id, input) in net.inputs.iter() {

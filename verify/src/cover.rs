@@ -136,7 +136,8 @@ struct Place {
     n_initial: u32,
     /// The number of steps of the place that the enclosing step activates.
     n_links: u32,
-    /// For each forcing order for the chart that contains these steps: the number of the order, and the number of these steps that it activates (`None` for `hold`).
+    /// For each forcing order for the chart that contains these steps: the number of the order, and the number of these steps that it activates (`None` for
+    /// `hold`).
     forced: Vec<(u32, Option<u32>)>,
     /// True if a token may get lost.
     is_lossy: bool,

@@ -4,7 +4,8 @@
 //! text ──lexer──► tokens ──preprocess, macros──► tokens of a configuration ──declaration, statement, expression──► tree
 //! ```
 //!
-//! A construct outside the supported subset is an error at its location; nothing is skipped. Nesting and expansion are bounded, and the work is proportional to the text.
+//! A construct outside the supported subset is an error at its location; nothing is skipped. Nesting and expansion are bounded, and the work is proportional to
+//! the text.
 
 mod declaration;
 mod declarator;

@@ -5,7 +5,8 @@
 //! - A tree is what a compiler sees after preprocessing for one machine. Brackets, `.` or `->`, comments and layout exist only in text.
 //! - Scopes are resolved: symbols, structures and enumerations are referred to by id.
 //!
-//! Not in the subset: floating point, strings, unions, bit-fields except `bool name : 1`, `goto`, variadic and old-style functions, compound literals, arrays of variable length.
+//! Not in the subset: floating point, strings, unions, bit-fields except `bool name : 1`, `goto`, variadic and old-style functions, compound literals, arrays
+//! of variable length.
 //!
 //! The constructors in [`typing`] check the constraints of C99 6.5 and insert the conversions; a tree that is built by them has the types that a reader of its
 //! text finds.
@@ -129,7 +130,8 @@ pub struct Member {
     pub ty: Qualified,
     /// The type without typedef names.
     pub canonical: Qualified,
-    /// True for a `bool` of one bit: `bool name : 1`, the only kind of bit-field that is supported. The address of such a member cannot be taken (C99 6.5.3.2p1).
+    /// True for a `bool` of one bit: `bool name : 1`, the only kind of bit-field that is supported. The address of such a member cannot be taken (C99
+    /// 6.5.3.2p1).
     pub is_bit: bool,
     /// A comment.
     pub note: Note,
@@ -483,7 +485,8 @@ pub enum ExprKind {
     Cast(Qualified, Box<Expr>),
     /// `place = value`: the value after the assignment. The value has the type of the place.
     Assign(Box<Place>, Box<Expr>),
-    /// `place op= value` (C99 6.5.16.2p3). The place is converted to the given type before the operation, and the result is converted to the type of the place. The place is evaluated once.
+    /// `place op= value` (C99 6.5.16.2p3). The place is converted to the given type before the operation, and the result is converted to
+    /// the type of the place. The place is evaluated once.
     Update(BinaryOp, Box<Place>, Box<Expr>, Type),
     /// `++` or `--` of a place; `++` has the effect of `place += 1`, and `--` that of `place -= 1`.
     Step {

@@ -449,7 +449,8 @@ impl Unit {
         }
     }
 
-    /// The layout of a structure with these members (C99 6.7.2.1p10..15): each member is at the next multiple of its alignment, and up to eight consecutive one-bit members share a byte.
+    /// The layout of a structure with these members (C99 6.7.2.1p10..15): each member is at the next multiple of its alignment, and up to eight consecutive
+    /// one-bit members share a byte.
     #[must_use]
     pub fn layout_of(&self, members: &[Member]) -> Option<(u64, u64)> {
         let (mut size, mut align, mut n_bits) = (0_u64, 1, 0_u32);

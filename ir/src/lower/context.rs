@@ -68,7 +68,8 @@ pub(super) struct Scope<'a> {
     pub(super) names: BTreeMap<&'a str, Entry>,
     /// The partial chart that the steps and transitions of the body belong to.
     pub(super) part: PartId,
-    /// The body whose names this body shares: enclosures and states share the names of the surrounding chart or expansion (semantics C25); any other body is its own home.
+    /// The body whose names this body shares: enclosures and states share the names of the surrounding chart or expansion (semantics C25); any other body is
+    /// its own home.
     pub(super) home: ScopeId,
     /// The innermost enclosing step or state.
     pub(super) inside: Option<StepId>,

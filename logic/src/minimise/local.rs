@@ -72,7 +72,8 @@ struct Search<'a> {
     /// The uncovered rows, and the position of each row among them.
     open: Vec<usize>,
     place: Vec<usize>,
-    /// The score of each column. Outside the cover: the weight of the uncovered rows that the column would cover. Inside: minus the weight of the rows that only this column covers.
+    /// The score of each column. Outside the cover: the weight of the uncovered rows that the column would cover. Inside: minus the weight of the rows that
+    /// only this column covers.
     scores: Vec<i64>,
     is_in: Vec<bool>,
     /// The round of the last move of each column.

@@ -76,8 +76,8 @@ struct Run<'p, 'n> {
     /// The source of values for inputs that only the follower has.
     random: Random,
     follower: Simulator<'n>,
-    /// For each saved state of the leader: the state of the follower, its last row and the path to it, by the number of the leader's saved state; `None` if the follower no longer gets legal
-    /// rows.
+    /// For each saved state of the leader: the state of the follower, its last row and the path to it, by the number of the leader's saved state; `None` if the
+    /// follower no longer gets legal rows.
     kept: BTreeMap<usize, Option<(State, InputRow, Option<usize>)>>,
     /// The rows of each reaction, with the index of the preceding reaction.
     trail: Vec<(Option<usize>, RowPair)>,
