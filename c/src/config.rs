@@ -8,9 +8,9 @@ use crate::tree::types::Machine;
 /// of their enumeration; both become the same numbers as soon as they are used.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Config {
-    /// A name for messages: `host`, `avr`, `sdcc`, `c++`.
+    /// The name of the compiler in messages: `host`, `avr`, `sdcc` or `c++`.
     pub name: &'static str,
-    /// Sizes.
+    /// The sizes of the types.
     pub machine: Machine,
     /// The predefined macros with their values.
     pub macros: Vec<(String, String)>,
@@ -99,7 +99,7 @@ impl Config {
         [Config::host(), Config::avr(), Config::sdcc(), Config::cpp()]
     }
 
-    /// The same with another macro, as `-D NAME=VALUE` defines it.
+    /// The same configuration with one more macro, as `-D NAME=VALUE` defines it.
     #[must_use]
     pub fn define(mut self, name: impl Into<String>, value: impl Into<String>) -> Self {
         self.macros.push((name.into(), value.into()));

@@ -1,4 +1,4 @@
-//! C99 as a typed tree: a reader, a printer, and the answers to who reads and writes what.
+//! C99 as a typed tree: a reader, a printer, and an analysis of reads, writes and calls.
 //!
 //! ```
 //! use grafsynth_c::{Config, Input, SourceFile, parse, print};
@@ -17,7 +17,7 @@
 //! | [`tree`] | the tree, its types, and the constructors that type it |
 //! | [`mod@parse`] | text to tree, written from the grammar of C99: the lexer, the preprocessor, the parser |
 //! | [`mod@print`] | tree to text; reading it gives the same tree |
-//! | [`uses`] | who reads, writes and calls what |
+//! | [`uses`] | the reads, writes and calls of each function and symbol |
 //! | [`order`] | expressions whose result would depend on the order of evaluation |
 //!
 //! Nothing here knows charts or emitted files; this crate knows only `ir`, for locations and diagnostics.

@@ -14,7 +14,7 @@ use crate::uses::{Accesses, Effect, Index, Summary, effects, may_overlap};
 use crate::walk::{Full, Node, each_full, expr_parts, init_values, place_parts};
 use grafsynth_ir::{Diagnostic, IdMap};
 
-/// The maximum number of writes and calls that may write in one expression.
+/// The maximum number of effects (writes, and calls that may write) in one expression.
 const MAX_EFFECTS: usize = 256;
 
 /// The expressions of a unit that depend on the order of evaluation.
@@ -36,15 +36,15 @@ pub fn check(unit: &Unit) -> Vec<Diagnostic> {
     checker.found
 }
 
-/// A write, and whether a called function does it: that is complete when the function returns (C99 6.5.2.2p10).
+/// A place that is written, and true if a called function writes it: such a write is complete when the function returns (C99 6.5.2.2p10).
 type Write<'a> = (&'a Place, bool);
 
-/// What an operand does, its parts included.
+/// The reads, writes and calls of an operand and all its parts.
 #[derive(Debug)]
 struct Done<'a> {
     reads: Vec<&'a Place>,
     writes: Vec<Write<'a>>,
-    /// The strongest effect of its calls.
+    /// The strongest effect of the calls in the operand.
     calls: Effect,
 }
 
@@ -59,7 +59,7 @@ impl<'a> Done<'a> {
         self.writes.is_empty() && self.calls < Effect::Writes
     }
 
-    /// Joins two, at the cost of the smaller one.
+    /// Joins the accesses of two operands; the work is proportional to the smaller list.
     fn join(mut self, mut other: Done<'a>) -> Done<'a> {
         let size = |it: &Done| it.reads.len() + it.writes.len();
         if size(&self) < size(&other) {
@@ -122,7 +122,7 @@ impl<'a> Checker<'a> {
         all
     }
 
-    /// Adds what the outermost operator does, and compares it with the side effects of its operands.
+    /// Adds the accesses of the outermost operator, and compares them with the side effects of the operands.
     fn own(&mut self, expr: &'a Expr, all: &mut Done<'a>) {
         let mut own = Accesses::default();
         own.own(expr);
@@ -173,7 +173,7 @@ impl<'a> Checker<'a> {
         may_overlap(self.unit, self.index, a, b)
     }
 
-    /// True if a function that is called may know the place.
+    /// True if a called function may access the place.
     fn is_reachable(&self, place: &Place) -> bool {
         match place.object() {
             Some(id) => {
@@ -184,7 +184,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// Compares two unsequenced operands.
+    /// Reports an error if two unsequenced operands conflict.
     fn compare(&mut self, a: &Done<'a>, b: &Done<'a>, span: Loc) {
         if a.is_silent() && b.is_silent() {
             return;
@@ -194,7 +194,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// True if side effects of `a` meet what `b` does.
+    /// True if a side effect of `a` may touch a place that `b` reads or writes.
     fn disturbs(&self, a: &Done<'a>, b: &Done<'a>) -> bool {
         let touched = || b.reads.iter().copied().chain(b.writes.iter().map(|(place, _)| *place));
         let writes = a.writes.iter().any(|(written, _)| {

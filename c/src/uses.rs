@@ -1,4 +1,4 @@
-//! Who reads, writes and calls what: of an expression, of a statement, of a whole unit.
+//! Finds the accesses and calls of an expression, of a statement, or of a whole unit.
 //!
 //! ```
 //! # use grafsynth_c::{Config, Input, SourceFile, parse, uses};
@@ -24,7 +24,7 @@ use crate::walk::{
 use grafsynth_ir::IdMap;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What is accessed.
+/// The objects that code reads or writes, and the functions that it calls.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Accesses<'a> {
     /// Objects whose value is read; the place is the whole object that is read, such as `self->bits[3]`.
@@ -35,14 +35,14 @@ pub struct Accesses<'a> {
     pub addresses: Vec<&'a Place>,
     /// Functions that are called.
     pub calls: Vec<Called<'a>>,
-    /// True if there is text of the user, which may access everything that is visible.
+    /// True if the code contains user code that was not read, which may access everything that is visible.
     pub is_opaque: bool,
 }
 
 /// A call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Called<'a> {
-    /// The function; `None`: through a pointer.
+    /// The called function; `None` if the call is through a pointer.
     pub function: Option<SymbolId>,
     /// The arguments.
     pub arguments: &'a [Expr],
@@ -139,7 +139,7 @@ fn is_opaque(stmt: &Stmt) -> bool {
 /// An occurrence of a symbol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Site {
-    /// The function in which it is; `None`: an initialiser of the file.
+    /// The function that contains the occurrence; `None` if it is in an initialiser at file scope.
     pub function: Option<SymbolId>,
     /// Source location.
     pub span: Loc,
@@ -148,15 +148,15 @@ pub struct Site {
 /// The occurrences of a symbol.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Uses {
-    /// The object or a part of it is read. A pointer that is followed is read.
+    /// Reads of the object or of a part of it. Following a pointer reads the pointer.
     pub reads: Vec<Site>,
-    /// The object or a part of it is assigned. Initialisation does not count.
+    /// Assignments to the object or to a part of it. Initialisation does not count.
     pub writes: Vec<Site>,
-    /// The address of the object or of a part of it is taken, also by a function's name that is not called.
+    /// Occurrences that take the address of the object or of a part of it; also a function's name that is not called.
     pub addresses: Vec<Site>,
-    /// The function is called.
+    /// Calls of the function.
     pub calls: Vec<Site>,
-    /// It is only measured, by `sizeof`, or named as a constant.
+    /// Occurrences that neither read nor write: operands of `sizeof`, and uses of a constant.
     pub mentions: Vec<Site>,
 }
 
@@ -172,7 +172,7 @@ impl Uses {
 /// All occurrences of all symbols of a unit, in the order of the text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Index {
-    /// By symbol.
+    /// The occurrences of each symbol.
     pub uses: IdMap<Symbol, Uses>,
 }
 
@@ -216,7 +216,7 @@ impl Index {
         });
     }
 
-    /// True if another name than its own may lead to the object: its address is taken, or it is visible outside of the unit's functions.
+    /// True if the object can be accessed other than by its own name: if its address is taken, or if it is visible outside the unit's functions.
     #[must_use]
     pub fn is_shared(&self, unit: &Unit, id: SymbolId) -> bool {
         let is_local = match unit.symbols[id].kind {
@@ -231,23 +231,23 @@ impl Index {
     }
 }
 
-/// What a call of a function can do to memory that is not its own.
+/// The effect of a call on memory that does not belong to the called function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Effect {
-    /// Nothing: the value depends only on the arguments and on constants.
+    /// No effect: the value depends only on the arguments and on constants.
     None,
-    /// It reads.
+    /// The call may read such memory, but does not write it.
     Reads,
-    /// It may read and write.
+    /// The call may read and write such memory.
     Writes,
 }
 
 /// What a call of a function does.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Summary {
-    /// Its effect, except through these parameters.
+    /// The effect of the call, apart from writes through the parameters in `written`.
     pub effect: Effect,
-    /// Parameters, by index, to whose object it writes.
+    /// Indexes of the pointer parameters through which the function writes.
     pub written: BTreeSet<usize>,
 }
 
@@ -257,7 +257,7 @@ impl Summary {
     }
 }
 
-/// A call within a function: where the pointers come from that it passes on.
+/// A call within a function, with the origin of each pointer that is passed to it.
 struct Passed {
     called: Option<SymbolId>,
     arguments: Vec<Passing>,
@@ -265,14 +265,15 @@ struct Passed {
 
 #[derive(Clone, Copy)]
 enum Passing {
-    /// An object of the caller itself.
+    /// The pointer leads to an object of the caller itself.
     Own,
-    /// A parameter of the caller.
+    /// The pointer comes from the parameter of the caller with this index.
     Param(usize),
     Other,
 }
 
-/// What each function of a unit does; other symbols do nothing. A function without a body may write anything, and so may a call through a pointer.
+/// The effects of each function of a unit; the entries of all other symbols are empty. A function without a body may write anything, and so may a call through
+/// a pointer.
 #[must_use]
 pub fn effects(unit: &Unit, index: &Index) -> IdMap<Symbol, Summary> {
     let mut effects = IdMap::build(&unit.symbols, |_, symbol| {
@@ -322,7 +323,7 @@ pub fn effects(unit: &Unit, index: &Index) -> IdMap<Symbol, Summary> {
     effects
 }
 
-/// What a function does without the functions that it calls, and what it passes to those.
+/// The effects of a function without those of the functions that it calls, and the pointers that it passes to them.
 fn own_effects(
     unit: &Unit,
     index: &Index,
@@ -397,7 +398,7 @@ fn is_table(unit: &Unit, place: &Place) -> bool {
     is_constant && place.object().is_some_and(is_object)
 }
 
-/// The pointer that leads to a place.
+/// The pointer that is followed to reach a place, if there is one.
 fn pointer_of(place: &Place) -> Option<&Expr> {
     match &place.kind {
         PlaceKind::Symbol(_) => None,
@@ -429,7 +430,7 @@ fn root_type(place: &Place) -> &Type {
     &at.ty
 }
 
-/// For two parts of one object.
+/// True if two parts of one object may share memory.
 fn parts_may_overlap(unit: &Unit, a: &Place, b: &Place) -> bool {
     let (a, b) = (steps(a), steps(b));
     for (x, y) in a.iter().zip(&b) {
@@ -460,7 +461,7 @@ fn steps(place: &Place) -> Vec<&Place> {
     all
 }
 
-/// Two different members of structures of one type are never the same memory; elements of them neither.
+/// False if the paths differ in a member of one structure type: different members, and the elements in them, never share memory.
 fn members_may_overlap(a: &Place, b: &Place) -> bool {
     fn innermost(place: &Place) -> Option<(&Type, usize)> {
         let mut at = place;

@@ -10,7 +10,7 @@ use crate::tree::{
 pub enum Node<'a> {
     /// An expression.
     Expr(&'a Expr),
-    /// A place: what its parent does with it depends on the parent.
+    /// A place; the parent node determines whether it is read, written or has its address taken.
     Place(&'a Place),
 }
 

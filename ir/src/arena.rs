@@ -132,7 +132,7 @@ impl<T> Arena<T> {
         self.items.iter_mut()
     }
 
-    /// The item with this id, or `None` if the arena is too short.
+    /// The item with this id, or `None` if the arena has no such item.
     #[must_use]
     pub fn get(&self, id: Id<T>) -> Option<&T> {
         self.items.get(id.index())

@@ -27,7 +27,7 @@ pub struct Design {
 /// One chart.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Chart {
-    /// Its name.
+    /// The name of the chart.
     pub name: Name,
     /// The text does not name the chart: `name` is a default of the reader, and the caller may replace it by the name of the file.
     pub is_unnamed: bool,
@@ -35,7 +35,7 @@ pub struct Chart {
     pub span: Span,
     /// For a statechart: the states that reset enters. If empty, reset enters the outermost state that is marked as initial, or the first state.
     pub initial: Vec<Path>,
-    /// Everything in it, in the order written.
+    /// Everything in the chart, in the order written.
     pub items: Vec<Item>,
     /// Comment and tags.
     pub meta: Meta,
@@ -53,13 +53,13 @@ pub struct Import {
 /// `library chart conveyor(input start, output run, const limit = 5) { .. }`: a chart that others instantiate; each instance is a separate copy.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Library {
-    /// Its name.
+    /// The name of the library chart.
     pub name: Name,
     /// The declarations in parentheses; each `use` supplies a value for them.
     pub parameters: Vec<Parameter>,
-    /// Its contents.
+    /// The items of the library chart.
     pub items: Vec<Item>,
-    /// Its certificate, if its file contains one.
+    /// The certificate of the library chart, if its file contains one.
     pub certificate: Option<Certificate>,
     /// The whole library chart.
     pub span: Span,
@@ -70,18 +70,18 @@ pub struct Library {
 /// A parameter of a library chart.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Parameter {
-    /// Its declaration inside the chart: an input, output, variable, event or constant.
+    /// The declaration of the parameter inside the chart: an input, output, variable, event or constant.
     pub declaration: Declaration,
-    /// The default argument; for a constant, its default value. Only for inputs and constants.
+    /// The default argument, or the default value of a constant. Only inputs and constants can have one.
     pub default: Option<Expr>,
 }
 
 /// The properties that were proved for a library chart. `check` can prove them again instead of trusting the certificate.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Certificate {
-    /// The library chart that it certifies.
+    /// The certified library chart.
     pub of: Name,
-    /// The version of the tool that proved it.
+    /// The version of the tool that proved the properties.
     pub version: String,
     /// SHA-256 of the canonical text of the library chart without comments, as 64 hexadecimal digits.
     pub hash: String,
@@ -98,7 +98,7 @@ pub struct Use {
     pub library: Name,
     /// The name of this instance, which qualifies the names in it.
     pub name: Name,
-    /// The arguments for its parameters.
+    /// The arguments for the parameters of the library chart.
     pub arguments: Vec<Argument>,
     /// Source location, comment and tags.
     pub meta: Meta,
@@ -109,7 +109,7 @@ pub struct Use {
 pub struct Argument {
     /// The parameter.
     pub parameter: Name,
-    /// Its value.
+    /// The value of the argument.
     pub value: ArgumentValue,
     /// Source location.
     pub span: Span,
@@ -248,21 +248,21 @@ pub enum DeclarationKind {
     },
     /// `var n: int 0..99 = 0`.
     Var {
-        /// The type of a value or element.
+        /// The type of the variable, or of each element of an array.
         ty: Type,
         /// Number of elements of an array.
         len: Option<u32>,
-        /// Values at reset: empty (0 or the bound nearest to it), one for all elements, or one for each element.
+        /// Values at reset: empty (0, or the bound nearest to 0), one value for all elements, or one value for each element.
         init: Vec<Expr>,
     },
     /// `event E`.
     Event {
-        /// Only the chart raises it.
+        /// True if only the chart raises the event.
         internal: bool,
     },
     /// `timer T while e`.
     Timer {
-        /// T grows while this is true.
+        /// The condition: T grows while it is true.
         condition: Expr,
     },
     /// `extern condition f()`.
@@ -277,7 +277,7 @@ pub enum DeclarationKind {
     },
     /// `const N = 5`: a name for a number or truth value.
     Const {
-        /// Its value; constant.
+        /// The value, which is constant.
         value: Expr,
     },
 }
@@ -285,15 +285,15 @@ pub enum DeclarationKind {
 /// A step.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Step {
-    /// Its name, local to the body that contains it.
+    /// The name of the step, local to the body that contains it.
     pub name: Name,
-    /// Its role: initial, entry, exit or final.
+    /// The role of the step: initial, entry, exit or final.
     pub role: StepRole,
-    /// `*`: the enclosing step activates it.
+    /// `*`: true if the enclosing step activates this step.
     pub activation_link: bool,
     /// `count 0..n`: the step stores a number of activations instead of one bit.
     pub count: Option<StepCount>,
-    /// The items of its body, in order.
+    /// The items of the step's body, in order.
     pub body: Vec<StepItem>,
     /// Source location, comment and tags.
     pub meta: Meta,
@@ -302,9 +302,9 @@ pub struct Step {
 /// The activation counter of a step, as in the paper on the Graphical FSM Editor (GFE).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StepCount {
-    /// The largest number; at least 1.
+    /// The largest number of activations; at least 1.
     pub max: u32,
-    /// The number at reset; `None` means 1 for an initial step, else 0.
+    /// The number of activations at reset; `None` means 1 for an initial step, else 0.
     pub initial: Option<u32>,
     /// Source location.
     pub span: Span,
@@ -314,7 +314,7 @@ pub struct StepCount {
 /// statement lists its name means its Q.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Action {
-    /// Its name.
+    /// The name of the action.
     pub name: Name,
     /// Runs once per reaction, at its end, while Q is true; empty for a Boolean memory.
     pub body: Block,
@@ -369,11 +369,11 @@ pub enum StepItemKind {
     Exit(Block),
     /// `on E when c { .. }`: a reaction.
     On {
-        /// Any of these events; empty for a condition alone.
+        /// The events, any of which triggers the reaction; empty for a condition alone.
         events: Vec<Name>,
         /// The condition.
         guard: Option<Expr>,
-        /// The statements that it runs.
+        /// The statements that the reaction runs.
         actions: Block,
     },
     /// `priority 3`.
@@ -382,11 +382,11 @@ pub enum StepItemKind {
     Budget(u32),
     /// `task ramp cost 80 { .. }`, or `task ramp { .. }`.
     Task {
-        /// Its name.
+        /// The name of the task.
         name: Name,
-        /// Declared cost. Without one, the cost model of the selected machine supplies it.
+        /// The declared cost. Without one, the cost model of the selected machine supplies the cost.
         cost: Option<u32>,
-        /// Its statements.
+        /// The statements of the task.
         body: Block,
     },
     /// `code c "..."`.
@@ -450,13 +450,13 @@ pub enum ForceOrder {
 /// A transition.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Transition {
-    /// Its name, if it has one.
+    /// The name of the transition, if it has one.
     pub name: Option<Name>,
     /// Preceding steps; empty for a source transition.
     pub sources: Vec<Path>,
     /// Following steps; empty for a sink transition.
     pub targets: Vec<Path>,
-    /// `on E`: any of these.
+    /// `on E`: the events, any of which triggers the transition.
     pub events: Vec<Name>,
     /// `when c`; `None` means `true`.
     pub guard: Option<Expr>,
@@ -483,9 +483,9 @@ pub struct Transition {
 /// The body of a macro-step.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Macro {
-    /// Its name.
+    /// The name of the macro.
     pub name: Name,
-    /// Its contents.
+    /// The items of the macro.
     pub items: Vec<Item>,
     /// Source location, comment and tags.
     pub meta: Meta,
@@ -494,11 +494,12 @@ pub struct Macro {
 /// A macro-step.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct MacroStep {
-    /// Its name.
+    /// The name of the macro-step.
     pub name: Name,
-    /// The macro it expands to.
+    /// The macro whose body replaces the macro-step.
     pub body: Name,
-    /// Its role: if initial, its entry step is initial; if entry or exit of a macro, its own entry or exit step is.
+    /// The role of the macro-step. If the role is initial, the entry step of the macro-step is initial; if it is entry or exit of a macro, the entry or exit
+    /// step of the macro-step has that role.
     pub role: StepRole,
     /// `priority 3`.
     pub priority: Option<u32>,
@@ -524,7 +525,7 @@ pub struct State {
     pub is_parallel: bool,
     /// The initial child and the statements of the initial transition; `None` means the first child.
     pub initial: Option<(Vec<Path>, Block)>,
-    /// Histories declared in it.
+    /// The histories that are declared in the state.
     pub histories: Vec<History>,
     /// Children and transitions.
     pub items: Vec<Item>,
@@ -533,13 +534,13 @@ pub struct State {
 /// A history pseudo-state.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct History {
-    /// Its name.
+    /// The name of the history.
     pub name: Name,
-    /// Records atomic descendants rather than children.
+    /// True if the history records atomic descendants, false if it records children.
     pub is_deep: bool,
-    /// Default targets.
+    /// The targets of the default transition.
     pub default: Vec<Path>,
-    /// Statements of the default transition.
+    /// The statements of the default transition.
     pub content: Block,
     /// Source location, comment and tags.
     pub meta: Meta,
@@ -548,7 +549,7 @@ pub struct History {
 /// `assume never (..)` and `assert never (..)`; also with `always`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Property {
-    /// Its name, if it has one.
+    /// The name of the property, if it has one.
     pub name: Option<Name>,
     /// True for `assume`.
     pub is_assumption: bool,
@@ -689,7 +690,7 @@ pub enum StmtKind {
     Assign {
         /// The variable or stored output.
         target: Path,
-        /// The element's index, for an array.
+        /// The index of the element, if the target is an array.
         index: Option<Expr>,
         /// The new value.
         value: Expr,
@@ -700,7 +701,7 @@ pub enum StmtKind {
     Send {
         /// The event.
         event: Name,
-        /// Nanoseconds.
+        /// The delay in nanoseconds.
         after: Option<u64>,
         /// The slot's name.
         slot: Option<Name>,
@@ -711,16 +712,16 @@ pub enum StmtKind {
     Call {
         /// The extern action.
         function: Name,
-        /// Its arguments.
+        /// The arguments of the call.
         arguments: Vec<Expr>,
     },
     /// `if c { .. } else { .. }`.
     If {
         /// The condition.
         condition: Expr,
-        /// Runs if it is true.
+        /// The statements that run if the condition is true.
         then: Block,
-        /// Runs if it is false.
+        /// The statements that run if the condition is false.
         otherwise: Block,
     },
     /// `code c "..."`.

@@ -11,7 +11,7 @@ use crate::span::Span;
 pub struct Code {
     /// `G` and four digits.
     pub id: &'static str,
-    /// A few words: the heading of its page.
+    /// The title of the code: a few words, the heading of its page.
     pub title: &'static str,
 }
 
@@ -35,7 +35,7 @@ pub enum Severity {
 pub struct Label {
     /// Source location.
     pub span: Span,
-    /// What is wrong there; may be empty if the message is sufficient.
+    /// The description of what is wrong or relevant there; may be empty if the message is sufficient.
     pub text: String,
 }
 
@@ -77,13 +77,13 @@ pub struct Plural {
 pub struct Diagnostic {
     /// The kind of finding.
     pub code: Code,
-    /// Its severity.
+    /// The severity of the finding.
     pub severity: Severity,
     /// What is wrong, with names and numbers; begins with a small letter and has no full stop.
     pub message: String,
     /// The first one is the primary location. Empty only if there is no source.
     pub labels: Vec<Label>,
-    /// What to do next.
+    /// The next action for the user.
     pub help: Option<String>,
     /// The help in the words of other notations, where they differ from the chart language.
     pub help_in: Vec<(Notation, String)>,

@@ -8,7 +8,7 @@ use crate::net::{Evolution, Net, Step, StepId, TransitionId};
 pub struct Facts {
     /// The result of the exploration of situations.
     pub reach: Option<Reach>,
-    /// Place invariants: in every reachable situation exactly `count` of the steps are active.
+    /// Place invariants: each gives the number of active steps in a set, which is the same in every reachable situation.
     pub invariants: Vec<Invariant>,
     /// A cover by disjoint sequential components, each with exactly one active step. Empty if none was found.
     pub components: Vec<Component>,
@@ -26,7 +26,7 @@ pub struct Facts {
     /// The proof that no reaction ends with a fault, if one was found: each evolution becomes stable within the limit, and no queue overflows. Also for
     /// statecharts, where the limit starts again with each external event and therefore bounds no depth.
     pub always_stable: Option<Proof>,
-    /// At most one event is ever pending in the internal queue.
+    /// True if at most one event is ever pending in the internal queue.
     pub single_pending: Option<Proved<bool>>,
     /// Open questions and the reason for each, for reports.
     pub open: Vec<String>,
@@ -52,18 +52,18 @@ impl Facts {
 pub struct Proved<T> {
     /// The value.
     pub value: T,
-    /// How it was proved.
+    /// The method that proved the value.
     pub by: Proof,
 }
 
-/// How a fact was proved.
+/// The method that proved a fact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Proof {
     /// All reachable states were enumerated.
     Explicit,
     /// All reachable situations were computed as a decision diagram.
     Symbolic,
-    /// The structure implies it for all inputs (place invariants and the fork/join structure).
+    /// The structure of the net (place invariants and forks and joins) implies the fact for all inputs.
     Structural,
     /// By induction over one reaction.
     Induction,
@@ -76,7 +76,7 @@ pub struct Reach {
     pub situations: u128,
     /// True if every reachable situation is counted once and no other situation is counted.
     pub exact: bool,
-    /// How it was computed.
+    /// The method that computed the set.
     pub by: Proof,
     /// The situations themselves if there are few enough: bit sets over the steps, 64 per word, in order of discovery.
     pub sets: Option<Vec<Vec<u64>>>,
@@ -89,7 +89,7 @@ pub struct Invariant {
     pub steps: Vec<StepId>,
     /// The number of active steps.
     pub count: u32,
-    /// How it was proved.
+    /// The method that proved the invariant.
     pub by: Proof,
 }
 
@@ -100,6 +100,6 @@ pub struct Component {
     pub steps: Vec<StepId>,
     /// True if one of the steps is active in every reachable situation; otherwise there may be situations in which none is.
     pub always: bool,
-    /// How it was proved.
+    /// The method that proved the component.
     pub by: Proof,
 }

@@ -27,11 +27,11 @@ pub const LONGEST: i64 = i32::MAX as i64 - 1;
 pub struct TypeError {
     /// The smallest faulty expression.
     pub span: Span,
-    /// What is wrong with it.
+    /// The kind of error.
     pub kind: TypeErrorKind,
 }
 
-/// What is wrong with an expression.
+/// The kinds of type errors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TypeErrorKind {
     /// A number is used where a Boolean is needed.
@@ -67,12 +67,12 @@ pub enum TypeErrorKind {
         lo: i64,
         /// Largest value of the index.
         hi: i64,
-        /// Number of elements.
+        /// The number of elements of the array.
         len: u32,
     },
-    /// An array without an index.
+    /// An array is read without an index.
     ArrayWithoutIndex,
-    /// Something that is not an array has an index.
+    /// A value that is not an array has an index.
     NotAnArray,
     /// A duration is used other than in a comparison with a constant.
     DurationAlone,
@@ -95,7 +95,7 @@ pub enum TypeErrorKind {
         /// Where it is read, in the user's terms.
         place: &'static str,
     },
-    /// More than [`DEPTH_LIMIT`] levels.
+    /// The expression has more than [`DEPTH_LIMIT`] levels.
     TooDeep,
 }
 
@@ -145,7 +145,7 @@ impl fmt::Display for TypeErrorKind {
 }
 
 impl TypeErrorKind {
-    /// What to do about it, if there is general advice.
+    /// Advice on how to correct the error, if there is general advice.
     #[must_use]
     pub fn help(&self) -> Option<&'static str> {
         match self {

@@ -20,7 +20,7 @@ pub type PinOutputId = Id<PinOutput>;
 /// One synchronous circuit with a single clock.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Logic {
-    /// The design's name.
+    /// The name of the design.
     pub name: Name,
     /// Input bits other than the clock.
     pub inputs: Arena<PinInput>,
@@ -63,7 +63,7 @@ pub enum Function {
 /// A condition under which the value of a function is open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Open {
-    /// The function.
+    /// A condition over the inputs and the flip-flops before the clock edge: while it is true, the function may have any value.
     pub of: Function,
     /// A condition over the inputs and the flip-flops before the clock edge: if it is true, the function may have any value.
     pub when: NodeId,
@@ -72,20 +72,20 @@ pub struct Open {
 /// A state bit as a function of the flip-flops.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Decoded {
-    /// Its name in the source.
+    /// The name of the bit in the source.
     pub name: String,
-    /// The bit; never inverted.
+    /// The state bit; never inverted.
     pub holds: FlopBit,
-    /// The function.
+    /// The function that gives the value of the bit.
     pub node: NodeId,
 }
 
 /// An input bit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PinInput {
-    /// Its name in the source; each writer adapts it to its language.
+    /// The name of the input bit in the source; each writer adapts it to its language.
     pub name: String,
-    /// What the bit means.
+    /// The meaning of the bit.
     pub role: PinRole,
     /// Source location, comment and tags.
     pub meta: Meta,
@@ -102,26 +102,26 @@ pub enum PinRole {
     Reset,
     /// Bit `bit` of the net's output.
     Output(crate::net::OutputId, u32),
-    /// The reaction is still running (semantics.md §9).
+    /// The `busy` output: the reaction is still running (semantics.md §9).
     Busy,
     /// The fault flag.
     Fault,
-    /// Not known: the text from which the circuit was read does not specify it.
+    /// Unknown: the text from which the circuit was read does not specify the meaning.
     Unknown,
 }
 
 /// A D flip-flop.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Flop {
-    /// Its name in the source: a step's name, or a variable's with the bit.
+    /// The name of the flip-flop in the source: that of a step, or of a variable with the number of the bit.
     pub name: String,
     /// Value after power-up or reset.
     pub init: bool,
-    /// Its D function.
+    /// The D function of the flip-flop.
     pub next: NodeId,
-    /// The bit of the net's state that it stores, if known.
+    /// The bit of the net's state that the flip-flop stores, if known.
     pub holds: Option<FlopBit>,
-    /// Location, comment and tags of that state.
+    /// Source location, comment and tags of the object that the bit belongs to.
     pub meta: Meta,
 }
 
@@ -134,7 +134,7 @@ pub struct FlopBit {
     pub element: u32,
     /// The bit of the offset binary code, 0 the least significant.
     pub bit: u32,
-    /// The flip-flop stores the complement.
+    /// True if the flip-flop stores the complement.
     pub inverted: bool,
 }
 
@@ -167,15 +167,15 @@ pub fn shown_by(net: &Net, is_held: impl Fn(Origin) -> bool) -> IdMap<Step, Vec<
 /// An output bit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PinOutput {
-    /// Its name in the source.
+    /// The name of the output bit in the source.
     pub name: String,
-    /// What the bit means.
+    /// The meaning of the bit.
     pub role: PinRole,
-    /// Its function of inputs and flip-flops. For a registered output this is the D function of its flip-flop.
+    /// The function of the output, over the inputs and flip-flops. For a registered output this is the D function of its flip-flop.
     pub value: NodeId,
     /// For an output that is driven by a flip-flop of its own, with `value` as D: the value of that flip-flop after power-up or reset.
     pub registered: Option<bool>,
-    /// The output is a function of the situation before the clock edge: the pin is sampled just before the edge (`mealy`, semantics.md §3.6).
+    /// True if the output is a function of the situation before the clock edge: the pin is sampled just before the edge (`mealy`, semantics.md §3.6).
     pub mealy: bool,
     /// Source location, comment and tags.
     pub meta: Meta,
@@ -184,11 +184,11 @@ pub struct PinOutput {
 /// An intermediate function with a name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Wire {
-    /// Its name in the source.
+    /// The name of the wire in the source.
     pub name: String,
     /// The function.
     pub node: NodeId,
-    /// Location, comment and tags of the object that it represents.
+    /// Source location, comment and tags of the object that the wire represents.
     pub meta: Meta,
 }
 

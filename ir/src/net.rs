@@ -109,7 +109,7 @@ impl Leaf {
         if let Leaf::Input(input) = self { Some(*input) } else { None }
     }
 
-    /// The step whose bit, time or tasks it reads.
+    /// The step whose bit, time or tasks the leaf reads.
     #[must_use]
     pub fn step(&self) -> Option<StepId> {
         match *self {
@@ -184,13 +184,13 @@ pub struct Settings {
     pub evolution: Evolution,
     /// What determines the rank of a partial chart, the first sort key (§4).
     pub schedule: Schedule,
-    /// Only the first transition of the whole order fires in a micro-step (§4).
+    /// True if only the first transition of the whole order fires in a micro-step (§4).
     pub fire_one: bool,
-    /// Right-hand sides read the values from the start of the micro-step (§3.3).
+    /// True if right-hand sides read the values from the start of the micro-step (§3.3).
     pub assign_simultaneous: bool,
-    /// Bodies of controlled actions run once more after Q becomes false (§3.5).
+    /// True if bodies of controlled actions run once more after Q becomes false (§3.5).
     pub final_scan: bool,
-    /// A row of the stimulus contains at most one event (§5).
+    /// True if a row of the stimulus contains at most one event (§5).
     pub events_exclusive: bool,
     /// The bound of the internal queue of a statechart, and of the external one; `None` if no queue is needed.
     pub queue: Option<u32>,
@@ -281,26 +281,26 @@ pub struct Part {
 /// A column of the stimulus.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Input {
-    /// Its name.
+    /// The name of the input.
     pub name: Name,
     /// Boolean or a range. Events are Boolean.
     pub ty: Type,
-    /// Where its value comes from.
+    /// The source of the input's value.
     pub kind: InputKind,
-    /// The pin is synchronous to the clock, so the chip needs no synchroniser (§9).
+    /// True if the pin is synchronous to the clock, so that the chip needs no synchroniser (§9).
     pub synchronous: bool,
     /// Source location, comment and tags.
     pub meta: Meta,
 }
 
-/// Where the value of an [`Input`] comes from.
+/// The source of the value of an [`Input`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum InputKind {
     /// A pin or a field of the input structure.
     Pin,
     /// A function of the user's C library, called at most once per reaction (§6).
     Extern,
-    /// An event that the environment and the chart may raise.
+    /// An event that only the chart raises; such an event has no column in a stimulus.
     Event,
     /// An event that only the chart raises; it has no column.
     InternalEvent,
@@ -323,7 +323,7 @@ impl InputKind {
 /// A column of the trace that the net computes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Output {
-    /// Its name.
+    /// The name of the output.
     pub name: Name,
     /// Boolean, unless the output is stored.
     pub ty: Type,
@@ -331,7 +331,7 @@ pub struct Output {
     pub driver: Driver,
     /// The declared safe value for the plant; [`Output::safe_value`] supplies the default. `None` for extern actions.
     pub safe: Option<i64>,
-    /// The chip drives the pin from a flip-flop (§9).
+    /// True if the chip drives the pin from a flip-flop (§9).
     pub registered: bool,
     /// Source location, comment and tags.
     pub meta: Meta,
@@ -411,9 +411,9 @@ pub enum Driver {
 /// A parameter of an extern action.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Param {
-    /// Its name; may be empty.
+    /// The name of the parameter; may be empty.
     pub name: String,
-    /// Its type; arguments saturate to its range.
+    /// The type of the parameter; arguments saturate to its range.
     pub ty: Type,
 }
 
@@ -422,7 +422,7 @@ pub struct Param {
 pub struct Emission {
     /// The step.
     pub step: StepId,
-    /// Contains no edge and no event.
+    /// An additional condition; contains no edge and no event.
     pub condition: Option<Expr>,
     /// Source location.
     pub span: Span,
@@ -435,7 +435,7 @@ pub struct ExternCall {
     pub step: StepId,
     /// An additional condition, as in [`Emission`].
     pub condition: Option<Expr>,
-    /// One for each parameter.
+    /// The arguments, one for each parameter.
     pub arguments: Vec<Expr>,
     /// Source location.
     pub span: Span,
@@ -444,28 +444,28 @@ pub struct ExternCall {
 /// A variable, or the memory of a stored output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Var {
-    /// Its name.
+    /// The name of the variable.
     pub name: Name,
     /// The type of a value or of each element.
     pub ty: Type,
     /// The number of elements of an array, at least 1; `None` for a plain variable.
     pub len: Option<u32>,
-    /// The value at reset: one, or one for each element.
+    /// The values at reset: one value, or one for each element.
     pub init: Vec<i64>,
-    /// Why it exists; only declared variables have a trace column of their own.
+    /// The reason why the variable exists; only declared variables have a trace column of their own.
     pub origin: VarOrigin,
     /// Source location, comment and tags.
     pub meta: Meta,
 }
 
-/// Why a variable exists.
+/// The reason why a variable exists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum VarOrigin {
     /// Declared with `var`: a trace column (one for each element).
     Declared,
     /// The memory of a stored output; the output's column shows it.
     StoredOutput,
-    /// Made by a lowering; it has no column.
+    /// Created by a lowering; such a variable has no column.
     Hidden,
 }
 
@@ -491,7 +491,7 @@ pub const SHARINGS: [(&str, Sharing); 4] = [
 ];
 
 impl Sharing {
-    /// Its keyword.
+    /// The keyword of the setting.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -506,11 +506,11 @@ impl Sharing {
 /// `timer T while e`: at Latch, T grows by dt if e was true at the end of the previous reaction; at the end of a reaction, T := 0 if e is false (§7).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Timer {
-    /// Its name.
+    /// The name of the timer.
     pub name: Name,
-    /// Contains no edge and no event.
+    /// The condition of the timer; contains no edge and no event.
     pub condition: Expr,
-    /// Before the first reaction the timer has its largest value instead of 0 (for the off-delay of `t1/E/t2`).
+    /// True if the timer has its largest value instead of 0 before the first reaction (for the off-delay of `t1/E/t2`).
     pub starts_expired: bool,
     /// Source location, comment and tags.
     pub meta: Meta,
@@ -529,23 +529,23 @@ pub struct EdgeOperand {
 pub struct Step {
     /// Full name; `macro.step` for steps from an expansion.
     pub name: Name,
-    /// The partial chart it belongs to.
+    /// The partial chart that the step belongs to.
     pub part: PartId,
-    /// Active after reset. Always false in a statechart, where [`Part::initial`] lists what is entered.
+    /// True if the step is active after reset. Always false in a statechart, where [`Part::initial`] lists the states that are entered.
     pub is_initial: bool,
-    /// What kind of step it is.
+    /// The kind of the step.
     pub kind: StepKind,
     /// The enclosing step or the state that contains it.
     pub parent: Option<StepId>,
-    /// For an enclosed step: the enclosing step activates it (`*`, §8).
+    /// For an enclosed step: true if the enclosing step activates it (`*`, §8).
     pub activation_link: bool,
-    /// Made by a lowering: neither in the trace nor counted in `limit`.
+    /// True if a lowering created the step: such a step is neither in the trace nor counted in `limit`.
     pub hidden: bool,
     /// The priority (P in the paper on Grafcet, C and PALASM): 1 is first, `None` is last.
     pub priority: Option<u32>,
-    /// Runs when the step is activated.
+    /// The statements that run when the step is activated.
     pub entry: Block,
-    /// Runs when the step is deactivated.
+    /// The statements that run when the step is deactivated.
     pub exit: Block,
     /// For a composite state: statements of its initial transition; they run after `entry` when the state is entered by default.
     pub initial_content: Block,
@@ -553,7 +553,7 @@ pub struct Step {
     pub code: Vec<Verbatim>,
     /// Indivisible tasks in order (§6).
     pub tasks: Vec<Task>,
-    /// Total cost that its tasks may use in a reaction.
+    /// The total cost that the tasks of the step may use in a reaction.
     pub budget: u32,
     /// Plain Boolean variables: while one of them is true, the first task does not begin (`shared protect`, §6).
     pub locks: Vec<VarId>,
@@ -608,7 +608,7 @@ impl Step {
         chunks
     }
 
-    /// True if its tasks need more than one reaction.
+    /// True if the tasks of the step need more than one reaction.
     #[must_use]
     pub fn halts(&self) -> bool {
         self.chunks().len() > 1
@@ -644,28 +644,28 @@ pub enum Enter {
 /// A transition, or a reaction of a step.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Transition {
-    /// Its name; if the designer gave none, made from its position in the chart.
+    /// The name of the transition; if the designer gave none, a name made from the steps before and after it.
     pub name: Name,
-    /// The partial chart it belongs to.
+    /// The partial chart that the transition belongs to.
     pub part: PartId,
-    /// Whether it changes the situation or only reacts.
+    /// The kind: whether the transition changes the situation or only reacts.
     pub kind: TransitionKind,
     /// Steps that must all be active; empty for a source transition. In a statechart: the one source state.
     pub requires: Vec<StepId>,
     /// Steps that firing deactivates if they are active. Outside statecharts this equals `requires`; in a statechart it contains every proper descendant
     /// of the transition's domain, so the exit set is its active part.
     pub clears: Vec<StepId>,
-    /// The entries when it fires, in declaration order; empty for a sink transition.
+    /// The entries when the transition fires, in declaration order; empty for a sink transition.
     pub enters: Vec<Enter>,
-    /// Fires only in a micro-step in which one of these events is present; empty if it needs no event.
+    /// The events that trigger the transition: it fires only in a micro-step in which one of them is present. Empty if it needs no event.
     pub events: Vec<InputId>,
     /// The receptivity.
     pub guard: Expr,
     /// Declared priority: 1 is the most urgent, `None` is last.
     pub priority: Option<u32>,
-    /// A step that is removed and added is deactivated and activated again instead of staying active (§3.2). Always true in a statechart.
+    /// True if a step that is removed and added is deactivated and activated again instead of staying active (§3.2). Always true in a statechart.
     pub restart: bool,
-    /// Runs when the transition fires.
+    /// The statements that run when the transition fires.
     pub actions: Block,
     /// The designer's deadline in nanoseconds, for the partition.
     pub deadline_ns: Option<u64>,
@@ -685,9 +685,9 @@ pub enum TransitionKind {
 /// The memory of a composite state.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct History {
-    /// Its name.
+    /// The name of the history.
     pub name: Name,
-    /// The state whose exit records it.
+    /// The state whose exit updates the history.
     pub owner: StepId,
     /// One case for each step that may be recorded. A shallow history has a case for each child of the owner; a deep history for each atomic descendant.
     pub cases: Vec<HistoryCase>,
@@ -699,10 +699,10 @@ pub struct History {
     pub meta: Meta,
 }
 
-/// One case of a [`History`]: a step that it may record.
+/// One case of a [`History`]: a step that the history may record.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct HistoryCase {
-    /// Recorded if active when the owner is left.
+    /// The step, which is recorded if it is active when the owner is left.
     pub step: StepId,
     /// The entries if the step was recorded.
     pub enters: Vec<Enter>,
@@ -715,7 +715,7 @@ pub struct Forcing {
     pub step: StepId,
     /// The chart that is forced, as its parts (including those from its macro-steps and enclosing steps).
     pub target: Vec<PartId>,
-    /// The situation that it is forced to.
+    /// The situation that the chart is forced to.
     pub order: ForcingOrder,
     /// Source location.
     pub span: Span,

@@ -59,7 +59,7 @@ pub struct Cell {
     pub len: Option<u32>,
     /// The value after reset: one, or one for each element.
     pub init: Vec<i64>,
-    /// The part of the net's state that it stores.
+    /// The part of the net's state that the cell stores.
     pub origin: Origin,
 }
 
@@ -81,7 +81,7 @@ pub enum Origin {
     Edge(EdgeId),
     /// A free timer.
     Timer(TimerId),
-    /// Whether the timer's condition was true at the end of the last reaction.
+    /// True if the timer's condition was true at the end of the last reaction.
     TimerCondition(TimerId),
     /// The first step is older (was activated earlier) than the second.
     Older(StepId, StepId),
@@ -138,11 +138,11 @@ pub enum ActionPart {
 /// A value within a reaction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Temp {
-    /// Suggested name.
+    /// Suggested name of the temporary.
     pub name: String,
-    /// Its type.
+    /// The type of the temporary.
     pub ty: Type,
-    /// Its meaning.
+    /// The meaning of the temporary.
     pub role: TempRole,
 }
 
@@ -203,9 +203,9 @@ pub enum Stmt {
     Repeat {
         /// Maximum number of rounds.
         limit: u32,
-        /// Evaluated before each round; reads cells and temporaries that were set before the loop or in the previous round.
+        /// The condition that is evaluated before each round; it reads cells and temporaries that were set before the loop or in the previous round.
         condition: Expr,
-        /// One round.
+        /// The statements of one round.
         body: Vec<Stmt>,
     },
     /// Sets the value of an output in this reaction; each output except extern actions is set exactly once, at the end.

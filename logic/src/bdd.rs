@@ -341,7 +341,7 @@ impl Bdd {
         self.ite(f, inverse, g)
     }
 
-    /// True if both are true or both are false.
+    /// The equivalence: true if `f` and `g` are equal.
     ///
     /// # Errors
     /// If the manager is full.
@@ -358,7 +358,7 @@ impl Bdd {
         self.ite(g, Ref::FALSE, f)
     }
 
-    /// The conjunction of all of them, built as a balanced tree.
+    /// The conjunction of the given functions, built as a balanced tree.
     ///
     /// # Errors
     /// If the manager is full.
@@ -366,7 +366,7 @@ impl Bdd {
         self.fold_balanced(all.into_iter().collect(), Ref::TRUE, Bdd::and)
     }
 
-    /// The disjunction of all of them, built as a balanced tree.
+    /// The disjunction of the given functions, built as a balanced tree.
     ///
     /// # Errors
     /// If the manager is full.
@@ -408,7 +408,7 @@ impl Bdd {
         Ok(cube)
     }
 
-    /// True if some values of the variables of `cube` make `f` true.
+    /// The function that is true if some values of the variables of `cube` make `f` true.
     ///
     /// # Errors
     /// If the manager is full.
@@ -416,7 +416,7 @@ impl Bdd {
         self.and_exists(f, Ref::TRUE, cube)
     }
 
-    /// True if `f` is true for all values of the variables of `cube`.
+    /// The function that is true if `f` is true for all values of the variables of `cube`.
     ///
     /// # Errors
     /// If the manager is full.
@@ -609,7 +609,7 @@ impl Bdd {
         self.nodes[f.0 as usize].level
     }
 
-    /// Both cofactors of `f` at `level`, which is at or above its root.
+    /// Both cofactors of `f` at `level`; `level` is at or above the root of `f`.
     fn at(&self, f: Ref, level: u32) -> (Ref, Ref) {
         let node = self.nodes[f.0 as usize];
         if node.level == level { (node.low, node.high) } else { (f, f) }

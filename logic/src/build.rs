@@ -22,12 +22,12 @@ pub struct Builder {
     pub logic: Logic,
     /// Open addressing over the nodes: index plus 1, or 0 for an empty entry.
     table: Vec<u32>,
-    /// The number of nodes in the table.
+    /// The number of nodes of the circuit that are in the table.
     known: usize,
 }
 
 impl Builder {
-    /// Continues with a circuit whose nodes were made elsewhere.
+    /// Continues with a circuit whose nodes were not made by this builder.
     #[must_use]
     pub fn resume(logic: Logic) -> Self {
         let mut builder = Builder { logic, table: Vec::new(), known: 0 };
@@ -190,7 +190,7 @@ impl Builder {
         if flip_a == flip_b { node } else { self.not(node) }
     }
 
-    /// True if both are equal.
+    /// Equivalence: true if both operands are equal.
     pub fn iff(&mut self, a: NodeId, b: NodeId) -> NodeId {
         let differ = self.xor(a, b);
         self.not(differ)
@@ -249,7 +249,7 @@ impl Builder {
         self.make(Node::Mux(condition, then, otherwise))
     }
 
-    /// The node without a negation on top, and whether there was one.
+    /// The node without a negation on top, and true if a negation was removed.
     #[must_use]
     pub fn strip(&self, node: NodeId) -> (NodeId, bool) {
         match self.logic.nodes[node] {
@@ -265,7 +265,7 @@ impl Builder {
     }
 }
 
-/// A hash that is the same on all machines (FNV-1a over the node's kind and operands, finished by a multiplication).
+/// A hash of a node that is the same on all machines (FNV-1a over the node's kind and operands, followed by a multiplication).
 fn hash(node: &Node) -> u32 {
     let mut hash = 0xcbf2_9ce4_8422_2325u64;
     let mut add = |value: usize| hash = (hash ^ value as u64).wrapping_mul(0x0000_0100_0000_01b3);

@@ -10,7 +10,7 @@ use grafsynth_ir::net::{Evolution, InputId, Net, Output, OutputId, Step, StepId,
 use grafsynth_ir::program::Origin;
 use std::collections::BTreeMap;
 
-/// A simulated circuit, accessed by the pins and flip-flops of a [`Logic`]: the circuit itself, or a device that implements it.
+/// A simulated circuit with the inputs, outputs and flip-flops of a [`Logic`]: the circuit itself, or a device that implements it.
 pub trait Parts {
     /// Sets an input.
     fn set_input(&mut self, input: PinInputId, value: u64);
@@ -20,7 +20,7 @@ pub trait Parts {
     fn flop(&self, flop: FlopId) -> u64;
     /// Applies one clock edge.
     fn clock(&mut self);
-    /// Sets the state after power-up.
+    /// Returns to the state after power-up.
     fn reset(&mut self);
 }
 
@@ -64,9 +64,9 @@ pub struct ChipSim<'a, S = LogicSim<'a>> {
     patience: u64,
     /// The flip-flops of each object and element.
     holders: BTreeMap<(Origin, u32), Vec<Holder>>,
-    /// For each step: the bits that are all set while it is active.
+    /// For each step, the bits that are all set while the step is active.
     shown: IdMap<Step, Vec<Origin>>,
-    /// Bits that are functions of the flip-flops, after the last clock edge.
+    /// The values of the bits that are functions of the flip-flops, after the last clock edge.
     decoded: BTreeMap<(Origin, u32), u64>,
     sampled: IdMap<Output, Option<i64>>,
 }
@@ -82,20 +82,20 @@ struct Holder {
 /// The reason why a reaction gave no row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoRow {
-    /// More than one tick in a row: a chip cannot do that.
+    /// A row has more than one tick; a chip advances at most one tick per reaction.
     TooManyTicks {
-        /// The number of ticks.
+        /// The number of ticks in the row.
         dt: u64,
     },
     /// The reaction does not end: `busy` is still 1 after more clocks than a correct circuit of this net needs.
     StillBusy {
-        /// The number of clocks.
+        /// The number of clocks that were applied.
         clocks: u64,
     },
 }
 
 /// A bound above the number of clocks of a reaction in a correct circuit. It counts micro-steps, events taken from queues, the final empty check, and a
-/// reserve. 1 if the settings allow only one clock per reaction.
+/// reserve. The bound is 1 if the settings allow only one clock per reaction.
 #[must_use]
 pub fn most_clocks(net: &Net) -> u64 {
     let Evolution::Stable { limit } = net.settings.evolution else { return 1 };
@@ -177,7 +177,8 @@ impl<'a, S: Parts> ChipSim<'a, S> {
         chip
     }
 
-    /// Sets the state after power-up, and records row 0 of the trace: all inputs 0 (or the value nearest to it), outputs with their current values.
+    /// Returns to the state after power-up, and records row 0 of the trace: all inputs are 0 (or the value nearest to 0), and outputs have their current
+    /// values.
     pub fn reset(&mut self) {
         self.sim.reset();
         let zeros: Vec<i64> = self.net.inputs.values().map(|input| input.ty.saturate(0)).collect();
@@ -186,12 +187,12 @@ impl<'a, S: Parts> ChipSim<'a, S> {
         self.sample(false);
     }
 
-    /// One reaction: `inputs` by number of the net's input (those without a pin are ignored, missing ones are 0), `dt` 0 or 1.
+    /// Runs one reaction. `inputs` has a value for each input of the net, by id (inputs without a pin are ignored, missing values are 0); `dt` is 0 or 1.
     ///
     /// A circuit with a `busy` pin is clocked until the pin is 0, without a new event or tick (semantics.md §9). Returns the number of clocks.
     ///
     /// # Errors
-    /// If `dt` is larger than 1 (then nothing is executed), or if the reaction does not end.
+    /// `dt` is larger than 1 (then nothing is executed), or the reaction does not end.
     pub fn react(&mut self, inputs: &[i64], dt: u64) -> Result<u64, NoRow> {
         if dt > 1 {
             return Err(NoRow::TooManyTicks { dt });
@@ -214,7 +215,7 @@ impl<'a, S: Parts> ChipSim<'a, S> {
         Ok(clocks)
     }
 
-    /// Applies a single clock edge with these pins, whether or not the previous reaction has ended; outputs are sampled after it.
+    /// Applies a single clock edge with these inputs, whether or not the previous reaction has ended; outputs are sampled after the edge.
     pub fn clock(&mut self, inputs: &[i64], tick: bool) {
         self.put(inputs, tick);
         self.sim.clock();
@@ -294,7 +295,7 @@ impl<'a, S: Parts> ChipSim<'a, S> {
         }
     }
 
-    /// The value of an output in the last row; for an extern action the number of calls. `None` if it has no pins.
+    /// The value of an output in the last row; for an extern action, the number of calls. `None` if the output has no pins.
     #[must_use]
     pub fn output(&self, output: OutputId) -> Option<i64> {
         self.sampled[output]
@@ -318,7 +319,7 @@ impl<'a, S: Parts> ChipSim<'a, S> {
         self.code(Origin::Var(var), element).map(|code| lo.saturating_add_unsigned(code))
     }
 
-    /// The fault flag of the row; a circuit without the pin never faults.
+    /// The fault flag of the row; false if the circuit has no fault pin.
     #[must_use]
     pub fn fault(&mut self) -> bool {
         self.faults.iter().any(|&pin| self.sim.output(pin) & 1 == 1)

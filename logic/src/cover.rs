@@ -5,8 +5,8 @@ use std::cmp::Ordering;
 
 /// A product of literals over variables `0..n`.
 ///
-/// Each variable has one bit in `positive` and one in `negative`; if neither is set, the variable does not occur. (Both set would be the empty product,
-/// which is never made.)
+/// Each variable has one bit in `positive` and one in `negative`; if neither is set, the variable does not occur. (If both were set, the product would
+/// never be true; such a product is never made.)
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Cube {
     positive: Vec<u64>,

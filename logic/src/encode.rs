@@ -49,26 +49,26 @@ use std::collections::BTreeMap;
 pub struct EncodeOptions {
     /// Add the chart's assumptions about its environment (and unused input codes) to [`Logic::never`]. The functions do not depend on this.
     pub assumptions: bool,
-    /// The maximum size of a circuit in nodes (about 50 bytes each during construction).
+    /// The maximum number of nodes of a circuit (about 50 bytes per node during construction).
     pub max_nodes: usize,
     /// The maximum size in nodes of a circuit that composes all micro-steps into one clock, if several clocks are also allowed.
     pub max_composed: usize,
-    /// Whether a reaction may take several clocks.
+    /// Selects the charts whose reactions take several clocks.
     pub busy: BusyMode,
 }
 
-/// When a reaction takes several clocks, one per micro-step, with a `busy` output (semantics.md §9). In every mode, an evolution that calls actions
+/// The charts whose reactions take several clocks, one per micro-step, with a `busy` output (semantics.md §9). In every mode, an evolution that calls actions
 /// between its micro-steps is composed into one clock, because a chip has one strobe per reaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum BusyMode {
-    /// Never: one clock is one reaction.
+    /// No chart: one clock is one reaction.
     Never,
-    /// If the composition into one clock is too large ([`EncodeOptions::max_composed`]).
+    /// A chart whose composition into one clock is too large ([`EncodeOptions::max_composed`]).
     WhenTooLarge,
     /// Like `WhenTooLarge`, and also if it is not proved that every evolution ends within the limit.
     #[default]
     WhenUnproved,
-    /// For every chart with an evolution.
+    /// Every chart with an evolution.
     Always,
 }
 
@@ -184,13 +184,13 @@ struct CallSite {
     after: Option<NodeId>,
 }
 
-/// An output's bits.
+/// The bits of an output.
 struct Shown {
-    /// As functions of the old state.
+    /// The bits as functions of the old state.
     before: Vec<NodeId>,
-    /// As functions of the new state, if this form exists.
+    /// The bits as functions of the new state, if this form exists.
     after: Option<Vec<NodeId>>,
-    /// The code of the output's value after reset.
+    /// The binary code of the output's value after reset.
     reset: u64,
 }
 
@@ -226,7 +226,7 @@ struct Encoder<'a> {
     now: usize,
     /// Frames of overwritten values, one for each open `If`.
     log: Vec<BTreeMap<Place, Option<Value>>>,
-    /// The condition under which the current statement runs, in both forms.
+    /// The condition under which the current statement runs, as a function of the old state.
     path: NodeId,
     path_after: Option<NodeId>,
     calls: BTreeMap<net::OutputId, Vec<CallSite>>,
@@ -235,7 +235,7 @@ struct Encoder<'a> {
     code_reported: bool,
 }
 
-/// Name of bit `bit` of something with `bits` bits.
+/// The name of bit `bit` of an object that has `bits` bits.
 fn bit_name(name: &str, bits: usize, bit: usize) -> String {
     if bits == 1 { name.to_owned() } else { format!("{name}_{bit}") }
 }

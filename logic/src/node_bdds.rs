@@ -33,13 +33,13 @@ impl Functions {
         Self::default()
     }
 
-    /// The variables by level.
+    /// The variables, in the order of their levels.
     #[must_use]
     pub fn vars(&self) -> &[Var] {
         &self.vars
     }
 
-    /// The level of a variable; assigned now if it had none.
+    /// The level of a variable; a variable without a level gets the next one.
     pub fn level(&mut self, var: Var) -> u32 {
         let next = u32::try_from(self.vars.len()).unwrap_or(u32::MAX);
         *self.levels.entry(var).or_insert_with(|| {
@@ -48,12 +48,12 @@ impl Functions {
         })
     }
 
-    /// The level of a flip-flop's variable; assigned now if it had none.
+    /// The level of a flip-flop's variable; a variable without a level gets the next one.
     pub fn flop_level(&mut self, flop: FlopId) -> u32 {
         self.level(Var::Flop(flop))
     }
 
-    /// The level of an input's variable; assigned now if it had none.
+    /// The level of an input's variable; a variable without a level gets the next one.
     pub fn input_level(&mut self, input: PinInputId) -> u32 {
         self.level(Var::Input(input))
     }

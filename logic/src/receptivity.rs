@@ -8,7 +8,8 @@ use boolean_expression as algebra;
 use grafsynth_ir::expr::{Expr, ExprKind};
 use grafsynth_ir::simplify::compare_shapes;
 
-/// A formula with more different conditions is left unchanged, because the crate's diagrams have no limit of their own.
+/// The maximum number of different conditions in a formula; a larger formula is left unchanged, because the diagrams of `boolean_expression` have no limit of
+/// their own.
 pub const MAX_CONDITIONS: usize = 10;
 
 /// A Boolean expression as a formula over conditions: inputs, step bits, comparisons and everything else that is not a Boolean operator.
@@ -33,13 +34,13 @@ impl<L: Clone + Ord> Receptivity<L> {
         self.conditions.len()
     }
 
-    /// True if no values of the conditions make it true.
+    /// True if the formula is false for all values of the conditions.
     #[must_use]
     pub fn is_never(&self) -> bool {
         self.is_constant(false)
     }
 
-    /// True if all values of the conditions make it true.
+    /// True if the formula is true for all values of the conditions.
     #[must_use]
     pub fn is_always(&self) -> bool {
         self.is_constant(true)

@@ -38,7 +38,7 @@ enum Op {
     Mux,
 }
 
-/// The nodes as gates of at most [`WIDE`] operands, each after those that it reads.
+/// The nodes as gates of at most [`WIDE`] operands; each gate comes after its operands.
 #[derive(Debug, Clone)]
 struct Gates {
     ops: Vec<Op>,
@@ -234,7 +234,7 @@ impl<'a> LogicSim<'a> {
         }
     }
 
-    /// The current value of an output pin: combinational ones follow the inputs, registered ones show the last clock.
+    /// The current value of an output pin: a combinational output follows the inputs, a registered output has its value from the last clock edge.
     pub fn output(&mut self, output: PinOutputId) -> u64 {
         if self.logic.outputs[output].registered.is_some() {
             return self.registers[output];

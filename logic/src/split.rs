@@ -23,10 +23,10 @@ use grafsynth_ir::net::Meta;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-/// A function that may need cuts.
+/// A function that may be too wide for one sum.
 #[derive(Debug, Clone)]
 pub struct Wide {
-    /// Its node.
+    /// The node of the function.
     pub node: NodeId,
     /// The required polarity of the sum; `None` if either is allowed.
     pub polarity: Option<bool>,
@@ -41,15 +41,15 @@ pub struct Wide {
 pub struct Buried {
     /// The input of [`Split::logic`] through which other functions read it; it comes after the inputs of the circuit.
     pub input: PinInputId,
-    /// Its function, over the inputs, flip-flops and other buried nodes.
+    /// The node's function, over the inputs, flip-flops and other buried nodes.
     pub value: NodeId,
-    /// A sum for it, not yet minimised.
+    /// A sum of products for the function, not yet minimised.
     pub sum: NarrowSum,
-    /// Its name: the function's name in the source, or the signal that it is a part of.
+    /// The name of the buried node: that of the function in the source, or of the signal to whose function the node belongs.
     pub name: String,
-    /// True if it is the complete function of that name, not a part of it.
+    /// True if the buried node is the complete function of that name, not a part of it.
     pub is_whole: bool,
-    /// Source location, comment and tags of that object.
+    /// Source location, comment and tags of the object with that name.
     pub meta: Meta,
 }
 
@@ -57,20 +57,20 @@ pub struct Buried {
 #[derive(Debug, Clone)]
 pub struct Split {
     /// The circuit's nodes, followed by the cut functions. Its inputs are those of the circuit, followed by one for each buried node. Its flip-flops
-    /// and outputs have their old functions: the cut ones are in [`Split::wide`].
+    /// and outputs still have their original functions; the cut functions are in [`Split::wide`].
     pub logic: Logic,
     /// The buried nodes; each reads only earlier ones.
     pub nodes: Vec<Buried>,
-    /// For each requested function, in order: its new node and a sum for it, not yet minimised.
+    /// For each requested function, in order: the new node and a sum of products for it, not yet minimised.
     pub wide: Vec<(NodeId, NarrowSum)>,
     /// The longest chain of buried nodes: the number of additional passes through the array.
     pub depth: usize,
 }
 
-/// A sum that is narrow enough, from the search for cuts: for a function whose decision diagram is too large for a better one.
+/// A sum of products that is narrow enough, as the search for cuts found it. It is used if a decision diagram that could give a better sum is too large.
 #[derive(Debug, Clone, Default)]
 pub struct NarrowSum {
-    /// True if the sum is that of the complement.
+    /// True if the sum represents the complement of the function.
     pub is_complemented: bool,
     /// The products.
     pub products: Vec<crate::minimise::Product>,
@@ -81,7 +81,7 @@ type Product = Vec<(NodeId, bool)>;
 /// A sum in which no product contains another one.
 type Sum = Rc<Vec<Product>>;
 
-/// The sums of a node and of its complement; `None` if too wide.
+/// The sums of a node and of its complement; `None` for a sum that is too wide.
 #[derive(Debug, Clone, Default)]
 struct Local {
     sums: [Option<Sum>; 2],
@@ -224,9 +224,9 @@ fn finish(
 struct Cutter<'a> {
     builder: Builder,
     width: usize,
-    /// The sums of each node of the circuit, over leaves of the new circuit.
+    /// The sums of each node of the original circuit, over leaves of the new circuit.
     locals: BTreeMap<NodeId, Local>,
-    /// The image of each node of the circuit in the new one: its function, or the signal of its cut.
+    /// The node of the new circuit for each original node: its function, or the input for its buried node.
     images: BTreeMap<NodeId, NodeId>,
     nodes: Vec<Buried>,
     named: BTreeMap<NodeId, (String, Meta)>,
@@ -371,7 +371,7 @@ impl Cutter<'_> {
         }
     }
 
-    /// The shorter of the sums that are known and allowed.
+    /// The shorter of the node's sums that exist and have an allowed polarity.
     fn narrow(&self, local: &Local, polarity: Option<bool>) -> NarrowSum {
         let var = |leaf: NodeId| match self.builder.logic.nodes[leaf] {
             Node::Input(input) => Var::Input(input),

@@ -28,11 +28,11 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Steps of which at most one is active.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Group {
-    /// The base name of its bits.
+    /// The base name of the new flip-flops.
     pub name: String,
     /// The flip-flops of the steps.
     pub steps: Vec<FlopId>,
-    /// True if one of them is always active.
+    /// True if one of the steps is always active.
     pub is_always: bool,
 }
 
@@ -51,7 +51,8 @@ pub enum Encoding {
 /// The number of code assignments that are judged by their sums, for a circuit of ordinary size.
 pub const TRIES: usize = 60;
 
-/// The circuit with these groups encoded. Groups must be disjoint; a step in two of them keeps its flip-flop.
+/// The circuit with these groups encoded. `tries` is the number of code assignments to judge. Groups must be disjoint; a step in two of them keeps its
+/// flip-flop.
 ///
 /// Known unreachable situations are kept, in the new code; situations that contradict the groups are added.
 #[must_use]
@@ -73,7 +74,7 @@ pub fn recode(logic: &Logic, groups: &[Group], encoding: Encoding, tries: usize)
 }
 
 /// Like [`recode`] with [`Encoding::Compact`], for a device whose macrocells are narrower than the resulting sums. Searches for codes whose sums fit, and uses
-/// more than the minimum of flip-flops if macrocells are left. `None` if none was found in the given number of judgements.
+/// more than the minimum number of flip-flops if spare macrocells are available. `None` if no such codes were found in the given number of judgements.
 ///
 /// The groups are coded together, so this is a long search: each judgement minimises every sum of the circuit. `work` is the remaining budget, about 6
 /// million per second; the work of the search is subtracted from it.
@@ -102,7 +103,7 @@ struct Plan {
     /// The code while no member is active, for a group that may be empty.
     idle: Option<u64>,
     n_bits: u32,
-    /// For each bit, the member whose flip-flop it is, unchanged, if the bit belongs to one member alone.
+    /// For each bit that belongs to one member alone, the flip-flop of that member, which is kept unchanged.
     keeps: Vec<Option<FlopId>>,
 }
 
@@ -383,7 +384,7 @@ fn keep_open(builder: &mut Builder, open: Vec<(Function, NodeId)>) {
     builder.logic.open = open.map(|(of, when)| Open { of, when }).collect();
 }
 
-/// Encodes all steps together as one number, with a code for each reachable situation, if all of them are known. For a chart with hierarchy this
+/// Encodes all steps together as one number, with a code for each reachable situation, if all reachable situations are known. For a chart with hierarchy this
 /// takes fewer bits than a code for each group. `name` is the base name of the bits. `None` if this saves nothing over the flip-flops of the steps.
 ///
 /// A bit's D function is the sum, over the situations whose code sets the bit, of "the steps change to exactly this situation".
@@ -519,7 +520,7 @@ pub fn safe(logic: Logic) -> Logic {
     prune(builder.logic)
 }
 
-/// The size of the code space that [`is_safe`] checked, and the number of unreachable codes in it.
+/// The size of the code space that [`is_safe`] checked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Codes {
     /// The number of flip-flops that the unreachable states depend on.
@@ -559,7 +560,7 @@ pub fn is_safe(logic: &Logic) -> Result<Codes, String> {
     Ok(Codes { n_flops: levels.len(), illegal: bdd.sat_count(illegal, &levels) })
 }
 
-/// Copies the decoded bits and unreachable states of the written circuit to one that was read back. The flip-flops of both are in the same order.
+/// Copies the decoded bits and unreachable states of the written circuit to one that was read back. The flip-flops of both circuits are in the same order.
 pub fn observe(written: &Logic, read_back: &mut Logic) {
     let mut builder = Builder::resume(std::mem::take(read_back));
     let wanted =

@@ -17,18 +17,18 @@ pub const MAX_CLOCKS: usize = 1_000_000;
 pub struct Clocked {
     /// One row for each clock.
     pub stimulus: Stimulus,
-    /// For each row of the original, its `dt` and the index of its last clock, counted from 1 as in traces.
+    /// For each original row, its `dt` and the index of its last clock, counted from 1 as in traces.
     rows: Vec<(u32, usize)>,
 }
 
-/// A clock of a [`Clocked`] stimulus: which row of the original it belongs to.
+/// The original row to which a clock of a [`Clocked`] stimulus belongs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ClockPlace {
     /// The row of the original trace; 0 is the reset.
     pub row: usize,
     /// The index of the clock within the row, from 1.
     pub clock: usize,
-    /// The number of clocks of the row.
+    /// The number of clocks of that row.
     pub clocks: usize,
 }
 

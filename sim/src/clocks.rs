@@ -99,7 +99,7 @@ impl Simulator<'_> {
         clocks
     }
 
-    /// The counter's value in a state of this net: the ticks since it was 0.
+    /// The value of a counter in a state of this net: the ticks since the counter was 0.
     #[must_use]
     pub fn ticks(&self, state: &State, clock: &Clock) -> i64 {
         let value = state.cells[clock.place];

@@ -8,7 +8,7 @@ use crate::reaction::Reaction;
 const TIMED: [Qualifier; 5] =
     [Qualifier::L, Qualifier::D, Qualifier::SD, Qualifier::DS, Qualifier::SL];
 
-/// The inputs of one action: the OR over its uses.
+/// The inputs of one action: for each qualifier, the OR over its uses.
 #[derive(Debug, Clone, Copy, Default)]
 #[expect(
     clippy::struct_excessive_bools,
@@ -155,7 +155,7 @@ impl Reaction<'_> {
         std::mem::replace(&mut self.state.cells[place], i64::from(input)) != 0
     }
 
-    /// True if all charts that use the action have ended: it stops (semantics §5).
+    /// True if all charts that use the action have ended; the action then stops (semantics §5).
     fn action_has_ended(&self, action: ActionId) -> bool {
         if self.tables.may_end.is_empty() {
             return false;

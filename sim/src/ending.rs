@@ -107,7 +107,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// Marks the open mealy outputs of row 0: such an output shows the cell of the reset situation with all inputs 0, so it is open if that cell is.
+    /// Marks the open mealy outputs of row 0. Such an output shows the cell for the reset situation with all inputs 0; the output is open if that cell is open.
     fn evaluate_open_mealy_outputs(&mut self) {
         for open in &self.net.unspecified {
             if let OpenCell::Output(output) = open.what
@@ -119,7 +119,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// True if there is no condition or it is true.
+    /// True if there is no condition, or if the condition is true.
     fn holds(&mut self, condition: Option<&grafsynth_ir::net::Expr>) -> bool {
         condition.is_none_or(|condition| {
             self.mention(condition);

@@ -10,7 +10,7 @@ use crate::trace::{Difference, Trace, TraceRow};
 pub struct Expected {
     /// The headers, and their source locations.
     columns: Vec<(String, Span)>,
-    /// True if the first row is that of the reset; otherwise it is that of the first reaction.
+    /// True if the first row is that of the reset; false if it is that of the first reaction.
     from_reset: bool,
     /// The cells of each row, as written.
     rows: Vec<Vec<String>>,
@@ -29,7 +29,7 @@ impl Expected {
         self.columns.len() * self.rows.len()
     }
 
-    /// The number of expected cells that the trace leaves open; these are not checked.
+    /// The number of expected cells that the trace leaves open; these cells are not checked.
     #[must_use]
     pub fn open_cells(&self, trace: &Trace) -> usize {
         let places = self.places(trace);

@@ -23,7 +23,7 @@ pub(crate) enum Cell {
     Edge(EdgeId),
     /// A free timer in ticks.
     Timer(TimerId),
-    /// The held bit of a free timer.
+    /// The bit that stores whether the condition of a free timer was true at the end of the last reaction.
     TimerHeld(TimerId),
     /// One position, counted from the oldest, in one of the orders of last activation; the value is the index of a step.
     Age(u32, u32),
@@ -35,7 +35,7 @@ pub(crate) enum Cell {
     Latch(ActionId, Qualifier),
     /// The timer of a qualifier, in ticks.
     ActionTimer(ActionId, Qualifier),
-    /// The held bit of a qualifier's timer.
+    /// The bit that stores the last input of a qualifier's timer.
     ActionTimerHeld(ActionId, Qualifier),
     /// The input of a pulse qualifier in the last row.
     Old(ActionId, Qualifier),
@@ -57,7 +57,7 @@ pub(crate) enum Cell {
 pub(crate) struct AgeOrder {
     /// The steps, in declaration order.
     pub(crate) steps: Vec<StepId>,
-    /// The first of its cells.
+    /// The index of the first cell of this order.
     pub(crate) base: usize,
 }
 
@@ -67,7 +67,7 @@ const NONE: u32 = u32::MAX;
 pub(crate) struct Layout {
     pub(crate) cells: Vec<Cell>,
     places: BTreeMap<Cell, u32>,
-    /// For each action its first cell; after the last action, the first cell that belongs to none.
+    /// For each action, the index of its first cell; at the end, the index of the first cell after all actions.
     of_action: Vec<u32>,
     elapsed: Vec<u32>,
     last_elapsed: Vec<u32>,
@@ -264,7 +264,7 @@ impl Layout {
         self.cells.get(first..end)?.iter().position(|it| *it == cell).map(|at| first + at)
     }
 
-    /// The index of a cell that the caller knows to exist; a missing cell is read as the first one, which only a broken table could cause.
+    /// The index of a cell that the caller knows to exist. If the cell does not exist, which only a faulty table could cause, the index is 0.
     pub(crate) fn at(&self, cell: Cell) -> usize {
         self.find(cell).unwrap_or(0)
     }

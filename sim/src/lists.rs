@@ -126,7 +126,7 @@ impl Reaction<'_> {
         self.run_as(Writer::Entry(step), &net.steps[step].entry);
     }
 
-    /// F5: moves the activated steps together to the young end of the orders of last activation, in declaration order.
+    /// F5: moves the activated steps together to the youngest end of the orders of last activation, in declaration order.
     fn f5_age(&mut self) {
         for order in &self.tables.layout.ages {
             let cells = &mut self.state.cells[order.base..order.base + order.steps.len()];

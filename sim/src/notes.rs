@@ -44,12 +44,12 @@ pub enum Noticed {
     ForcingRace(PartId),
 }
 
-/// Where and how often a note occurred.
+/// The first row and the number of occurrences of a note.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Occurrence {
-    /// The first row of the trace in which it occurred.
+    /// The first row of the trace in which the note occurred.
     pub first_row: usize,
-    /// How often it occurred.
+    /// The number of occurrences.
     pub count: u64,
 }
 

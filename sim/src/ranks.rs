@@ -59,7 +59,7 @@ impl Ranks {
         self.rank_of[part.index()]
     }
 
-    /// The static urgency that orders actions (semantics §3.3): lower goes first. A reaction has none.
+    /// The static urgency that orders actions (semantics §3.3): the lower value goes first. A reaction has no urgency.
     pub(crate) fn urgency(&self, net: &Net, transition: TransitionId) -> u64 {
         let data = &net.transitions[transition];
         match (net.settings.policy, data.kind) {

@@ -19,9 +19,9 @@ use crate::tables::{self, Tables};
 /// The transitions that a check considers (semantics §5).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Trigger {
-    /// Grafcet charts: transitions with and without event; the events of `ev` are present.
+    /// Grafcet charts: transitions with and without an event; the present events are in `ev`.
     Any,
-    /// Statecharts: transitions without event.
+    /// Statecharts: transitions without an event.
     Eventless,
     /// Statecharts: transitions on this event.
     Event(InputId),
@@ -32,14 +32,14 @@ pub(crate) enum Trigger {
 pub(crate) struct Work {
     /// Inputs as latched; for events, whether they are present in the current check (`ev`).
     pub(crate) values: Vec<i64>,
-    /// No micro-step has fired yet: edges of inputs are still visible.
+    /// True until a micro-step fires: edges of inputs are still visible.
     pub(crate) fresh: bool,
-    /// Edge operands as evaluated by the last check.
+    /// The values of the edge operands in the last check.
     pub(crate) now: Vec<bool>,
-    /// Edges of the last check.
+    /// The rising edges that the last check found, by operand.
     pub(crate) rise: Vec<bool>,
     pub(crate) fall: Vec<bool>,
-    /// The number of checks; `fireable_at[t]` is the last one in which t was fireable.
+    /// The number of checks so far; `fireable_at[t]` is the number of the last check in which `t` was fireable.
     pub(crate) check: u64,
     pub(crate) fireable_at: Vec<u64>,
     pub(crate) enabled: Vec<TransitionId>,
@@ -64,7 +64,7 @@ pub(crate) struct Work {
     pub(crate) written: Vec<(u64, Option<Writer>, bool)>,
     /// The current list; `None` in bodies and tasks, which are not writers of a micro-step.
     pub(crate) writer: Option<Writer>,
-    /// The next situation is left open in this reaction.
+    /// True if the next situation is left open in this reaction.
     pub(crate) open_next: bool,
     /// All transitions and reactions that fired, in order.
     pub(crate) fired: Vec<TransitionId>,
@@ -213,7 +213,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// L2: adds `dt` ticks to the timers of what is active now, each saturating one above the largest constant it is compared with.
+    /// L2: adds `dt` ticks to the timers of all active objects; each timer saturates one above the largest constant that it is compared with.
     fn l2_advance_timers(&mut self, dt: i64) {
         let layout = &self.tables.layout;
         for step in self.state.situation.iter() {
@@ -450,7 +450,7 @@ impl Reaction<'_> {
         self.net.transitions[transition].kind == TransitionKind::Reaction
     }
 
-    /// Records that extern conditions are called for this expression, once per reaction (semantics §6).
+    /// Records that evaluating this expression calls its extern conditions, once per reaction (semantics §6).
     pub(crate) fn mention(&mut self, expr: &Expr) {
         if self.tables.has_extern_conditions {
             let effects = &mut self.row.effects;
@@ -513,7 +513,7 @@ pub(crate) fn compares(op: CompareOp, a: i64, b: i64) -> bool {
     }
 }
 
-/// The exact result, without the arithmetic of `ir` (semantics §6); `None` if there is none, or if it exceeds 64 bits.
+/// The exact result, without the arithmetic of `ir` (semantics §6); `None` if the result does not exist or exceeds 64 bits.
 fn arithmetic(op: ArithOp, a: i64, b: i64) -> Option<i64> {
     let (a, b) = (i128::from(a), i128::from(b));
     let exact = match op {

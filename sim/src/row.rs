@@ -48,14 +48,14 @@ pub enum Effect {
 /// The cells of a row that the chart does not determine (semantics §3.6, *unspecified*).
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Open {
-    /// The situation after this reaction was left open, and so is everything that follows from it: in this row (except mealy outputs) and in all later
-    /// ones.
+    /// True if the situation after this reaction is left open. Everything that follows from it is then open too: in this row (except mealy outputs) and
+    /// in all later rows.
     pub next: bool,
-    /// The whole row is open: its state followed from an open one, or an assumption was violated.
+    /// True if the whole row is open, because its state followed from an open one or because an assumption was violated.
     pub row: bool,
-    /// Outputs left open in this row.
+    /// The outputs that are left open in this row.
     pub outputs: Vec<OutputId>,
-    /// Outputs that do not depend on the situation after this reaction: mealy ones.
+    /// The outputs that do not depend on the situation after this reaction: mealy outputs.
     pub fixed: Vec<OutputId>,
 }
 
@@ -77,9 +77,9 @@ pub struct Row {
     pub inputs: Vec<i64>,
     /// The active steps in declaration order, including hidden and composite ones.
     pub steps: Vec<StepId>,
-    /// The outputs by id. For extern actions, `effects` is used instead.
+    /// The output values by id. The entries of extern actions are not used; `effects` contains their calls.
     pub outputs: Vec<i64>,
-    /// The variables by id, each array as its elements in order.
+    /// The variable values by id; an array contributes its elements in order.
     pub vars: Vec<i64>,
     /// The fault flag (semantics §3.4, §5).
     pub fault: bool,

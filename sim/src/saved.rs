@@ -13,14 +13,14 @@ use crate::row::Row;
 use crate::state::State;
 use crate::tables::Tables;
 
-/// The result of restoring a state.
+/// The result of restoring a saved state.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Restored {
     /// Parts that were restored, such as `step p1` or `var n`.
     pub kept: Vec<String>,
-    /// Parts that were restored, but clamped to a narrower range.
+    /// Parts that were restored, but clamped to a range that is now narrower.
     pub cut: Vec<String>,
-    /// Parts that the net has but the text does not: they have their values after reset.
+    /// Parts that the net has but the text does not; these parts have their values after reset.
     pub new: Vec<String>,
     /// Parts that the text has but the net does not.
     pub lost: Vec<String>,

@@ -204,7 +204,7 @@ enum Meaning {
     Nothing,
 }
 
-/// A separator other than a comma between the column names of a cell, with its name.
+/// A separator other than a comma between the column names in a header, with the name of the separator.
 fn other_separator<'n>(
     cell: &str,
     mut names: impl Iterator<Item = &'n str> + Clone,
@@ -219,7 +219,7 @@ fn other_separator<'n>(
 /// The only name that ends in `.short`, or `short` itself if there is none (semantics §11).
 ///
 /// # Errors
-/// The names that it could mean.
+/// The names that `short` could mean, if there are several.
 fn full_name<'n>(short: &'n str, full: &[&'n str]) -> Result<&'n str, Vec<&'n str>> {
     let is_meant = |name: &&str| {
         let prefix = name.strip_suffix(short).and_then(|prefix| prefix.strip_suffix('.'));

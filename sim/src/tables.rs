@@ -15,11 +15,11 @@ use crate::situation::Situation;
 /// All forcing orders for one chart (semantics §8).
 #[derive(Debug, Clone)]
 pub(crate) struct ForcedChart {
-    /// The forced chart: for each part, whether it belongs to it.
+    /// For each part, true if the part belongs to the forced chart.
     pub(crate) has_part: Vec<bool>,
-    /// Its first part, for its name.
+    /// The first part of the forced chart, which gives the chart its name.
     pub(crate) part: PartId,
-    /// Its steps, in declaration order.
+    /// The steps of the forced chart, in declaration order.
     pub(crate) steps: Vec<StepId>,
     /// The forcing steps with the requested situations, closed downwards; `None` is `hold`. In declaration order.
     pub(crate) orders: Vec<(StepId, Option<Vec<StepId>>)>,
@@ -51,19 +51,19 @@ pub(crate) struct Tables {
     pub(crate) events: Vec<InputId>,
     /// For each edge operand, whether it reads only inputs and constants (semantics §3.7).
     pub(crate) edge_over_inputs: Vec<bool>,
-    /// There are extern conditions, so their calls must be tracked.
+    /// True if there are extern conditions, so that their calls must be tracked.
     pub(crate) has_extern_conditions: bool,
     /// Extern conditions in an edge operand: called in every reaction (semantics §6).
     pub(crate) always_called: Vec<InputId>,
     /// Charts that can end: top-level parts of a statechart.
     pub(crate) may_end: Vec<PartId>,
-    /// Every chart can end.
+    /// True if every chart can end.
     pub(crate) all_may_end: bool,
-    /// For each input, whether some transition has `on` with this event.
+    /// For each input, true if some transition has `on` with this event.
     pub(crate) listened: Vec<bool>,
-    /// Some step has target-language text.
+    /// True if some step has target-language text.
     pub(crate) has_code: bool,
-    /// For each variable, whether it is the number of a counted step, which has a hidden step of the same name (semantics §8).
+    /// For each variable, true if it is the number of a counted step, which has a hidden step of the same name (semantics §8).
     pub(crate) counts: Vec<bool>,
 }
 

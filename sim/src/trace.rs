@@ -43,20 +43,20 @@ impl ColumnKind {
 /// One column.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
-    /// The header.
+    /// The header of the column.
     pub name: String,
-    /// Its content.
+    /// The content of the column.
     pub kind: ColumnKind,
-    /// The range of its numbers, if it contains numbers.
+    /// The range of the numbers in the column, if it contains numbers.
     pub ty: Type,
 }
 
 /// Additional entries of `steps` beyond leaves and enclosing steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TraceOptions {
-    /// Composite and parallel states, in document order.
+    /// True to list composite and parallel states, in document order.
     pub composites: bool,
-    /// Active macro-steps, before the first step of their expansion.
+    /// True to list active macro-steps, before the first step of their expansion.
     pub macros: bool,
 }
 
@@ -64,7 +64,7 @@ pub struct TraceOptions {
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct StepEntry {
     name: String,
-    /// Shown while one of these is active.
+    /// The steps that the entry represents; the entry is listed while one of them is active.
     steps: Vec<StepId>,
 }
 
@@ -73,7 +73,7 @@ struct StepEntry {
 pub struct TraceLayout {
     /// The columns, in order.
     pub columns: Vec<Column>,
-    /// The module's name in VCD.
+    /// The name of the module in VCD.
     pub(crate) name: String,
     entries: Vec<StepEntry>,
     /// For each step, the entry for this step alone.
@@ -100,7 +100,7 @@ pub enum Value {
 pub struct TraceRow {
     /// One value for each column.
     pub values: Vec<Value>,
-    /// For each column, whether the chart leaves the cell open; empty if it leaves none.
+    /// For each column, true if the chart leaves the cell open; empty if no cell is open.
     pub open: Vec<bool>,
 }
 
@@ -351,7 +351,8 @@ impl Trace {
         Trace { layout, rows: Vec::new() }
     }
 
-    /// The number of reactions with some cell that is not open. The others follow a violated assumption, and a comparison with them finds no difference.
+    /// The number of reactions with at least one cell that is not open. In all other reactions every cell is open, because an assumption was violated, so a
+    /// comparison finds no difference there.
     #[must_use]
     pub fn asked_reactions(&self) -> usize {
         let computed = |at: usize| !self.layout.columns[at].kind.is_given();

@@ -13,9 +13,9 @@ use crate::verdict::OpenReason;
 pub(crate) struct Alphabet<'n> {
     net: &'n Net,
     values: Vec<Vec<i64>>,
-    /// For each assumption, the inputs that it reads: their values are chosen together.
+    /// For each assumption, the inputs that it reads: the values of these inputs are chosen together.
     assumed: Vec<Inputs>,
-    /// A row that satisfies all assumptions; irrelevant inputs keep these values.
+    /// A row that satisfies all assumptions; inputs that are not relevant keep the values of this row.
     base: InputRow,
     events_exclusive: bool,
 }
@@ -25,13 +25,13 @@ pub(crate) struct Alphabet<'n> {
 pub(crate) enum NoAlphabet {
     /// No row satisfies the assumptions.
     Contradiction,
-    /// Too many values or rows.
+    /// An input has too many values, or there are too many rows.
     TooMany(OpenReason),
 }
 
 impl<'n> Alphabet<'n> {
-    /// With `all_values`: every value of every integer input. Otherwise one value for each interval between the constants that an input is compared with,
-    /// if it is not used in any other way.
+    /// The alphabet of a net. With `all_values`, it contains every value of every integer input. Otherwise it contains one value for each interval between the
+    /// constants that an input is compared with, if the input is not used in any other way.
     pub(crate) fn of(net: &'n Net, all_values: bool, limit: u64) -> Result<Self, NoAlphabet> {
         let mut values = Vec::new();
         for (id, input) in net.inputs.iter() {
@@ -150,7 +150,7 @@ impl<'n> Alphabet<'n> {
     }
 }
 
-/// One value for each interval between the constants that an input is compared with; `None` if it is used in any other way, or in a property.
+/// One value for each interval between the constants that an input is compared with; `None` if the input is used in any other way, or in a property.
 pub(crate) fn cuts(net: &Net, input: InputId, lo: i64, hi: i64) -> Option<Vec<i64>> {
     let mut cuts: Vec<i64> = vec![lo];
     let mut only_compared = true;

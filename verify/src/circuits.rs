@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 /// Inputs and outputs that correspond.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Pairs {
-    /// Pins that carry the same value; an input of only one circuit has none for the other.
+    /// Pins that carry the same value; `None` if only the other circuit has the input.
     pub inputs: Vec<(Option<PinInputId>, Option<PinInputId>)>,
     /// Pins that are compared.
     pub outputs: Vec<(PinOutputId, PinOutputId)>,
@@ -25,16 +25,16 @@ pub struct Pairs {
 /// The result of a comparison of two circuits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Equality {
-    /// Equal in all states that both reach together.
+    /// The outputs are equal in every pair of states that the circuits reach together.
     Enumerated {
         /// The number of pairs of states.
         states: usize,
         /// The number of outputs compared under each input.
         outputs: usize,
     },
-    /// Corresponding flip-flops have equal initial values, and this many functions are equal.
+    /// The circuits are equal by induction: corresponding flip-flops have equal initial values, and this many pairs of functions are equal.
     ByFunctions(usize),
-    /// The circuits differ after these clocks.
+    /// The circuits differ after a stimulus.
     Different(Apart),
     /// Open, with the reason.
     Open(Open),
@@ -43,11 +43,11 @@ pub enum Equality {
 /// A difference between two circuits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Apart {
-    /// The values of [`Pairs::inputs`] at each clock; under the last ones the outputs differ without a further clock.
+    /// The values of [`Pairs::inputs`] at each clock; with the values of the last row, the outputs differ before the clock edge.
     pub rows: Vec<Vec<bool>>,
     /// The pair of outputs, as an index into [`Pairs::outputs`].
     pub output: usize,
-    /// The value of the left output; the right one has the other value.
+    /// The value of the left output; the right output has the opposite value.
     pub left: bool,
 }
 

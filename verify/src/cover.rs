@@ -56,7 +56,7 @@ pub fn cover(net: &Net) -> Cover {
     finish(net, found)
 }
 
-/// Sets of steps that contain at most one token, and whether they always contain it.
+/// Sets of steps that contain at most one token; true if the set always contains one.
 type Found = Vec<(Vec<StepId>, bool)>;
 
 fn finish(net: &Net, mut found: Found) -> Cover {
@@ -128,23 +128,24 @@ fn regions(net: &Net) -> Found {
 #[derive(Debug, Clone, Default)]
 struct Place {
     steps: Vec<StepId>,
-    /// The enclosing step of all of them.
+    /// The enclosing step of all steps of the place.
     parent: Option<StepId>,
     /// True if the step with the same number as this place is active at reset.
     starts: bool,
-    /// The number of its steps that are active at reset.
+    /// The number of steps of the place that are active at reset.
     n_initial: u32,
-    /// The number of its steps that the enclosing step activates.
+    /// The number of steps of the place that the enclosing step activates.
     n_links: u32,
-    /// For each forcing order for a chart that contains these steps: its number, and how many of the steps it activates (`None`: `hold`).
+    /// For each forcing order for the chart that contains these steps: the number of the order, and the number of these steps that it activates (`None` for
+    /// `hold`).
     forced: Vec<(u32, Option<u32>)>,
     /// True if a token may get lost.
     is_lossy: bool,
-    /// True if it belongs to no component.
+    /// True if the place is excluded from all components.
     is_out: bool,
-    /// Nontrivial transitions connected to it; may include some that have become trivial.
+    /// Nontrivial transitions connected to the place; the list may include some that have become trivial.
     touching: Vec<u32>,
-    /// Its key in the table of places compared for the parallel rule.
+    /// The key of the place in the table for the parallel rule.
     signature: Option<Signature>,
 }
 
@@ -460,7 +461,7 @@ impl<'a> Reduction<'a> {
         found
     }
 
-    /// Whether the set contains at most one token; if so, whether it always contains one.
+    /// `None` if the set may contain several tokens; otherwise, true if it always contains one.
     fn token(&self, set: &[u32], is_lossy: bool) -> Option<bool> {
         let places = || set.iter().map(|place| &self.places[*place as usize]);
         let parent = places().next()?.parent;

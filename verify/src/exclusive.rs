@@ -23,13 +23,13 @@ const TRANSITION_LIMIT: usize = 512;
 /// Two transitions that share a preceding step and may fire in one micro-step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Overlap {
-    /// The step they share.
+    /// The preceding step that both transitions share.
     pub step: StepId,
     /// The transition that is declared first.
     pub first: TransitionId,
     /// The other transition.
     pub second: TransitionId,
-    /// True if the comparison of the receptivities was completed. If false, it was abandoned and the two count as compatible.
+    /// True if the comparison of the receptivities was completed. If it was abandoned, the two transitions count as compatible.
     pub is_certain: bool,
 }
 
@@ -205,7 +205,7 @@ impl<'a> Guards<'a> {
         }
     }
 
-    /// True if both may be fireable in one check.
+    /// True if both transitions may be fireable in one check.
     pub(crate) fn together(
         &mut self,
         first: TransitionId,

@@ -25,7 +25,7 @@ use crate::zone::{Source, Zone};
 pub(crate) enum Ticks {
     /// Any number: the result applies to every engine.
     Any,
-    /// 0 and 1, which is all that a chip sees (semantics §9).
+    /// 0 and 1, the only values that a chip sees (semantics §9).
     Chip,
 }
 
@@ -34,7 +34,7 @@ pub(crate) enum Ticks {
 pub(crate) enum Times {
     /// Any `dt`, with zones; a zone contained in an earlier one is skipped. Finds everything that can happen, with the fewest rows.
     Zones,
-    /// Any `dt`, with zones, none skipped: for questions about paths through the graph of all nodes.
+    /// Any `dt`, with zones; no zone is skipped. For questions about paths through the graph of all nodes.
     AllZones,
     /// Each `dt` separately; with [`Ticks::Any`], up to the largest time in a comparison.
     Each(Ticks),
@@ -42,9 +42,9 @@ pub(crate) enum Times {
 
 /// One reaction of the search.
 pub(crate) struct Seen<'a, 'n> {
-    /// Number of the previous node.
+    /// The number of the previous node.
     pub(crate) from: usize,
-    /// Number of the next node, and whether it is new.
+    /// The number of the next node, and true if the node is new.
     pub(crate) to: usize,
     /// A state of the previous node, and the row that was tried on it.
     pub(crate) before: &'a State,
@@ -71,15 +71,15 @@ struct Parent {
 #[derive(Debug, Clone, Default)]
 struct Came {
     times: Vec<(i64, Option<i64>)>,
-    /// Pairs of clocks: the first is ahead of the second by at most this much.
+    /// Bounds on pairs of clocks: the first clock is ahead of the second by at most this much.
     ahead: Vec<(usize, usize, i64)>,
 }
 
 #[derive(Debug, Clone)]
 struct Node {
-    /// Its index among the states without times.
+    /// The index of the node's state among the states without times.
     state: usize,
-    /// The running clocks, by their index among all clocks of the net.
+    /// The running clocks of the node, by their index among all clocks of the net.
     clocks: Vec<usize>,
     zone: Rc<Zone>,
     parent: Option<Parent>,
@@ -134,7 +134,7 @@ impl States {
             .map(|node| *node as usize)
     }
 
-    /// Whether a search with this limit of pairs would have been complete; nothing is searched again.
+    /// Checks whether a search with this limit of pairs would have been complete. Nothing is searched again.
     ///
     /// # Errors
     /// The search would end early at that limit.
@@ -286,7 +286,7 @@ pub(crate) enum Ended<B> {
 }
 
 impl<B> Ended<B> {
-    /// The reason why it was abandoned, if it was.
+    /// The reason why the search was abandoned, if it was.
     pub(crate) fn open(&self) -> Option<&OpenReason> {
         match self {
             Ended::Complete | Ended::Stopped(_) => None,
@@ -377,7 +377,7 @@ struct Case {
     /// The zone after the latch, and a point of it.
     zone: Zone,
     point: Vec<i64>,
-    /// True if it is possible from every state of the node, after some `dt`.
+    /// True if the case is possible from every state of the node, after some `dt`.
     is_sure: bool,
 }
 
@@ -526,7 +526,7 @@ impl<'n, 'l> Search<'n, 'l> {
         Some(parts.into_iter().map(|(came, part)| self.case(node, came, part)).collect())
     }
 
-    /// A point of the part, and the point of the node from which it is reached.
+    /// The case for a part: a point of the part, and the point of the node from which it is reached.
     fn case(&self, node: usize, came: Came, part: Zone) -> Case {
         let Node { clocks, zone, .. } = &self.found.nodes[node];
         // Each time is greater than 0 if possible, so that a clock that is reset differs from one that continues.

@@ -109,7 +109,7 @@ impl<'n> Explored<'n> {
         &self.search
     }
 
-    /// The search that visited the most, if none ended.
+    /// If no search ended, the one that visited the most; otherwise the search that gives the answer.
     pub(crate) fn widest(&self) -> &Searched<Collected<'n>, ()> {
         match &self.given_up {
             Some(given_up) if self.search.ended.open().is_some() => given_up,

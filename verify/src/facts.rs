@@ -274,7 +274,7 @@ fn explicit_facts(
 struct Most {
     rounds: u32,
     micro_steps: u32,
-    /// Events in the internal queue at the same time.
+    /// The number of events in the internal queue at the same time.
     internal: usize,
 }
 
@@ -429,7 +429,7 @@ fn apart(net: &Net, left: &[StepId], together: &[Vec<bool>]) -> Vec<Vec<StepId>>
     sets
 }
 
-/// Adds components, each with whether one of its steps is always active.
+/// Adds components; the flag of each is true if one of its steps is always active.
 fn add_components(net: &Net, found: Vec<(Vec<StepId>, bool)>, by: Proof, facts: &mut Facts) {
     let mut component_of =
         facts.component_of.take().unwrap_or_else(|| IdMap::filled(&net.steps, None));

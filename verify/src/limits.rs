@@ -3,25 +3,25 @@
 /// Bounds on work and memory. They make every function of this crate end; none of them can make an answer wrong.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Limits {
-    /// Pairs of a state and an input that an exploration visits.
+    /// The maximum number of pairs of a state and an input row that an exploration visits.
     pub pairs: u64,
-    /// States that an exploration stores.
+    /// The maximum number of states that an exploration stores.
     pub states: usize,
-    /// Input rows that are tried in one state; if there are more, no exploration is started.
+    /// The maximum number of input rows that are tried in one state; if there are more, no exploration is started.
     pub rows_per_state: u64,
-    /// Rows of the random comparison that runs if nothing can be proved.
+    /// The number of rows of the random comparison that runs if nothing can be proved.
     pub random_rows: usize,
-    /// Nodes of a decision diagram.
+    /// The maximum number of nodes of a decision diagram.
     pub bdd_nodes: usize,
-    /// Bits of state and inputs up to which reachable situations are computed as a decision diagram.
+    /// The maximum number of bits of state and inputs for which reachable situations are computed as a decision diagram.
     pub image_bits: usize,
-    /// Steps of work on that diagram; each visits one node, or a pair or triple of nodes.
+    /// The maximum number of steps of work on that diagram; each step visits one node, or a pair or triple of nodes.
     pub image_work: u64,
-    /// Conflicts of the solver for one function.
+    /// The maximum number of conflicts of the solver for one function.
     pub conflicts: u64,
-    /// Nodes of the verifier's own circuit of a net.
+    /// The maximum number of nodes of the verifier's own circuit of a net.
     pub circuit_nodes: usize,
-    /// Situations that [`Facts::reach`](grafsynth_ir::facts::Reach) lists individually.
+    /// The maximum number of situations that [`Facts::reach`](grafsynth_ir::facts::Reach) lists individually.
     pub listed_situations: usize,
 }
 

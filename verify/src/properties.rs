@@ -18,26 +18,26 @@ use crate::verdict::{Open, OpenReason, Scope, Tested};
 /// The answer for one `assert`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PropertyVerdict {
-    /// Its index in [`Net::properties`].
+    /// The index of the property in [`Net::properties`].
     pub property: usize,
-    /// The answer.
+    /// The answer for the property.
     pub outcome: Outcome,
 }
 
 /// The result for one property.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outcome {
-    /// No stimulus that satisfies the assumptions violates it, for any `dt`. A result for some `dt` only is [`Open`](Outcome::Open).
+    /// No stimulus that satisfies the assumptions violates the property, for any `dt`. A result for some `dt` only is [`Open`](Outcome::Open).
     Proved {
-        /// How it was proved.
+        /// The method that proved the property.
         by: Proof,
         /// The number of states that were enumerated (those that differ only in their times may count as one) or that the decision diagram contains;
         /// 0 if the proof needed none.
         states: u64,
     },
-    /// The last row of this stimulus violates it; if `is_shortest`, no shorter one does.
+    /// The last row of this stimulus violates the property; if `is_shortest`, no shorter stimulus does.
     Refuted {
-        /// The stimulus of the chart.
+        /// A stimulus of the chart.
         stimulus: Stimulus,
         /// The row of the trace: 0 is the reset.
         row: usize,

@@ -44,7 +44,7 @@ pub(crate) struct Relevance<'n> {
     net: &'n Net,
     /// Inputs that are read in every reaction.
     always: Inputs,
-    /// Inputs that are read if the step is active at the end of a micro-step or of the reaction: by lists, outputs, actions,
+    /// For each step, the inputs that are read if the step is active at the end of a micro-step or of the reaction: by lists, outputs, actions,
     /// tasks.
     by_step: IdMap<Step, Inputs>,
     by_transition: IdMap<Transition, Inputs>,
@@ -52,9 +52,9 @@ pub(crate) struct Relevance<'n> {
     sources: Vec<TransitionId>,
     /// The steps that an enclosing step activates.
     links: IdMap<Step, Vec<StepId>>,
-    /// The largest constant that `s.t` of this step is compared with.
+    /// For each step, the largest constant that its `s.t` is compared with.
     elapsed: IdMap<Step, i64>,
-    /// The largest constant for all other tick counts.
+    /// The largest constant that any other tick count is compared with.
     other_time: i64,
     is_stable: bool,
     is_statechart: bool,

@@ -45,11 +45,11 @@ enum Together {
     Seen,
 }
 
-/// Something that may run between two chunks.
+/// A task, list or expression that may run between two chunks.
 struct Other {
     accesses: Accesses,
     together: Together,
-    /// True if it waits while a protected variable is locked.
+    /// True if the access waits while a protected variable is locked.
     waits: bool,
     span: Span,
     what: String,
@@ -195,7 +195,7 @@ impl Look<'_> {
         found
     }
 
-    /// All that may run while the step is halted.
+    /// All accesses that may happen while the step is halted.
     fn others(&self) -> Vec<Other> {
         let net = self.net;
         let mut all = Vec::new();
@@ -328,7 +328,7 @@ impl Look<'_> {
         }
     }
 
-    /// Whether the other step can be active while this one is.
+    /// Whether the other step can be active while the halted step is active.
     fn together(&self, other: StepId) -> Together {
         let (this, facts) = (self.step, self.facts);
         if other == this {

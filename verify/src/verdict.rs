@@ -34,7 +34,7 @@ pub enum Scope {
 }
 
 impl Scope {
-    /// Its name for machines.
+    /// The name of the scope for machines.
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
@@ -67,7 +67,7 @@ pub enum OpenReason {
     Pairs {
         /// The limit.
         limit: u64,
-        /// States found before.
+        /// The number of states found before the search ended.
         states: usize,
     },
     /// An exploration reached its limit of states.
@@ -82,7 +82,7 @@ pub enum OpenReason {
     },
     /// An input has too many values to try all of them.
     InputValues {
-        /// Its name.
+        /// The name of the input.
         input: String,
         /// The number of values.
         values: u64,
@@ -96,9 +96,9 @@ pub enum OpenReason {
     },
     /// A method does not support this design, or reached its limit; the text tells what and where.
     Method(String),
-    /// Proved for these stimuli; unknown for the rest.
+    /// The statement is proved for these stimuli, and unknown for all others.
     OnlyFor(Scope),
-    /// An enumeration found it true for these stimuli; unknown for the rest.
+    /// An enumeration found the statement true for these stimuli; it is unknown for all others.
     RunOnlyFor {
         /// The stimuli.
         scope: Scope,
@@ -107,7 +107,7 @@ pub enum OpenReason {
         /// The number of reactions compared.
         reactions: u64,
     },
-    /// Some stimulus violates it, but none was found.
+    /// Some stimulus violates the property, but no such stimulus was found.
     Unfound,
     /// Programs that are needed for the answer are not installed.
     ToolMissing(Vec<String>),
@@ -118,7 +118,7 @@ pub enum OpenReason {
 }
 
 impl OpenReason {
-    /// Its name for machines.
+    /// The name of the reason for machines.
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
@@ -179,7 +179,7 @@ impl fmt::Display for OpenReason {
     }
 }
 
-/// For methods that only return a sentence.
+/// Converts the sentence of a method that gives its reason only as text.
 impl From<String> for OpenReason {
     fn from(why: String) -> Self {
         OpenReason::Method(why)
@@ -189,7 +189,7 @@ impl From<String> for OpenReason {
 /// An open question: why each method failed, and how well the answer was tested instead.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Open {
-    /// Why, in the order in which the methods were tried.
+    /// The reasons, in the order in which the methods were tried.
     pub reasons: Vec<OpenReason>,
     /// The random reactions that found no difference; `None` if there were none.
     pub tested: Option<Tested>,
@@ -202,7 +202,7 @@ impl Open {
         Open { reasons: vec![reason.into()], tested: None }
     }
 
-    /// Adds what was tested instead.
+    /// Adds the test that was made instead of a proof.
     #[must_use]
     pub fn tested(self, tested: Tested) -> Self {
         Open { tested: Some(tested), ..self }
@@ -217,16 +217,16 @@ impl fmt::Display for Open {
     }
 }
 
-/// The extent of a test. It is not a proof: it reports what was seen.
+/// The extent of a test. A test is not a proof: it covers only the reactions that were executed.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Tested {
-    /// Reactions compared.
+    /// The number of reactions that were compared.
     pub reactions: u64,
-    /// Transitions that fired in them.
+    /// The number of transitions that fired in these reactions.
     pub fired: usize,
     /// The number of transitions in the net.
     pub transitions: usize,
-    /// The names of those that never fired.
+    /// The names of the transitions that never fired.
     pub never: Vec<String>,
     /// True if reactions took so many micro-steps that fewer were run than requested.
     pub is_cut_short: bool,

@@ -33,26 +33,26 @@ const MOST_RIVALS: usize = 32;
 pub struct Waiting {
     /// The transition, which shares its preceding step with others.
     pub transition: TransitionId,
-    /// How long it waits.
+    /// The waiting time of the transition.
     pub wait: Wait,
 }
 
-/// How long a transition waits.
+/// The waiting time of a transition.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Wait {
-    /// It eventually fires.
+    /// The transition eventually fires.
     Bounded {
-        /// The maximum number of times that others fire while it is fireable, until it fires itself. Its receptivity may change in between.
+        /// The maximum number of times that others fire while the transition is fireable, until it fires itself. Its receptivity may change in between.
         turns: u32,
         /// A stimulus from reset; in it the transition is fireable `turns` times without firing, and does not fire after the first of them.
         worst: Stimulus,
-        /// The maximum number of consecutive reactions in which its receptivity is true with no following step active, including the one in which it
-        /// fires; `None` if others may keep the step for ever.
+        /// The maximum number of consecutive reactions in which the receptivity of the transition is true with no following step active,
+        /// including the reaction in which it fires; `None` if others may keep the step for ever.
         reactions: Option<u32>,
         /// A stimulus from reset; in its last `reactions` - 1 rows the receptivity is true and the transition does not fire.
         slowest: Option<Stimulus>,
     },
-    /// It may wait for ever: after the stimulus `way` from reset, the rows of `cycle` lead back to the same state and contain a turn of others.
+    /// The transition may wait for ever: after the stimulus `way` from reset, the rows of `cycle` lead back to the same state and contain a turn of others.
     Starves {
         /// The stimulus from reset to the cycle.
         way: Stimulus,
@@ -61,7 +61,7 @@ pub enum Wait {
     },
 }
 
-/// One reaction. Each bit belongs to one rival.
+/// One reaction, as an edge between two states. Each bit of its sets belongs to one rival.
 struct Edge {
     from: usize,
     to: usize,
@@ -75,7 +75,7 @@ struct Edge {
 /// `all`, in statecharts, and with evolution `stable`, whose micro-steps are not turns.
 ///
 /// # Errors
-/// Why this is unknown: there are too many states or rows.
+/// The waiting time is unknown, because there are too many states or rows.
 pub fn waiting(net: &Valid<Net>, limits: &Limits) -> Result<Vec<Waiting>, OpenReason> {
     let rivals = rivals(net);
     if rivals.is_empty() {

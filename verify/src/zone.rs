@@ -65,7 +65,7 @@ impl Zone {
         zone
     }
 
-    /// The points from which the passing of some time leads here.
+    /// The points from which the passing of some time leads to a point of this zone.
     pub(crate) fn earlier(&self) -> Zone {
         let mut zone = self.clone();
         for clock in 1..self.size {
@@ -93,7 +93,7 @@ impl Zone {
         self.tighten(first + 1, second + 1, by).then_some(self)
     }
 
-    /// Returns false, with meaningless bounds, if nothing is left.
+    /// Tightens one bound and all bounds that follow from it. Returns false, with meaningless bounds, if the zone becomes empty.
     fn tighten(&mut self, a: usize, b: usize, bound: i64) -> bool {
         if bound >= self.get(a, b) {
             return true;
@@ -113,7 +113,7 @@ impl Zone {
         true
     }
 
-    /// The zone of other clocks: each has the time of one of these, or a fixed time.
+    /// The zone of other clocks: each new clock has the time of a clock of this zone, or a fixed time.
     pub(crate) fn map(&self, clocks: &[Source]) -> Zone {
         // A fixed time is the time of the constant 0, plus that value.
         let place = |at: usize| match at.checked_sub(1).map(|clock| clocks[clock]) {

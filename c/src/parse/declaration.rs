@@ -11,7 +11,7 @@ use grafsynth_ir::Span;
 use grafsynth_ir::diag::ErrorReported;
 
 impl Parser<'_, '_> {
-    /// The whole text.
+    /// Reads the whole translation unit.
     pub(super) fn unit(&mut self) -> Read<()> {
         while self.peek().kind != TokenKind::End {
             let mut items = Vec::new();
@@ -90,7 +90,7 @@ impl Parser<'_, '_> {
         }
     }
 
-    /// `struct TAG;`, `struct { .. };` or `enum { .. };`.
+    /// Reads `struct TAG;`, `struct { .. };` or `enum { .. };`.
     fn only_tag(&mut self, specifiers: &Specifiers, items: &mut Vec<Item>) -> Read<()> {
         let kind = match (specifiers.defines, &specifiers.base.ty) {
             (Some(Tag::Struct(id)), _) => ItemKind::DefineStruct(id),
@@ -290,7 +290,7 @@ impl Parser<'_, '_> {
         self.fail(codes::TYPE, message, span, "here")
     }
 
-    /// A definition of a function (C99 6.9.1).
+    /// Reads the definition of a function (C99 6.9.1).
     fn function(
         &mut self,
         specifiers: &Specifiers,
@@ -336,7 +336,7 @@ impl Parser<'_, '_> {
         }
     }
 
-    /// The type of the value of a function, if it is complete.
+    /// The return type of a function, if the type is complete.
     fn function_result(&self, symbol: SymbolId) -> Option<Type> {
         let Type::Function(function) = &self.unit.symbols[symbol].canonical.ty else { return None };
         let result = function.result.ty.clone();
@@ -358,13 +358,13 @@ impl Parser<'_, '_> {
         Ok(ids)
     }
 
-    /// The statements of a block whose scope is that of the parameters.
+    /// The statements of a function body, whose scope is that of the parameters.
     fn body_here(&mut self) -> Read<Vec<Stmt>> {
         self.expect("{")?;
         self.statements()
     }
 
-    /// Goes behind the block that begins at a place; false if it has no end.
+    /// Moves past the block that begins at token `at`; returns false if the block has no end.
     fn skip_body(&mut self, at: usize) -> bool {
         self.at = at;
         self.depth = 0;

@@ -11,13 +11,13 @@ use grafsynth_ir::Span;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// What precedes the declarators of a declaration.
+/// The specifiers that precede the declarators of a declaration.
 #[derive(Debug)]
 pub(super) struct Specifiers {
     pub(super) storage: Option<Storage>,
     pub(super) is_inline: bool,
     pub(super) base: Qualified,
-    /// The structure or enumeration that is defined here.
+    /// The structure or enumeration that these specifiers define.
     pub(super) defines: Option<Tag>,
     /// True if the specifiers only mention a structure: `struct t;` declares it.
     pub(super) mentions: bool,
@@ -39,7 +39,7 @@ pub(super) struct Declared {
     pub(super) ty: Qualified,
     /// The parameters, if the name itself is a function.
     pub(super) params: Option<Vec<Declared>>,
-    /// True behind `__reentrant`.
+    /// True if the declarator is followed by `__reentrant`.
     pub(super) is_on_stack: bool,
 }
 
@@ -54,12 +54,12 @@ enum Derivation {
 #[derive(Debug, Default)]
 struct Declarator {
     name: Option<(String, Span)>,
-    /// From the name outwards.
+    /// The derivations, from the name outwards.
     steps: Vec<Derivation>,
     is_on_stack: bool,
 }
 
-/// The words of a type that were read.
+/// The keywords of an integer type, counted.
 #[derive(Debug, Default)]
 struct Words {
     base: Option<Type>,
@@ -75,7 +75,7 @@ impl Words {
         self.base.is_none() && self.int + self.long + self.short + self.signed + self.unsigned == 0
     }
 
-    /// The type (C99 6.7.2p2).
+    /// The type that the keywords name (C99 6.7.2p2).
     fn ty(self) -> Option<Type> {
         let Words { base, int, long, short, signed, unsigned } = self;
         if int > 1 || short > 1 || signed + unsigned > 1 || long > 2 || short + long > 2 {
@@ -103,7 +103,7 @@ impl Words {
 }
 
 impl<'a> Parser<'a, '_> {
-    /// True if the token so many places further begins a type name.
+    /// True if the token at distance `ahead` begins a type name.
     pub(super) fn begins_type(&self, ahead: usize) -> bool {
         let token = self.peek_at(ahead);
         if token.kind != TokenKind::Word {
@@ -268,7 +268,7 @@ impl<'a> Parser<'a, '_> {
         Ok(true)
     }
 
-    /// `struct TAG`, with or without members (C99 6.7.2.1).
+    /// Reads `struct TAG`, with or without members (C99 6.7.2.1).
     fn structure(&mut self, words: &mut Words, found: &mut Specifiers) -> Read<()> {
         let start = self.next().span;
         let tag = self.tag();
@@ -341,7 +341,7 @@ impl<'a> Parser<'a, '_> {
         Some((token.text, token.span))
     }
 
-    /// Structures and enumerations are defined for a whole file, not within functions, parameters or other structures.
+    /// Checks that a structure or enumeration is defined at file scope, not within a function, a parameter or another structure.
     fn check_tag_scope(&mut self, span: Span) -> Read<()> {
         if self.scopes.len() > 1 || self.depth > 0 {
             let message = "structures and enumerations can only be defined outside of others";
@@ -382,7 +382,7 @@ impl<'a> Parser<'a, '_> {
         if members.is_empty() { self.unexpected("at least one member") } else { Ok(members) }
     }
 
-    /// `: 1` behind a Boolean member.
+    /// Reads `: 1` after a Boolean member.
     fn bit(&mut self, ty: &Type) -> Read<bool> {
         let span = self.span();
         if !self.take(":") {
@@ -396,7 +396,7 @@ impl<'a> Parser<'a, '_> {
         Ok(true)
     }
 
-    /// `enum TAG`, with or without enumerators (C99 6.7.2.2).
+    /// Reads `enum TAG`, with or without enumerators (C99 6.7.2.2).
     fn enumeration(&mut self, words: &mut Words, found: &mut Specifiers) -> Read<()> {
         let start = self.next().span;
         let tag = self.tag();
@@ -607,7 +607,7 @@ impl<'a> Parser<'a, '_> {
         }
     }
 
-    /// Parameters up to the closing bracket; the type of each is adjusted (C99 6.7.5.3p7, p8).
+    /// Parameters up to the closing parenthesis; the type of each is adjusted (C99 6.7.5.3p7, p8).
     fn parameters(&mut self) -> Read<Vec<Declared>> {
         let span = self.span();
         if self.peek().is(")") {

@@ -10,7 +10,7 @@ use crate::tree::{
 };
 use grafsynth_ir::Span;
 
-/// Words that begin no expression and name no type of the subset.
+/// Words that neither begin an expression nor name a type of the supported subset.
 const UNSUPPORTED: [&str; 15] = [
     "auto",
     "double",
@@ -29,14 +29,14 @@ const UNSUPPORTED: [&str; 15] = [
     "static",
 ];
 
-/// What a part of an expression denotes before it is used.
+/// The meaning of a subexpression before it is used: an object, a value and so on.
 #[derive(Debug)]
 enum Meaning {
     Value(Expr),
     Place(Place),
 }
 
-/// A part of an expression with the height of its tree.
+/// A subexpression with the height of its tree.
 #[derive(Debug)]
 pub(super) struct Operand {
     meaning: Meaning,
@@ -51,7 +51,7 @@ enum Infix {
 }
 
 impl Parser<'_, '_> {
-    /// A constant expression that is everything up to the end.
+    /// A constant expression that extends to the end of the tokens.
     pub(crate) fn whole_constant(&mut self) -> Read<i128> {
         let value = self.constant()?.1;
         if self.peek().kind == TokenKind::End { Ok(value) } else { self.unexpected("an operator") }
@@ -71,19 +71,19 @@ impl Parser<'_, '_> {
         }
     }
 
-    /// An expression with commas, as a value.
+    /// Reads an expression that may contain the comma operator, as a value.
     pub(super) fn expression(&mut self) -> Read<Expr> {
         let operand = self.deeper(Self::comma)?;
         self.value(operand)
     }
 
-    /// An expression without commas, as a value.
+    /// Reads an assignment expression (without a top-level comma), as a value.
     pub(super) fn assignment_value(&mut self) -> Read<Expr> {
         let operand = self.deeper(Self::assignment)?;
         self.value(operand)
     }
 
-    /// A condition in brackets.
+    /// Reads a condition in parentheses.
     pub(super) fn condition(&mut self) -> Read<Expr> {
         self.expect("(")?;
         let condition = self.expression()?;
@@ -103,7 +103,7 @@ impl Parser<'_, '_> {
         }
     }
 
-    /// A node whose highest part has this height.
+    /// Makes a node whose highest operand has this height.
     #[inline(never)]
     fn node(&mut self, expr: Result<Expr, TypeError>, span: Loc, height: usize) -> Read<Operand> {
         let expr = self.typed(expr, span)?;
@@ -183,7 +183,7 @@ impl Parser<'_, '_> {
         self.node(self.unit.choose(c, a, b, span), span, height)
     }
 
-    /// Operators that bind at least as tightly as `least`, all of which are left-associative.
+    /// Reads binary operators of at least the precedence `least`, all of which are left-associative.
     fn binary(&mut self, least: u8) -> Read<Operand> {
         let start = self.span();
         let mut left = self.cast()?;
@@ -477,7 +477,7 @@ fn update_op(token: Token) -> Option<BinaryOp> {
     BinaryOp::ALL.into_iter().find(|op| op.can_update() && op.sign() == sign)
 }
 
-/// An operator and how tightly it binds (C99 6.5.5..14).
+/// An infix operator and its precedence (C99 6.5.5..14).
 fn infix(token: Token) -> Option<(Infix, u8)> {
     if token.kind != TokenKind::Sign {
         return None;

@@ -1,4 +1,4 @@
-//! The standard headers: their types, constants and functions as symbols, known without their text.
+//! The names of the standard headers (types, constants and functions), which are built in as symbols.
 
 use crate::tree::types::{FunctionType, IntKind, Machine, Qualified, Qualifiers, Type};
 use crate::tree::{FunctionKind, Header, Loc, Symbol, SymbolId, SymbolKind, Unit};
@@ -10,12 +10,12 @@ use std::sync::Arc;
 pub(crate) enum Source {
     /// Visible after `#include`.
     Header(Header),
-    /// A function of gcc, visible where `__GNUC__` is defined.
+    /// A function of gcc, visible if `__GNUC__` is defined.
     Gcc,
 }
 
 impl Unit {
-    /// A unit that only knows the standard headers.
+    /// A unit that contains only the symbols of the standard headers.
     #[must_use]
     pub fn new(machine: Machine) -> Unit {
         let symbols: Arena<Symbol> =
@@ -37,7 +37,7 @@ impl Unit {
     }
 }
 
-/// The source of each of the first symbols of every unit.
+/// The header that declares each predefined symbol; these symbols are the first of every unit.
 pub(crate) fn sources(machine: &Machine) -> Vec<Source> {
     standard(machine).into_iter().map(|(source, _)| source).collect()
 }

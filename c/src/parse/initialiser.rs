@@ -31,7 +31,8 @@ enum Designator {
 }
 
 impl Parser<'_, '_> {
-    /// The initialiser of an object of this canonical type, and the type, whose length it may determine.
+    /// Reads the initialiser of an object of this canonical type. Returns it with the completed type, because an initialiser can determine the length of an
+    /// array.
     pub(super) fn initialiser(&mut self, ty: &Type) -> Read<(Init, Type)> {
         let written = self.deeper(Self::written)?;
         let init = self.elaborate(ty, written)?;

@@ -18,7 +18,7 @@ pub(crate) enum TokenKind {
     Sign,
     /// Something that cannot be part of a program; the preprocessor may still remove it.
     Stray(Stray),
-    /// A block with text of the user, which is known by its wording; `text` is that wording.
+    /// A block of user code that is not read; `text` is the code.
     Opaque,
     /// A standard header that was included; `text` is its name.
     Header,
@@ -53,29 +53,29 @@ impl Stray {
 pub(crate) struct Token<'a> {
     pub(crate) kind: TokenKind,
     pub(crate) text: &'a str,
-    /// Its location; for a token from a macro, that of the macro's use.
+    /// The location of the token; for a token from a macro, the location of the macro's use.
     pub(crate) span: Span,
-    /// The macros that it is not an invocation of, as an index of [`super::macros`].
+    /// The macros that this token does not invoke again: the index of a hide set in [`super::macros`].
     pub(crate) hidden: u32,
     /// True for the first token of a line.
     pub(crate) starts_line: bool,
-    /// True if white space precedes it.
+    /// True if white space precedes the token.
     pub(crate) has_space: bool,
 }
 
 impl Token<'_> {
-    /// True for this operator or punctuator.
+    /// True if the token is this operator or punctuator.
     pub(crate) fn is(&self, sign: &str) -> bool {
         self.kind == TokenKind::Sign && self.text == sign
     }
 
-    /// True for this word.
+    /// True if the token is this word.
     pub(crate) fn is_word(&self, word: &str) -> bool {
         self.kind == TokenKind::Word && self.text == word
     }
 }
 
-/// All signs, longest first (C99 6.4.6; digraphs are rejected where they occur, since none of their halves can follow the other).
+/// All signs, longest first (C99 6.4.6; digraphs are rejected where they occur, because the two characters of a digraph are a syntax error as separate tokens).
 const SIGNS: [&str; 46] = [
     "<<=", ">>=", "...", "->", "++", "--", "<<", ">>", "<=", ">=", "==", "!=", "&&", "||", "*=",
     "/=", "%=", "+=", "-=", "&=", "^=", "|=", "##", "[", "]", "(", ")", "{", "}", ".", "&", "*",
@@ -83,7 +83,7 @@ const SIGNS: [&str; 46] = [
 ];
 const MORE_SIGNS: [&str; 2] = [",", "#"];
 
-/// Texts of the user that are not read, by their first line.
+/// The blocks of user code that are not read, by their first line.
 #[derive(Debug, Default)]
 pub(crate) struct Verbatim<'a> {
     by_first_line: BTreeMap<&'a str, Vec<&'a str>>,
@@ -164,7 +164,7 @@ impl<'a> Lexer<'a> {
         &self.text[self.at..]
     }
 
-    /// Skips white space and comments; returns what ends them badly and where that begins.
+    /// Skips white space and comments. If a comment is not closed, returns the error and the position at which it begins.
     fn skip_space(&mut self) -> Option<(Stray, usize)> {
         loop {
             let rest = self.rest();
@@ -192,7 +192,7 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// Skips to the end of the line; a backslash continues the comment on the next one.
+    /// Skips a comment to the end of its line; after a backslash, the comment continues on the next line.
     fn line_comment(&mut self) {
         while let Some(first) = self.rest().chars().next() {
             match splice(self.rest()) {

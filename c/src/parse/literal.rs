@@ -9,7 +9,7 @@ use crate::tree::{Expr, Loc, Spelling};
 use grafsynth_ir::Span;
 
 impl Parser<'_, '_> {
-    /// A number.
+    /// Reads a number.
     pub(super) fn number(&mut self) -> Read<Expr> {
         let token = self.next();
         let span = token.span;
@@ -23,7 +23,7 @@ impl Parser<'_, '_> {
         }
     }
 
-    /// `INT32_C(5)` and so on (C99 7.18.4), whose argument is a number without a suffix.
+    /// Reads `INT32_C(5)` and so on (C99 7.18.4), whose argument is a number without a suffix.
     pub(super) fn sized_constant(&mut self) -> Read<Expr> {
         let start = self.span();
         let (bits, is_signed) = headers::sized_constant(self.next().text).unwrap_or((8, true));
@@ -44,7 +44,7 @@ impl Parser<'_, '_> {
         Ok(self.unit.literal(value, Spelling::Sized { bits, is_signed }, kind, self.since(start)))
     }
 
-    /// A character constant: of type `int`, and only ASCII.
+    /// Reads a character constant: an ASCII character, with the type `int`.
     pub(super) fn character(&mut self) -> Read<Expr> {
         let token = self.next();
         match character(token.text) {
@@ -64,7 +64,7 @@ impl Parser<'_, '_> {
     }
 }
 
-/// The value, whether it is decimal, whether it is hexadecimal, and the suffix.
+/// The value of a number, true if it is decimal, true if it is hexadecimal, and the suffix.
 fn split(text: &str) -> Option<(u64, bool, bool, Suffix)> {
     let body = text.trim_end_matches(['u', 'U', 'l', 'L']);
     let suffix = match text[body.len()..].to_ascii_lowercase().as_str() {

@@ -14,11 +14,11 @@ const MAX_NESTED: usize = 64;
 /// A macro.
 #[derive(Debug, Clone)]
 pub(crate) struct Macro<'a> {
-    /// Its parameters; `None` for an object-like macro.
+    /// The names of the parameters; `None` for an object-like macro.
     pub(crate) params: Option<Vec<&'a str>>,
-    /// What it expands to.
+    /// The tokens that replace the macro.
     pub(crate) body: Vec<Token<'a>>,
-    /// Where it is defined; `None`: predefined.
+    /// The location of the definition; `None` for a predefined macro.
     pub(crate) span: Option<Span>,
 }
 
@@ -156,7 +156,7 @@ fn limit<T>(message: String, span: Span) -> Result<T, Box<Diagnostic>> {
     Err(Box::new(Diagnostic::error(codes::LIMIT, message).at(span, "by this macro")))
 }
 
-/// Takes the arguments of a call with their brackets.
+/// Takes the arguments of a macro invocation, including the parentheses.
 #[allow(clippy::type_complexity, reason = "the arguments, and the closing bracket")]
 fn arguments<'a>(
     name: Token<'a>,
@@ -187,7 +187,7 @@ fn arguments<'a>(
     Err(Box::new(Diagnostic::error(codes::PREPROCESSOR, message).at(name.span, "used here")))
 }
 
-/// Sets of macros, each of which is stored once; set 0 is empty.
+/// Hide sets of macros; each set is stored once, and set 0 is empty.
 #[derive(Debug, Default)]
 struct HideSets {
     sets: Vec<Vec<u32>>,

@@ -4,7 +4,8 @@
 //! text ──lexer──► tokens ──preprocess, macros──► tokens of a configuration ──declaration, statement, expression──► tree
 //! ```
 //!
-//! What is outside the subset is an error at its place; nothing is skipped. Nesting and expansion are bounded, and the work is proportional to the text.
+//! A construct outside the supported subset is an error at its location; nothing is skipped. Nesting and expansion are bounded, and the work is proportional to
+//! the text.
 
 mod declaration;
 mod declarator;
@@ -39,29 +40,29 @@ const MAX_FINDINGS: usize = 20;
 /// A file that can be read.
 #[derive(Debug, Clone, Copy)]
 pub struct SourceFile<'a> {
-    /// Its number in locations.
+    /// The id of the file in locations.
     pub file: FileId,
-    /// Its name, as `#include "NAME"` gives it.
+    /// The file name, as in `#include "NAME"`.
     pub name: &'a str,
-    /// Its text.
+    /// The text of the file.
     pub text: &'a str,
 }
 
-/// What is read.
+/// The files to read, and how to read them.
 #[derive(Debug, Clone, Copy)]
 pub struct Input<'a> {
     /// The file to read, followed by the files that it may include.
     pub files: &'a [SourceFile<'a>],
-    /// Texts of the user (`code c`): a block that contains exactly one of them, on lines of its own, is not read but becomes one
+    /// Pieces of user code (`code c`): a block that contains exactly one of these texts, on lines of its own, is not read but becomes one
     /// [`StmtKind::Opaque`](crate::tree::StmtKind::Opaque). Indentation does not matter.
     pub verbatim: &'a [&'a str],
     /// Functions that are only declared here but are known to write nothing that the program can see, such as those of an engine. All others may write.
     pub readers: &'a [&'a str],
-    /// The compiler.
+    /// The compiler that the text is written for.
     pub config: &'a Config,
 }
 
-/// Reads a translation unit. Without errors there is a tree; otherwise the findings contain at least one error, and at most about 20 of them.
+/// Reads a translation unit. Returns a tree if there are no errors; otherwise the findings contain at least one error. At most about 20 findings are returned.
 #[must_use]
 pub fn parse(input: &Input) -> (Option<Unit>, Vec<Diagnostic>) {
     let tokens = match preprocess::preprocess(input) {
@@ -87,7 +88,7 @@ pub fn parse(input: &Input) -> (Option<Unit>, Vec<Diagnostic>) {
 
 pub(crate) type Read<T> = Result<T, ErrorReported>;
 
-/// The names of a block.
+/// The names that are declared in a block.
 #[derive(Debug, Default)]
 struct Scope {
     names: BTreeMap<String, SymbolId>,
@@ -102,14 +103,14 @@ pub(crate) struct Parser<'a, 't> {
     scopes: Vec<Scope>,
     /// Structures and enumerations are always defined for the whole file.
     tags: BTreeMap<&'a str, Tag>,
-    /// What is defined: functions, and objects with an initialiser.
+    /// The symbols that have a definition: functions with a body, and objects with an initialiser.
     defined: BTreeSet<SymbolId>,
     headers: Vec<Header>,
     /// Functions that are known to write nothing.
     readers: &'t [&'t str],
     is_cpp: bool,
     depth: usize,
-    /// The type of the function that is being read.
+    /// The return type of the function that is being read.
     result: Option<Type>,
     n_loops: usize,
     n_switches: usize,
@@ -157,7 +158,7 @@ impl<'a, 't> Parser<'a, 't> {
         self.peek_at(0)
     }
 
-    /// The token so many places further, or the last one.
+    /// The token at distance `ahead`, or the last token.
     fn peek_at(&self, ahead: usize) -> Token<'a> {
         let at = (self.at + ahead).min(self.tokens.len().saturating_sub(1));
         self.tokens.get(at).copied().unwrap_or(Token {
@@ -182,7 +183,7 @@ impl<'a, 't> Parser<'a, 't> {
         self.peek().span
     }
 
-    /// From the start of something to the last token that was read.
+    /// The location from `start` to the last token that was read.
     fn since(&self, start: Span) -> Loc {
         let last = self.at.checked_sub(1).and_then(|at| self.tokens.get(at));
         Loc(last.map_or(start, |last| start.to(last.span)))
@@ -213,7 +214,7 @@ impl<'a, 't> Parser<'a, 't> {
         self.fail(codes::SYNTAX, format!("expected `{sign}`, found {found}"), span, "here")
     }
 
-    /// The current token for a message.
+    /// Describes the current token for a message.
     fn describe(&self) -> String {
         let token = self.peek();
         match token.kind {
@@ -240,14 +241,14 @@ impl<'a, 't> Parser<'a, 't> {
         Err(ErrorReported)
     }
 
-    /// Kept out of its callers, whose frames are on the stack once for each level of the text.
+    /// Reports an error. This is a separate function so that the recursive callers have small stack frames.
     #[cold]
     #[inline(never)]
     fn report(&mut self, code: Code, message: String, span: Span, label: String) {
         self.found.push(Diagnostic::error(code, message).at(span, label));
     }
 
-    /// An error about the current token.
+    /// Reports the current token as unexpected.
     #[cold]
     fn unexpected<T>(&mut self, wanted: &str) -> Read<T> {
         let (found, span) = (self.describe(), self.span());
@@ -262,7 +263,7 @@ impl<'a, 't> Parser<'a, 't> {
         }
     }
 
-    /// One level deeper.
+    /// Calls `read` one nesting level deeper.
     fn deeper<T>(&mut self, read: impl FnOnce(&mut Self) -> Read<T>) -> Read<T> {
         if self.depth >= MAX_DEPTH {
             return self.too_deep();
@@ -280,7 +281,7 @@ impl<'a, 't> Parser<'a, 't> {
         self.fail(codes::LIMIT, message, span, "here")
     }
 
-    /// In a scope of its own.
+    /// Calls `read` in a scope of its own.
     fn scoped<T>(&mut self, read: impl FnOnce(&mut Self) -> Read<T>) -> Read<T> {
         self.scopes.push(Scope::default());
         let result = read(self);

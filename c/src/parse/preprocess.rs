@@ -1,4 +1,4 @@
-//! The preprocessor (C99 6.10): directives, inclusion and macros. It leaves the tokens that a compiler of the configuration sees.
+//! The preprocessor (C99 6.10): directives, inclusion and macros. The result is the tokens that a compiler of the configuration sees.
 
 use super::headers;
 use super::lexer::{Token, TokenKind, Verbatim, lex};
@@ -13,7 +13,7 @@ use std::rc::Rc;
 
 /// The maximum nesting of inclusions and of conditions.
 const MAX_NESTED: usize = 100;
-/// The maximum number of tokens of all files, counted each time that a file is included.
+/// The maximum number of tokens in all files; a file that is included several times counts each time.
 const MAX_TOKENS: usize = 20_000_000;
 /// The maximum number of parameters of a macro (C99 5.2.4.1 requires 127).
 const MAX_PARAMS: usize = 127;
@@ -64,9 +64,9 @@ struct Preprocessor<'a> {
 struct Condition {
     /// True if the current group is read.
     is_active: bool,
-    /// True if an earlier group, or this one, is read.
+    /// True if this group or an earlier one is read.
     is_decided: bool,
-    /// True behind `#else`.
+    /// True after `#else`.
     is_last: bool,
     span: Span,
 }
@@ -331,7 +331,7 @@ impl<'a> Preprocessor<'a> {
     }
 }
 
-/// The names between the brackets of a macro's parameters, and what follows.
+/// The parameter names of a macro, and the tokens that follow the closing parenthesis.
 fn parameters<'a, 'b>(
     name: Span,
     after: &'b [Token<'a>],

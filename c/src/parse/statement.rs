@@ -10,7 +10,7 @@ use grafsynth_ir::Span;
 use std::collections::BTreeSet;
 
 impl Parser<'_, '_> {
-    /// Statements up to the closing brace.
+    /// Reads the statements up to the closing brace.
     pub(super) fn statements(&mut self) -> Read<Vec<Stmt>> {
         let mut all = Vec::new();
         while !self.take("}") {
@@ -26,7 +26,7 @@ impl Parser<'_, '_> {
         self.statement(into)
     }
 
-    /// Adds a statement; an empty one adds nothing.
+    /// Reads a statement and adds it to `into`; an empty statement adds nothing.
     fn statement(&mut self, into: &mut Vec<Stmt>) -> Read<()> {
         let start = self.span();
         let token = self.peek();
@@ -78,7 +78,7 @@ impl Parser<'_, '_> {
         Stmt { kind, marks: Marks::default(), span: self.since(start) }
     }
 
-    /// A statement as the body of another one, which is a scope (C99 6.8.4p3).
+    /// Reads a statement as the body of another one; the body is a scope (C99 6.8.4p3).
     fn body(&mut self) -> Read<Vec<Stmt>> {
         self.deeper(|parser| {
             parser.scoped(|parser| {
@@ -261,7 +261,7 @@ impl Parser<'_, '_> {
         Ok(StmtKind::Return(Some(value)))
     }
 
-    /// `__asm__ volatile("" ::: "memory");` of gcc.
+    /// Reads `__asm__ volatile("" ::: "memory");` of gcc.
     fn barrier(&mut self) -> Read<StmtKind> {
         let start = self.next().span;
         let is_barrier = (self.take_word("volatile") || self.take_word("__volatile__"))

@@ -1,7 +1,7 @@
 //! Expressions as text.
 //!
-//! An operand has brackets unless it is a unary or postfix expression, or the left operand of a chain of operators of one precedence: nobody needs to know the
-//! table of precedences (MISRA-C:2012, rule 12.1), and compilers do not warn.
+//! An operand is in parentheses unless it is a unary or postfix expression, or the left operand of a chain of operators of one precedence. A reader of the
+//! code therefore does not need to know the precedences (MISRA-C:2012, rule 12.1), and compilers do not warn.
 
 use super::Printer;
 use crate::tree::types::{IntKind, Type};
@@ -9,7 +9,7 @@ use crate::tree::{
     BinaryOp, Callee, Expr, ExprKind, LogicalOp, Place, PlaceKind, SizeOfOperand, Spelling, UnaryOp,
 };
 
-/// How tightly an expression binds.
+/// The precedence of an expression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Level {
     Comma,
@@ -20,7 +20,7 @@ enum Level {
     BitOr,
     BitXor,
     BitAnd,
-    /// A comparison; none is the operand of another without brackets.
+    /// A comparison; as the operand of another comparison, it is in parentheses.
     Compare,
     Shift,
     Sum,
@@ -36,7 +36,7 @@ impl Printer<'_> {
         text
     }
 
-    /// A condition; compilers take `=` for a mistake unless it is in brackets.
+    /// A condition. An assignment is in parentheses, because compilers otherwise warn about `=`.
     pub(super) fn condition(&self, expr: &Expr) -> String {
         let mut text = String::new();
         let is_assignment = matches!(expr.kind, ExprKind::Assign(..));
@@ -45,14 +45,14 @@ impl Printer<'_> {
         text
     }
 
-    /// An expression where a comma would separate it from the next one.
+    /// An expression in a list, such as an argument; a comma expression is in parentheses.
     pub(super) fn item_expr(&self, expr: &Expr) -> String {
         let mut text = String::new();
         self.put_from(expr, Level::Assign, &mut text);
         text
     }
 
-    /// An operand that binds at least so tightly, otherwise in brackets.
+    /// An operand: in parentheses unless its precedence is at least `least`.
     fn put_from(&self, expr: &Expr, least: Level, out: &mut String) {
         if level(expr) >= least {
             self.put(expr, out);
@@ -168,14 +168,14 @@ impl Printer<'_> {
         out.push(')');
     }
 
-    /// The left operand of a binary operator: a chain of one precedence needs no brackets, except of comparisons.
+    /// The left operand of a binary operator: an operator of the same precedence needs no parentheses, unless it is a comparison.
     fn put_chain(&self, whole: &Expr, left: &Expr, out: &mut String) {
         let own = level(whole);
         let is_chain = own != Level::Compare && level(left) == own;
         self.put_from(left, if is_chain { own } else { Level::Unary }, out);
     }
 
-    /// The operand of a sign; two signs that would be read as another one are separated by brackets.
+    /// The operand of a unary operator; parentheses separate two signs that would be read as another operator, such as `--`.
     fn put_sign_operand(&self, op: UnaryOp, a: &Expr, out: &mut String) {
         let mut inner = String::new();
         self.put_from(a, Level::Unary, &mut inner);

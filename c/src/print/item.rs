@@ -84,7 +84,7 @@ impl Printer<'_> {
         "} ".to_owned()
     }
 
-    /// A structure or enumeration up to its last member.
+    /// The head and the members of a structure or enumeration, without the closing brace.
     fn tag(&mut self, tag: Tag, storage: &str) {
         match tag {
             Tag::Struct(id) => {
@@ -116,7 +116,7 @@ impl Printer<'_> {
         }
     }
 
-    /// The value of an enumerator; the smallest one of `int` is not the negative of a value of `int`.
+    /// The value of an enumerator; the smallest `int` is printed as a difference, because its magnitude is no `int` constant.
     fn enumerator(&self, value: i128) -> String {
         let (lo, _) = self.unit.machine.range(IntKind::Int);
         if value == lo { format!("{} - 1", value + 1) } else { value.to_string() }
@@ -170,20 +170,20 @@ impl Printer<'_> {
         format!("{storage}{inline}{head}{stack}")
     }
 
-    /// A symbol with its type. `defines`: the structure or enumeration whose definition is already printed.
+    /// A symbol with its type. `defines` is the structure or enumeration whose definition is already printed.
     pub(super) fn declared(&self, id: SymbolId, defines: Option<Tag>) -> String {
         let symbol = &self.unit.symbols[id];
         self.declarator(&symbol.ty, &symbol.name, defines)
     }
 
-    /// The declarator of a symbol, for the second one of a declaration.
+    /// The declarator of a symbol without its base type, for the second and later symbols of a declaration.
     pub(super) fn declared_without_base(&self, id: SymbolId) -> String {
         let symbol = &self.unit.symbols[id];
         let (declarator, _) = self.around(&symbol.ty, symbol.name.clone());
         declarator
     }
 
-    /// A type with the name that has it (C99 6.7.5), read from the name outwards.
+    /// A declaration of `name` with this type (C99 6.7.5), read from the name outwards.
     pub(super) fn declarator(&self, ty: &Qualified, name: &str, defines: Option<Tag>) -> String {
         let (declarator, base) = self.around(ty, name.to_owned());
         let base = self.base(base, defines);
@@ -194,7 +194,7 @@ impl Printer<'_> {
         }
     }
 
-    /// What is around a name, and the type in front of it.
+    /// The declarator around a name, and the base type.
     fn around<'t>(&self, ty: &'t Qualified, name: String) -> (String, &'t Qualified) {
         let (mut text, mut at) = (name, ty);
         // A pointer needs brackets in front of an array or a list of parameters.
@@ -324,7 +324,7 @@ impl Printer<'_> {
     }
 }
 
-/// True if each part is a list: a row of its own.
+/// True if each part is a list; each list then gets a line of its own.
 fn is_table(parts: &[Part]) -> bool {
     parts.iter().all(|part| matches!(part.init, Init::Parts(_)))
 }

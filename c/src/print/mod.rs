@@ -1,4 +1,4 @@
-//! A tree as text. The printer alone decides brackets, `.` or `->`, comments and layout; reading the text gives the same tree.
+//! A tree as text. The printer alone determines parentheses, `.` or `->`, comments and layout; reading the text gives the same tree.
 //!
 //! Lines have four spaces for each level, and the cases of a `switch` the indentation of the `switch`. Every body is in braces. A chain of `else if` ends with
 //! an `else`, which shows that no case was forgotten (MISRA-C:2012, rule 15.7).
@@ -9,7 +9,7 @@ mod item;
 use crate::tree::types::Qualified;
 use crate::tree::{Case, Label, Marks, Stmt, StmtKind, SymbolKind, Unit};
 
-/// The longest line of a table.
+/// The maximum length of a line in a table, in characters.
 const WIDTH: usize = 120;
 
 /// The text of a unit.
@@ -181,7 +181,7 @@ impl Printer<'_> {
         }
     }
 
-    /// The first part of a `for`. Several definitions share the words of their type.
+    /// The first clause of a `for`. Several definitions share one type specifier.
     fn for_init(&mut self, init: &[Stmt]) -> String {
         let mut text = String::new();
         for (at, stmt) in init.iter().enumerate() {
@@ -220,7 +220,7 @@ impl Printer<'_> {
     }
 }
 
-/// Text that is safe in a comment, on one line.
+/// The text on one line, without character sequences that would end a comment.
 fn comment(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {

@@ -5,7 +5,8 @@
 //! - A tree is what a compiler sees after preprocessing for one machine. Brackets, `.` or `->`, comments and layout exist only in text.
 //! - Scopes are resolved: symbols, structures and enumerations are referred to by id.
 //!
-//! Not in the subset: floating point, strings, unions, bit-fields except `bool name : 1`, `goto`, variadic and old-style functions, compound literals, arrays of variable length.
+//! Not in the subset: floating point, strings, unions, bit-fields except `bool name : 1`, `goto`, variadic and old-style functions, compound literals, arrays
+//! of variable length.
 //!
 //! The constructors in [`typing`] check the constraints of C99 6.5 and insert the conversions; a tree that is built by them has the types that a reader of its
 //! text finds.
@@ -41,9 +42,9 @@ impl Eq for Loc {}
 /// A translation unit: the text of one `.c` file with everything that it includes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Unit {
-    /// The machine that its types and constants are for.
+    /// The machine for which the types and constants of the unit were determined.
     pub machine: Machine,
-    /// All names of objects, functions, types and constants: first those of the standard headers, then in the order of their declarations.
+    /// All symbols: names of objects, functions, types and constants: first those of the standard headers, then in the order of their declarations.
     pub symbols: Arena<Symbol>,
     /// All structures, in the order of their first mention.
     pub structs: Arena<Struct>,
@@ -53,7 +54,7 @@ pub struct Unit {
     pub items: Vec<Item>,
 }
 
-/// What a name means.
+/// A declared name and its meaning.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Symbol {
     /// The name.
@@ -64,7 +65,7 @@ pub struct Symbol {
     pub ty: Qualified,
     /// The type without typedef names.
     pub canonical: Qualified,
-    /// Where it was declared first.
+    /// The location of the first declaration.
     pub span: Loc,
 }
 
@@ -73,12 +74,12 @@ pub struct Symbol {
 pub enum SymbolKind {
     /// An object with static storage duration.
     Object {
-        /// True if it is declared `static`.
+        /// True if the object is declared `static`.
         is_static: bool,
     },
     /// An object of a block.
     Local {
-        /// True if it keeps its value from one call to the next.
+        /// True if the local keeps its value from one call to the next (`static`).
         is_static: bool,
     },
     /// A parameter of a function definition.
@@ -87,49 +88,50 @@ pub enum SymbolKind {
     Function(FunctionKind),
     /// A name for a type.
     Typedef,
-    /// An enumerator, or a constant of a standard header such as `INT32_MAX`, with its value.
+    /// An enumerator, or a constant of a standard header such as `INT32_MAX`; the payload is its value.
     Constant(i128),
 }
 
 /// How a function is declared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FunctionKind {
-    /// True if it is declared `static`.
+    /// True if the function is declared `static`.
     pub is_static: bool,
-    /// True if it is declared `inline`.
+    /// True if the function is declared `inline`.
     pub is_inline: bool,
-    /// True if its locals are on the stack: `__reentrant` of sdcc.
+    /// True if the locals of the function are on the stack: `__reentrant` of sdcc.
     pub is_on_stack: bool,
-    /// True if it is a function without a body that is known to change nothing that the program can see: of the standard library, or one that the caller of
-    /// the reader names.
+    /// True if the function has no body here but is known to change nothing that the program can see: a function of the standard library, or one in
+    /// [`Input::readers`](crate::Input::readers).
     pub is_pure: bool,
 }
 
 /// A structure.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Struct {
-    /// Its tag.
+    /// The tag of the structure, if it has one.
     pub tag: Option<String>,
-    /// Its members; empty if it is only declared.
+    /// The members; empty if the structure is declared but not defined.
     pub members: Vec<Member>,
-    /// Size and alignment in bytes; `None` if it is only declared.
+    /// Size and alignment in bytes; `None` if the structure is declared but not defined.
     pub layout: Option<(u64, u64)>,
     /// True if a member, or a part of one, is `const`: then the structure cannot be assigned as a whole (C99 6.3.2.1p1).
     pub has_const: bool,
-    /// Where it was mentioned first.
+    /// The location of the first mention.
     pub span: Loc,
 }
 
 /// A member of a structure.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Member {
-    /// Its name.
+    /// The name of the member.
     pub name: String,
     /// The type as it is declared.
     pub ty: Qualified,
     /// The type without typedef names.
     pub canonical: Qualified,
-    /// True for a `bool` of one bit: `bool name : 1`, the only kind of bit-field that is supported. It has no address (C99 6.5.3.2p1).
+    /// True for a `bool` of one bit: `bool name : 1`, the only kind of bit-field that is supported. The address of such a member cannot be taken (C99
+    /// 6.5.3.2p1).
     pub is_bit: bool,
     /// A comment.
     pub note: Note,
@@ -138,17 +140,17 @@ pub struct Member {
 /// An enumeration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Enum {
-    /// Its tag.
+    /// The tag of the enumeration, if it has one.
     pub tag: Option<String>,
-    /// Its enumerators.
+    /// The enumerators, in order.
     pub constants: Vec<SymbolId>,
-    /// The integer type that the machine chooses for it.
+    /// The integer type that the machine uses for the enumeration.
     pub kind: IntKind,
-    /// Comments of the enumerators; fewer than there are enumerators if the last ones have none.
+    /// Comments of the enumerators, in order; the list is shorter than `constants` if the last enumerators have no comment.
     pub notes: Vec<Note>,
 }
 
-/// A comment, without its signs. Empty if there is none.
+/// The text of a comment, without the delimiters. Empty if there is no comment.
 pub type Note = String;
 
 /// An object of the net that a statement comes from.
@@ -167,9 +169,9 @@ pub enum Origin {
 /// A declaration of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Item {
-    /// What is declared.
+    /// The kind of declaration, with its details.
     pub kind: ItemKind,
-    /// The comment in front of it.
+    /// The comment in front of the declaration.
     pub note: Note,
     /// Source location.
     pub span: Loc,
@@ -178,7 +180,7 @@ pub struct Item {
 /// The kinds of declarations.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ItemKind {
-    /// A standard header.
+    /// `#include` of a standard header.
     Include(Header),
     /// `struct TAG;`.
     DeclareStruct(StructId),
@@ -199,25 +201,25 @@ pub enum ItemKind {
         symbol: SymbolId,
         /// The structure or enumeration that is defined within the declaration.
         defines: Option<Tag>,
-        /// True if it is declared `extern`.
+        /// True if the object is declared `extern`.
         is_extern: bool,
-        /// Its initialiser.
+        /// The initialiser of the object, if it has one.
         init: Option<Init>,
     },
     /// A declaration of a function, without its body.
     Prototype {
         /// The function.
         symbol: SymbolId,
-        /// The names of the parameters, as far as they have one.
+        /// The name of each parameter; `None` for a parameter without a name.
         params: Vec<Option<String>>,
     },
     /// A definition of a function.
     Function {
         /// The function.
         symbol: SymbolId,
-        /// Its parameters.
+        /// The parameters of the function.
         params: Vec<SymbolId>,
-        /// Its body.
+        /// The body of the function.
         body: Vec<Stmt>,
     },
     /// `extern "C" { .. }` of C++.
@@ -275,12 +277,12 @@ impl Header {
     }
 }
 
-/// An initialiser (C99 6.7.8). Braces that the text omits are present, and so are the positions of all values; what is not listed is zero.
+/// An initialiser (C99 6.7.8). Braces that the text omits are added, and every value has an explicit position. Parts that are not listed are zero.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Init {
     /// A value of the type of the object.
     Value(Expr),
-    /// The parts of an array or a structure, in any order, none twice.
+    /// The initialised parts of an array or a structure, in any order, each at most once.
     Parts(Vec<Part>),
 }
 
@@ -289,44 +291,44 @@ pub enum Init {
 pub struct Part {
     /// The index of the element or of the member.
     pub at: u64,
-    /// Its value.
+    /// The initialiser of the part.
     pub init: Init,
 }
 
 /// A statement.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stmt {
-    /// What it does.
+    /// The kind of statement, with its details.
     pub kind: StmtKind,
-    /// Its marks, which do not change what it does.
+    /// Additional information, which does not change the meaning of the statement.
     pub marks: Marks,
     /// Source location.
     pub span: Loc,
 }
 
-/// What is known about a statement beyond its text. A reader finds none of it.
+/// Information about a statement that its C text does not contain. The parser leaves all of it empty.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Marks {
     /// A comment.
     pub note: Note,
-    /// The objects of the net that it comes from.
+    /// The objects of the net from which the statement was generated.
     pub origins: Vec<Origin>,
-    /// The maximum number of rounds of a loop.
+    /// The maximum number of iterations of a loop.
     pub at_most: Option<u64>,
-    /// For an `if` that runs a task: the step, and the index of its task.
+    /// The step and the index of its task, if the statement is an `if` that runs a task.
     pub task: Option<(StepId, usize)>,
 }
 
 /// The kinds of statements. A body is always a block, whose scope ends with it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StmtKind {
-    /// An expression, evaluated for its effect; its value is discarded.
+    /// An expression statement: the expression is evaluated for its side effects, and its value is discarded.
     Expr(Expr),
     /// The definition of one local.
     Define {
         /// The local.
         symbol: SymbolId,
-        /// Its initialiser; `None`: its value is indeterminate (C99 6.7.8p10).
+        /// The initialiser of the local; `None` if the initial value is indeterminate (C99 6.7.8p10).
         init: Option<Init>,
     },
     /// `if` with any number of `else if`, and an `else` that is empty if there is none.
@@ -359,11 +361,11 @@ pub enum StmtKind {
     },
     /// `for`.
     For {
-        /// Definitions of locals that are visible in the whole loop, or one expression statement, or nothing.
+        /// Definitions of locals that are visible in the whole loop, or one expression statement; empty if the clause is empty.
         init: Vec<Stmt>,
-        /// The condition; `None`: always true.
+        /// The condition; `None` means always true.
         condition: Option<Expr>,
-        /// Evaluated after each round.
+        /// The expression that is evaluated after each iteration, if there is one.
         step: Option<Expr>,
         /// The body.
         body: Vec<Stmt>,
@@ -372,13 +374,13 @@ pub enum StmtKind {
     Break,
     /// `continue`.
     Continue,
-    /// `return`; the value is converted to the type of the function.
+    /// `return`; the value, if there is one, is converted to the return type of the function.
     Return(Option<Expr>),
-    /// A block of its own.
+    /// A nested block.
     Block(Vec<Stmt>),
-    /// A compiler barrier: memory is not kept in registers across it (`__asm__ volatile("" ::: "memory")`).
+    /// A compiler barrier: the compiler must not keep values of memory in registers across it (`__asm__ volatile("" ::: "memory")`).
     Barrier,
-    /// A block with text of the user that is not read (`code c`). It may read and write everything that is visible.
+    /// A block of user code that is not read (`code c`). It may read and write everything that is visible.
     Opaque(String),
 }
 
@@ -389,7 +391,7 @@ pub struct Arm {
     pub condition: Expr,
     /// The body.
     pub body: Vec<Stmt>,
-    /// Marks of the branch.
+    /// Additional information about the branch.
     pub marks: Marks,
 }
 
@@ -400,7 +402,7 @@ pub struct Case {
     pub labels: Vec<Label>,
     /// The statements up to the next label.
     pub body: Vec<Stmt>,
-    /// Marks of the case.
+    /// Additional information about the case.
     pub marks: Marks,
 }
 
@@ -413,12 +415,12 @@ pub enum Label {
     Default,
 }
 
-/// An expression that has a value, or none if its type is `void`.
+/// An expression; it has no value if its type is `void`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Expr {
-    /// What it is.
+    /// The kind of expression, with its operands.
     pub kind: ExprKind,
-    /// Its canonical type. Values have no qualifiers (C99 6.3.2.1p2).
+    /// The canonical type of the expression. Values have no qualifiers (C99 6.3.2.1p2).
     pub ty: Type,
     /// Source location.
     pub span: Loc,
@@ -433,7 +435,7 @@ pub enum Spelling {
     Hex,
     /// `INT32_C(10)`, `UINT64_C(10)` and so on.
     Sized {
-        /// 8, 16, 32 or 64.
+        /// The width in bits: 8, 16, 32 or 64.
         bits: u8,
         /// True for `INT`, false for `UINT`.
         is_signed: bool,
@@ -470,33 +472,34 @@ pub enum ExprKind {
     /// An operator with two operands, which have a common type, except: shifts, whose result has the type of the left operand (C99 6.5.7p3), and pointer
     /// arithmetic. Comparisons give 0 or 1 of type `int`.
     Binary(BinaryOp, Box<Expr>, Box<Expr>),
-    /// `&&` or `||` of two or more scalars, of type `int`. Evaluation stops at the first operand that decides.
+    /// `&&` or `||` of two or more scalars, of type `int`. Evaluation stops at the first operand that determines the result.
     Logical(LogicalOp, Vec<Expr>),
     /// `condition ? a : b`; both arms have the type of the result.
     Choose(Box<Expr>, Box<Expr>, Box<Expr>),
     /// `a, b`.
     Comma(Box<Expr>, Box<Expr>),
-    /// An implicit conversion to the type of this node (C99 6.3). Integers: [`Machine::wrap`]; pointers: the same address; anything to `_Bool`: whether
-    /// it compares unequal to 0.
+    /// An implicit conversion to the type of this node (C99 6.3). Integers: [`Machine::wrap`]; pointers: the same address; any scalar to `_Bool`: 1 if
+    /// the value compares unequal to 0, otherwise 0.
     Convert(Box<Expr>),
     /// A cast to a type as it is written; the conversion is that of [`Convert`](ExprKind::Convert).
     Cast(Qualified, Box<Expr>),
     /// `place = value`: the value after the assignment. The value has the type of the place.
     Assign(Box<Place>, Box<Expr>),
-    /// `place op= value` (C99 6.5.16.2p3): the place, converted to this type, `op` the value, converted to the type of the place. The place is evaluated once.
+    /// `place op= value` (C99 6.5.16.2p3). The place is converted to the given type before the operation, and the result is converted to
+    /// the type of the place. The place is evaluated once.
     Update(BinaryOp, Box<Place>, Box<Expr>, Type),
-    /// `++` or `--` of a place, which is as `place += 1`.
+    /// `++` or `--` of a place; `++` has the effect of `place += 1`, and `--` that of `place -= 1`.
     Step {
         /// True for `++`.
         is_increment: bool,
-        /// True if the value is that after the change.
+        /// True for a prefix operator, whose value is that after the change.
         is_prefix: bool,
-        /// The place.
+        /// The place that is changed.
         place: Box<Place>,
     },
     /// A call; the arguments are converted to the types of the parameters (C99 6.5.2.2p7).
     Call(Callee, Vec<Expr>),
-    /// A member of a structure that is no object: the value of a function.
+    /// A member of a structure value that is not an object, such as the result of a call; the index is that of the member.
     Member(Box<Expr>, usize),
     /// `sizeof`, of type `size_t`; the operand is not evaluated.
     SizeOf(Box<SizeOfOperand>),
@@ -513,7 +516,7 @@ pub enum SizeOfOperand {
     Value(Expr),
 }
 
-/// What a call calls.
+/// The target of a call.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Callee {
     /// A function by its name.
@@ -525,11 +528,11 @@ pub enum Callee {
 /// An object, or a part of one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
-    /// What it is.
+    /// The kind of place.
     pub kind: PlaceKind,
-    /// Its canonical type.
+    /// The canonical type of the place.
     pub ty: Type,
-    /// Its qualifiers: its own and those of what it is part of.
+    /// The qualifiers of the place, including those of the objects that contain it.
     pub qualifiers: Qualifiers,
     /// Source location.
     pub span: Loc,
@@ -540,9 +543,9 @@ pub struct Place {
 pub enum PlaceKind {
     /// An object by its name.
     Symbol(SymbolId),
-    /// A member, by its index.
+    /// A member of a structure: the structure and the index of the member.
     Member(Box<Place>, usize),
-    /// An element of an array.
+    /// An element of an array: the array and the index.
     Element(Box<Place>, Box<Expr>),
     /// `pointer[index]`, which is `*(pointer + index)`.
     At(Box<Expr>, Box<Expr>),
@@ -564,7 +567,7 @@ pub enum UnaryOp {
 }
 
 impl UnaryOp {
-    /// The sign.
+    /// The spelling of the operator.
     #[must_use]
     pub fn sign(self) -> &'static str {
         match self {
@@ -619,7 +622,7 @@ impl BinaryOp {
         BinaryOp::BitOr,
     ];
 
-    /// The sign.
+    /// The spelling of the operator.
     #[must_use]
     pub fn sign(self) -> &'static str {
         match self {
@@ -665,7 +668,7 @@ impl BinaryOp {
         }
     }
 
-    /// True if `place op= value` exists.
+    /// True if the operator has a compound assignment `place op= value`.
     #[must_use]
     pub fn can_update(self) -> bool {
         !self.is_comparison()
@@ -682,7 +685,7 @@ pub enum LogicalOp {
 }
 
 impl LogicalOp {
-    /// The sign.
+    /// The spelling of the operator.
     #[must_use]
     pub fn sign(self) -> &'static str {
         match self {
@@ -699,7 +702,7 @@ impl From<StmtKind> for Stmt {
 }
 
 impl Place {
-    /// The object that the place is a part of, if no pointer is followed.
+    /// The object that contains the place; `None` if the place is reached through a pointer.
     #[must_use]
     pub fn object(&self) -> Option<SymbolId> {
         match &self.kind {

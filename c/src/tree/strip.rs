@@ -1,4 +1,4 @@
-//! A tree without its marks: what remains is what a reader finds in its text.
+//! Removes from a tree all information that its C text does not contain.
 
 use super::{Item, ItemKind, Marks, Stmt, StmtKind, Unit};
 

@@ -49,7 +49,7 @@ impl IntKind {
         }
     }
 
-    /// The unsigned type of the same rank; `_Bool` is its own.
+    /// The unsigned type of the same rank; for `_Bool`, `_Bool` itself.
     #[must_use]
     pub fn unsigned(self) -> IntKind {
         match self {
@@ -62,7 +62,7 @@ impl IntKind {
         }
     }
 
-    /// The words of the type.
+    /// The type as it is spelled in C.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -101,14 +101,14 @@ pub struct Qualifiers {
     pub is_const: bool,
     /// `volatile`: another agent, such as an interrupt, may read or write it at any time.
     pub is_volatile: bool,
-    /// `restrict`.
+    /// `restrict`: the object is accessed only through this pointer.
     pub is_restrict: bool,
     /// The address space.
     pub space: Space,
 }
 
 impl Qualifiers {
-    /// The qualifiers of both.
+    /// The union of two sets of qualifiers.
     #[must_use]
     pub fn with(self, other: Qualifiers) -> Qualifiers {
         Qualifiers {
@@ -132,7 +132,7 @@ impl Qualifiers {
 /// A type with its qualifiers.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Qualified {
-    /// `const`, `volatile` and so on, of the type itself.
+    /// The qualifiers of the type itself, such as `const` and `volatile`.
     pub qualifiers: Qualifiers,
     /// The type.
     pub ty: Type,
@@ -147,9 +147,9 @@ impl From<Type> for Qualified {
 /// The type of a function: always a prototype, never variadic.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct FunctionType {
-    /// The type of its value.
+    /// The return type.
     pub result: Qualified,
-    /// The types of the parameters; arrays and functions are already pointers (C99 6.7.5.3p7).
+    /// The types of the parameters; array and function parameters are already adjusted to pointers (C99 6.7.5.3p7).
     pub params: Vec<Qualified>,
 }
 
@@ -168,7 +168,7 @@ pub enum Type {
     Struct(StructId),
     /// A pointer.
     Pointer(Arc<Qualified>),
-    /// An array; `None`: its length is not known (C99 6.2.5p22).
+    /// An array of elements with a length; `None` if the length is unknown (C99 6.2.5p22).
     Array(Arc<Qualified>, Option<u64>),
     /// A function.
     Function(Arc<FunctionType>),
@@ -198,13 +198,13 @@ impl Type {
         if let Type::Pointer(target) = self { Some(target) } else { None }
     }
 
-    /// The structure, if it is one.
+    /// The structure, if this type is a structure.
     #[must_use]
     pub fn as_struct(&self) -> Option<StructId> {
         if let Type::Struct(id) = self { Some(*id) } else { None }
     }
 
-    /// The type of a function, if this is one.
+    /// The function type, if this type is a function.
     #[must_use]
     pub fn as_function(&self) -> Option<&Arc<FunctionType>> {
         if let Type::Function(function) = self { Some(function) } else { None }
@@ -243,13 +243,13 @@ pub struct Machine {
     pub long_bits: u32,
     /// Bytes of a pointer to an object.
     pub pointer_bytes: u64,
-    /// Bytes of a pointer to a function or to program memory.
+    /// The size in bytes of a pointer to a function or to program memory.
     pub code_pointer_bytes: u64,
-    /// The largest alignment: 1 on machines without alignment.
+    /// The largest alignment in bytes: 1 on machines without alignment.
     pub max_align: u64,
     /// True if `char` is signed.
     pub has_signed_char: bool,
-    /// True if an enumeration is as small as its values allow; otherwise it is `unsigned`, or `int` if a value is negative.
+    /// True if an enumeration has the smallest type that contains its values; otherwise it is `unsigned`, or `int` if a value is negative.
     pub has_short_enums: bool,
 }
 
@@ -282,7 +282,7 @@ impl Machine {
         }
     }
 
-    /// The smallest and the largest value.
+    /// The smallest and the largest value of a type.
     #[must_use]
     pub fn range(&self, kind: IntKind) -> (i128, i128) {
         let bits = self.bits(kind);
@@ -303,7 +303,7 @@ impl Machine {
         (value - lo).rem_euclid(hi - lo + 1) + lo
     }
 
-    /// Integer promotion (C99 6.3.1.1p2): `int` if that contains all values, otherwise `unsigned`; types of at least that rank stay.
+    /// Integer promotion (C99 6.3.1.1p2): `int` if that contains all values, otherwise `unsigned`; types whose rank is at least that of `int` are not changed.
     #[must_use]
     pub fn promoted(&self, kind: IntKind) -> IntKind {
         if kind.rank() >= IntKind::Int.rank() {
@@ -331,7 +331,7 @@ impl Machine {
         }
     }
 
-    /// The signed or unsigned integer type with exactly so many bits, as `<stdint.h>` defines it.
+    /// The signed or unsigned integer type with exactly `bits` bits, as `<stdint.h>` defines it.
     #[must_use]
     pub fn exact(&self, bits: u32, is_signed: bool) -> IntKind {
         let signed = match bits {
@@ -424,7 +424,7 @@ impl Unit {
         }
     }
 
-    /// Size and alignment in bytes of a canonical type; `None` for functions, `void`, and what is declared but not defined.
+    /// Size and alignment in bytes of a canonical type; `None` for functions, `void`, and structures and arrays that are not complete.
     #[must_use]
     pub fn layout(&self, ty: &Type) -> Option<(u64, u64)> {
         let machine = &self.machine;
@@ -449,7 +449,8 @@ impl Unit {
         }
     }
 
-    /// The layout of a structure with these members (C99 6.7.2.1p10..15): each at the next multiple of its alignment, and eight neighbouring bits in a byte.
+    /// The layout of a structure with these members (C99 6.7.2.1p10..15): each member is at the next multiple of its alignment, and up to eight consecutive
+    /// one-bit members share a byte.
     #[must_use]
     pub fn layout_of(&self, members: &[Member]) -> Option<(u64, u64)> {
         let (mut size, mut align, mut n_bits) = (0_u64, 1, 0_u32);

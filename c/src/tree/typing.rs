@@ -27,12 +27,12 @@ fn error<T>(message: impl Into<String>) -> Result<T, TypeError> {
     Err(TypeError(message.into()))
 }
 
-/// The mark of a literal's type in its text: `U`, `L`, `UL` and so on.
+/// The suffix of an integer literal: `U`, `L`, `UL` and so on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Suffix {
-    /// `U`.
+    /// True if the suffix contains `U`.
     pub is_unsigned: bool,
-    /// The number of `L`.
+    /// The number of `L` in the suffix.
     pub longs: u8,
 }
 
@@ -43,7 +43,7 @@ impl Unit {
         Expr { kind: ExprKind::Literal(value, spelling), ty: Type::Int(kind), span }
     }
 
-    /// The type of a literal in a program (C99 6.4.4.1p5): the first of the list that contains the value.
+    /// The type of a literal in a program (C99 6.4.4.1p5): the first type in the list of the standard that contains the value.
     #[must_use]
     pub fn literal_kind(&self, value: u64, is_decimal: bool, suffix: Suffix) -> Option<IntKind> {
         let all = [
@@ -68,7 +68,7 @@ impl Unit {
     /// The object or function that a symbol names.
     ///
     /// # Errors
-    /// It is a type or a constant.
+    /// The symbol is a type or a constant.
     pub fn place_of(&self, id: SymbolId, span: Loc) -> Result<Place, TypeError> {
         let Symbol { kind, canonical, name, .. } = &self.symbols[id];
         match kind {
@@ -100,7 +100,7 @@ impl Unit {
     /// The value of a place; an array becomes a pointer to its first element.
     ///
     /// # Errors
-    /// The type is incomplete.
+    /// The type of the place is incomplete.
     pub fn read(&self, place: Place) -> Result<Expr, TypeError> {
         let span = place.span;
         if let Type::Array(element, _) = &place.ty {
@@ -119,7 +119,7 @@ impl Unit {
     /// `&place`.
     ///
     /// # Errors
-    /// The place is a bit.
+    /// The place is a one-bit bit-field.
     pub fn address(&self, place: Place, span: Loc) -> Result<Expr, TypeError> {
         if self.is_bit(&place) {
             return error("a bit has no address");
@@ -139,7 +139,7 @@ impl Unit {
     /// `*pointer`; a pointer to a function is not an object.
     ///
     /// # Errors
-    /// It is not a pointer to an object.
+    /// The operand is not a pointer to an object.
     pub fn deref(&self, pointer: Expr, span: Loc) -> Result<Place, TypeError> {
         let target = self.target(&pointer)?;
         Ok(pointed(PlaceKind::Deref(Box::new(pointer)), target, span))
@@ -148,7 +148,7 @@ impl Unit {
     /// `pointer[index]`.
     ///
     /// # Errors
-    /// It is not a pointer to a complete object, or the index is not an integer.
+    /// The operand is not a pointer to a complete object type, or the index is not an integer.
     pub fn at(&self, pointer: Expr, index: Expr, span: Loc) -> Result<Place, TypeError> {
         let target = self.target(&pointer)?;
         self.check_index(&index)?;
@@ -161,7 +161,7 @@ impl Unit {
     /// An element of an array.
     ///
     /// # Errors
-    /// It is not an array, or the index is not an integer.
+    /// The place is not an array, or the index is not an integer.
     pub fn element(&self, array: Place, index: Expr, span: Loc) -> Result<Place, TypeError> {
         let Type::Array(element, _) = &array.ty else { return error("this is not an array") };
         self.check_index(&index)?;
@@ -175,7 +175,7 @@ impl Unit {
     /// `place.name`.
     ///
     /// # Errors
-    /// It is not a structure, or has no such member.
+    /// The place is not a structure, or the structure has no such member.
     pub fn member(&self, place: Place, name: &str, span: Loc) -> Result<Place, TypeError> {
         let (at, member) = self.find_member(&place.ty, name)?;
         let qualifiers = qualifiers_of(member.qualifiers.with(place.qualifiers), &member.ty);
@@ -186,7 +186,7 @@ impl Unit {
     /// A member of a value.
     ///
     /// # Errors
-    /// It is not a structure, has no such member, or the member is an array.
+    /// The value is not a structure, the structure has no such member, or the member is an array.
     pub fn member_of_value(&self, value: Expr, name: &str, span: Loc) -> Result<Expr, TypeError> {
         let (at, member) = self.find_member(&value.ty, name)?;
         if matches!(member.ty, Type::Array(..)) {
@@ -268,7 +268,7 @@ impl Unit {
     /// `(to)a` (C99 6.5.4).
     ///
     /// # Errors
-    /// There is no such conversion.
+    /// C has no such conversion.
     pub fn cast(&self, to: Qualified, a: Expr, span: Loc) -> Result<Expr, TypeError> {
         let ty = self.canonical(&to).ty;
         let is_possible = match (&ty, &a.ty) {
@@ -354,7 +354,7 @@ impl Unit {
     /// A call. The callee is a pointer to a function.
     ///
     /// # Errors
-    /// It is not, or the arguments do not match the parameters.
+    /// The callee is not a pointer to a function, or the arguments do not match the parameters.
     pub fn call(&self, callee: Expr, arguments: Vec<Expr>, span: Loc) -> Result<Expr, TypeError> {
         let Some(function) = function_type(&callee.ty) else {
             return error("this is not a function");
@@ -432,16 +432,16 @@ impl Unit {
     /// An integer after its promotion.
     ///
     /// # Errors
-    /// It is not an integer.
+    /// The operand is not an integer.
     pub fn promote(&self, a: Expr) -> Result<Expr, TypeError> {
         let kind = self.machine.promoted(self.integer_of(&a.ty)?);
         Ok(convert(a, &Type::Int(kind)))
     }
 
-    /// The value, if it is a scalar: a condition compares it with 0.
+    /// The value, if it has a scalar type; a condition compares such a value with 0.
     ///
     /// # Errors
-    /// It is not a scalar.
+    /// The value is not a scalar.
     pub fn scalar(&self, a: Expr) -> Result<Expr, TypeError> {
         if a.ty.is_scalar() {
             Ok(a)
@@ -574,13 +574,13 @@ impl Unit {
     }
 }
 
-/// The type of a function, if this is a pointer to one.
+/// The function type, if the given type is a pointer to a function.
 #[must_use]
 pub fn function_type(ty: &Type) -> Option<Arc<FunctionType>> {
     ty.target()?.ty.as_function().map(Arc::clone)
 }
 
-/// The expression with a conversion, if its type differs.
+/// The expression, with a conversion node if its type differs from `ty`.
 fn convert(a: Expr, ty: &Type) -> Expr {
     if a.ty == *ty {
         return a;
@@ -589,7 +589,7 @@ fn convert(a: Expr, ty: &Type) -> Expr {
     Expr { kind: ExprKind::Convert(Box::new(a)), ty: ty.clone(), span }
 }
 
-/// The qualifiers of a place: an array has those of its elements (C99 6.7.3p8).
+/// The qualifiers of a place; for an array, also those of its elements (C99 6.7.3p8).
 fn qualifiers_of(own: Qualifiers, ty: &Type) -> Qualifiers {
     if let Type::Array(element, _) = ty { own.with(element.qualifiers) } else { own }
 }
@@ -599,7 +599,7 @@ fn pointed(kind: PlaceKind, target: Qualified, span: Loc) -> Place {
     Place { kind, ty: target.ty, qualifiers, span }
 }
 
-/// As [`Qualifiers::may_become`]; a generic pointer of sdcc also points to program memory.
+/// Like [`Qualifiers::may_become`], but a generic pointer of sdcc may also point to program memory.
 fn pointee_may_become(from: Qualifiers, to: Qualifiers) -> bool {
     let is_generic = from.space == Space::Code && to.space == Space::Generic;
     let from = Qualifiers { space: if is_generic { Space::Generic } else { from.space }, ..from };

@@ -66,9 +66,10 @@ pub(super) struct Scope<'a> {
     pub(super) prefix: String,
     /// The names declared here.
     pub(super) names: BTreeMap<&'a str, Entry>,
-    /// The partial chart that its steps and transitions belong to.
+    /// The partial chart that the steps and transitions of the body belong to.
     pub(super) part: PartId,
-    /// The body whose names it shares: enclosures and states share the names of the surrounding chart or expansion (semantics C25); otherwise itself.
+    /// The body whose names this body shares: enclosures and states share the names of the surrounding chart or expansion (semantics C25); any other body is
+    /// its own home.
     pub(super) home: ScopeId,
     /// The innermost enclosing step or state.
     pub(super) inside: Option<StepId>,
@@ -116,7 +117,7 @@ pub(super) enum Symbol {
     History(HistoryId),
     /// A parameter of a library chart whose argument is an expression.
     Alias(usize),
-    /// Its declaration was rejected; uses of it are not reported again.
+    /// A name whose declaration was rejected; uses of the name are not reported again.
     Broken,
 }
 
@@ -131,11 +132,11 @@ pub(super) struct MacroDefinition<'a> {
 /// A controlled action with its own declaration (not an output).
 #[derive(Debug, Clone)]
 pub(super) struct DrawnAction<'a> {
-    /// Its full name.
+    /// The full name of the action.
     pub(super) name: Name,
-    /// Its id in the net. Pass `roles` creates it, so that all controlled actions are in the order of their declarations.
+    /// The id of the action in the net. Pass `roles` creates it, so that all controlled actions are in the order of their declarations.
     pub(super) id: Option<ActionId>,
-    /// How step bodies use it.
+    /// The uses of the action in step bodies.
     pub(super) uses: Vec<Use<'a>>,
 }
 
@@ -159,7 +160,7 @@ pub(super) struct Slot {
     pub(super) event: InputId,
     pub(super) delay: u32,
     pub(super) span: Span,
-    /// Created at its first use.
+    /// The id of the slot, which is created at its first use.
     pub(super) id: Option<SendId>,
 }
 
@@ -188,9 +189,9 @@ pub(super) struct FlatNames {
 #[derive(Debug)]
 pub(super) struct Lowering<'a> {
     pub(super) design: &'a Design,
-    /// Costs of tasks that declare none.
+    /// The costs of tasks that declare no cost.
     pub(super) costs: TaskCosts,
-    /// Tasks that declare no cost.
+    /// The locations of tasks that declare no cost.
     pub(super) undeclared: BTreeSet<Span>,
     pub(super) net: Net,
     pub(super) found: Findings,

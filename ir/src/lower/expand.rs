@@ -145,11 +145,11 @@ fn unused_macros(lowering: &mut Lowering<'_>) {
 /// A macro or library chart that is being expanded.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Open<'a> {
-    /// Its name with the location of its declaration, which identifies it.
+    /// The name, with the location of its declaration; this location identifies the macro or library chart.
     pub(super) name: &'a Name,
     /// Location of the use.
     pub(super) span: Span,
-    /// The word for it in messages.
+    /// The word for the macro or library chart in messages.
     pub(super) kind: &'static str,
 }
 
@@ -159,7 +159,7 @@ pub(super) struct Expansion<'l, 'a> {
     pub(super) open: Vec<Open<'a>>,
     /// The nesting depth of the current body.
     depth: usize,
-    /// The object limit was reached and reported.
+    /// True if the object limit was reached and reported.
     is_full: bool,
 }
 

@@ -26,13 +26,13 @@ pub(super) struct Place<'p> {
     pub(super) scope: ScopeId,
     /// The context in the user's words, with an article.
     pub(super) what: &'static str,
-    /// `rise` and `fall` are allowed.
+    /// True if `rise` and `fall` are allowed.
     pub(super) edges: bool,
-    /// Events are allowed.
+    /// True if events are allowed.
     pub(super) events: bool,
     /// For the receptivity of a transition: its source steps.
     pub(super) otherwise: Option<&'p [StepId]>,
-    /// The value must be a constant.
+    /// True if the value must be a constant.
     pub(super) constant: bool,
 }
 

@@ -43,9 +43,9 @@ struct Way {
 
 /// The recorded states of a history, in variables.
 struct Memory {
-    /// Something is recorded.
+    /// True if a state is recorded.
     any: VarId,
-    /// For each atomic state, whether it is recorded.
+    /// For each atomic state, true if it is recorded.
     states: BTreeMap<StepId, VarId>,
 }
 

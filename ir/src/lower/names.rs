@@ -51,7 +51,7 @@ pub(super) enum Resolved {
     Attribute(StepLike, Attribute),
 }
 
-/// Why a path cannot be resolved.
+/// The reason why a path cannot be resolved.
 enum Unknown {
     /// The name at this position of the path is not declared in this scope (`None`: not visible at all).
     Name(usize, Option<ScopeId>),

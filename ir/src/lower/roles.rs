@@ -21,7 +21,7 @@ pub(super) enum Role {
     Stored(VarId),
     Controlled(ActionId),
     Extern,
-    /// Its declaration or a use was rejected.
+    /// The declaration of the output, or a use of it, was rejected.
     Broken,
 }
 

@@ -116,7 +116,7 @@ pub(super) fn prepare(lowering: &mut Lowering<'_>) {
 }
 
 impl Goal {
-    /// The state itself, or the one that has the history.
+    /// The goal itself if it is a state; the state that has the history if it is a history.
     fn state(self, lowering: &Lowering<'_>) -> StepId {
         match self {
             Goal::State(state) => state,
@@ -423,7 +423,7 @@ fn default_goals(lowering: &Lowering<'_>, state: StepId) -> Vec<Goal> {
     }
 }
 
-/// The child that is marked initial, else the first, of a state or of the chart.
+/// The child that is marked initial, or else the first child, of a state or of the chart.
 fn first_child(lowering: &Lowering<'_>, state: Option<StepId>, part: PartId) -> Option<StepId> {
     let tree = &lowering.tree;
     let children = tree.children_of(state, part);

@@ -37,16 +37,16 @@ pub enum StmtKind {
     Call {
         /// An output whose driver is `Extern`.
         output: OutputId,
-        /// One for each parameter.
+        /// The arguments, one for each parameter.
         arguments: Vec<Expr>,
     },
     /// A choice of two lists.
     If {
-        /// Boolean.
+        /// The condition, a Boolean.
         condition: Expr,
-        /// Runs if it is true.
+        /// The statements that run if the condition is true.
         then: Block,
-        /// Runs if it is false.
+        /// The statements that run if the condition is false.
         otherwise: Block,
     },
     /// Target-language text; simulation and proof ignore it.
@@ -65,7 +65,7 @@ pub struct Verbatim {
 /// An indivisible unit of a step's work (§6).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Task {
-    /// Its name.
+    /// The name of the task.
     pub name: Name,
     /// The cost; at most the step's budget.
     pub cost: u32,
@@ -78,13 +78,13 @@ pub struct Task {
 /// An action with qualifiers: the ACTION_CONTROL of IEC 61131-3 (§3.5).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ControlledAction {
-    /// Its name: that of the output it drives, if it drives one.
+    /// The name of the action: that of the output that it drives, if it drives one.
     pub name: Name,
-    /// The steps that use it, with their qualifiers.
+    /// The steps that use the action, with their qualifiers.
     pub uses: Vec<ActionUse>,
-    /// The common duration of its timed qualifiers, in ticks; 0 if it has none.
+    /// The common duration of the action's timed qualifiers, in ticks; 0 if it has none.
     pub duration: u32,
-    /// Runs once per reaction if Q is true (and once more afterwards, with a final scan).
+    /// The statements that run once per reaction if Q is true (and once more afterwards, with a final scan).
     pub body: Block,
     /// Source location, comment and tags.
     pub meta: Meta,
@@ -97,7 +97,7 @@ pub struct ActionUse {
     pub step: StepId,
     /// The qualifier.
     pub qualifier: Qualifier,
-    /// The use counts only while this is also true; contains no edge and no event.
+    /// An additional condition of the use; contains no edge and no event.
     pub condition: Option<Expr>,
     /// Source location.
     pub span: Span,
@@ -155,7 +155,7 @@ impl Qualifier {
 /// A slot for one pending send of an event.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SendSlot {
-    /// Its name.
+    /// The name of the slot.
     pub name: Name,
     /// The event that joins the external queue.
     pub event: InputId,

@@ -8,9 +8,9 @@ use crate::span::{Name, Span};
 /// variables after a reaction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Property {
-    /// Its name; may be empty.
+    /// The name of the property; may be empty.
     pub name: String,
-    /// Whether it is assumed or must be proved.
+    /// Whether the property is assumed or must be proved.
     pub role: PropertyRole,
     /// The condition that is never true.
     pub never: PropertyExpr,
@@ -21,9 +21,9 @@ pub struct Property {
 /// The role of a [`Property`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum PropertyRole {
-    /// The environment guarantees it; reads only inputs.
+    /// The environment guarantees the property, which reads only inputs.
     Assume,
-    /// The chart must guarantee it.
+    /// The chart must guarantee the property.
     Assert,
 }
 
@@ -40,7 +40,7 @@ pub enum PropertyLeaf {
 }
 
 impl PropertyLeaf {
-    /// The value of the net, if it is one.
+    /// The value of the net, if the leaf reads one.
     #[must_use]
     pub fn net(&self) -> Option<&Leaf> {
         if let PropertyLeaf::Net(leaf) = self { Some(leaf) } else { None }
@@ -52,7 +52,7 @@ impl PropertyLeaf {
 pub struct Unspecified {
     /// True for the situations before the reaction and the inputs of the reaction for which the cell is open.
     pub when: Expr,
-    /// The next situation, or one output.
+    /// The open value: the next situation, or one output.
     pub what: OpenCell,
 }
 
@@ -70,7 +70,7 @@ pub enum OpenCell {
 pub struct MacroStep {
     /// Full name.
     pub name: Name,
-    /// All steps of its expansion, nested ones included.
+    /// All steps of the macro-step's expansion, nested ones included.
     pub steps: Vec<StepId>,
     /// The entry step E.
     pub entry: StepId,

@@ -32,13 +32,13 @@ pub(super) struct Stepwise {
     pub(super) registers: Registers,
 }
 
-/// The cells that pins show directly; they change when a reaction ends.
+/// The cells whose values pins show directly; they change when a reaction ends.
 pub(super) struct Registers {
     /// 1 while the reaction is running; this cell changes at every clock.
     pub(super) busy: CellId,
     /// The fault flag of the last row.
     pub(super) fault: CellId,
-    /// Whether the extern action was called in the last row.
+    /// For each extern action, true if it was called in the last row.
     pub(super) strobes: BTreeMap<OutputId, CellId>,
 }
 
@@ -282,9 +282,9 @@ struct Taken {
     /// The value that the reaction uses.
     now: TempId,
     ty: Type,
-    /// The value for the clocks after the first, if one of them reads it.
+    /// The value that the later clocks of the reaction use, if one of them reads the input.
     held: Option<CellId>,
-    /// For an event or the tick: one that came while busy.
+    /// For an event or the tick: an occurrence that arrived while the circuit was busy.
     late: Option<CellId>,
 }
 
@@ -295,7 +295,7 @@ struct Maker<'a> {
     busy: CellId,
     inputs: BTreeMap<InputId, Taken>,
     tick: Option<Taken>,
-    /// An event or tick came while one was already stored.
+    /// An event or tick arrived while another occurrence was already stored.
     lost: Option<CellId>,
     outputs: BTreeMap<OutputId, CellId>,
     /// Temporaries that record the calls of extern actions at the end.

@@ -44,11 +44,11 @@ pub(super) struct Regions {
 /// A state whose activity is not stored in one flip-flop.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Gated {
-    /// Whether it is active, within the reaction.
+    /// True if the state is active, within the reaction.
     pub(super) active: TempId,
-    /// Its flip-flop in the register of its region; `None` for a region of a parallel state, which is active if that state is.
+    /// The state's flip-flop in the register of its region; `None` for a region of a parallel state, which is active if the parallel state is active.
     pub(super) register: Option<CellId>,
-    /// The parent: its own cell, or the temporary that tells whether it is active.
+    /// The activity of the parent: the parent's own cell, or the temporary that replaces it.
     pub(super) parent: Leaf,
 }
 
@@ -60,7 +60,7 @@ pub fn kept_apart(net: &Net) -> Vec<(HistoryId, &'static str)> {
     apart.iter().filter_map(|(id, why)| Some((id, (*why)?))).collect()
 }
 
-/// Why a history is not stored in the registers of regions; `None` for one that is.
+/// The reason why each history is not stored in the registers of regions; `None` for a history that is stored there.
 fn whys(net: &Net) -> IdMap<History, Option<&'static str>> {
     let mut apart = IdMap::build(&net.histories, |_, history| {
         let recorded: BTreeSet<StepId> = history.cases.iter().map(|case| case.step).collect();
@@ -82,7 +82,7 @@ fn whys(net: &Net) -> IdMap<History, Option<&'static str>> {
     apart
 }
 
-/// The histories that a list of entered things may enter, directly or through other histories.
+/// The histories that a list of entries may enter, directly or through other histories.
 fn histories_of(net: &Net, enters: &[Enter]) -> BTreeSet<HistoryId> {
     let mut found = BTreeSet::new();
     let mut lists = vec![enters];

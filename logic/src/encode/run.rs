@@ -232,7 +232,7 @@ impl Encoder<'_> {
         Some(self.builder.and([path, after]))
     }
 
-    /// Runs a branch and undoes its writes; returns them.
+    /// Runs a branch, undoes its writes, and returns them.
     fn framed(&mut self, block: &[Stmt], depth: u32) -> BTreeMap<Place, Option<Value>> {
         self.log.push(BTreeMap::new());
         self.block(block, depth + 1);

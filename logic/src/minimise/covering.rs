@@ -14,7 +14,7 @@ use super::local;
 pub(super) struct Solution {
     /// The chosen columns, ascending.
     pub(super) columns: Vec<u32>,
-    /// No cover has fewer columns.
+    /// A lower bound: no cover has fewer columns.
     pub(super) lower: usize,
 }
 
@@ -31,7 +31,7 @@ struct Matrix {
     rows: Vec<Vec<u32>>,
     /// The rows of each column, sorted.
     columns: Vec<Vec<u32>>,
-    /// Of equivalent columns the lighter one is chosen.
+    /// The weight of each column: of equivalent columns, the one with the lowest weight is chosen.
     weights: Vec<u32>,
     /// The number of each column in the original problem.
     names: Vec<u32>,
@@ -163,7 +163,7 @@ impl Search {
         }
     }
 
-    /// Marks rows that contain another row: covering that one covers them too.
+    /// Marks rows that contain another row: a column that covers the other row covers them too.
     fn dominated_rows(&mut self, matrix: &Matrix, is_gone: &mut [bool]) {
         let mut order: Vec<usize> = (0..matrix.rows.len()).collect();
         order.sort_by_key(|&row| matrix.rows[row].len());

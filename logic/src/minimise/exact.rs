@@ -13,11 +13,11 @@ use super::{Effort, Primes};
 
 /// The result of the exact method.
 pub(super) struct Found {
-    /// A sum, if the table was completed.
+    /// The smallest sum found, if the table was completed.
     pub(super) terms: Option<Terms>,
-    /// No sum has fewer products.
+    /// A lower bound: no sum has fewer products.
     pub(super) lower: usize,
-    /// The number of primes, as far as known.
+    /// The number of primes, as far as it is known.
     pub(super) primes: Primes,
     /// The number of primes that every minimal sum contains.
     pub(super) n_essential: usize,

@@ -18,7 +18,7 @@ pub(super) struct Growth<'a> {
     free: Vec<u64>,
     /// The rows that still restrict the product.
     rows: Vec<u64>,
-    /// Other products that may become covered, and the parts that each needs; rows of `stride`.
+    /// The candidates that may become covered, and the parts that each needs; one row of `stride` words each.
     others: Vec<usize>,
     needs: Vec<u64>,
     /// The number of candidates, at the front, that may become covered completely; the others can only be covered partly.

@@ -11,9 +11,9 @@ use std::collections::BTreeMap;
 pub struct Function {
     pub(super) shape: Shape,
     pub(super) bdd: Bdd,
-    /// The lower bound of each output, which must be covered.
+    /// The lower bound of each output: the points that a sum must cover.
     pub(super) lower: Vec<Ref>,
-    /// The upper bound of each output, which may be covered.
+    /// The upper bound of each output: the points that a sum may cover.
     pub(super) upper: Vec<Ref>,
     /// The input at each level.
     pub(super) input_of: Vec<usize>,
@@ -159,13 +159,13 @@ impl Function {
         })
     }
 
-    /// The outputs for which some point was both on and free.
+    /// The outputs for which some point was listed both as on and as free.
     #[must_use]
     pub fn overlapping(&self) -> &[usize] {
         &self.overlapping
     }
 
-    /// The outputs for which some point was off and also on or free.
+    /// The outputs for which some point was listed as off and also as on or free.
     #[must_use]
     pub fn contradictory(&self) -> &[usize] {
         &self.contradictory
@@ -190,7 +190,7 @@ impl Function {
         Ok(function)
     }
 
-    /// Inputs and outputs.
+    /// The numbers of inputs and outputs.
     #[must_use]
     pub fn shape(&self) -> Shape {
         self.shape

@@ -17,17 +17,17 @@ use std::collections::BTreeSet;
 pub(super) struct Loop<'a> {
     function: &'a Function,
     shape: Shape,
-    /// What each output must not cover; `None` if the diagram is used instead.
+    /// The forbidden products of each output; `None` if the diagram is used instead.
     pub(super) off: Option<Terms>,
-    /// What each output may or may not cover.
+    /// The free part of each output: the products that a sum may or may not cover.
     free: Terms,
-    /// The free part, and the essential primes once they are known: other products do not have to cover these points.
+    /// The points that other products do not have to cover: the free part, and the essential primes once they are known.
     done: Terms,
     /// The primes that every sum of primes contains.
     essential: Option<Terms>,
     /// Every prime found.
     pool: BTreeSet<Vec<u64>>,
-    /// Steps left for all recursions.
+    /// The remaining steps of all recursions.
     steps: u64,
     covering_steps: u64,
 }
@@ -167,7 +167,7 @@ impl<'a> Loop<'a> {
         self.shape
     }
 
-    /// True if a product covers nothing forbidden.
+    /// True if a product covers no forbidden point.
     pub(super) fn allows(&self, term: &[u64]) -> bool {
         let shape = self.shape;
         match &self.off {
@@ -363,7 +363,7 @@ impl<'a> Loop<'a> {
         outcome
     }
 
-    /// Shrinks each product to the part that the others do not cover, and tells which ones are unchanged. `by_weight`: in the order of their weights
+    /// Shrinks each product to the part that the others do not cover, and returns true for each unchanged product. `by_weight`: in the order of their weights
     /// only; `alone`: against the original products, not the shrunk ones.
     fn reduce(&mut self, terms: Terms, by_weight: bool, alone: bool) -> (Terms, Vec<bool>) {
         let shape = self.shape;

@@ -72,12 +72,13 @@ struct Search<'a> {
     /// The uncovered rows, and the position of each row among them.
     open: Vec<usize>,
     place: Vec<usize>,
-    /// For a column outside the cover: the weight that it would cover. Inside: minus the weight that it alone covers.
+    /// The score of each column. Outside the cover: the weight of the uncovered rows that the column would cover. Inside: minus the weight of the rows that
+    /// only this column covers.
     scores: Vec<i64>,
     is_in: Vec<bool>,
     /// The round of the last move of each column.
     stamps: Vec<u64>,
-    /// True if one of its rows changed since the column left the cover.
+    /// True if a row of the column has changed since the column left the cover.
     may_enter: Vec<bool>,
     chosen: Vec<u32>,
     work: u64,

@@ -45,7 +45,7 @@ pub struct Budget {
     pub products: usize,
     /// The maximum size of the diagrams, in nodes.
     pub nodes: usize,
-    /// The effort of the search for the proved minimum; `None`: only a local minimum is computed.
+    /// The effort of the search for the proved minimum; with `None`, only a local minimum is computed.
     pub exact: Option<Effort>,
 }
 
@@ -58,11 +58,11 @@ impl Default for Budget {
 /// Why there is no sum of products.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Refused {
-    /// The diagram of the function is too large.
+    /// The diagram of the function needs more nodes than this limit.
     Nodes(usize),
-    /// The sum needs more products than the budget allows.
+    /// The sum needs more products than this limit.
     Products(usize),
-    /// The function has too many variables.
+    /// The function has this number of variables, which is too large.
     Variables(usize),
 }
 
@@ -305,7 +305,7 @@ fn improve(
 /// Limits of the work of a minimisation. All figures count steps, never seconds: the same problem gives the same result on every machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
-    /// Search for the proved minimum; otherwise only for a small sum.
+    /// True to search for the proved minimum; false to search only for a small sum.
     pub exact: bool,
     /// The maximum size of the diagrams, in nodes.
     pub nodes: usize,
@@ -367,21 +367,21 @@ impl Effort {
 /// A problem without an initial sum is rejected if its first sum is longer than this.
 const MAX_START: usize = 20_000;
 
-/// The number of primes, as far as known.
+/// The number of primes, as far as it is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Primes {
     /// The exact number; all primes were listed.
     All(usize),
-    /// At least this many, too many to list.
+    /// A lower bound; there are too many primes to list.
     MoreThan(u64),
-    /// Their diagram is too large, or they were not computed.
+    /// Unknown: the diagram of the primes is too large, or they were not computed.
     Unknown,
 }
 
-/// The proved bounds on the number of products.
+/// Proved bounds on the number of products.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Minimum {
-    /// Proved: no sum has fewer products.
+    /// The sum is a proved minimum: no sum has fewer products.
     Exact,
     /// `found` products are sufficient, `lower` are necessary.
     Between {
@@ -397,11 +397,11 @@ pub enum Minimum {
 pub struct Outcome {
     /// The products.
     pub terms: Terms,
-    /// The quality of the result.
+    /// Whether the sum is a proved minimum, otherwise the proved bounds.
     pub minimum: Minimum,
     /// The number of primes of the problem.
     pub primes: Primes,
-    /// The number of primes that every minimal sum of primes contains, as far as known.
+    /// The number of primes that every minimal sum of primes contains, as far as it is known.
     pub n_essential: usize,
 }
 
@@ -461,9 +461,9 @@ pub fn shared(function: &Function, effort: &Effort) -> Result<Outcome, Refused> 
 /// The sum of one output in the form of a PAL.
 #[derive(Debug, Clone)]
 pub struct OneOutput {
-    /// True if the sum is that of the complement and the output inverts it.
+    /// True if the sum represents the complement, and the output inverts it.
     pub is_complemented: bool,
-    /// The sum.
+    /// The minimised sum.
     pub outcome: Outcome,
 }
 

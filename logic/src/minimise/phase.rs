@@ -23,7 +23,7 @@ pub struct Phased {
     pub is_complete: bool,
 }
 
-/// Products, then literals; `None` if not judged.
+/// The number of products and the number of literals; `None` if the choice was not judged.
 type Cost = Option<(usize, usize)>;
 
 struct Search<'a> {
@@ -35,7 +35,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Products and literals of a choice; `None` if it cannot be judged, or no more tries are left.
+    /// The number of products and literals of a choice; `None` if the choice cannot be judged, or no more tries are left.
     fn cost(&mut self, phases: &[bool]) -> Cost {
         if let Some(&cost) = self.known.get(phases) {
             return cost;

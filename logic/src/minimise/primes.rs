@@ -105,7 +105,7 @@ struct Search<'a> {
     bdd: &'a mut Bdd,
     sets: Sets,
     primes: BTreeMap<Ref, Set>,
-    /// Levels from here on are tags.
+    /// The first level of a tag; all levels from here on are tags.
     first_tag: u32,
 }
 

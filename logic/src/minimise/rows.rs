@@ -4,11 +4,11 @@
 #[derive(Debug, Clone)]
 pub(super) struct Rows {
     sets: Vec<Vec<u32>>,
-    /// The sets that begin with each column.
+    /// The sets, grouped by their first column.
     by_first: Vec<Vec<u32>>,
     is_in: Vec<bool>,
     limit: usize,
-    /// True if a point was found that no column covers.
+    /// True if no column covers some point.
     pub(super) has_gap: bool,
 }
 
@@ -32,7 +32,7 @@ impl Rows {
         self.sets.len() >= self.limit
     }
 
-    /// Whether these columns contain a stored set, and how many sets were visited.
+    /// Returns true if these columns contain a stored set, and the number of sets that were visited.
     pub(super) fn has_subset_of(&mut self, columns: &[u32]) -> (bool, usize) {
         let mut marked = true;
         for &column in columns {

@@ -15,9 +15,9 @@ pub const MICRO_STEPS: u64 = 1_000_000;
 /// A reaction that the net has executed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Made {
-    /// The answer from which it continues: 0 is the state after reset, `n + 1` that of reaction `n`.
+    /// The state from which the reaction continues: 0 is the state after reset, `n + 1` is the state after reaction `n`.
     pub from: usize,
-    /// Its inputs.
+    /// The inputs of the reaction.
     pub row: InputRow,
 }
 
@@ -25,11 +25,11 @@ pub struct Made {
 pub struct Ahead<'n> {
     directed: Directed<'n>,
     made: Vec<Made>,
-    /// For each saved state, the answer after which it was saved; the index is the number of the state.
+    /// For each saved state, by its number: the state after which it was saved, as in [`Made::from`].
     saved: Vec<usize>,
     reactions: usize,
-    /// The remaining number of attempts. An attempt gives no reaction if no inputs that satisfy the chart's assumptions are found, and this may happen every
-    /// time.
+    /// The remaining number of attempts. An attempt gives no reaction if no inputs that satisfy the chart's assumptions are found; this may happen in
+    /// every attempt.
     tries: usize,
     micro_steps: u64,
 }
@@ -83,7 +83,7 @@ impl<'n> Ahead<'n> {
         self.micro_steps >= MICRO_STEPS
     }
 
-    /// The net's row after reset until the first batch is executed; then the row of the last reaction.
+    /// The net's row after reset, until the first batch is executed; afterwards the row of the last reaction.
     #[must_use]
     pub fn row(&self) -> &Row {
         self.directed.row()

@@ -17,9 +17,9 @@ const FAR: u64 = 1 << 20;
 /// The inputs for which a distance is computed.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Given<'r> {
-    /// These inputs and this `dt`.
+    /// The given inputs and `dt`.
     Row(&'r InputRow),
-    /// None: expressions that depend on inputs (and on `dt`, if it is free) count as having the wanted value, so the result is the distance of the state
+    /// No inputs: expressions that depend on inputs (and on `dt`, if it is free) count as having the wanted value, so the result is the distance of the state
     /// alone.
     Any { free_dt: bool },
 }

@@ -59,11 +59,11 @@ pub enum Start {
 /// One reaction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Move {
-    /// Its start.
+    /// The state in which the reaction starts.
     pub from: Start,
-    /// Its inputs. They satisfy the chart's assumptions.
+    /// The inputs of the reaction. They satisfy the chart's assumptions.
     pub row: InputRow,
-    /// Save the state after it under this number. Numbers count up from 0; a repeated number replaces the earlier state.
+    /// The number under which the caller must save the state after the reaction, if any. Numbers count up from 0; a repeated number replaces the earlier state.
     pub save: Option<usize>,
 }
 
@@ -76,24 +76,24 @@ pub struct Coverage {
     pub fired: usize,
     /// Transitions and reactions of steps that never fired, in declaration order.
     pub never: Vec<TransitionId>,
-    /// Fewer reactions were executed than requested, because of their micro-steps ([`MICRO_STEPS`](crate::MICRO_STEPS)).
+    /// True if fewer reactions were executed than requested, because the limit of micro-steps ([`MICRO_STEPS`](crate::MICRO_STEPS)) was reached.
     pub is_cut_short: bool,
 }
 
 /// A state from which runs can continue.
 struct Saved {
     state: State,
-    /// The last reaction that led to it; `None` after reset.
+    /// The index of the last reaction on the path to the state; `None` for the state after reset.
     trail: Option<usize>,
     visits: u32,
-    /// The number of reasons to keep it: its situation, and transitions that it is near to. A state without reasons may be replaced.
+    /// The number of reasons to keep the state: its situation, and transitions that it is near to. A state without reasons may be replaced.
     owners: usize,
 }
 
 /// The distance of a state from firing a transition: the length of the path to its steps, then the distance of its receptivity. Smaller is nearer.
 type Nearness = (u64, u64);
 
-/// How far the active steps are from a step that a transition requires.
+/// The distance of the active steps from a step that a transition requires.
 struct Distance {
     to: StepId,
     /// The number of transitions from the nearest active step to this one; [`UNREACHED`] if there is no path.
@@ -118,14 +118,15 @@ pub struct Directed<'n> {
     rows: Rows<'n>,
     max_dt: u32,
     thresholds: Thresholds,
-    /// For each step, the transitions that need it, and the steps that one transition reaches from it.
+    /// For each step, the transitions that require it.
     leaving: Vec<Vec<TransitionId>>,
+    /// For each step, the steps that the transitions into it require.
     before: Vec<Vec<StepId>>,
     /// For each target step, the distance from each step, in transitions.
     ways: BTreeMap<StepId, Vec<u32>>,
     times_fired: Vec<u64>,
     reactions: u64,
-    /// Each reaction with the previous one.
+    /// The inputs of each reaction, with the index of the preceding reaction.
     trail: Vec<(Option<usize>, InputRow)>,
     last: Option<usize>,
     saved: Vec<Saved>,
@@ -305,7 +306,7 @@ impl<'n> Directed<'n> {
         }
     }
 
-    /// A transition that has never fired, or has fired least often.
+    /// A transition that has never fired; if all have fired, one that has fired least often.
     fn wanted(&mut self) -> Option<TransitionId> {
         let never: Vec<TransitionId> = self
             .net
@@ -423,7 +424,7 @@ impl<'n> Directed<'n> {
         self.distances(transition).iter().map(|required| required.least).sum()
     }
 
-    /// For each step that a transition requires, how far the active steps are from it.
+    /// For each step that a transition requires, the distance of the active steps from it.
     fn distances(&mut self, transition: TransitionId) -> Vec<Distance> {
         let requires = &self.net.transitions[transition].requires;
         let mut distances = Vec::with_capacity(requires.len());

@@ -166,7 +166,7 @@ impl Directed<'_> {
         true
     }
 
-    /// Keeps the value if it is nearer.
+    /// Keeps the value if it reduces the distance.
     fn attempt(
         &self,
         transition: TransitionId,

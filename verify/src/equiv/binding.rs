@@ -8,12 +8,12 @@ use grafsynth_ir::net::{Driver, InputId, InputKind, Net, OutputId, StepId, VarId
 use grafsynth_ir::program::Origin;
 use grafsynth_sim::{Effect, InputRow, Row};
 
-/// A part of a row that a circuit represents bit by bit.
+/// A value in a row of which a circuit represents single bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum What {
     /// An output, or the number of calls of an extern action.
     Output(OutputId),
-    /// A step is active.
+    /// The activity of a step.
     Step(StepId),
     /// An element of a variable.
     Var(VarId, u32),
@@ -21,14 +21,14 @@ pub(crate) enum What {
     Fault,
 }
 
-/// Where the circuit represents a bit.
+/// The place in the circuit that represents a bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum Shown {
-    /// An output pin; sampled before the clock edge if mealy.
+    /// An output pin; a mealy pin is sampled before the clock edge.
     Pin { pin: PinOutputId, mealy: bool },
     /// A flip-flop, which may store the complement.
     Flop { flop: FlopId, inverted: bool },
-    /// The bits of a step in [`Binding::active`], which are all set if it is active.
+    /// The bits of a step in [`Binding::active`]; the step is active if all of them are set.
     Active(StepId),
     /// A function of the flip-flops: a bit of a step that shares a code with others.
     Function { node: NodeId },
@@ -49,7 +49,7 @@ pub(crate) struct Binding {
     pub(crate) ticks: Vec<PinInputId>,
     pub(crate) busy: Option<PinOutputId>,
     pub(crate) compared: Vec<Compared>,
-    /// The bits that are all set while a step is active, for steps that have more than one bit or share it.
+    /// For a step that has more than one bit or shares its bits: the bits that are all set while the step is active.
     pub(crate) active: BTreeMap<StepId, Vec<Shown>>,
     /// The index of each variable's first element in [`Row::vars`].
     var_places: Vec<usize>,
@@ -166,7 +166,7 @@ impl Binding {
         inputs.chain(self.ticks.iter().map(|pin| (*pin, row.dt > 0)))
     }
 
-    /// The net's value of the bit in this row; `None` if the net leaves the cell open.
+    /// The net's value of the compared bit in this row; `None` if the net leaves the cell open.
     pub(crate) fn wanted(&self, net: &Net, row: &Row, compared: &Compared) -> Option<bool> {
         if row.open.row {
             return None;

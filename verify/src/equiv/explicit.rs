@@ -23,7 +23,7 @@ pub(super) struct Lanes<'a> {
     sim: LogicSim<'a>,
     /// For each compared bit, its value in each lane.
     pub(super) bits: Vec<u64>,
-    /// The maximum number of clocks of a reaction.
+    /// The maximum number of clocks that a reaction may take.
     patience: u64,
 }
 
@@ -241,12 +241,12 @@ struct Reads<'a> {
     logic: &'a Logic,
     values: Vec<Option<bool>>,
     is_needed: Vec<bool>,
-    /// Whether the node affects a pin that is sampled after the clock edge.
+    /// True for each node that affects a pin that is sampled after the clock edge.
     is_shown: Vec<bool>,
 }
 
 impl Reads<'_> {
-    /// The inputs, and whether the tick matters.
+    /// The inputs that the circuit reads in a state, and true if the tick matters.
     fn of(&mut self, code: &[u64]) -> (Inputs, bool) {
         self.with(&|flop| Some(bit(code, flop) == 1))
     }

@@ -91,7 +91,7 @@ pub fn by_induction(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Lim
     }
 }
 
-/// A difference that `n_rows` random reactions show, if there is one.
+/// Compares net and circuit in `n_rows` random reactions; returns a difference, if they show one.
 #[must_use]
 pub fn by_chance(net: &Valid<Net>, logic: &Logic, n_rows: usize) -> Option<Counterexample> {
     let binding = Binding::of(net, logic).ok()?;

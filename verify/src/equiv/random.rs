@@ -77,7 +77,7 @@ struct Circuit<'a> {
     net: &'a Net,
     lanes: Lanes<'a>,
     every_flop: Vec<u64>,
-    /// Indexed by result: 0 is the state after reset, `n + 1` the state after reaction `n`.
+    /// The state of the circuit, by index: 0 is the state after reset, `n + 1` the state after reaction `n`.
     codes: Vec<Vec<u64>>,
 }
 

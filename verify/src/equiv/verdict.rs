@@ -8,10 +8,10 @@ use grafsynth_sim::{Difference, Stimulus};
 /// chip can see.
 pub type Verdict = crate::verdict::Verdict<Certificate, Counterexample>;
 
-/// How an equivalence was proved.
+/// The proof that a circuit is equivalent to a net.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Certificate {
-    /// The method.
+    /// The method of the proof.
     pub method: Method,
     /// The number of compared bits: outputs, steps, variables, the fault flag; for the symbolic method also the other flip-flops.
     pub compared: usize,
@@ -20,7 +20,7 @@ pub struct Certificate {
 /// The methods of [`equiv`](fn@super::equiv), each with the size of the proof.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
-    /// All reachable states of net and circuit together, each with every input that either of them reads in it.
+    /// An enumeration of all reachable states of net and circuit together, each with every input that either of them reads in it.
     Explicit {
         /// The number of pairs of a net's and a circuit's state.
         states: u64,
@@ -29,7 +29,7 @@ pub enum Method {
     },
     /// Induction over the reaction.
     Symbolic {
-        /// The number of functions equal by construction.
+        /// The number of functions that are equal by construction.
         same: usize,
         /// The number of functions that the solver proved equal.
         solved: usize,

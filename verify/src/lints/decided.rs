@@ -1,10 +1,10 @@
-//! The words for a conflict that the policy resolves: why one transition wins, and how to let the other one win.
+//! The messages about a conflict that the policy resolves: why one transition wins, and how to let the other one win.
 
 use grafsynth_ir::Diagnostic;
 use grafsynth_ir::diag::Notation;
 use grafsynth_ir::net::{Net, Policy, Transition};
 
-/// Why the first of two transitions always wins.
+/// The reason why the winner has precedence over the loser.
 pub(super) fn reason(net: &Net, winner: &Transition, loser: &Transition) -> &'static str {
     let in_one_state = winner.requires == loser.requires;
     match net.settings.policy {
@@ -20,7 +20,7 @@ pub(super) fn reason(net: &Net, winner: &Transition, loser: &Transition) -> &'st
     }
 }
 
-/// Adds what to change if the other transition should fire. With `is_mutual`, sometimes one wins and sometimes the other.
+/// Adds help: what to change if the other transition should fire. With `is_mutual`, sometimes one wins and sometimes the other.
 pub(super) fn advise(
     note: Diagnostic,
     net: &Net,

@@ -29,9 +29,9 @@ pub enum Check {
     Conflicts,
     /// Situations that the chart never leaves.
     DeadEnds,
-    /// Two writers of one variable, values beyond a range, lost events, forcing orders that contradict each other.
+    /// Two writers of one variable, values outside a range, lost events, and forcing orders that contradict each other.
     Races,
-    /// Reactions that do not end.
+    /// Reactions that do not become stable within the limit of micro-steps.
     Livelock,
     /// Branches that others can block for ever.
     Starvation,
@@ -40,7 +40,7 @@ pub enum Check {
 }
 
 impl Check {
-    /// Its name in a report of the checks.
+    /// The name of the check in a report.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -55,19 +55,19 @@ impl Check {
     }
 }
 
-/// Whether a check was carried out.
+/// The result of one check: completed or open.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Checked {
     /// The check.
     pub check: Check,
-    /// Why it was not completed; `None` if it was.
+    /// The reason why the check was not completed; `None` if it was completed.
     pub open: Option<OpenReason>,
 }
 
 /// Two transitions that share a preceding step and fire in one micro-step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Conflict {
-    /// The first step that both leave.
+    /// The first step that both transitions leave.
     pub step: StepId,
     /// The transition that is declared first.
     pub first: TransitionId,

@@ -41,7 +41,7 @@ pub(crate) struct Shown<'n> {
     contests: BTreeSet<(TransitionId, TransitionId)>,
     /// The reactions, for questions about cycles and ends.
     edges: Vec<Edge>,
-    /// Why some of them are missing, if they are.
+    /// The reason why some reactions are missing; `None` if all are present.
     edges_open: Option<OpenReason>,
     n_noticed: usize,
     noticed: BTreeMap<Noticed, (Vec<InputRow>, State)>,

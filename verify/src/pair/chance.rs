@@ -70,16 +70,16 @@ pub(super) fn compare(
 struct Run<'p, 'n> {
     common: &'p Common,
     rows: &'p Rows<'p, 'n>,
-    /// Which net leads.
+    /// The net that leads.
     side: Side,
     directed: Directed<'n>,
-    /// For inputs that only the follower has.
+    /// The source of values for inputs that only the follower has.
     random: Random,
     follower: Simulator<'n>,
-    /// The follower's state, its last row and the path to it, by the number of the leader's saved state; `None` if the follower no longer gets legal
-    /// rows.
+    /// For each saved state of the leader: the state of the follower, its last row and the path to it, by the number of the leader's saved state; `None` if the
+    /// follower no longer gets legal rows.
     kept: BTreeMap<usize, Option<(State, InputRow, Option<usize>)>>,
-    /// Each reaction with the previous one.
+    /// The rows of each reaction, with the index of the preceding reaction.
     trail: Vec<(Option<usize>, RowPair)>,
     last: Option<usize>,
     /// True if a row was not a legal stimulus of the follower: then nothing is compared until the next start.

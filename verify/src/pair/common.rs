@@ -14,9 +14,9 @@ use crate::relevance::Relevance;
 /// One of two nets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Side {
-    /// The first.
+    /// The first net.
     Left,
-    /// The second.
+    /// The second net.
     Right,
 }
 
@@ -38,7 +38,7 @@ pub struct CommonInput {
     pub left: Option<InputId>,
     /// The input of the second net, if it has one.
     pub right: Option<InputId>,
-    /// The values that are possible in both.
+    /// The smallest and the largest value that are possible in both nets.
     pub bounds: (i64, i64),
 }
 
@@ -47,9 +47,9 @@ pub struct CommonInput {
 pub struct CommonColumn {
     /// The header.
     pub name: String,
-    /// Its index in the first net's layout.
+    /// The index of the column in the first net's layout.
     pub left: usize,
-    /// Its index in the second net's layout.
+    /// The index of the column in the second net's layout.
     pub right: usize,
 }
 
@@ -58,28 +58,28 @@ pub struct CommonColumn {
 pub enum Omitted {
     /// A column that only one net has.
     Column {
-        /// Its header.
+        /// The header of the column.
         name: String,
-        /// The net that has it.
+        /// The net that has the column.
         side: Side,
     },
     /// Calls of one name, with arguments in one net and without in the other.
     Calls {
-        /// The name.
+        /// The name of the extern action.
         name: String,
     },
     /// Active steps: the nets do not have the same step names.
     Steps,
     /// Target-language text, which is not executed.
     Code {
-        /// The net that has it.
+        /// The net that contains the text.
         side: Side,
     },
     /// An input that only one net has; it may have any value.
     Input {
-        /// Its name.
+        /// The name of the input.
         name: String,
-        /// The net that has it.
+        /// The net that has the input.
         side: Side,
     },
     /// Values of an input that are possible in only one of the nets.
@@ -91,9 +91,9 @@ pub enum Omitted {
         /// The values of the second net.
         right: (i64, i64),
     },
-    /// The behaviour when an assumption is violated that only one of the nets makes.
+    /// The behaviour under inputs that violate an assumption of only one of the nets.
     Assumptions {
-        /// The net that makes it.
+        /// The net that makes the assumption.
         side: Side,
     },
 }
@@ -137,18 +137,18 @@ impl fmt::Display for Omitted {
 /// Why two nets cannot be compared.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Incomparable {
-    /// They share no output, variable or set of steps.
+    /// The nets share no output, variable or set of steps.
     NothingInCommon,
-    /// Both count time, but in ticks of different lengths (nanoseconds).
+    /// Both nets count time, but in ticks of different lengths (nanoseconds).
     Ticks {
-        /// The first net's tick.
+        /// The length of the first net's tick.
         left: u64,
-        /// The second net's tick.
+        /// The length of the second net's tick.
         right: u64,
     },
     /// No value of this input is possible in both.
     NoCommonValue {
-        /// Its name.
+        /// The name of the input.
         input: String,
     },
 }
@@ -194,10 +194,10 @@ pub struct Common {
 }
 
 impl Common {
-    /// Pairs inputs and columns by name. `fault` is compared if both have it, active steps if both have the same step names.
+    /// Pairs inputs and columns by name. `fault` is compared if both nets have it, and active steps if both nets have the same step names.
     ///
     /// # Errors
-    /// Why the two cannot be compared.
+    /// The reason why the two nets cannot be compared.
     pub fn of(left: &Net, right: &Net) -> Result<Self, Incomparable> {
         let (ticks, other) = (left.settings.tick_ns, right.settings.tick_ns);
         if ticks != other && Relevance::of(left).has_time() && Relevance::of(right).has_time() {
@@ -386,7 +386,7 @@ fn is_own(kind: ColumnKind) -> bool {
     matches!(kind, ColumnKind::Steps | ColumnKind::Fault)
 }
 
-/// Lists the assumptions that only one net makes, because they restrict the comparison. Those that both make, word for word, are not listed.
+/// Lists the assumptions that only one net makes, because they restrict the comparison. An assumption that both nets make in the same words is not listed.
 fn assumptions(left: &Net, right: &Net, omitted: &mut Vec<Omitted>) {
     let texts = |net: &Net| -> BTreeSet<String> {
         let assumed = net.properties.iter().filter(|one| one.role == PropertyRole::Assume);

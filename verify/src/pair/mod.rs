@@ -30,10 +30,10 @@ const FIRST_REACTIONS: u64 = 100_000;
 /// The number of random reactions before the proofs that cannot show a difference.
 const FIRST_CHANCE: usize = 2_000;
 
-/// How two nets were proved equal, for every stimulus that both allow.
+/// The proof that two nets are equal, for every stimulus that both allow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SameBy {
-    /// All pairs of states that both reach together, each with every row that is relevant for either.
+    /// An enumeration of all pairs of states that both nets reach together, each with every row that is relevant for either net.
     Product {
         /// The number of pairs of states.
         states: u64,
@@ -44,7 +44,7 @@ pub enum SameBy {
     Induction {
         /// The number of state bits that equal another one or are constant.
         equal: usize,
-        /// The number of queries that the solver answered; the others needed none.
+        /// The number of queries that needed the solver.
         solved: usize,
     },
     /// The decision diagram of all pairs of states.
@@ -92,7 +92,7 @@ impl std::fmt::Display for SameBy {
     }
 }
 
-/// A stimulus whose last row shows a difference.
+/// A pair of stimuli whose last row shows a difference.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Apart {
     /// The stimulus of the first net.
@@ -108,7 +108,7 @@ pub struct Apart {
 /// The answer about two nets.
 pub type Answer = Verdict<SameBy, Box<Apart>>;
 
-/// Proves that two nets behave the same for every stimulus that both allow, or finds one that shows a difference. An open answer reports how many
+/// Proves that two nets behave the same for every stimulus that both allow, or finds a stimulus that shows a difference. An open answer reports how many
 /// random reactions showed no difference; another `seed` gives other reactions.
 #[must_use]
 pub fn charts_equal(
@@ -333,7 +333,7 @@ pub fn charts_on(
     OnStimulus { apart, compared }
 }
 
-/// The result of a stimulus for two nets.
+/// The result of running two nets with one stimulus.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OnStimulus {
     /// The first difference, and the rows up to it.

@@ -12,9 +12,9 @@ use crate::verdict::OpenReason;
 /// The limits of a search.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Budget {
-    /// Reactions of both nets.
+    /// The maximum number of reactions of both nets.
     pub(super) reactions: u64,
-    /// Pairs of states.
+    /// The maximum number of pairs of states.
     pub(super) states: usize,
     /// The maximum length of a stimulus in rows.
     pub(super) rows: usize,

@@ -26,9 +26,9 @@ pub(crate) struct Rows<'p, 'n> {
     right: &'n Valid<Net>,
     common: &'p Common,
     relevance: (Relevance<'n>, Relevance<'n>),
-    /// For each input, the relevant values. `None` if an input has too many.
+    /// The relevant values of each input; `None` for an input that has too many.
     values: Vec<Option<Vec<i64>>>,
-    /// For each assumption of either net, the inputs that it reads.
+    /// For each assumption of either net, the inputs that the assumption reads.
     assumed: Vec<Set>,
     /// A row that satisfies all assumptions; `None` if none was found.
     base: Option<Vec<i64>>,
@@ -220,7 +220,7 @@ impl<'p, 'n> Rows<'p, 'n> {
         if is_whole { Ok(rows) } else { Err(OpenReason::Rows { limit: self.limit }) }
     }
 
-    /// A random row, similar to the last one or new; `None` if no row was found that both nets allow. Values of [`Common::inputs`].
+    /// A random row, similar to the last one or new; The result contains the values of [`Common::inputs`]; `None` if no row was found that both nets allow.
     pub(crate) fn by_chance(&self, random: &mut Random, last: &[i64]) -> Option<Vec<i64>> {
         for _ in 0..MAX_TRIES {
             let is_held = random.one_in(2);

@@ -72,7 +72,7 @@ impl Aig {
         Aig { nodes: vec![Node::Constant], table: IndexMap::new(), spent: Cell::new(0) }
     }
 
-    /// The cost of all solver queries so far, in learnt clauses.
+    /// The number of clauses that all solver queries so far have learnt.
     pub(crate) fn spent(&self) -> u64 {
         self.spent.get()
     }

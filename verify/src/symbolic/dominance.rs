@@ -24,18 +24,18 @@ use crate::limits::Limits;
 /// The result for an emergency in a circuit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Dominance {
-    /// It dominates.
+    /// In every state and under every input, the condition forces all output pins to their safe values.
     Proved {
-        /// The number of output pins that it forces.
+        /// The number of output pins that the emergency forces.
         pins: usize,
         /// The number of flip-flops; all their values are covered.
         flops: usize,
     },
-    /// It does not dominate.
+    /// In some state, an output pin does not have its safe value although the condition is true.
     Refuted {
         /// A pin that does not have its safe value.
         pin: String,
-        /// The inputs and flip-flops that are 1 there, by name.
+        /// The names of the inputs and flip-flops that are 1 in this counterexample.
         set: Vec<String>,
     },
     /// Open, with the reason.
@@ -82,7 +82,7 @@ struct Circuit<'n> {
     caps: BTreeMap<Origin, i64>,
     /// True if a tick passes with the next clock.
     tick: Lit,
-    /// Times are read as after Latch, as mealy outputs do (semantics §3.9, L2).
+    /// True if times are read as after Latch, as mealy outputs do (semantics §3.9, L2).
     is_latched: bool,
 }
 
@@ -192,7 +192,7 @@ impl Flag {
 /// The value of an expression.
 enum Value {
     Flag(Flag),
-    /// A number, and the condition that every code it was read from is valid.
+    /// A number, and the condition that every code from which the number was read is valid.
     Number(Number, Lit),
 }
 

@@ -11,20 +11,20 @@ const CLUSTER: usize = 400;
 /// The minimum number of nodes at which garbage is collected.
 const SWEEP: usize = 1 << 16;
 
-/// The level of the same bit after the reaction.
+/// The level of the same bit of the next state.
 pub(super) fn after(level: u32) -> u32 {
     level | 1
 }
 
-/// A restriction of one reaction: a function of state and inputs, and of the next state if it defines a bit of it.
+/// A restriction of one reaction: a function of state and inputs, and of the next state if the part defines a bit of that state.
 #[derive(Debug, Clone)]
 pub(super) struct Part {
     pub(super) relation: Ref,
-    /// The levels of state and inputs that it reads.
+    /// The levels of the state bits and inputs that the part reads.
     pub(super) reads: Vec<u32>,
 }
 
-/// Joined parts, and the variables to quantify after them.
+/// Joined parts, and the variables that are quantified after them.
 #[derive(Debug, Clone)]
 struct Cluster {
     relation: Ref,
@@ -36,7 +36,7 @@ struct Cluster {
 pub(super) struct Machine {
     pub(super) bdd: Bdd,
     clusters: Vec<Cluster>,
-    /// State bits that no part reads.
+    /// The state bits that no part reads.
     unread: Ref,
     /// All levels of state and inputs.
     pub(super) all: Ref,

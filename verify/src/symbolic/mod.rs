@@ -83,14 +83,14 @@ struct Model<'n> {
     state_bits: BTreeMap<Key, Lit>,
     input_bits: BTreeMap<(u32, u32), Lit>,
     inputs: Inputs,
-    /// The name of each variable that is a state bit.
+    /// The name of each variable that represents a state bit.
     name_of: BTreeMap<Lit, Key>,
     /// The order of variables in decision diagrams: Booleans, then words from the highest bit down, interleaved.
     bit_of: BTreeMap<Lit, u32>,
-    /// Pieces of several bits, and the condition that they contain a valid code. Includes inputs.
+    /// Values of several bits (state and inputs), each with the condition that the bits are a valid code.
     valid: Vec<(Vec<Lit>, Lit)>,
     valid_of: BTreeMap<Lit, usize>,
-    /// Assumptions: their variables, and the condition that is never true.
+    /// For each assumption, its variables and the condition that it excludes.
     forbidden: Vec<(Vec<Lit>, Lit)>,
     /// The number of assumptions that cannot be expressed over state and inputs. Without them, the proof also covers impossible states.
     n_passed_over: usize,
@@ -540,9 +540,9 @@ fn prove_tied(
 
 /// The conditions under which the net leaves cells open, as functions of the state before a reaction and its inputs (semantics §3.6).
 struct OpenCells {
-    /// The condition for the next situation, and for everything that follows from it.
+    /// The condition under which the next situation, and everything that follows from it, is open.
     next: Lit,
-    /// The condition for each output.
+    /// For each output, the condition under which it is open.
     outputs: Vec<Lit>,
 }
 

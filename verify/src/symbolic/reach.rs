@@ -31,11 +31,11 @@ pub(crate) struct Reached {
     level_of: Vec<u32>,
     /// True if every counted situation is reachable.
     pub(crate) exact: bool,
-    /// For each transition, whether it ever fires.
+    /// For each transition, true if it ever fires.
     pub(crate) fires: Vec<bool>,
-    /// For each queried property, whether some row after the first violates it; `None` if it cannot be expressed over state and inputs.
+    /// For each queried property, true if some row after the first violates it; `None` if the property cannot be expressed over state and inputs.
     pub(crate) breaks: Vec<Option<bool>>,
-    /// For each queried pair, whether both ever fire in one micro-step (of a reaction after the reset).
+    /// For each queried pair, true if both transitions ever fire in one micro-step (of a reaction after the reset).
     pub(crate) pairs: Vec<bool>,
     /// The number of states, as far as they affect the queries; `u64::MAX` means at least that many.
     pub(crate) states: u64,
@@ -74,7 +74,7 @@ fn full(full: Full) -> String {
     full.to_string()
 }
 
-/// Why an attempt ended without an answer.
+/// The reason why an attempt ended without an answer.
 pub(super) enum Failed {
     /// A reaction takes more micro-steps than were unrolled.
     Deeper,

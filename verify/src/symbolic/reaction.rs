@@ -31,12 +31,12 @@ pub(crate) struct Inputs {
 #[derive(Debug, Clone)]
 pub(crate) struct Reaction {
     pub(crate) state: State,
-    /// The code of each output; for an extern action, whether it is called.
+    /// The code of each output; for an extern action, one bit that is 1 if it is called.
     pub(crate) outputs: Vec<Vec<Lit>>,
     pub(crate) fault: Lit,
 }
 
-/// Why a net is not covered.
+/// The reason why a net is not supported.
 pub(crate) type Unsupported = String;
 
 /// Makes the functions of one net.
@@ -70,13 +70,13 @@ pub(crate) struct Maker<'n> {
     /// The forced charts; a chart comes after those that force it.
     pub(super) forced: Vec<ForcedChart>,
     pub(super) calls: BTreeMap<OutputId, Vec<Lit>>,
-    /// For the last reaction: every call with its condition.
+    /// The conditions of every call in the last reaction, by extern action.
     pub(super) called: BTreeMap<OutputId, Vec<Lit>>,
     /// With simultaneous assignments: the values that every list of the micro-step reads.
     pub(super) frozen: Option<Box<State>>,
-    /// For the last reaction: the transitions that fire, micro-step by micro-step.
+    /// The transitions that fire in the last reaction, micro-step by micro-step.
     pub(super) fired: Vec<Vec<Lit>>,
-    /// For the last reaction: after this many micro-steps (the index) there is one more, or would be if the depth allowed it.
+    /// For each number of micro-steps (the index): true if the last reaction has one more, or would have it with a larger depth.
     pub(super) more: Vec<Lit>,
 }
 
@@ -749,7 +749,7 @@ impl<'n> Maker<'n> {
     }
 }
 
-/// `min(counter + dt, cap)` if it is running.
+/// `min(counter + dt, cap)` if the counter is running.
 fn advance(aig: &mut Aig, counter: &Number, runs: Lit, dt: &Number, cap: i64) -> Number {
     let more = Number::arith(aig, grafsynth_ir::expr::ArithOp::Add, counter, dt);
     let capped = more.saturate(aig, 0, cap);

@@ -44,16 +44,16 @@ impl Value {
 /// The pieces of state of a net and their types; fixed before any function is made.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Shape {
-    /// Caps of `s.t`, by step; `None` if it is not read.
+    /// The cap of `s.t` for each step; `None` if `s.t` is not read.
     pub(crate) elapsed: Vec<Option<i64>>,
     pub(crate) last_elapsed: Vec<Option<i64>>,
     pub(crate) timers: Vec<Option<i64>>,
     /// The pairs of steps whose relative age matters, the lower one first.
     pub(crate) older: Vec<(StepId, StepId)>,
-    /// The memory of ACTION_CONTROL for the qualifiers in use.
+    /// The latches and timers of ACTION_CONTROL for the qualifiers in use.
     pub(crate) latches: Vec<(ActionId, ActionPart)>,
     pub(crate) times: Vec<(ActionId, ActionPart)>,
-    /// Events that some list raises.
+    /// For each event, true if some list raises it.
     pub(crate) raised: Vec<bool>,
 }
 

@@ -22,7 +22,7 @@ pub(super) struct Change {
     pub(super) up: Expr,
     /// True if the step is deactivated.
     pub(super) down: Expr,
-    /// The bit afterwards; `None` if it never changes.
+    /// The bit afterwards; `None` if the bit never changes.
     pub(super) next: Option<Expr>,
 }
 

@@ -11,21 +11,21 @@ use crate::walk::expressions;
 /// The values in use.
 #[derive(Debug, Clone)]
 pub(super) struct Needs {
-    /// One above the largest constant that `s.t` is compared with; `None` if it is never read.
+    /// One above the largest constant that `s.t` is compared with; `None` if `s.t` is never read.
     pub(super) elapsed: IdMap<Step, Option<i64>>,
-    /// One above the largest constant that `s.T` is compared with; `None` if it is never read.
+    /// One above the largest constant that `s.T` is compared with; `None` if `s.T` is never read.
     pub(super) last_elapsed: IdMap<Step, Option<i64>>,
-    /// One above the largest constant that a free timer is compared with; `None` if it is never read.
+    /// One above the largest constant that a free timer is compared with; `None` if the timer is never read.
     pub(super) timer: IdMap<Timer, Option<i64>>,
-    /// Some edge of the operand is read.
+    /// True if some edge of the operand is read.
     pub(super) edge: IdMap<EdgeOperand, bool>,
-    /// Something reads whether the transition is fireable.
+    /// True if something reads whether the transition is fireable.
     pub(super) fireable: IdMap<Transition, bool>,
-    /// Q of the last reaction is read.
+    /// True if Q of the last reaction is read.
     pub(super) controlled: IdMap<ControlledAction, bool>,
-    /// The event is raised somewhere.
+    /// True if the event is raised somewhere.
     pub(super) raised: IdMap<Input, bool>,
-    /// Some list reads the step's bit, timer or tasks while the situation changes.
+    /// True if some list reads the step's bit, timer or tasks while the situation changes.
     pub(super) watched: IdMap<Step, bool>,
 }
 

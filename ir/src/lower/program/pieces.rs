@@ -30,24 +30,24 @@ use crate::program::{CellId, Expr, Program, Stmt, TempId, TempRole};
 use crate::simplify::simplify;
 use crate::validate::Valid;
 
-/// The pieces. Cells and temporaries belong to `program`, whose body is empty.
+/// The pieces of a statechart's reaction. Cells and temporaries belong to `program`, whose body is empty.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pieces {
     /// Cells with their values after reset, temporaries, and the visible results of the reset.
     pub program: Program,
     /// Everything before the evolution: timers advance, events are queued, `count`, `again` and `event` get their first values.
     pub before: Vec<Stmt>,
-    /// At the start of each check.
+    /// Statements at the start of each check.
     pub check: Vec<Stmt>,
-    /// After a micro-step.
+    /// Statements after a micro-step.
     pub fired: Vec<Stmt>,
-    /// Runs instead of a micro-step beyond the limit.
+    /// Statements that run instead of a micro-step beyond the limit.
     pub too_long: Vec<Stmt>,
-    /// Runs after a check that chooses nothing.
+    /// Statements that run after a check that chooses nothing.
     pub idle: Vec<Stmt>,
-    /// After a micro-step, and after the last check.
+    /// Statements after a micro-step, and after the last check.
     pub renew: Vec<Stmt>,
-    /// After the evolution: the end of the reaction.
+    /// Statements after the evolution: the end of the reaction.
     pub after: Vec<Stmt>,
     /// True while checks continue.
     pub again: Expr,
@@ -61,9 +61,9 @@ pub struct Pieces {
     pub rounds: u32,
     /// The cell of each step's bit.
     pub bits: IdMap<Step, CellId>,
-    /// States.
+    /// The lists of each state.
     pub states: IdMap<Step, StatePieces>,
-    /// Transitions.
+    /// The receptivity and actions of each transition.
     pub transitions: IdMap<Transition, TransitionPieces>,
     /// Content of the default transition of each history.
     pub default_content: IdMap<History, Vec<Stmt>>,
@@ -74,29 +74,29 @@ pub struct Pieces {
 /// The lists of a state.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct StatePieces {
-    /// Runs when the state is left.
+    /// The statements that run when the state is left.
     pub exit: Vec<Stmt>,
-    /// Runs when the state is entered.
+    /// The statements that run when the state is entered.
     pub entry: Vec<Stmt>,
-    /// Runs after `entry` when the state is entered by default.
+    /// The statements that run after `entry` when the state is entered by default.
     pub initial_content: Vec<Stmt>,
-    /// Runs last: the done events of a final state, or the end of its chart.
+    /// The statements that run last: the done events of a final state, or the end of its chart.
     pub finish: Vec<Stmt>,
-    /// Some list reads its bit while it changes.
+    /// True if some list reads the state's bit while the bit changes.
     pub is_watched: bool,
-    /// A final state that completes a parallel state reads its bit.
+    /// True for a final state that completes a parallel state, if a list reads the bit of the final state.
     pub completes: bool,
 }
 
-/// A transition.
+/// The receptivity and actions of a transition.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TransitionPieces {
     /// Its receptivity without its events, true only while its chart is running. If `is_named`, the complete fireable condition: source, event and
     /// receptivity.
     pub guard: Expr,
-    /// The guard is evaluated in `check`, because something else reads it or because it calls a function.
+    /// True if `check` evaluates the guard, because something else reads it or because it calls a function.
     pub is_named: bool,
-    /// Its actions.
+    /// The actions of the transition.
     pub actions: Vec<Stmt>,
 }
 

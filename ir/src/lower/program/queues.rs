@@ -18,9 +18,9 @@ use super::lists::select;
 pub(super) struct Queues {
     /// The events that some `on` refers to, in declaration order; the first has number 1.
     pub(super) events: Vec<InputId>,
-    /// Raised events, if any event is raised.
+    /// The queue of raised events, if any event is raised.
     pub(super) internal: Option<Queue>,
-    /// Events of rows and sends.
+    /// The storage of the events of rows and of sends.
     pub(super) external: External,
     /// True if something is sent to the external queue.
     pub(super) sends: bool,
@@ -34,7 +34,7 @@ pub(super) struct Queue {
     pub(super) bound: u32,
 }
 
-/// How external events wait.
+/// The storage of external events.
 #[derive(Debug, Clone)]
 pub(super) enum External {
     /// There are no external events.
@@ -64,7 +64,7 @@ pub(super) fn is_empty(queue: Queue) -> Expr {
 }
 
 impl Queues {
-    /// The number of an event in the queues; `None` for one that is never queued.
+    /// The number of an event in the queues; `None` for an event that is never queued.
     pub(super) fn number(&self, event: InputId) -> Option<i64> {
         let at = self.events.binary_search(&event).ok()?;
         i64::try_from(at + 1).ok()

@@ -9,7 +9,7 @@ pub(super) struct Tree {
     pub(super) children: IdMap<Step, Vec<StepId>>,
     /// Transitions by source, in document order.
     pub(super) leaving: IdMap<Step, Vec<TransitionId>>,
-    /// Whether more than one atomic state may be active in it.
+    /// True if more than one atomic state may be active in the state.
     pub(super) is_wide: IdMap<Step, bool>,
     /// Children before parents, otherwise in document order.
     pub(super) post_order: Vec<StepId>,
@@ -56,7 +56,7 @@ impl Tree {
         Tree { children, leaving, is_wide, post_order, domain }
     }
 
-    /// True if exactly one atomic state is active in it while it is active, and this is not the case for its parent.
+    /// True if exactly one atomic state is active in the state while it is active, and this is not the case for its parent.
     pub(super) fn is_block(&self, net: &Net, step: StepId) -> bool {
         !self.is_wide[step] && net.steps[step].parent.is_none_or(|parent| self.is_wide[parent])
     }

@@ -17,7 +17,7 @@ use crate::symbolic::state::Key;
 
 /// The result of a search.
 pub(crate) enum Diagram {
-    /// The nets are equal in all these pairs of states.
+    /// The nets are equal in all pairs of states that they reach together.
     Proved {
         /// The number of pairs, as far as they affect the compared columns; `u64::MAX` means at least that many.
         states: u64,

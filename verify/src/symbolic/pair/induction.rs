@@ -22,7 +22,7 @@ const MAX_NODES: usize = 4_000_000;
 /// hard.
 const EFFORT: u64 = 2;
 
-/// State bits that are always equal to another one, or constant: the variable and its replacement.
+/// State bits that always equal another bit or a constant: each variable with its replacement.
 pub(crate) type Equalities = IndexMap<Lit, Lit>;
 
 /// The result of an attempt.
@@ -61,9 +61,9 @@ pub(crate) fn induction(question: &Question<'_>, rows: Chance<'_, '_, '_>) -> In
 /// Bits that nothing has distinguished so far, as indices into [`Joint::bits`].
 #[derive(Debug, Clone)]
 struct Class {
-    /// The constant value of the bits, if they never had another one.
+    /// The constant value of the bits; `None` if they have had both values.
     constant: Option<bool>,
-    /// The first one represents all, unless they are constant.
+    /// The bits of the class. If they are not constant, the first one represents all.
     bits: Vec<usize>,
 }
 
@@ -202,7 +202,7 @@ impl Search<'_> {
         instead
     }
 
-    /// Checks whether each class stays together; splits those that do not. Returns true if all did.
+    /// Checks whether each class stays together; splits the classes that do not. Returns true if all classes did.
     fn pass(&mut self) -> Result<bool, Failed> {
         let instead = self.equalities();
         let next: Vec<Lit> = self.joint.bits.iter().map(|bit| bit.next).collect();
