@@ -38,7 +38,7 @@ pub struct Broken {
     pub parts: Vec<Part>,
 }
 
-/// A leaf of a term.
+/// A name or array element in a term.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Part {
     /// Its name.

@@ -32,7 +32,7 @@ pub struct Entry {
     pub reaction: u32,
     /// The transition.
     pub transition: TransitionId,
-    /// True if it is the first of its micro-step, if the chart marks micro-steps.
+    /// True if it is the first of its micro-step; only in charts that mark micro-steps.
     pub begins: bool,
 }
 
