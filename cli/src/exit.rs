@@ -49,11 +49,11 @@ impl Exit {
 /// The user's choice of strictness.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Demands {
-    /// A check that was not carried out counts as an open question.
+    /// True if a check that was not carried out counts as an open question.
     pub(crate) deny_open: bool,
-    /// A warning counts as an error.
+    /// True if a warning counts as an error.
     pub(crate) deny_warnings: bool,
-    /// An open question whose answer was tested counts as answered.
+    /// True if an open question whose answer was tested counts as answered.
     pub(crate) allow_tested: bool,
 }
 
