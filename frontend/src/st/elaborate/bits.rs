@@ -1,8 +1,10 @@
 //! Bit operations on numbers: AND, OR, XOR, NOT, shifts, rotations and assignments to single bits, expressed by the arithmetic of nets.
 //!
-//! ```text x AND 16#F0      x / 16 MOD 16 * 16                       a run of ones is one quotient and one remainder x OR 16#0F       (x
-//! AND 16#F0) + 15 x AND y          the sum of 2^k for each bit k that is set in both SHL(x, 3)        x MOD 32 * 8
-//! in a BYTE
+//! ```text
+//! x AND 16#F0      x / 16 MOD 16 * 16                       a run of ones is one quotient and one remainder
+//! x OR 16#0F       (x AND 16#F0) + 15
+//! x AND y          the sum of 2^k for each bit k that is set in both
+//! SHL(x, 3)        x MOD 32 * 8                             in a BYTE
 //! ```
 //! A signed number is treated as two's complement with 8, 16 or 32 bits, whichever fits both operands.
 

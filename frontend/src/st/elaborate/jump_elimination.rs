@@ -8,8 +8,9 @@
 //!     END_IF;                                  END_IF;
 //!     n := n + a[i];                           IF NOT found THEN n := n + a[3]; END_IF;
 //! END_FOR;                       at the end:   IF NOT found THEN i := 10; END_IF; found := FALSE;
-//! ``` A flag is false between scans, so it needs no register in a circuit. RETURN in a loop first leaves all loops. If every branch except
-//! one ends in RETURN, the following statements move into that branch, and no flag is needed.
+//! ```
+//! A flag is false between scans, so it needs no register in a circuit. RETURN in a loop first leaves all loops. If every branch except one
+//! ends in RETURN, the following statements move into that branch, and no flag is needed.
 
 use grafsynth_ir::{Name, Span};
 
