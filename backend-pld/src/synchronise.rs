@@ -2,10 +2,11 @@
 //!
 //! ```text
 //! pin m ──► m_sync ──► (m_sync_2) ──► everything that read m
-//! ``` The rule of docs/semantics.md §9 still applies: a row of a trace contains the outputs of the synchronisers, so their delay is not
-//! part of the chart's behaviour. [`add`] inserts the flip-flops before a text is written; [`strip`] removes them from the circuit that was
-//! read back, after it has checked that each of them only passes on its pin. The remaining circuit is that of the chart, and is proved
-//! equal to it.
+//! ```
+//! The rule of docs/semantics.md §9 still applies: a row of a trace contains the outputs of the synchronisers, so their delay is not part
+//! of the chart's behaviour. [`add`] inserts the flip-flops before a text is written; [`strip`] removes them from the circuit that was read
+//! back, after it has checked that each of them only passes on its pin. The remaining circuit is that of the chart, and is proved equal to
+//! it.
 
 use crate::codes;
 use crate::vectors::Vectors;
