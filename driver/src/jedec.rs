@@ -1,11 +1,15 @@
 //! Maps a circuit to a device: forms and pins, fuses, test vectors, file; and reads all of it back.
 //!
-//! ```text code        coding::code                 codes of steps, don't-cares place       backend_pld::fuse::place     forms and pins,
-//! each function in its macrocell map         backend_pld::fuse::map       fuses vectors     backend_pld::fuse::vectors   what the
-//! programmer tests, by the simulator of the fuses write       backend_pld::jedec::write    the file read        backend_pld::jedec::read
-//! the file without knowledge of its origin; both checksums decode      backend_pld::fuse::decode    every product of every macrocell as
-//! intended run         backend_pld::fuse::run       the simulator of the fuses, compared with the decoded circuit prove
-//! verify::equiv                the decoded circuit equal to the net, from power-up
+//! ```text
+//! code        coding::code                 codes of steps, don't-cares
+//! place       backend_pld::fuse::place     forms and pins, each function in its macrocell
+//! map         backend_pld::fuse::map       fuses
+//! vectors     backend_pld::fuse::vectors   what the programmer tests, by the simulator of the fuses
+//! write       backend_pld::jedec::write    the file
+//! read        backend_pld::jedec::read     the file without knowledge of its origin; both checksums
+//! decode      backend_pld::fuse::decode    every product of every macrocell as intended
+//! run         backend_pld::fuse::run       the simulator of the fuses, compared with the decoded circuit
+//! prove       verify::equiv                the decoded circuit equal to the net, from power-up
 //! ```
 
 use crate::built::{BuildOptions, Built, OutputFile};

@@ -4,9 +4,10 @@
 //! pipeline, jedec ──► Chip      the data of one output, collected while it is built
 //! net, facts, lines, chips ──► Subject ──► sections, one file each ──► NAME.report.md
 //!                                   └────► Drawing ──► NAME.report.md (characters), FILE.svg
-//! ``` A section is a function that returns the text for a [`Subject`] (or for one [`Chip`] of it), or `None` if there is nothing to
-//! report. The lists `BEFORE`, `CHIP` and `AFTER` are the whole page, in order: another kind of target would get its own list, like `CHIP`.
-//! The page is Markdown that is readable as plain text too; it contains no date, so the same chart gives the same bytes.
+//! ```
+//! A section is a function that returns the text for a [`Subject`] (or for one [`Chip`] of it), or `None` if there is nothing to report.
+//! The lists `BEFORE`, `CHIP` and `AFTER` are the whole page, in order: another kind of target would get its own list, like `CHIP`. The
+//! page is Markdown that is readable as plain text too; it contains no date, so the same chart gives the same bytes.
 
 pub mod chip;
 pub mod drawing;
