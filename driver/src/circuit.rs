@@ -71,7 +71,8 @@ pub struct Through {
 
 /// Writes a circuit in a language and reads it back.
 ///
-/// # Errors The language cannot express the circuit, or the reader cannot read the emitted text.
+/// # Errors
+/// The language cannot express the circuit, or the reader cannot read the emitted text.
 pub fn through(
     logic: &Logic,
     dialect: Dialect,
