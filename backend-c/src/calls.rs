@@ -1,4 +1,4 @@
-//! Statements that all styles print alike: calls, choices, verbatim text, and the values after reset.
+//! Statements that all styles print in the same way: calls, choices, verbatim text, and the values after reset.
 
 use crate::Object;
 use crate::c::print::{Arm, Kind, Node};
@@ -34,7 +34,7 @@ impl Callee<'_> {
     }
 }
 
-/// `if`/`else`; a constant condition leaves only the case that applies.
+/// `if`/`else`; if the condition is constant, only the branch that is taken.
 pub(crate) fn either(condition: CExpr, then: Vec<Node>, otherwise: Vec<Node>) -> Vec<Node> {
     if condition.is_true() {
         return then;

@@ -3,7 +3,7 @@
 use grafsynth_ir::net::{Block, Driver, Leaf, Net, OutputId, StepId, StmtKind, VarId, Verbatim};
 use std::collections::BTreeSet;
 
-/// An effect of reset on the outside.
+/// An effect of reset outside the chart.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Effect {
     /// Calls an extern action with these (saturated) arguments.

@@ -6,8 +6,8 @@
 //! same outputs, which are already in `out`. Edges, running timers, ages, budgets of tasks, queued and raised events are all in the instance: while
 //! one of them has work to do, the instance changes, and the gate stays open. No knowledge of the chart is needed.
 //!
-//! To test whether a reaction changed nothing costs a copy of the instance. It is done only if inputs and `dt` equal the last ones, so a scan with new
-//! inputs only compares and stores them. The gate itself is inline, in the header: an idle scan costs no call.
+//! Testing whether a reaction changed anything costs a copy of the instance. The test is made only if inputs and `dt` equal the last ones,
+//! so a scan with new inputs only compares and stores them. The gate itself is inline, in the header: an idle scan costs no call.
 //!
 //! | `gate` | meaning |
 //! |---|---|

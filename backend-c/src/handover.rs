@@ -1,7 +1,8 @@
 //! Data exchange between the chart and the main program if `NAME_step` runs in an interrupt: the part of `NAME_port.h` that makes it safe.
 //!
-//! The interrupt owns the instance and the reading end of the ring; main writes inputs and reads outputs, instance and variables. On one processor main
-//! cannot interrupt the interrupt, so only main must lock, and only for the time of a copy: that is how long every interrupt is blocked (docs/c.md).
+//! The interrupt owns the instance and the reading end of the ring; main writes inputs and reads outputs, instance and variables. On one
+//! processor, the main program cannot interrupt the interrupt, so only the main program must disable interrupts, and only while it copies
+//! (docs/c.md).
 
 use crate::Object;
 use crate::c::print::Node;

@@ -1,9 +1,9 @@
 //! The layout of Boolean inputs and outputs: members of their structures, or bits of words.
 //!
-//! Members are the easiest to fill in and to inspect, and cost a byte each. As words (`--io words`), inputs are bits of bytes, which every
-//! machine tests with a constant mask, and a port register can be copied into them directly; outputs are bits of the smallest word that contains all of
-//! them, up to 32, so that a reaction collects them in a register and writes them once. Bits are numbered in declaration order and named by macros of
-//! the header; unused bits are 0. Numbers are members in both layouts.
+//! Members are the easiest to assign and to inspect, and cost one byte each. As words (`--io words`), inputs are bits of bytes, which every
+//! machine tests with a constant mask, and a port register can be copied into them directly; outputs are bits of the smallest word that
+//! contains all of them, up to 32, so that a reaction collects them in a register and writes them once. Bits are numbered in declaration
+//! order and named by macros of the header; unused bits are 0. Numbers are members in both layouts.
 
 use crate::c::print::Node;
 use crate::cexpr::{CExpr, Prec, constant};

@@ -1,4 +1,4 @@
-//! Nets to C99.
+//! Converts nets to C99.
 //!
 //! [`emit`] turns a valid net and the proved facts about it into a package of C files: a header with the instance structure and the interface, the
 //! chart, a port header with the machine-dependent parts, and for charts with extern functions a header and a stub of the user's library. The text
@@ -163,7 +163,7 @@ pub struct Options {
     pub prefix: Option<String>,
     /// The prefix of all file names; `None` uses the prefix of the global names.
     pub stem: Option<String>,
-    /// Call `NAME_activated` and `NAME_enabled` of the user's library when a step changes and when a transition becomes enabled.
+    /// True to call the user's `NAME_activated` when a step changes, and `NAME_enabled` when a transition becomes enabled.
     pub callbacks: bool,
     /// The maximum number of transitions in one function; larger charts are split, so that a C compiler's time stays linear.
     pub max_transitions: usize,

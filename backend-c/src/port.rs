@@ -188,7 +188,7 @@ impl Layout<'_> {
         nodes.push(Node::blank());
     }
 
-    /// Writes the function that copies the inputs that interrupts write, as a whole.
+    /// Writes the function that copies, in one critical section, all inputs that interrupts write.
     fn latch(&self, nodes: &mut Vec<Node>) {
         let (prefix, upper) = (&self.names.prefix, &self.names.upper);
         let pins: Vec<_> =

@@ -5,8 +5,8 @@ use grafsynth_ir::program::{Expr, Leaf};
 
 pub(crate) use grafsynth_ir::net::is_c;
 
-/// The steps that assign an output under a condition: its extern conditions are called only while one of these steps is active. Empty if `value`, the new value
-/// of the output, reads no input: then nothing is called.
+/// The steps that assign an output: the extern conditions in its `value` are called only while one of these steps is active. Empty if
+/// `value` reads no input, because nothing is called then.
 pub(crate) fn carriers(net: &Net, output: OutputId, value: &Expr) -> Vec<StepId> {
     let reads = value.leaves().any(|leaf| matches!(leaf, Leaf::Input(_)));
     match &net.outputs[output].driver {

@@ -26,7 +26,8 @@ impl Range {
         Range { name, ty, elements: None, lo, hi, is_count: false }
     }
 
-    /// The C type and the maximum value, if the bitwise OR of several such members shows whether one of them exceeds it.
+    /// The C type and the maximum value of the member, if the bitwise OR of several such members shows whether one of them exceeds this
+    /// value.
     pub(crate) fn union(&self) -> Option<(&'static str, i64)> {
         let (least, largest) = bounds(self.ty);
         let is_mask =
@@ -45,7 +46,7 @@ impl Range {
         if self.ty == "bool" { format!("*(const volatile uint8_t *)&{place}") } else { place }
     }
 
-    /// The conditions under which `value` is out of range; empty if the type has no other values.
+    /// The conditions under which `value` is out of range; empty if the type has no values outside the range.
     pub(crate) fn broken(&self, value: &str) -> Vec<String> {
         let (least, largest) = bounds(self.ty);
         let literal = |value: i64| {

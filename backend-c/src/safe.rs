@@ -241,7 +241,7 @@ pub(crate) fn guard(net: &Net, names: &Names) -> Node {
     Node::when(&format!("!{}_intact(self)", names.prefix), body)
 }
 
-/// The effect of a stop, without the outputs.
+/// The statement that stops the chart; it does not set the outputs.
 pub(crate) fn stop() -> Node {
     Node::line(format!("self->{MEMBER} = {STOPPED};"))
 }

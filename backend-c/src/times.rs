@@ -5,7 +5,7 @@ use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{Expr, Leaf, StepId};
 use std::collections::BTreeMap;
 
-/// For each step whose time is compared, one above the largest constant: counting beyond that makes no difference.
+/// For each step whose time is compared, the largest constant of these comparisons plus one: counting further makes no difference.
 pub(crate) fn step_caps<'e>(exprs: impl Iterator<Item = &'e Expr>) -> BTreeMap<StepId, i64> {
     let mut caps = BTreeMap::new();
     for (leaf, constant) in exprs.flat_map(Expr::compared) {
@@ -20,7 +20,7 @@ pub(crate) fn step_caps<'e>(exprs: impl Iterator<Item = &'e Expr>) -> BTreeMap<S
 /// How `NAME_step` receives the ticks since the last reaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Ticks {
-    /// True if 16 bits are enough: no timer counts further, and all saturate.
+    /// True if ticks are passed as 16 bits: no timer counts beyond them, and all timers saturate.
     pub(crate) short: bool,
 }
 

@@ -1,4 +1,4 @@
-//! The truck of the paper on Grafcet, C and PALASM: the golden text, no warning from any compiler, and the promised sizes.
+//! The truck example: the golden text, no warning from any compiler, and the documented sizes.
 
 #![allow(clippy::print_stdout, reason = "tests report what they measured")]
 

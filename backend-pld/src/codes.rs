@@ -36,11 +36,11 @@ pub const DEVICE_LIMIT: Code = Code { id: "G0726", title: "equations unsuitable 
 pub const UNDEFINED: Code = Code { id: "G0727", title: "signal without an equation" };
 /// The file is larger than the readers accept.
 pub const TOO_LONG: Code = Code { id: "G0728", title: "equation file too large" };
-/// The text that was read back lacks a signal that was written.
+/// A signal that was written is missing from the text that was read back.
 pub const NOT_READ_BACK: Code = Code { id: "G0729", title: "signal missing after reading back" };
 /// A circuit without outputs and flip-flops: there is nothing to write as an equation.
 pub const NO_EQUATION: Code = Code { id: "G0730", title: "design without an equation" };
-/// A text that is read as logic but does not define fuses.
+/// A text that can be read as logic but does not assign functions to macrocells.
 pub const NOT_PLACED: Code = Code { id: "G0770", title: "equations not assigned to macrocells" };
 
 /// All codes.

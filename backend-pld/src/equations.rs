@@ -39,7 +39,7 @@ pub struct Equations {
     pub depth: usize,
     /// The resources that the device lacks, if pins were left open for that reason.
     pub lacks: Vec<String>,
-    /// Inputs and outputs whose pins are not in the order of declarations.
+    /// Inputs and outputs that are not on the pins given by the order of declarations.
     pub moved: Vec<MovedPin>,
 }
 
@@ -146,7 +146,8 @@ pub(crate) fn source_name(logic: &Logic, source: Source) -> &str {
     }
 }
 
-/// Names of a clock without a pin number in texts that do not declare a clock. We use the first that is free in the circuit.
+/// Names for a clock without a pin number, for texts that do not declare a clock. The writer uses the first name that is free in the
+/// circuit.
 pub(crate) const CLOCK_NAMES: [&str; 3] = ["clk", "clock", "ck"];
 
 pub(crate) fn source_matches(logic: &Logic, source: Source, name: &str) -> bool {

@@ -157,7 +157,7 @@ pub struct Emitted {
     pub bench: Option<String>,
     /// The name given to each pin and flip-flop.
     pub names: Vec<Named>,
-    /// Inputs and outputs whose pins are not in the order of declarations.
+    /// Inputs and outputs that are not on the pins given by the order of declarations.
     pub moved: Vec<MovedPin>,
     /// What the device lacks, if pins were left open for that reason.
     pub lacks: Vec<String>,
@@ -174,8 +174,8 @@ pub struct Named {
     pub pin: Option<u32>,
     /// The object.
     pub object: Object,
-    /// True if the pin of this flip-flop shows its complement, because the power-up value requires it or because the pin is an output that is the
-    /// complement.
+    /// True if the pin of this flip-flop shows its complement: the power-up value requires it, or the output at the pin is the complement
+    /// of the flip-flop.
     pub is_complement: bool,
 }
 

@@ -32,7 +32,7 @@ pub struct Placement {
     pub sync_preset: Option<Product>,
     /// True if the device cannot be read out after it was programmed.
     pub is_secured: bool,
-    /// Inputs and outputs whose pins were chosen out of the order of declarations.
+    /// Inputs and outputs that are not on the pins given by the order of declarations.
     pub moved: Vec<MovedPin>,
 }
 
@@ -108,8 +108,8 @@ impl Placement {
         self.cells.iter().find(|cell| cell.pin == pin)
     }
 
-    /// How often a signal passes through the array between two clocks, beyond the first time: the longest chain of combinational macrocells that are
-    /// read. Levels in cycles are counted once.
+    /// The number of additional passes through the array between two clocks: the length of the longest chain of combinational macrocells
+    /// that are read. Each macrocell of a combinational loop is counted once.
     #[must_use]
     pub fn n_passes(&self) -> usize {
         let gates: Vec<&Cell> =

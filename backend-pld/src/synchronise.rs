@@ -3,9 +3,10 @@
 //! ```text
 //! pin m ──► m_sync ──► (m_sync_2) ──► everything that read m
 //! ```
-//! The rule of docs/semantics.md §9 still applies: a row of a trace contains the outputs of the synchronisers, so their delay is outside the chart.
-//! [`add`] inserts the flip-flops before a text is written; [`strip`] removes them from the circuit that was read back, after it has checked that
-//! each of them only passes on its pin. The remaining circuit is that of the chart, and is proved equal to it.
+//! The rule of docs/semantics.md §9 still applies: a row of a trace contains the outputs of the synchronisers, so their delay is not part
+//! of the chart's behaviour. [`add`] inserts the flip-flops before a text is written; [`strip`] removes them from the circuit that was read
+//! back, after it has checked that each of them only passes on its pin. The remaining circuit is that of the chart, and is proved equal to
+//! it.
 
 use crate::codes;
 use crate::vectors::Vectors;
@@ -71,7 +72,7 @@ pub fn add(
 /// Removes the chains from a circuit that was read back.
 ///
 /// # Errors
-/// A chain that does not just pass on its pin: its flip-flops have other functions, or something reads the chain before its end.
+/// A chain that does not only delay its pin: its flip-flops have other functions, or something reads the chain before its end.
 pub fn strip(mut logic: Logic, chains: &[Chain]) -> Result<Logic, Vec<Diagnostic>> {
     let findings: Vec<Diagnostic> = chains
         .iter()

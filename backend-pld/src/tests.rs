@@ -21,7 +21,7 @@ fn meta(label: &str) -> Meta {
     Meta { label: label.into(), ..Meta::default() }
 }
 
-/// The truck of the paper on Grafcet, C and PALASM, as the encoding produces it.
+/// The circuit of the truck example, as the encoding produces it.
 pub(crate) fn truck() -> Logic {
     let mut builder = Builder::default();
     builder.logic.name = Name::new("truck", Span::default());

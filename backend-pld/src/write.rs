@@ -1,4 +1,4 @@
-//! The writers: they only print what was decided before.
+//! The writers: they print decisions that were made before, and make none.
 // A variant that a writer forgets is a miscompile.
 #![warn(clippy::wildcard_enum_match_arm)]
 

@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 
 /// The value of `format`.
 pub const FORMAT: &str = "grafsynth-net";
-/// The value of `version`. It increases if a member is removed or changes its meaning; new members may be added without.
+/// The value of `version`. It increases if a member is removed or changes its meaning. Added members do not change it.
 pub const VERSION: u32 = 1;
 
 /// The maximum time between two reactions, in ticks (semantics §7).
@@ -247,7 +247,7 @@ fn ty(ty: Type) -> Value {
     }
 }
 
-/// Values of a type: `false` and `true` for a Boolean.
+/// Values of a type as JSON: a Boolean becomes `false` or `true`.
 fn values(ty: Type, numbers: &[i64]) -> Vec<Value> {
     numbers.iter().map(|number| value(ty, *number)).collect()
 }

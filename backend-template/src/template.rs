@@ -21,7 +21,7 @@ const RECURSION: usize = 400;
 const BY_NUMBER: [&str; 6] = ["batch", "format", "indent", "round", "slice", "tojson"];
 const MOST_NUMBER: f64 = 10_000.0;
 
-/// The prefix of the reason if a template refuses a chart.
+/// The prefix that marks an error of the template engine as a refusal by the template; the reason follows.
 const REFUSED: &str = "refused: ";
 
 /// A user template.
@@ -93,7 +93,7 @@ pub fn render(
     }
 }
 
-/// True if a call of a filter cannot produce more than [`MOST_NUMBER`] of something, because its numbers are small enough.
+/// True if the numbers in a call of a filter are at most [`MOST_NUMBER`], which bounds the size of its output.
 fn is_modest(name: &str, arguments: &[Value]) -> bool {
     let is_number = |value: &Value| {
         let number = (value.kind() == ValueKind::Number).then(|| f64::try_from(value.clone()));

@@ -55,7 +55,7 @@ fn numbered(path: &Path, n: usize) -> PathBuf {
     }
 }
 
-/// What people see of runs, and the files that contain the whole runs.
+/// The relevant part of runs as text, and the trace files with the whole runs.
 #[derive(Debug, Default)]
 pub(crate) struct Shown {
     /// The text.
@@ -114,7 +114,7 @@ impl Session {
         Ok(written)
     }
 
-    /// Reports that `--trace` wrote nothing, if so: an existing file of that name is then from an earlier run.
+    /// If `--trace` wrote nothing, reports this, because an existing file of that name is from an earlier run.
     pub(crate) fn no_trace(&self, path: Option<&Path>) {
         if let Some(path) = path.filter(|_| self.traces.get() == 0) {
             let path = path.display();

@@ -17,16 +17,16 @@ pub(crate) enum Exit {
     Refuted = 3,
     /// A question is still open.
     Open = 4,
-    /// The user stopped it.
+    /// The user stopped the command.
     Interrupted = 130,
 }
 
 impl Exit {
-    /// The exit codes in the order of their strength, the weakest first.
+    /// The exit codes by precedence, the lowest first: the code with the highest precedence is returned.
     const STRENGTH: [Exit; 6] =
         [Exit::Done, Exit::Open, Exit::Refuted, Exit::Errors, Exit::Usage, Exit::Interrupted];
 
-    /// The stronger of two exit codes.
+    /// Of two exit codes, the one with the higher precedence.
     #[must_use]
     pub(crate) fn worse(self, other: Exit) -> Exit {
         let strength = |exit| Exit::STRENGTH.iter().position(|one| *one == exit);
@@ -49,11 +49,11 @@ impl Exit {
 /// The user's choice of strictness.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Demands {
-    /// A check that was not carried out counts as an open question.
+    /// True if a check that was not carried out counts as an open question.
     pub(crate) deny_open: bool,
-    /// A warning counts as an error.
+    /// True if a warning counts as an error.
     pub(crate) deny_warnings: bool,
-    /// An open question whose answer was tested counts as answered.
+    /// True if an open question whose answer was tested counts as answered.
     pub(crate) allow_tested: bool,
 }
 

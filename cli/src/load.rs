@@ -91,12 +91,12 @@ impl Session {
         }
     }
 
-    /// True if the answers are for programs, which get each answer completely.
+    /// True if the answers are for programs; programs get every answer in full.
     pub(crate) fn is_for_machines(&self) -> bool {
         self.report.is_for_machines()
     }
 
-    /// The following results belong to this file.
+    /// Begins a file: the results that follow belong to it.
     pub(crate) fn begin(&self, file: &str) {
         self.report.design(file);
     }
@@ -176,7 +176,7 @@ impl Session {
         }
     }
 
-    /// Gives an answer to machines only: people read it in another form, or do not need it.
+    /// Adds an answer only to the report for machines: people read it in another form, or do not need it.
     pub(crate) fn keep(&self, answer: &Answer) {
         self.report.answer(&self.sources, answer);
     }

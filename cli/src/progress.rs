@@ -56,7 +56,7 @@ pub(crate) fn what() -> String {
     now().doing.clone()
 }
 
-/// Prints something without mixing it with the line.
+/// Runs `print` with the progress line removed, so that the two do not mix.
 pub(crate) fn aside(print: impl FnOnce()) {
     let line = now().line.clone();
     match line {

@@ -1,4 +1,4 @@
-//! How findings are shown to people: with their source lines, or one line each. Reports for machines are in [`crate::report`].
+//! Shows findings to people, with their source lines or in one line each. Reports for machines are in [`crate::report`].
 
 mod fold;
 
@@ -98,7 +98,7 @@ fn notation(sources: &Sources, diagnostic: &Diagnostic) -> Notation {
     }
 }
 
-/// Findings that were left out: of which file, and how many.
+/// The number of findings that were left out, for each file.
 pub(crate) type Hidden = Vec<(Option<FileId>, usize)>;
 
 /// The findings in the order of their locations, at most `max` per file, and how many were left out.

@@ -1,4 +1,4 @@
-//! The files under `tests/cases`: which of them are cases, and what their first line says.
+//! The files under `tests/cases`: which of them are cases, and the command in the first line of each.
 
 #![allow(clippy::disallowed_methods, reason = "tests read files")]
 
@@ -30,7 +30,7 @@ impl Case {
         paths.into_iter().filter_map(Self::read).collect()
     }
 
-    /// Files without a command belong to another case.
+    /// Reads a case; `None` for a file without a command, which belongs to another case.
     fn read(path: PathBuf) -> Option<Self> {
         let text = fs::read(&path).ok()?;
         let first = String::from_utf8_lossy(text.split(|byte| *byte == b'\n').next()?).into_owned();

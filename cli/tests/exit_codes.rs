@@ -384,7 +384,7 @@ fn an_interrupted_verb_writes_nothing_and_ends_by_the_signal() {
     assert_eq!(output.status.signal(), Some(2), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// A user who interrupts a long `check` sees what was found before the exploration.
+/// A user who interrupts a long `check` sees the findings from before the exploration.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_check_says_what_it_found() {

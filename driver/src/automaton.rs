@@ -21,7 +21,7 @@ const MAX_STATES: usize = 10_000;
 /// The maximum number of reactions that [`machine`] runs.
 const MAX_REACTIONS: usize = 1 << 21;
 
-/// The reaction in a state to an input: next state and outputs.
+/// The reaction to an input in a state: the next state and the outputs.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct Answer {
     to: Option<usize>,
@@ -181,14 +181,15 @@ pub fn machine_within(net: &Valid<Net>, max_reactions: usize) -> Result<Machine,
     Ok(table)
 }
 
-/// The active steps, as a name.
+/// The name of a state: its active steps.
 fn name(net: &Net, row: &Row) -> String {
     let steps = row.steps.iter().filter(|step| !net.steps[**step].hidden);
     let names: Vec<&str> = steps.map(|step| net.steps[*step].name.text.as_str()).collect();
     if names.is_empty() { "empty".to_owned() } else { names.join("+") }
 }
 
-/// A few cubes that cover exactly these points: each uncovered point is widened column by column, as long as all points stay in the set.
+/// A few cubes that cover exactly these points. Each uncovered point is widened column by column, as long as every point of the cube is in
+/// the set.
 fn cubes(codes: &BTreeSet<u32>, n_inputs: usize) -> Vec<Vec<Trit>> {
     let mut covered: BTreeSet<u32> = BTreeSet::new();
     let mut cubes = Vec::new();

@@ -38,13 +38,13 @@ pub struct BuildOptions {
     pub keep_pins: Vec<(String, u32)>,
     /// The state encoding.
     pub encoding: EncodingChoice,
-    /// Use unreachable situations and violations of the chart's assumptions as don't-cares.
+    /// Use unreachable situations, and inputs that violate the chart's assumptions, as don't-cares.
     pub dont_cares: bool,
     /// Make every unreachable situation return to the initial one in one clock, and prove this.
     pub safe: bool,
     /// Test vectors for the SIMULATION section and the test bench.
     pub stimulus: Option<Stimulus>,
-    /// Prove that the outputs are equal to the net.
+    /// Prove that each output equals the net.
     pub prove: bool,
     /// Include the C code of the chart's author in [`Built::packages`].
     pub trusts_code: bool,

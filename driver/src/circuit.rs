@@ -72,7 +72,7 @@ pub struct Through {
 /// Writes a circuit in a language and reads it back.
 ///
 /// # Errors
-/// The language cannot express the circuit, or the reader does not understand our own text.
+/// The language cannot express the circuit, or the reader cannot read the emitted text.
 pub fn through(
     logic: &Logic,
     dialect: Dialect,
@@ -86,7 +86,7 @@ pub fn through(
     if any_error(&found) { Err(found) } else { Ok(Through { emitted, read_back }) }
 }
 
-/// The options that the back end needs about a net in addition to its circuit.
+/// The options for the back end that come from a net, not from its circuit.
 #[must_use]
 pub fn emit_options(net: &Net, device: Option<&str>, vectors: Option<Vectors>) -> EmitOptions {
     let transitions = net.transitions.values().take(200).map(|transition| {

@@ -34,7 +34,7 @@ pub(crate) fn code_of(
     Some(code)
 }
 
-/// Reports whether a circuit that was to be safe is proved safe after reading back; if not, the line is open.
+/// Reports whether a circuit that was requested as safe is proved safe after it was read back; if not, the result is open.
 pub(crate) fn say_safe(line: &mut OutputReport, logic: &Logic, read_back: &Logic) {
     line.notes.push(if logic.outputs.values().any(|output| output.role == PinRole::Busy) {
         Note::Safe("not made safe: it runs one micro-step per clock".to_owned())
@@ -53,7 +53,7 @@ pub(crate) fn say_safe(line: &mut OutputReport, logic: &Logic, read_back: &Logic
     });
 }
 
-/// Reports whether the emergency dominates in every state of the circuit that was read back; if not, the line is refuted.
+/// Reports whether the emergency dominates in every state of the circuit that was read back; if not, the result is refuted.
 pub(crate) fn say_emergency(
     line: &mut OutputReport,
     net: &Valid<Net>,
@@ -145,7 +145,7 @@ pub fn form(net: &Net, facts: &Facts, logic: &Logic, busy: BusyMode) -> Option<S
     Some(format!("micro-steps composed into one clock, {why}"))
 }
 
-/// Why no micro-step of a chart can have its own clock.
+/// Why one clock per micro-step is not possible for a chart.
 fn why_one_clock(net: &Net) -> &'static str {
     if net.emergency.is_some() {
         "with an emergency, no output may be delayed until the end of a reaction"
@@ -154,7 +154,7 @@ fn why_one_clock(net: &Net) -> &'static str {
     }
 }
 
-/// Warns if one clock per micro-step was requested but is impossible.
+/// Warns if one clock per micro-step was requested but is not possible.
 pub(crate) fn one_clock_all_the_same(
     net: &Net,
     logic: &Logic,

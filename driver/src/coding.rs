@@ -39,7 +39,7 @@ pub struct EncodedLogic {
     pub encoding: Encoding,
     /// The number of steps without their own flip-flop.
     pub n_coded: usize,
-    /// The number of unread inputs without a pin, because the device has too few pins.
+    /// The number of unread inputs that get no pin because the device has too few.
     pub n_unread: usize,
     /// Why an earlier encoding in the order of [`EncodingChoice::Auto`] was not used: what the device lacks for it.
     pub why: Option<String>,
@@ -145,7 +145,7 @@ fn flops_of_steps(logic: &Logic) -> BTreeMap<StepId, FlopId> {
     flops_of(logic, |origin| if let Origin::Step(step) = origin { Some(step) } else { None })
 }
 
-/// Flip-flops by their steps; a step with several (its activity is counted) is not included.
+/// Flip-flops by their steps; a step with several flip-flops (a counter of its activity) is not included.
 fn flops_of(logic: &Logic, step_of: impl Fn(Origin) -> Option<StepId>) -> BTreeMap<StepId, FlopId> {
     let mut held: BTreeMap<StepId, Vec<FlopId>> = BTreeMap::new();
     for (id, flop) in logic.flops.iter() {
@@ -171,8 +171,8 @@ fn is_active(set: &[u64], step: StepId) -> bool {
     set.get(step.index() / 64).is_some_and(|word| word >> (step.index() % 64) & 1 == 1)
 }
 
-/// A cache of encodings: a search for them does not depend on the device, except for its macrocells. Valid for
-/// one net with its facts and its circuit.
+/// A cache of encodings: the search for an encoding does not depend on the device, except for its macrocells. Valid for one net with its
+/// facts and its circuit.
 #[derive(Debug, Clone, Default)]
 pub struct EncodingCache {
     /// The encoded circuits, by encoding, number of tried assignments, safety, and number of omitted inputs.
@@ -340,7 +340,8 @@ fn device_of(options: &EmitOptions) -> Option<&'static Device> {
     options.device.as_deref().map_or(Some(Device::default_device()), Device::find)
 }
 
-/// The macrocells that a device has for the sums of a circuit: those whose pins no input needs. Inputs use the narrowest macrocells.
+/// The macrocells that a device has for the sums of a circuit: those whose pins are not needed for inputs. Inputs use the narrowest
+/// macrocells.
 fn room(device: &Device, logic: &Logic) -> Room {
     let mut terms: Vec<usize> = (device.macrocells.iter())
         .map(|cell| cell.registered_terms.max(cell.combinational_terms) as usize)
@@ -353,8 +354,8 @@ fn room(device: &Device, logic: &Logic) -> Room {
     Room { terms, is_by_power_up: device.power_up == PowerUp::ByPolarity }
 }
 
-/// Why this circuit does not have a flip-flop for each step, or why it does although it does not fit: names what the device lacks. `None` if it fits, if
-/// the user chose the encoding, and for a language without pins.
+/// Why this circuit does not have a flip-flop for each step, or why it has them although it does not fit: names what the device lacks.
+/// `None` if it fits, if the user chose the encoding, and for a language without pins.
 #[must_use]
 pub fn why_not_one_hot(
     net: &Net,
@@ -473,12 +474,12 @@ impl Situations {
         Some(Situations { flops: flops.into_iter().map(|(flop, ..)| flop).collect(), values })
     }
 
-    /// The number of bits that distinguish them.
+    /// The minimum number of bits that distinguish the situations.
     fn n_bits(&self) -> usize {
         self.values.len().next_power_of_two().trailing_zeros() as usize
     }
 
-    /// The values of all flip-flops, if every situation defines all of them.
+    /// The values of all flip-flops, if they are defined in every situation.
     fn whole(&self) -> Option<Vec<Vec<bool>>> {
         self.values.iter().map(|values| values.iter().copied().collect()).collect()
     }

@@ -1,4 +1,4 @@
-//! Compares the common columns of two charts: proved for every stimulus, or tested with some.
+//! Compares the common columns of two charts: by a proof for every stimulus, or by a test with some stimuli.
 
 use crate::codes;
 use grafsynth_ir::net::Net;
@@ -15,8 +15,8 @@ pub struct Outcome {
     pub n_columns: usize,
     /// Outputs that only one design has, with that design: they were not compared.
     pub apart: Apart,
-    /// The number of compared rows, without the reset row. Less than the stimulus has if the comparison ends at a difference or at a row that is not legal in
-    /// both designs.
+    /// The number of compared rows, without the reset row. It is less than the number of rows of the stimulus if the comparison ends at a
+    /// difference or at a row that is not legal in both designs.
     pub n_rows: usize,
 }
 

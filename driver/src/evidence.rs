@@ -38,14 +38,14 @@ pub struct Broken {
     pub parts: Vec<Part>,
 }
 
-/// A part of a term.
+/// A name or array element in a term.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Part {
     /// Its name.
     pub name: String,
     /// Its value: Booleans are 0 and 1, times are in ticks.
     pub value: i64,
-    /// It is a time.
+    /// True if it is a time.
     pub is_time: bool,
 }
 
@@ -59,7 +59,7 @@ pub enum Piece {
 }
 
 impl Evidence {
-    /// The evidence that the last row of a stimulus violates a property.
+    /// The evidence that a property is violated in the last row of a stimulus.
     #[must_use]
     pub fn of_assert(net: &Valid<Net>, property: &Property, stimulus: &Stimulus) -> Self {
         let mut terms: Vec<PropertyExpr> = Vec::new();
@@ -227,7 +227,7 @@ impl Evidence {
     }
 }
 
-/// A column: its header and its cells.
+/// A column of the table: its header and its cells.
 type Cells = (String, Vec<String>);
 
 /// The table of these columns; one that is empty in every row is left out.

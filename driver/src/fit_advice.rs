@@ -1,7 +1,7 @@
 //! Finds changes that would make a design fit: other encodings, other settings or other devices. Each of them is tried.
 //!
-//! Only designs that were fitted are suggested: with their own encodings, sums, divisors and pins, and for a fuse map down to the fuses. [`MOST_FITS`]
-//! bounds the search; devices that are too small in any case are skipped.
+//! A change is suggested only if the design was really fitted with it: with new encodings, sums, divisors and pins and, for a fuse map,
+//! down to the fuses. [`MOST_FITS`] bounds the search; devices that are too small in any case are skipped.
 
 use crate::built::BuildOptions;
 use crate::circuit::{emit_options, may_be_free, synchronised};
@@ -36,7 +36,7 @@ pub(crate) struct BuildContext<'a> {
     pub(crate) options: &'a BuildOptions,
     /// The requested language.
     pub(crate) dialect: Dialect,
-    /// A fuse map was requested, not only equations.
+    /// True if a fuse map was requested, not only equations.
     pub(crate) is_burned: bool,
 }
 
@@ -295,7 +295,7 @@ fn bits(ticks: u64) -> u32 {
     u64::BITS - (ticks + 1).leading_zeros()
 }
 
-/// Suggests a longer tick for a time that uses most of the registers: says how many it would then use.
+/// Suggests a longer tick for a time that uses most of the registers, with the number of registers that the time would then use.
 fn times(asked: &BuildContext<'_>) -> Option<String> {
     const LONGER: [u64; 3] = [10, 100, 1000];
     let LongTime { name, n, ticks, .. } = long_time(asked)?;

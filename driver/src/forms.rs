@@ -17,9 +17,9 @@ pub enum Form {
     D,
     /// The complement, inverted by the macrocell.
     InvertedD,
-    /// The value changes.
+    /// True if the value changes.
     T,
-    /// The value stays, inverted by the macrocell.
+    /// True if the value does not change, inverted by the macrocell.
     InvertedT,
 }
 
@@ -30,7 +30,7 @@ impl Form {
     pub const OF_D: [Form; 2] = [Form::D, Form::InvertedD];
 }
 
-/// A sum of products, in figures.
+/// The size of a sum of products.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sum {
     /// The number of products.
@@ -82,8 +82,8 @@ pub fn of_steps(logic: &Logic, budget: Budget) -> Result<Vec<Forms>, Refused> {
         .collect()
 }
 
-/// The products of each output pin that is more than a flip-flop, in the better polarity and with don't-cares; a pin that shows a flip-flop shares its
-/// macrocell.
+/// The number of products of each output that is not simply a flip-flop, in the better polarity and with don't-cares. An output that equals
+/// a flip-flop shares its macrocell.
 ///
 /// # Errors
 /// The budget is too small.

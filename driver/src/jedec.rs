@@ -7,7 +7,7 @@
 //! vectors     backend_pld::fuse::vectors   what the programmer tests, by the simulator of the fuses
 //! write       backend_pld::jedec::write    the file
 //! read        backend_pld::jedec::read     the file without knowledge of its origin; both checksums
-//! decode      backend_pld::fuse::decode    every product of every macrocell as it was meant
+//! decode      backend_pld::fuse::decode    every product of every macrocell as intended
 //! run         backend_pld::fuse::run       the simulator of the fuses, compared with the decoded circuit
 //! prove       verify::equiv                the decoded circuit equal to the net, from power-up
 //! ```
@@ -349,7 +349,7 @@ fn said(burned: &Burned, file: &str) -> Vec<Note> {
     parts.into_iter().map(Note::Burned).collect()
 }
 
-/// A file as a design: its macrocells, its circuit if it has one, and the findings about it.
+/// Converts a file to a design: its macrocells, its circuit if it has one, and the findings about it.
 ///
 /// # Errors
 /// A device whose fuse map is unknown, and fuses that no data sheet describes.

@@ -139,7 +139,8 @@ impl Reading<'_> {
     }
 }
 
-/// The design to use if nothing in its file runs: its last library chart, which may use the others, with its parameters as inputs and outputs.
+/// The design to use if a file contains only library charts: the last one, which may use the others, with its parameters as inputs and
+/// outputs.
 pub(crate) fn last_alone(design: Design) -> Design {
     if !design.charts.is_empty() {
         return design;
@@ -224,7 +225,7 @@ pub fn certificates(
     found
 }
 
-/// The last rows of a stimulus in one sentence: `(n = 2, dt = 1)`.
+/// The inputs of the last rows of a stimulus, as one phrase: `(n = 2, dt = 1)`.
 fn inputs(net: &Net, stimulus: &Stimulus) -> String {
     const SHOWN: usize = 4;
     let n_rows = stimulus.len();

@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 pub struct Options {
     /// Minimise each output separately, as for a PAL; otherwise outputs share products.
     pub per_output: bool,
-    /// Outputs may be inverted.
+    /// True if outputs may be inverted.
     pub free_polarity: bool,
     /// Find the proved minimum, not only a small sum.
     pub exact: bool,
@@ -30,7 +30,7 @@ pub struct Minimised {
     pub text: String,
     /// Products, literals and what is proved, in a few lines.
     pub report: String,
-    /// Each number of products is proved to be the minimum.
+    /// True if each number of products is proved to be the minimum.
     pub is_exact: bool,
 }
 

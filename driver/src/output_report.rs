@@ -57,7 +57,7 @@ pub enum OutputVerdict {
     Refuted(OutputFault),
     /// It was read back, and its equality is open.
     ReadBack(Open),
-    /// It was not read back, or its run did not finish.
+    /// Its equality is open: it was not read back, or its run did not finish.
     Open(Open),
     /// It cannot be checked: grafsynth does not read that language.
     NotChecked,
@@ -272,7 +272,7 @@ pub enum Note {
     NotSafe(String),
     /// Pins are not assigned because the design does not fit, with advice unless it is given elsewhere.
     PinsOpen(String),
-    /// An input or output whose pin is not in the order of declarations, and why.
+    /// An input or output that is not on the pin given by the order of declarations, and the reason.
     PinMoved(MovedPin),
     /// How the micro-steps of the chart become clocks of the circuit.
     Form(String),
@@ -290,7 +290,7 @@ pub enum Note {
         /// The number of flip-flops of each synchroniser.
         stages: usize,
     },
-    /// The chart's own C code was left out of the compiled and tested program.
+    /// The C code of the chart's author was left out of the compiled and tested program.
     WithoutForeignCode,
     /// The macro that the user must define if an interrupt shares numbers with the chart; this was not checked.
     CriticalSection(String),
@@ -333,7 +333,7 @@ impl Note {
         }
     }
 
-    /// What it says about the correctness of the output.
+    /// The result that the note implies for the output.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
         match self {

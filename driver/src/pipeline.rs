@@ -40,8 +40,8 @@ pub use grafsynth_logic::BusyMode;
 use grafsynth_verify::equiv::only_tested;
 use grafsynth_verify::{Limits, OpenReason};
 
-/// Errors about variables that the designer declares not to be shared with a halted step (semantics §6). They depend on the situations, not on the structure
-/// alone.
+/// Errors about variables that the designer declares as not shared with a halted step, although they are (semantics §6). They depend on the
+/// situations, not only on the structure.
 fn refused_sharing(net: &Valid<Net>) -> Vec<Diagnostic> {
     if !net.sharing.values().any(|said| *said == Sharing::Refuse) {
         return Vec::new();
@@ -207,7 +207,7 @@ fn ice40(net: &Net, emitted: &Emitted, options: &BuildOptions, built: &mut Built
     }
 }
 
-/// Writes one text, reads it back and has it proved; returns the text unless it was rejected or refuted.
+/// Writes one text, reads it back and proves it equal to the net; returns the text unless it was rejected or refuted.
 fn equations(
     net: &Valid<Net>,
     facts: &Facts,

@@ -32,9 +32,9 @@ pub struct NetDesign {
     pub chart: Option<chart::Design>,
     /// The net that runs.
     pub net: Valid<Net>,
-    /// The tasks whose costs come from a model.
+    /// The tasks whose costs are estimated by a model; `None` if there are none.
     pub counted: Option<Counted>,
-    /// C text that defines the extern functions of a chart that was read from C.
+    /// For a chart that was read from C: the C text that defines its extern functions.
     pub library: Option<String>,
 }
 

@@ -159,7 +159,7 @@ fn line(name: &str, judged: Judged) -> OutputReport {
     )
 }
 
-/// A line that also reports the pins that are not in the order of declarations.
+/// Adds to a report the pins that are not those given by the order of declarations.
 fn moved(mut line: OutputReport, emitted: &Emitted) -> OutputReport {
     line.notes.extend(emitted.moved.iter().cloned().map(Note::PinMoved));
     line

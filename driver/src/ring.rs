@@ -32,7 +32,7 @@ pub struct Entry {
     pub reaction: u32,
     /// The transition.
     pub transition: TransitionId,
-    /// It is the first of its micro-step, if the chart marks micro-steps.
+    /// True if it is the first of its micro-step; only in charts that mark micro-steps.
     pub begins: bool,
 }
 
@@ -53,7 +53,7 @@ pub struct Reaction {
     pub fired: Vec<Vec<TransitionId>>,
     /// The steps that are known to be active after it, in declaration order.
     pub active: Vec<StepId>,
-    /// No other step is active.
+    /// True if it is known that no other step is active.
     pub is_known: bool,
 }
 
@@ -62,11 +62,11 @@ pub struct Reaction {
 pub struct Replay {
     /// The reactions in order; row 0 is the first if nothing was overwritten.
     pub reactions: Vec<Reaction>,
-    /// Why the remaining entries are not a behaviour of the chart.
+    /// Why the remaining entries are impossible in the chart; `None` if all entries are possible.
     pub broken: Option<String>,
 }
 
-/// The ring in a dump: its bytes, or the same as hexadecimal text with optional white space.
+/// Reads a dump of the ring: its bytes, or the bytes as hexadecimal text with optional white space.
 ///
 /// # Errors
 /// The dump is not a ring, is corrupt, or belongs to another chart.

@@ -15,9 +15,9 @@ pub fn net_trace(net: &Valid<Net>, stimulus: &Stimulus) -> Trace {
     grafsynth_sim::run(net, stimulus)
 }
 
-/// The trace of a circuit whose pins and flip-flops have roles. A circuit with a `busy` pin is clocked in each row until `busy` is 0. If it never is,
-/// the trace ends there; a comparison then finds the missing rows. A row with several ticks becomes that many clocks, each with its own row of the
-/// trace ([`Clocked`]).
+/// The trace of a circuit whose pins and flip-flops have roles. A circuit with a `busy` pin is clocked in each row until `busy` is 0. If
+/// `busy` never becomes 0, the trace ends there; a comparison then finds the missing rows. A row with several ticks becomes that many
+/// clocks, each with its own row of the trace ([`Clocked`]).
 ///
 /// # Errors
 /// The stimulus takes more clocks than the limit for a chip.

@@ -101,8 +101,8 @@ pub fn function(table: &Pla, nodes: usize) -> Result<Function, Refused> {
     Function::new(&table.on, &Terms::new(table.shape()), Some(&table.off), nodes)
 }
 
-/// One flip-flop for each state, and a small sum for all flip-flops and outputs together. If the ordinary search ends without a proof, the states are
-/// also treated as one multi-valued variable, and the shorter sum is used.
+/// Minimises a machine with one flip-flop for each state: a small sum for all flip-flops and outputs together. If the ordinary search ends
+/// without a proof, the states are also treated as one multi-valued variable, and the shorter sum is used.
 ///
 /// # Errors
 /// The diagrams need more than `nodes` nodes, or there is no sum of reasonable length.

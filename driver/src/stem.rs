@@ -18,7 +18,8 @@ use grafsynth_ir::names::{GRAF, Namer};
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FileStem(String);
 
-/// The maximum length of a stem in bytes. File systems allow 255 for a name, and our longest extension has fewer than 50.
+/// The maximum length of a stem in bytes. File systems allow 255 bytes for a name, and the longest extension of an output has fewer than
+/// 50.
 const MOST_BYTES: usize = 200;
 
 /// Names that Windows reserves for devices in every folder, with any extension.
@@ -76,7 +77,7 @@ impl FileStem {
         &self.0
     }
 
-    /// The endings of stems in C: `STEM_port.h`, `STEM_user.c` and `STEM_tables.c` are further files of a design.
+    /// The suffixes after a stem in C: `STEM_port.h`, `STEM_user.c` and `STEM_tables.c` are further files of a design.
     const OF_C: [&str; 3] = ["_port", "_user", "_tables"];
 
     /// True if the design with the longer stem would write a C file that the design with the shorter one also writes. For example, `lamp_port.h` is the port of

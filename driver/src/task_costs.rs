@@ -10,7 +10,7 @@ use grafsynth_ir::lower::{Lowered, TaskCosts, lower_with};
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Span, Valid};
 
-/// The estimated costs of tasks without declared costs, and the model.
+/// The estimated costs of tasks that declare none, and the model.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Counted {
     /// The machine of the model.

@@ -13,13 +13,13 @@ pub struct Texts {
     pub main: FileId,
     /// Its format.
     pub format: Option<Format>,
-    /// The stem of its file: the name of a chart whose text does not name it. `None` for standard input.
+    /// The stem of its file, which names a chart if the text does not. `None` for standard input.
     pub stem: Option<FileStem>,
     /// A board file.
     pub board: Option<FileId>,
     /// The texts of the files that the design and its libraries name.
     pub libraries: Vec<LibraryText>,
-    /// The files that these name but that do not exist: each with the text that names it.
+    /// Files that the design or a library names but that do not exist: each with the text that names it.
     pub absent: Vec<(FileId, String)>,
     /// Files with properties, and single properties from the command line.
     pub properties: Vec<FileId>,

@@ -1,8 +1,9 @@
 //! Runs the emitted C on an AVR, whose `int` has 16 bits: avr-gcc, and simavr as a library.
 //!
-//! The program `simavr` shows a firmware's output as a coloured log and has no input, so a small host of our own is compiled against libsimavr. A read of
-//! GPIOR1 returns the next byte of the stimulus; a write to GPIOR0 adds one byte to the answer. Both are ordinary registers of the machine, so the
-//! firmware needs no library and loses no cycles. It ends by sleeping with interrupts off, from which an AVR does not wake up.
+//! The program `simavr` shows a firmware's output as a coloured log and has no input, so a small host program is compiled against
+//! libsimavr. A read of GPIOR1 returns the next byte of the stimulus; a write to GPIOR0 adds one byte to the answer. Both are ordinary
+//! registers of the machine, so the firmware needs no library and loses no cycles. It ends by sleeping with interrupts off, from which an
+//! AVR does not wake up.
 
 use crate::firmware::{ANSWER, BENCH, Bench, Machine, Piece, STIMULUS, too_large_for, traces};
 use crate::{Availability, Engine, EngineError, Job, c, simavr, tools};
@@ -16,7 +17,7 @@ use std::sync::OnceLock;
 pub struct AvrEngine {
     /// The style of the emitted C.
     pub options: Options,
-    /// The simulator, compiled at its first use.
+    /// The host program with the simulator, compiled at its first use.
     pub host: OnceLock<Result<c::Program, String>>,
 }
 

@@ -19,11 +19,11 @@ pub struct CEngine {
     pub options: Options,
 }
 
-/// The time limit of a compiler: longer than it needs for any chart of the tests.
+/// The time limit of a compiler, longer than it needs for any chart in the tests.
 pub(crate) const LIMIT: Duration = Duration::from_secs(300);
 
-/// The flags of the compiler. No warnings are requested: the tests check that our text compiles without any, and the
-/// user's compiler may have others.
+/// The flags of the compiler. No warnings are requested: the tests check that the emitted text compiles without any, and the user's
+/// compiler may have other warnings.
 const FLAGS: [&str; 2] = ["-std=c99", "-O1"];
 
 impl Engine for CEngine {
@@ -79,7 +79,7 @@ pub fn parse(net: &Net, output: &[u8]) -> Result<Trace, EngineError> {
     })
 }
 
-/// A compiled program; its folder is removed with it.
+/// A compiled program; dropping it removes its folder.
 #[derive(Debug)]
 pub struct Program {
     /// The folder, removed on drop.

@@ -210,7 +210,7 @@ const SIMULATOR: [&str; 2] = ["s51", "ucsim_51"];
 mod tests {
     use super::*;
 
-    /// The result of this program, which has `volatile uint8_t v`; `None` if the tools are missing.
+    /// The result of a program with these functions, which may use `volatile uint8_t v`; `None` if the tools are missing.
     fn outcome(functions: &str, value: &str) -> Option<Result<u8, EngineError>> {
         let machine = C8051Engine::default();
         if machine.availability() != Availability::Here {

@@ -26,11 +26,11 @@ use std::collections::BTreeMap;
 
 /// The maximum number of input combinations that are tried in a state.
 const MAX_ROWS: usize = 1 << 12;
-/// The maximum number of reactions at and around thresholds; several hundred thousand per second are compared.
+/// The maximum number of reactions with ticks at and around thresholds; several hundred thousand reactions are compared per second.
 const MAX_REACTIONS: u64 = 400_000;
-/// The maximum number of additional reactions for every `dt`.
+/// The maximum number of additional reactions for a proof that covers every `dt`.
 const MAX_TICKS: u64 = 1_000_000;
-/// Tick counts that counters of 8 and 16 bits and a signed one of 32 bits would lose.
+/// Tick counts that do not fit in counters of 8 and 16 bits, and the maximum for a signed counter of 32 bits.
 const WIDE: [u32; 3] = [1 << 8, 1 << 16, MAX_DT];
 
 /// A path to a row that differs; a shortest one if it comes from the enumeration.

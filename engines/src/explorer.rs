@@ -25,11 +25,11 @@ pub(crate) struct Cell {
 
 /// The compiled chart with its pipes.
 pub(crate) struct Explorer {
-    /// Shared with the timeout of each batch.
+    /// The process, shared with the thread that enforces the time limit of each batch.
     child: Mutex<Child>,
     input: Option<ChildStdin>,
     output: BufReader<ChildStdout>,
-    /// Removed when the program has ended.
+    /// Keeps the folder of the program until the program has ended.
     _program: c::Program,
 }
 

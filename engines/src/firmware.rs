@@ -133,7 +133,8 @@ impl Bench {
             .map_err(|error| EngineError::Failed(format!("the machine gave no answer: {error}")))
     }
 
-    /// Runs a compiler or linker of this machine. A program that is too large for its memories is rejected; any other failure is our error.
+    /// Runs a compiler or linker of this machine. A program that is too large for its memories is rejected; any other failure is an error
+    /// of grafsynth.
     pub(crate) fn compile(
         &self,
         names: &[&str],

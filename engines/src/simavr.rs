@@ -1,4 +1,4 @@
-//! The host of simavr: the common part of our programs around the library. Each adds its own `main`.
+//! The common part of the host programs around the library libsimavr. Each program adds its own `main`.
 
 use crate::c;
 

@@ -21,7 +21,7 @@ use std::time::Duration;
 #[derive(Debug, Clone, Copy)]
 pub struct VerilogEngine;
 
-/// The time limit of the simulator: longer than any of our benches takes.
+/// The time limit of the simulator, longer than any test bench needs.
 const LIMIT: Duration = Duration::from_secs(300);
 
 impl Engine for VerilogEngine {

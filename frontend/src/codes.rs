@@ -14,9 +14,9 @@ pub const UNKNOWN_WORD: Code = Code { id: "G0104", title: "unknown word" };
 pub const NUMBER: Code = Code { id: "G0105", title: "number not allowed here" };
 /// A duration without a unit, with an unknown one, or out of range.
 pub const DURATION: Code = Code { id: "G0106", title: "invalid duration" };
-/// Deeper nesting than the limit.
+/// Nesting that is deeper than the limit.
 pub const NESTING: Code = Code { id: "G0107", title: "nesting too deep" };
-/// A larger source than the limit.
+/// A source that is larger than the limit.
 pub const TOO_LARGE: Code = Code { id: "G0108", title: "source too large" };
 /// More findings than the limit.
 pub const MORE: Code = Code { id: "G0109", title: "more errors than shown" };
@@ -123,11 +123,11 @@ pub const C_TYPE: Code = Code { id: "G0490", title: "invalid or unsupported C co
 pub const C_CONSTANT: Code = Code { id: "G0491", title: "constant expression expected" };
 /// Code that only C can express; it is left to the C library.
 pub const C_OPAQUE: Code = Code { id: "G0492", title: "code left to the C library" };
-/// An array parameter without a length.
+/// An array parameter whose length is unknown.
 pub const C_ARRAY_LENGTH: Code = Code { id: "G0493", title: "array of unknown length" };
 /// More or fewer arguments than parameters.
 pub const C_ARGUMENTS: Code = Code { id: "G0494", title: "wrong number of arguments" };
-/// Several functions that are not called.
+/// Functions that nothing calls, besides the one that the chart runs.
 pub const C_ENTRY: Code = Code { id: "G0495", title: "function not used in the chart" };
 /// An assignment used as a condition.
 pub const C_CONDITION_ASSIGNS: Code = Code { id: "G0496", title: "assignment used as a condition" };

@@ -2,7 +2,7 @@
 //!
 //! [`parse`] scans the text before it builds a tree, so that neither a malicious nor an invalid file costs more than a small multiple of
 //! its size. Nesting, attributes and namespaces are limited. Document types are rejected, and with them every entity that a file could
-//! define. A file that consists of hardly more than markup is rejected too.
+//! define. A file that consists almost entirely of markup is rejected too.
 //!
 //! [`Mapped`] text knows the source position of each of its bytes, even with character references and `CDATA` sections, so that an
 //! expression in an attribute has exact spans.

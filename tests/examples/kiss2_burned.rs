@@ -9,7 +9,7 @@ use grafsynth_ir::logic::{Logic, Node};
 use grafsynth_tests::chart;
 use grafsynth_verify::{Limits, Method, Verdict, equiv, structural_facts};
 
-/// Macrocells, and pins without the supplies.
+/// The macrocells of the device, and its pins without the supply pins.
 const CELLS: usize = 10;
 const PINS: usize = 22;
 
@@ -78,7 +78,7 @@ fn row(text: &str) -> String {
     }
 }
 
-/// What is insufficient even with the minimum number of flip-flops.
+/// The resource that the device lacks even with the minimum number of flip-flops.
 fn lack(logic: &Logic) -> String {
     let n_bits = logic.flops.len().next_power_of_two().trailing_zeros() as usize;
     let n_cells = n_bits + logic.outputs.len();

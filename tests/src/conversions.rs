@@ -23,7 +23,7 @@ pub enum Came {
     Otherwise(String),
 }
 
-/// The chart of a text.
+/// Reads the chart of a text.
 ///
 /// # Errors
 /// The messages of its errors.

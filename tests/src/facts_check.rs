@@ -1,4 +1,5 @@
-//! Checks a run against the facts of its net. The judge does not use the code that finds facts: it inspects the simulator after each reaction.
+//! Checks a run against the facts of its net. The check does not use the code that finds facts: it inspects the simulator after each
+//! reaction.
 //!
 //! ```text
 //! assert_eq!(refuted(&net, &facts, &stimulus), None);    // the run contradicts no fact

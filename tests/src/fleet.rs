@@ -1,4 +1,5 @@
-//! Many random charts in one style of C, each with other options: generated, counted, combined into programs, and compared with the simulator.
+//! Generates many random charts in one style of C, each with different options, combines them into programs and compares them with the
+//! simulator.
 //!
 //! ```text
 //! let drawn = draw(Style::Switch, 1000);                 // charts that the style supports; rejected ones are counted separately
@@ -29,7 +30,7 @@ use std::time::Duration;
 const ROWS: usize = 120;
 /// The number of seeds that are generated together.
 const BLOCK: u64 = 64;
-/// The number of seeds for each requested chart before a style is reported to support too few.
+/// The maximum number of seeds per requested chart; beyond it, the style is reported as supporting too few charts.
 const PATIENCE: u64 = 200;
 const LIMIT: Duration = Duration::from_secs(120);
 
@@ -48,9 +49,9 @@ pub struct Chart {
 /// The generated charts.
 #[derive(Default)]
 pub struct Drawn {
-    /// Those that the style supports, by seed.
+    /// The charts that the style supports, sorted by seed.
     pub charts: Vec<Chart>,
-    /// How many charts each reason excluded.
+    /// The number of charts that were rejected, for each reason.
     pub refused: BTreeMap<String, u64>,
 }
 
@@ -231,8 +232,8 @@ pub struct Compiler {
 }
 
 impl Compiler {
-    /// A compiler with sanitizers for every access and every operation (address and undefined behaviour), in C99; without optimisation, which would take
-    /// longest. `None` if no compiler has both; clang first, which is faster.
+    /// A C99 compiler with the address and undefined-behaviour sanitizers, without optimisation, because optimising would take the most
+    /// time. `None` if no compiler has both; clang first, which is faster.
     #[must_use]
     pub fn watchful() -> Option<Self> {
         let flags =
@@ -512,7 +513,7 @@ fn divides(net: &Net, by_no_constant: bool) -> bool {
 }
 
 impl Drawn {
-    /// How many charts have a property.
+    /// The number of charts that have a property.
     #[must_use]
     pub fn with(&self, property: &str) -> usize {
         let found = PROPERTIES.iter().find(|(name, _)| *name == property);

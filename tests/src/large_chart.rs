@@ -8,7 +8,8 @@
 //!         state L0_0_0_0 ..         L0_0_0_0 -> L0_0_0_1 on tick; the last one raises n1, if requested
 //! ```
 //!
-//! A `tick` moves every region, `n` and `c` move one, `reset` restarts all: broadcast, inherited transitions, wide ones, history and internal events.
+//! A `tick` moves every region, `n` and `c` move one, `reset` restarts all: broadcast, inherited transitions, transitions that exit many
+//! states, history and internal events.
 
 use grafsynth_ir::chart::{
     Block, Chart, Declaration, DeclarationKind, Design, Expr, History, Item, Leaf, Path, Setting,
@@ -30,7 +31,7 @@ pub struct LargeChart {
     pub composites: usize,
     /// States in each composite.
     pub states: usize,
-    /// Atomic states in each of these states.
+    /// Atomic states in each state of a composite.
     pub leaves: usize,
     /// How a composite is entered: by its history (true: deep) or by its first state.
     pub history: Option<bool>,

@@ -1,7 +1,7 @@
 //! Random C functions in the subset that becomes a chart, as trees that can be shrunk.
 //!
-//! Every program ends: each loop round and each label takes one unit of fuel, and a program without fuel returns. Undefined behaviour may
-//! occur; the compiler's sanitizer detects it, and such runs are ignored.
+//! Every program terminates: each round of a loop and each label uses one unit of fuel, and a program without fuel returns. Undefined
+//! behaviour may occur; the compiler's sanitizer detects it, and such runs are ignored.
 
 use grafsynth_sim::Random;
 use std::fmt::Write;
@@ -19,7 +19,7 @@ pub enum S {
     Do(Vec<S>, String),
     /// `for`; each part may be empty.
     For(String, String, String, Vec<S>),
-    /// `switch`: label (`None` is `default`), statements, and whether `break` follows.
+    /// `switch`: its selector and, for each section, the label (`None` is `default`), the statements, and whether `break` follows.
     Switch(String, Vec<(Option<i64>, Vec<S>, bool)>),
     /// Duff's device: a `switch` with labels inside a loop.
     Duff(String, Vec<Vec<S>>, String),

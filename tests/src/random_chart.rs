@@ -217,7 +217,7 @@ fn renamed(net: Valid<Net>, random: &mut Random) -> Valid<Net> {
     validate(net).unwrap_or(before)
 }
 
-/// Comments that look like the end of a comment, or like something else.
+/// Comments that look like the end of a comment, or like another construct.
 const ODD_LABELS: [&str; 14] = [
     "it runs",
     "*)",

@@ -90,7 +90,7 @@ impl Emit<'_> {
         nodes
     }
 
-    /// Temps that are local to the current function but cannot be declared where they are set.
+    /// Temps that are local to the current function but must be declared at its start.
     pub(crate) fn locals(&self) -> Vec<Node> {
         self.program
             .temps

@@ -47,7 +47,7 @@ fn as_task(mut nodes: Vec<Node>, task: Option<(StepId, usize)>) -> Vec<Node> {
     nodes
 }
 
-/// The net in this style.
+/// Emits the net in this style.
 ///
 /// # Errors
 /// If the net has no reaction program.
@@ -93,13 +93,13 @@ pub(crate) struct Emit<'a> {
     pub(crate) is_split: bool,
     /// The function being printed: 0 is the reaction itself.
     pub(crate) function: usize,
-    /// The number of loops so far, to name their counters.
+    /// The number of loops emitted so far, which makes the names of their counters unique.
     loops: usize,
     /// The maximum number of rounds of the evolution, if one is proved. The cost model uses it; the emitted loop does not.
     pub(crate) proved_rounds: Option<u64>,
     /// True if some reaction may set the fault flag.
     pub(crate) sets_fault: bool,
-    /// Temps whose only value turned out to be a constant.
+    /// Temps that always have one constant value.
     constants: BTreeMap<TempId, CExpr>,
 }
 
@@ -468,7 +468,7 @@ impl<'a> Emit<'a> {
         self.ask(&[value], &when)
     }
 
-    /// The source steps of a transition, as conditions.
+    /// The conditions that the source steps of a transition are active.
     fn enabled(&self, transition: TransitionId) -> Vec<CExpr> {
         self.net.transitions[transition]
             .requires
@@ -477,7 +477,7 @@ impl<'a> Emit<'a> {
             .collect()
     }
 
-    /// How a step's bit is read.
+    /// The expression that reads a step's bit.
     pub(crate) fn active(&self, step: StepId) -> Option<CExpr> {
         let cell = self.step_cells.get(&step)?;
         match self.elsewhere.get(cell) {

@@ -1,3 +1,3 @@
-//! C as a tree and as text.
+//! C code as a tree, and the writer that prints it.
 
 pub(crate) mod print;

@@ -14,7 +14,7 @@ pub(crate) struct Node {
     pub(crate) kind: Kind,
     /// A comment at the end of the (first) line; empty if there is none.
     pub(crate) note: String,
-    /// The objects of the net that this comes from.
+    /// The objects of the net from which this piece is generated.
     pub(crate) objects: Vec<Object>,
     /// For a line that only defines a local: see [`crate::style_output::without_unused`].
     pub(crate) defines: Option<Definition>,
@@ -51,7 +51,7 @@ pub(crate) enum Kind {
     Nested(Vec<Node>),
     /// A function: the opening brace is on its own line.
     Function(String, Vec<Node>),
-    /// `head {` body `} tail`, for types and tables.
+    /// `head {` body `} tail`: a type or a table.
     Braces(String, Vec<Node>, String),
 }
 
@@ -66,7 +66,7 @@ pub(crate) struct Arm {
     pub(crate) objects: Vec<Object>,
     /// The contents.
     pub(crate) body: Vec<Node>,
-    /// The maximum number of rounds of a loop whose head does not show it; the code that sets it gives the reason.
+    /// The maximum number of rounds of a loop, if its head does not show it. The code that sets this number states the reason.
     pub(crate) at_most: Option<u64>,
     /// For an `if` that runs a task: the step and the index of its task.
     pub(crate) task: Option<(StepId, usize)>,

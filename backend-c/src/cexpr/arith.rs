@@ -1,4 +1,4 @@
-//! Arithmetic: sums, products, quotients and remainders in the class that contains them, and stores that saturate.
+//! Arithmetic: sums, products, quotients and remainders in the smallest class that holds them, and stores that saturate.
 
 use super::{CExpr, Class, Prec, literal};
 use grafsynth_ir::expr::{ArithOp, Type};
@@ -128,7 +128,7 @@ pub(crate) const WIDE_FUNCTIONS: [&str; 3] = ["mul64", "div64", "mod64"];
 /// The helper functions that saturating stores need, one for each class in use.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Helpers {
-    /// `PREFIX_clamp16`, `32`, `64`.
+    /// Whether `PREFIX_clamp16`, `PREFIX_clamp32` and `PREFIX_clamp64` are called.
     pub(crate) clamp: [bool; 3],
     /// `PREFIX_later`: adds ticks to a timer and saturates.
     pub(crate) later: bool,

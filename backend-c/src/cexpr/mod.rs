@@ -10,7 +10,7 @@
 //! (`(int)n`, for arithmetic), and one that is unsigned (`5U`, `n + 1U`, to compare with bytes and to store into them). A composite is cast to its
 //! own type before it is cast to another.
 //!
-//! Comparisons that the intervals decide become constants: otherwise compilers warn about them, and dead code is printed.
+//! Comparisons that the intervals decide become constants. Otherwise compilers would warn about them, and the text would contain dead code.
 // A variant that an emitter forgets is a miscompile.
 #![warn(clippy::wildcard_enum_match_arm)]
 
@@ -89,8 +89,8 @@ pub(crate) struct CExpr {
     signed: Option<(String, Prec)>,
     /// The spelling that is unsigned and at most one byte wide, if it differs from `text`.
     unsigned: Option<(String, Prec)>,
-    /// For a comparison with a constant: the compared expression and the constant. They show whether two comparisons are always
-    /// or never both true.
+    /// For a comparison with a constant: the compared expression and the constant. They show if a conjunction or disjunction of two
+    /// comparisons is constant.
     pub(crate) asks: Option<Box<Question>>,
 }
 
@@ -307,12 +307,12 @@ impl CExpr {
         }
     }
 
-    /// The conjunction, without constants.
+    /// The conjunction; constant operands are simplified away.
     pub(crate) fn and(all: impl IntoIterator<Item = CExpr>) -> Self {
         Self::junction(all, true)
     }
 
-    /// The disjunction, without constants.
+    /// The disjunction; constant operands are simplified away.
     pub(crate) fn or(all: impl IntoIterator<Item = CExpr>) -> Self {
         Self::junction(all, false)
     }

@@ -28,7 +28,8 @@ pub struct Candidate {
     pub is_taken: bool,
 }
 
-/// Above this number of steps, the style with one bit per step is not tried: each reaction reads every bit, so it cannot be the best.
+/// For charts with more steps than this, the style with one bit per step is not tried: each reaction reads every bit, so that style cannot
+/// be the best.
 const STEPS_OF_BITS: usize = 500;
 
 /// Emits the style that suits the machine best; [`Package::tried`] gives the reason.

@@ -31,7 +31,7 @@ pub struct Machine {
     pub unit: &'static str,
     /// The default number of clocks per second.
     pub clock_hz: u64,
-    /// Clocks per unit of time; for machines that count instructions, the maximum of a typical instruction.
+    /// Clocks per unit of time; for machines whose unit is the instruction, the maximum for a typical instruction.
     pub clocks_per_unit: u32,
     /// True if a time bound may be stated: the instructions alone determine the time, or time *is* counted in instructions.
     pub is_bounded: bool,
@@ -67,7 +67,7 @@ pub struct Machine {
     pub compare: Widths,
     /// A conditional jump, taken or not.
     pub branch: Op,
-    /// A truth value in a register, as the result of a comparison.
+    /// Storing the result of a comparison as a Boolean in a register.
     pub truth: Op,
     /// A shift by a constant number of bits: the fixed cost, and the cost of each bit.
     pub shift: (Widths, Widths),
@@ -81,7 +81,7 @@ pub struct Machine {
     pub widen: Widths,
     /// The address of a table element: for an element size of a power of two bytes, and for other sizes.
     pub index: (Op, Op),
-    /// A jump at the end of a branch or of a loop round.
+    /// A jump at the end of a branch or of a round of a loop.
     pub jump: Op,
     /// From this number of labels on, a dense `switch` uses a jump table.
     pub table_from: u32,
@@ -99,7 +99,7 @@ pub struct Machine {
     pub frame: (Op, Op),
     /// The cost of a stack frame if locals do not fit in registers.
     pub stack_frame: Op,
-    /// Each byte of a structure that is copied.
+    /// Copying one byte of a structure.
     pub copy: Op,
     /// Bytes of locals that need no saving: registers that a call may overwrite.
     pub scratch: u32,

@@ -73,11 +73,11 @@ impl fmt::Display for NotUnderstood {
 pub struct Bound {
     /// The maximum time of `NAME_step`, from call to return, in the machine's unit; without user functions.
     pub step: u64,
-    /// How the bound was found.
+    /// How the paths for the bound were explored.
     pub way: Way,
-    /// Why the bound was found from the text alone; `None` if it was not.
+    /// Why paths could not be explored, so that the bound is from the text alone; `None` if they were explored.
     pub open: Option<String>,
-    /// Why `step` is not a useful bound: it is what the limit of micro-steps or the text alone allows.
+    /// Why `step` is not a useful bound, for example because it only reflects the limit of micro-steps; `None` if it is useful.
     pub unbounded: Option<String>,
     /// The maximum time of `NAME_init`, as in [`Bound::step`].
     pub init: u64,
@@ -151,7 +151,7 @@ pub fn bound(package: &Package, machine: &Machine) -> Result<Bound, NotUnderstoo
     of_texts(headers, &source.text, package, &source.map, prefix, machine)
 }
 
-/// The bound of a source with its headers, in the order in which they are read.
+/// The bound of a source and its headers; the texts are in the order in which they are read.
 fn of_texts<'a>(
     headers: impl Iterator<Item = &'a str>,
     source: &str,

@@ -1,4 +1,4 @@
-//! How many rounds count for a loop over micro-steps.
+//! The number of rounds that a bound counts for the loop over micro-steps.
 
 use grafsynth_ir::facts::{Facts, Proof};
 use grafsynth_ir::net::{Evolution, Net};

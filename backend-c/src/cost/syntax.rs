@@ -43,7 +43,7 @@ struct Parser<'a> {
     depth: usize,
 }
 
-/// The precedence of binary operators, from the loosest.
+/// The binary operators by precedence, the lowest first.
 const BINARY: [&[&str]; 10] = [
     &["||"],
     &["&&"],
@@ -165,7 +165,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// Qualifiers and a type, and whether `__flash` or `__code` is among them.
+    /// Reads qualifiers and a type; the flag is true if `__flash` or `__code` is among the qualifiers.
     fn specifiers(&mut self) -> Result<(Type, bool), NotUnderstood> {
         let mut rom = false;
         let mut found: Option<Type> = None;
@@ -328,7 +328,7 @@ impl Parser<'_> {
             .fold(ty, |ty, n| Type::Array(Rc::new(ty), u64::try_from(n).unwrap_or(0))))
     }
 
-    /// A value in braces is skipped: only its length matters.
+    /// Reads an initial value. A list in braces is skipped, because only its length matters.
     fn initialiser(&mut self) -> Result<Expr, NotUnderstood> {
         if !self.is("{") {
             return self.assignment();

@@ -9,8 +9,8 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Block, Net, StmtKind, Task};
 use std::collections::BTreeMap;
 
-/// The maximum cost of each task of a net on a machine. It is the larger of the costs with inputs and outputs as members and as words, so it does not depend on
-/// how the chart is built. `asked` selects the tasks.
+/// The maximum cost of each task of a net on a machine. Each is the larger of two costs, with inputs and outputs as members and as words,
+/// so it does not depend on the options of the build. `asked` selects the tasks.
 ///
 /// # Errors
 /// A requested task calls user functions or contains user code, whose cost no model knows; or the net cannot be emitted.
@@ -73,7 +73,7 @@ pub fn is_counted(net: &Net, block: &Block) -> bool {
     unknown(net, block).is_none()
 }
 
-/// The part of a list whose cost no model knows.
+/// The first part of a list whose cost no model can determine.
 fn unknown(net: &Net, block: &Block) -> Option<String> {
     block.iter().find_map(|stmt| match &stmt.kind {
         StmtKind::Call { output, .. } => {

@@ -7,7 +7,7 @@ use std::rc::Rc;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Type {
     Void,
-    /// A number or truth value: its bits, and whether it is signed.
+    /// A number or `bool`: its number of bits, and whether it is signed.
     Number {
         bits: u8,
         signed: bool,

@@ -172,7 +172,8 @@ impl Image {
         number
     }
 
-    /// The complete image as lines of bytes, header first, and its length; the length may exceed what an image can have.
+    /// The complete image as lines of bytes, header first, and its length. The length may exceed the maximum size of an image; the caller
+    /// checks it.
     pub(super) fn finish(self, head: Head) -> (Vec<Line>, usize) {
         let mut places = Vec::new();
         let mut at = HEADER;
@@ -211,7 +212,7 @@ impl Image {
     }
 }
 
-/// Inserts the checksum, which is still 0.
+/// Inserts the checksum; its bytes must still be 0.
 pub(super) fn seal(lines: &mut [Line]) {
     let all: Vec<u8> = lines.iter().flat_map(|line| line.bytes.iter().copied()).collect();
     let crc = crc32(&all);

@@ -37,7 +37,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The common header with which all engines read images.
 const IMAGE_HEADER: (&str, &str) = ("grafsynth_image.h", include_str!("grafsynth_image.h"));
-/// The files that are the same for every chart of tables.
+/// The files that are the same for every chart in this style.
 const FILES: [(&str, &str); 3] = [
     IMAGE_HEADER,
     ("grafsynth_engine.h", include_str!("grafsynth_engine.h")),
@@ -68,7 +68,7 @@ fn refuse<T>(what: impl Into<String>, span: Span) -> Result<T, Refusal> {
     Err(Refusal { what: what.into(), span })
 }
 
-/// The net in this style.
+/// Emits the net in this style.
 ///
 /// # Errors
 /// The net uses something that the engine does not support.
@@ -185,8 +185,8 @@ impl<'a> Plan<'a> {
         Ok(plan)
     }
 
-    /// Rejects queues that are needed: without a queue, the events of a row are handled one by one, in declaration order, and
-    /// nothing else raises events.
+    /// Rejects charts that need an event queue: those with a transition on the completion of a state, and those whose queue is shorter than
+    /// the events of a row. In all others, the events of a row are handled one by one, in declaration order.
     fn queues(&self) -> Result<(), Refusal> {
         let net = self.net;
         for step in net.steps.values() {
@@ -457,7 +457,7 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// The value of an output outside an emergency, as the tables express it.
+/// The value of an output without an emergency, as an expression for the tables.
 fn shown(output: &Output) -> Result<Expr, Refusal> {
     let span = output.meta.span;
     match &output.driver {

@@ -40,7 +40,7 @@ pub(crate) const FILES: [(&str, &str); 3] = [
 const HEADER: usize = 32;
 /// The version of this kind.
 const VERSION: u8 = 1;
-/// The number that distinguishes it from the kinds of tables.
+/// The kind number of this image, which distinguishes it from the images of tables.
 const KIND: u8 = 4;
 
 /// Why there is no image.
@@ -62,7 +62,7 @@ struct Room {
     sets_fault: bool,
 }
 
-/// The net as a program for the engine.
+/// Emits the net as a program for the engine.
 ///
 /// # Errors
 /// See [`Failure`].
@@ -113,7 +113,7 @@ pub(crate) fn program(
     Ok(emit(net, names, &program, &places, &room, ticks, &lines))
 }
 
-/// Marks that contain only their names.
+/// Trace marks, as verbatim text with only the number of the mark.
 fn marks(net: &Net) -> Marks {
     let mark = |text: String| Verbatim { language: MARK.to_owned(), text };
     Marks {

@@ -1,4 +1,4 @@
-//! What a micro-step enters (S4 of §3.9): new values of state variables, entry lists, initial transitions, histories, done events.
+//! The entries of a micro-step (S4 of §3.9): new values of state variables, entry lists, initial transitions, histories, done events.
 
 use super::Emit;
 use super::plan::Memory;
@@ -76,7 +76,7 @@ impl Emit<'_> {
         seen.into_iter().filter(|(_, count)| *count > 1).map(|(key, _)| key).collect()
     }
 
-    /// How many of the next items are inside a state.
+    /// The number of the next items that are inside a state.
     fn inside(&self, step: StepId, next: &[Enter]) -> usize {
         let lies_in = |other: StepId| {
             let mut up = Some(other);

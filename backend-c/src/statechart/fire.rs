@@ -1,4 +1,4 @@
-//! What a micro-step exits and runs: exit lists with histories (S1, S2 of §3.9), and the actions of transitions (S3).
+//! The exits and actions of a micro-step: exit lists with histories (S1, S2 of §3.9), and the actions of transitions (S3).
 
 use super::Emit;
 use super::plan::{Memory, Route};
@@ -185,7 +185,7 @@ impl Emit<'_> {
         nodes
     }
 
-    /// The function that exits the states which the chosen transition of the region exits; `None` if nothing is to be done.
+    /// The function that performs the exits of the chosen transition of the region; `None` if no transition has any.
     pub(super) fn leave(&mut self, region: usize) -> Option<Function> {
         let data = &self.plan.regions[region];
         let mut groups: BTreeMap<(usize, u32), Vec<String>> = BTreeMap::new();

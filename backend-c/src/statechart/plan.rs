@@ -37,7 +37,7 @@ pub(super) struct Region {
     pub(super) composites: Vec<StepId>,
     /// Its parallel states with their regions.
     pub(super) nested: Vec<(StepId, Vec<usize>)>,
-    /// True if it is active in every situation.
+    /// True if the region is always active.
     pub(super) is_always: bool,
     /// The transitions out of its states, in the order of their numbers.
     pub(super) transitions: Vec<TransitionId>,
@@ -56,7 +56,7 @@ impl Region {
     }
 }
 
-/// The source and the domain of a transition.
+/// The regions of a transition's source and domain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Route {
     /// The region of its source.

@@ -13,12 +13,12 @@ pub(super) struct Function {
     name: String,
     /// Parameters that every caller has under the same name.
     common: Vec<&'static str>,
-    /// Further parameters, in order.
+    /// The function's own parameters, in order.
     own: Vec<String>,
 }
 
 impl Function {
-    /// A call from a function of the evolution; `values` are possible arguments for its own parameters, some of which it may not have.
+    /// A call from a function of the evolution. `values` maps parameters to arguments; those that the function does not have are ignored.
     pub(super) fn call(&self, values: &[(&str, &str)]) -> String {
         self.call_with("scan", values)
     }
@@ -45,7 +45,7 @@ pub(super) struct Case {
     pub(super) returns: bool,
 }
 
-/// How many lines a function may have for each transition that [`crate::Options::max_transitions`] allows.
+/// The maximum number of lines of a function, per transition that [`crate::Options::max_transitions`] allows.
 const LINES: usize = 4;
 
 impl Emit<'_> {

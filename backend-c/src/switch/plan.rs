@@ -71,11 +71,11 @@ pub(crate) struct Plan {
     pub(crate) machines: Vec<Machine>,
     /// Variable and code of each step.
     pub(crate) place: IdMap<Step, (usize, u32)>,
-    /// For each step, the transitions that take it, in the order in which they are tested.
+    /// For each step, the transitions that leave it, in the order in which they are tested.
     pub(crate) leaving: IdMap<Step, Vec<TransitionId>>,
     /// The variable that decides each transition; `None` for one that can never be enabled.
     pub(crate) owner: IdMap<Transition, Option<usize>>,
-    /// The transition changes a variable besides its owner.
+    /// True for a transition that changes a variable besides its owner.
     pub(crate) is_wide: IdMap<Transition, bool>,
     /// When each extern condition is called.
     pub(crate) latches: BTreeMap<InputId, Latch>,

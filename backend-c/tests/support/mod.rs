@@ -130,7 +130,7 @@ pub(crate) fn facts(components: Vec<Component>) -> Facts {
     Facts { components, ..Facts::default() }
 }
 
-/// Loading a truck, as in the paper on Grafcet, C and PALASM.
+/// The truck example: loading a truck.
 pub(crate) fn truck() -> (Valid<Net>, Facts) {
     let mut b = Build::new("truck");
     b.net.settings.policy = Policy::PriorityAge;
@@ -153,7 +153,7 @@ pub(crate) fn truck() -> (Valid<Net>, Facts) {
     (b.valid(), facts(vec![component(&steps, true)]))
 }
 
-/// Rings of `ring` steps, `n` steps in all; step k drives o(k mod 16) and waits for i(k mod 16).
+/// Rings of `ring` steps each, `n` steps in total; step k drives the output k mod 16 and waits for the input k mod 16.
 pub(crate) fn rings(title: &str, n: usize, ring: usize) -> (Valid<Net>, Facts) {
     let mut b = Build::new(title);
     let inputs: Vec<InputId> = (0..16).map(|k| b.input(&format!("i{k}"))).collect();

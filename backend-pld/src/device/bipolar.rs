@@ -3,7 +3,7 @@
 use super::layout::{CellFuses, Layout, Mode, Setting, Shape};
 use super::v8;
 
-/// Sums without enable terms.
+/// A sum without an enable term.
 const OUTPUT: bool = false;
 /// A flip-flop without an enable term.
 const REGISTER: bool = false;

@@ -40,7 +40,7 @@ pub struct Mode {
     pub columns: &'static [(u32, u32)],
     /// The possible configurations of a macrocell in this mode. A fuse setting without a shape is not documented.
     pub shapes: &'static [Shape],
-    /// Macrocells that cannot be read in this mode; other pins use their columns.
+    /// Pins of macrocells that cannot be read in this mode, because other pins use their columns.
     pub deaf: &'static [u32],
 }
 
@@ -53,7 +53,7 @@ pub struct CellFuses {
     pub row: u32,
     /// The number of its rows, including those of its enable and of its clock.
     pub n_rows: u32,
-    /// The polarity setting: 1 is active high.
+    /// The polarity setting; 1 means active high.
     pub polarity: Setting,
     /// The setting that selects the shape, if there are several.
     pub kind: Option<Setting>,
@@ -79,7 +79,7 @@ impl Setting {
     }
 }
 
-/// The configuration of a macrocell under one setting of its fuse.
+/// The configuration of a macrocell for one value of its kind setting.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Shape {
     /// The value of [`CellFuses::kind`], if the device has this fuse.
@@ -103,8 +103,8 @@ pub enum Register {
     None,
     /// Clocked by the rising edge of this pin.
     Pin(u32),
-    /// Clocked by the rising edge of a row, cleared and set by two others; if both of these are true, the flip-flop is transparent. Rows are counted
-    /// from the macrocell's first row.
+    /// Clocked by the rising edge of a row, cleared and set by two other rows; if both of these rows are true, the flip-flop is
+    /// transparent. Rows are counted from the macrocell's first row.
     Rows {
         /// The clock's row.
         clock: u32,

@@ -46,7 +46,7 @@ pub struct Macrocell {
     pub combinational_terms: u32,
     /// The possible kinds of its flip-flop, if it has one.
     pub flip_flops: &'static [FlipFlop],
-    /// True if one of its product terms can be an inverter: it inverts the sum while it is true.
+    /// True if one of its product terms can invert the sum (through an exclusive-or gate) while the term is true.
     pub has_xor: bool,
     /// Its logic block, from 0, on devices with logic blocks.
     pub block: u32,
@@ -97,7 +97,8 @@ pub struct Device {
     pub macrocells: &'static [Macrocell],
     /// The source of the clock.
     pub clock: Clock,
-    /// The pin that enables (low) or loads all registered outputs; if the design has registers, it has no other function.
+    /// The pins that control all registered outputs: a low level enables or loads them. If the design has registers, these pins have no
+    /// other function.
     pub control_pins: &'static [u32],
     /// Pins for programming the soldered device, which a design cannot use; the macrocells of these pins may contain functions
     /// without a pin.
@@ -204,7 +205,8 @@ pub static DEVICES: &[Device] = &[
     pal20::PAL16L2_AS_GAL,
 ];
 
-/// Other names for the devices, each with our own: those of other manufacturers, of the PALs that GALs replace, and of the languages.
+/// Other names for the devices, each with the name used here: names of other manufacturers, of the PALs that GALs replace, and of the
+/// languages.
 const ALIASES: &[(&str, &str)] = &[
     ("pal22v10", "gal22v10"),
     ("palce22v10", "gal22v10"),

@@ -12,7 +12,7 @@ pub(crate) struct Attempt {
     pub(crate) pins: Vec<(u32, SignalIndex)>,
     /// Signals that got no pin.
     pub(crate) left: Vec<PinRequest>,
-    /// Requested pins that cannot carry their signal: the index of the request in [`Order::board`], and the reason.
+    /// Requested pins that cannot carry their signal: the index of the request in [`Order::board`], the need, and the reason.
     pub(crate) refused: Vec<(usize, Need, Refusal)>,
     /// Inputs and outputs that are not on the pins given by the order of declarations.
     pub(crate) moved: Vec<Moved>,

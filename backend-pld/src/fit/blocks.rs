@@ -62,7 +62,8 @@ impl Equations {
         Some(Misfit::new(self, vec![obstacles]))
     }
 
-    /// Assigns functions to blocks and visible signals to pins; `free` are the pins without a request, `needs` is what each signal needs.
+    /// Assigns functions to blocks and visible signals to pins. `free` contains the pins without a request, `needs` the requirement of each
+    /// signal.
     fn assign_blocks(
         &mut self,
         blocks: &'static Blocks,

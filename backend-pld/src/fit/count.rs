@@ -1,4 +1,4 @@
-//! Finds the resources that a device lacks for a circuit, whatever its sums are, by counting: before anything is minimised.
+//! Finds, by counting and before anything is minimised, the resources that a device lacks for a circuit whatever its sums are.
 
 use crate::EmitOptions;
 use crate::device::{Clock, Device};

@@ -46,7 +46,7 @@ impl Sum {
     }
 }
 
-/// Sums, some of them divided; the divisors come last, as the signals from [`State::first`] on.
+/// All sums, some of them divided; the divisors are last, as the signals from [`State::first`] on.
 #[derive(Debug, Clone)]
 struct State {
     sums: Vec<Sum>,
@@ -60,7 +60,7 @@ impl State {
         self.sums.iter().map(Sum::n_terms).sum()
     }
 
-    /// The same state with this many more divisors, and one product in every sum.
+    /// A lower bound of the state: this many more divisors, and one product in every sum.
     fn narrow(&self, n_more: usize) -> State {
         let mut state = self.clone();
         for sum in &mut state.sums {
@@ -177,7 +177,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The number of products of the narrowest function without a macrocell; `None` if everything fits.
+    /// The number of products of the narrowest function that has no macrocell; `None` if everything fits.
     fn misplaced(&mut self, state: &State) -> Option<usize> {
         self.tries += 1;
         // A greedy match of the widest functions with the widest macrocells is a quick upper bound.
@@ -267,7 +267,7 @@ impl Search<'_> {
 }
 
 impl Equations {
-    /// Divides sums without a macrocell over as few spare ones as possible. If the design still does not fit, nothing changes.
+    /// Divides sums that fit in no macrocell over as few spare macrocells as possible. If the design still does not fit, nothing changes.
     pub(crate) fn divide(
         &mut self,
         logic: &Logic,

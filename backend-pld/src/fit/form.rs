@@ -76,8 +76,8 @@ impl FormChoice<'_> {
         Form::plain(sum.is_complemented, is_pin_inverted, sum.products.clone())
     }
 
-    /// A form without its sum, for a circuit that is too large for a device in any case. But a function that is a single literal keeps its
-    /// sum, because it may share the macrocell of its flip-flop.
+    /// A form without its sum, for a circuit that is too large for the device in any case. A function that is a single literal still gets
+    /// its sum, because it may share the macrocell of a flip-flop.
     pub(crate) fn unsaid(&self, node: NodeId, init: Option<bool>) -> Form {
         let inner = if let Node::Not(inner) = self.logic.nodes[node] { inner } else { node };
         let is_literal = matches!(self.logic.nodes[inner], Node::Flop(_) | Node::Input(_));

@@ -170,8 +170,8 @@ impl Matching {
         false
     }
 
-    /// The priority of a pair: its group and its order within the group; smaller numbers come first. An input whose natural pin is not possible
-    /// gets the first of the pins that only inputs can use.
+    /// The priority of a pair of signal and pin: its group and its order within the group; smaller numbers come first. An input whose
+    /// natural pin is not possible gets the first pin that only inputs can use.
     fn preference(&self, wish: &PinRequest, pin: u32) -> (u32, u64) {
         let first = u64::from(pin);
         if wish.kept == Some(pin) {

@@ -43,7 +43,7 @@ pub struct MovedPin {
 pub enum MovedBecause {
     /// The pin cannot carry it.
     Refused(Refusal),
-    /// Another signal has the pin: it can use no other pin, or had this one in an earlier build.
+    /// Another signal has the pin, because that signal can use no other pin or had this one in an earlier build.
     Needed {
         /// Its name.
         by: String,
@@ -68,19 +68,19 @@ pub enum Refusal {
     NoSuchPin(u32),
     /// It is ground or a supply voltage.
     Supply,
-    /// The device is programmed by it.
+    /// The pin is used to program the device.
     Jtag,
-    /// The clock input is this pin.
+    /// The pin is not the clock input, which is this pin.
     ClockIs(u32),
-    /// It is the clock.
+    /// The pin is reserved for the clock.
     Clock,
-    /// It controls all registered outputs.
+    /// The pin controls all registered outputs.
     Control,
     /// The device has no flip-flops.
     NoFlops,
     /// It has no macrocell.
     NoMacrocell,
-    /// Its macrocell has no flip-flop, or always one.
+    /// Its macrocell has no flip-flop, or always uses one, and the function needs the other kind.
     OtherKind {
         /// True if the function has a flip-flop.
         is_registered: bool,
@@ -92,9 +92,9 @@ pub enum Refusal {
         /// The number of product terms of the macrocell.
         limit: u32,
     },
-    /// No output is read back in this mode.
+    /// In the named mode, no product term can read an output.
     NoFeedback(&'static str),
-    /// It cannot be read in this mode, or ever.
+    /// No product term can read the pin: in the named mode or, if `None`, in any mode.
     Deaf(Option<&'static str>),
 }
 

@@ -210,7 +210,7 @@ impl Equations {
         Order { board, wishes, has_registers }
     }
 
-    /// Reports requested pins that cannot be used in any mode, as refused by the mode that accepts most of them.
+    /// Reports requested pins that cannot be used in any mode, with the reasons of the mode that accepts most of them.
     pub(crate) fn bad_pins(
         &self,
         order: &Order,

@@ -32,7 +32,8 @@ impl Equations {
         }
     }
 
-    /// The flip-flop whose literal a combinational equation is, if its pin can show it, and whether the output is its complement.
+    /// If a combinational equation is a single literal of a flip-flop whose pin can show it: the flip-flop, and whether the output is its
+    /// complement.
     fn flop_shown_by(&self, at: usize) -> Option<(SignalIndex, bool)> {
         let equation = &self.equations[at];
         let is_output = matches!(self.signals[equation.signal].source, Source::Output(_));
@@ -51,7 +52,7 @@ impl Equations {
         can_show.then_some((signal, is_complement))
     }
 
-    /// True if the signal can be replaced by its complement, which the pin then shows.
+    /// True if the flip-flop can be replaced by its complement, which the pin then shows.
     fn can_be_inverted(&self, flop: SignalIndex) -> bool {
         let is_shared = self.signals.iter().any(|signal| signal.shared == Some(flop));
         // The function of a T flip-flop has no polarity to change.
@@ -106,7 +107,7 @@ impl Equations {
         }
     }
 
-    /// Gives both the same name: that of the output at the pin.
+    /// Gives the flip-flop and the output at its pin the same name, that of the output.
     fn share(&mut self, output: SignalIndex, flop: SignalIndex) {
         if self.signals.iter().any(|signal| signal.shared == Some(flop)) {
             let name = self.signals[flop].name.clone();

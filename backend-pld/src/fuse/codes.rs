@@ -8,7 +8,7 @@ pub const NO_FUSE_MAP: Code = Code { id: "G0780", title: "unknown fuse map" };
 pub const CANNOT_HOLD: Code = Code { id: "G0781", title: "equation without a suitable macrocell" };
 /// The fuses select a configuration that no data sheet describes.
 pub const UNDOCUMENTED: Code = Code { id: "G0782", title: "undocumented fuse setting" };
-/// The device is not a single synchronous circuit.
+/// The programmed device is not a single synchronous circuit.
 pub const NOT_SYNCHRONOUS: Code =
     Code { id: "G0783", title: "device that is not a single-clock circuit" };
 /// The levels never settle.
@@ -21,7 +21,7 @@ pub const CHECKSUM: Code = Code { id: "G0786", title: "checksum mismatch" };
 pub const UNKNOWN_SIZE: Code = Code { id: "G0787", title: "fuse count of an unknown device" };
 /// A field that is ignored.
 pub const PASSED_OVER: Code = Code { id: "G0788", title: "ignored JEDEC field" };
-/// A fuse map that we wrote does not read back as intended.
+/// A fuse map that was written does not read back as intended.
 pub const NOT_AS_MEANT: Code = Code { id: "G0789", title: "incorrect fuse map" };
 /// The fuse simulator and the test vectors of a file differ.
 pub const VECTOR_FAILS: Code = Code { id: "G0790", title: "failed test vector" };

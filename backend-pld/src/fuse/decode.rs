@@ -7,7 +7,7 @@ use crate::device::layout::{
 use crate::placement::{Cell, CellKind, Placement, Product};
 use grafsynth_ir::diag::Diagnostic;
 
-/// The contents of a fuse map. Macrocells without a function are left out; pins have no names.
+/// Decodes the macrocells that a fuse map configures. Macrocells without a function are left out; pins have no names.
 ///
 /// A term that is never true is written as a literal and its complement over the macrocell's own pin.
 ///

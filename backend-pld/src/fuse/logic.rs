@@ -21,8 +21,9 @@ pub struct Role {
     pub is_inverted: bool,
 }
 
-/// The circuit of a placement. Pins with roles become the objects of the roles, in their order; the others become inputs and flip-flops with the
-/// names in the placement, if they are read. For default roles, see [`own_roles`]. The power-up values follow from the device.
+/// Builds the circuit of a placement. Pins with roles become the objects of the roles, in their order; the others become inputs and
+/// flip-flops with the names in the placement, if they are read. For default roles, see [`own_roles`]. The power-up values follow from the
+/// device.
 ///
 /// # Errors
 /// A circuit without a single clock: several clocks, asynchronous resets and presets, outputs that are not always driven but are read or have a role,

@@ -60,7 +60,8 @@ fn is_read(placement: &Placement, pin: u32) -> bool {
     placement.products().any(|product| product.literal(pin).is_some())
 }
 
-/// The simplest mode that holds the design, without obstacles; otherwise the mode with the fewest obstacles, and those of all modes (its own come first).
+/// The simplest mode that can hold the design, with no findings. If there is none, the mode with the fewest obstacles, and the obstacles of
+/// all modes (those of the chosen mode first).
 fn choose_mode(placement: &Placement, layout: &'static Layout) -> (&'static Mode, Vec<Diagnostic>) {
     let has_registers = placement.cells.iter().any(|cell| cell.kind == CellKind::Registered);
     let is_registered = |shape: &Shape| shape.register != Register::None;

@@ -158,8 +158,9 @@ struct Walk<'a> {
     /// Pins with a constant level.
     fixed: Vec<(u32, bool)>,
     last: Vec<(u32, bool)>,
-    /// How often each state change was made, and each state was reached.
+    /// How often each state change was made.
     edges: BTreeMap<(Vec<bool>, Vec<bool>), u32>,
+    /// How often each state was reached.
     states: BTreeMap<Vec<bool>, u32>,
     random: u64,
 }

@@ -1,8 +1,8 @@
 //! The reader.
 //!
-//! A file is a transmission: a start character, free text up to the first `*`, fields that end with `*`, an end character, and four hexadecimal digits
-//! that give the sum of all bytes from the start to the end character (`0000`: not counted). A file without these two characters is accepted too,
-//! because many files lack them; then there is no sum to check.
+//! A file is a transmission: a start character, free text up to the first `*`, fields that end with `*`, an end character, and four
+//! hexadecimal digits that give the sum of all bytes from the start to the end character (`0000`: not checked). A file without these two
+//! characters is accepted too, because many files lack them; then there is no sum to check.
 
 use super::{ETX, Jedec, STX, transmission_checksum};
 use crate::fuse::vectors::{Level, Vector};
@@ -26,7 +26,7 @@ pub fn read(file: FileId, text: &str) -> (Option<Jedec>, Vec<Diagnostic>) {
     ((!is_wrong).then_some(reader.jedec), reader.found)
 }
 
-/// A field without its `*`.
+/// The text of a field, without the `*` at its end.
 #[derive(Debug, Clone, Copy)]
 struct Field<'a> {
     text: &'a str,
@@ -559,7 +559,7 @@ fn shown(text: &str) -> String {
     text.chars().take(20).collect()
 }
 
-/// The bytes with the line ends of the other system.
+/// The bytes with the other kind of line ends: CR LF instead of LF, or LF instead of CR LF.
 fn with_other_ends(text: &str) -> Vec<u8> {
     if text.contains("\r\n") {
         text.replace("\r\n", "\n").into_bytes()

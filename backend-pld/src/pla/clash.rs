@@ -157,7 +157,7 @@ fn point(table: &Pla, pair: Option<&Pair>) -> String {
 
 type Found = Result<Option<Pair>, TooMany>;
 
-/// The number of pairs exceeds the limit.
+/// Error: the number of product pairs exceeds the limit.
 struct TooMany;
 
 fn on_and_off(table: &Pla, places: &Places, output: usize, left: &mut u32) -> Found {

@@ -8,10 +8,10 @@ pub const SYNTAX: Code = Code { id: "G0750", title: "syntax error in a table" };
 pub const UNKNOWN_DIRECTIVE: Code = Code { id: "G0751", title: "unknown directive in a table" };
 /// Many-valued or symbolic tables, and state tables.
 pub const UNSUPPORTED: Code = Code { id: "G0752", title: "table beyond two-level binary logic" };
-/// The same point is on and off.
+/// For the same input values, an output is both on and off.
 pub const CONTRADICTION: Code =
     Code { id: "G0753", title: "point in both the on-set and the off-set" };
-/// The same point is on and free.
+/// For the same input values, an output is both on and a don't-care.
 pub const OVERLAP: Code =
     Code { id: "G0754", title: "point in both the on-set and the don't-care set" };
 /// A count or a list of names contradicts the rows.

@@ -1,4 +1,4 @@
-//! Ways out of mistakes, in the words of the language in which they were made.
+//! Help texts for mistakes, in the syntax of the language in which they were made.
 
 use crate::Dialect;
 use crate::device::Device;

@@ -337,7 +337,7 @@ impl Parser<'_, '_> {
         self.semicolon()
     }
 
-    /// Reads `PIN 2 = !name ;`, without a number if the pin is open, or with lists in brackets for both.
+    /// Reads `PIN 2 = !name ;`, without a number if the pin is not assigned, or with lists in brackets for both.
     fn pin(&mut self) -> Option<()> {
         let is_node = !self.lexer.token.is_word("pin");
         let start = self.lexer.token.start;

@@ -169,7 +169,7 @@ impl Parser<'_, '_> {
         Some(if is_negated { self.draft.not(value) } else { value })
     }
 
-    /// True if the next word begins a new equation: the previous sum lacks its end.
+    /// True if the next word begins a new equation, so that the end of the previous sum is missing.
     fn is_next_statement(&self) -> bool {
         let mut ahead = self.lexer.clone();
         ahead.advance();

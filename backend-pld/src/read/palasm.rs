@@ -80,7 +80,8 @@ pub(crate) fn finish(draft: &mut PldAst, device: Option<&'static Device>, clock:
     }
 }
 
-/// Warns about a signal with the name of a clock on a pin that clocks nothing: the clock pin of the device has no name, and nothing reads the signal.
+/// Warns about a signal that has the name of a clock but is on a pin that is not the clock pin: the clock pin of the device has no name,
+/// and nothing reads the signal.
 fn check_clock_pin(draft: &mut PldAst, device: &Device, clock_pin: u32) {
     if draft.with_pin(clock_pin).is_some() || !draft.clocks.is_empty() {
         return;

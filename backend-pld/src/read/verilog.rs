@@ -101,7 +101,7 @@ struct Parser<'a, 'd> {
     inits: BTreeMap<SignalId, (bool, Span)>,
     /// The clock, and where it is first named.
     clock_at: Option<(SignalId, Span)>,
-    /// The asynchronous reset of a block whose `if` has not been read yet.
+    /// The asynchronous reset of a clocked block, until its `if` is read.
     awaited_reset: Option<(SignalId, Span)>,
 }
 

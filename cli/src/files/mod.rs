@@ -94,7 +94,7 @@ pub(crate) fn below(folder: &str) -> Result<Vec<String>, String> {
     Ok(found)
 }
 
-/// Completes or removes the remains of a killed build in the folder; reports why if that is impossible.
+/// Completes or removes the remains of a killed build in the folder; if that is impossible, reports why.
 fn settle(folder: &Path) {
     if let Err(why) = Staging::settle(folder) {
         crate::print_error(&format!("grafsynth: {why}\n"));
@@ -249,7 +249,7 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// One name for all spellings of the path of a file; the name itself if there is no such file.
+/// The canonical path of a file, the same for every spelling of its path; the path unchanged if there is no such file.
 pub(crate) fn canonical(path: &str) -> String {
     std::fs::canonicalize(path)
         .map_or_else(|_| path.to_owned(), |path| path.to_string_lossy().into_owned())
@@ -265,8 +265,8 @@ pub(crate) fn is_taken(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok()
 }
 
-/// True if the folder of `path` is `root` or below it, and does not contain that name. The path comes from an untrusted text, which learns nothing about other
-/// folders.
+/// True if `path` does not exist and its folder is `root` or below it. The path comes from an untrusted text; the result reveals nothing
+/// about other folders.
 pub(crate) fn is_absent_within(path: &Path, root: &Path) -> bool {
     let folder = path.parent().filter(|folder| *folder != Path::new(""));
     let folder = fs::canonicalize(folder.unwrap_or(Path::new(".")));

@@ -111,7 +111,7 @@ impl Outputs {
         self.builds.insert(0, new);
     }
 
-    /// The files that would stay from older versions of the same texts, if these files are written now.
+    /// The files that would be left over from older versions of the same texts if these files were written now.
     pub(crate) fn stale(
         &self,
         sources: &[Hashed],

@@ -1,7 +1,7 @@
 //! Writes all files or none: also after `kill -9`, with a full disk, and if another grafsynth writes to the same folder.
 //!
-//! While files are written, the folder contains one entry of ours, [`ENTRY`]. It contains a lock, the new files, links to the files that they replace, and
-//! the journal, which lists them. The write takes effect at the moment at which the journal is renamed:
+//! While files are written, the folder contains one additional entry, [`ENTRY`]. It contains a lock, the new files, links to the files that
+//! they replace, and the journal, which lists them. The write takes effect at the moment at which the journal is renamed:
 //!
 //! ```text
 //! lock → new files, synced → links to the old ones → journal, synced → each new file is renamed into place → the entry is removed
@@ -25,7 +25,8 @@ const JOURNAL: &str = "journal";
 const UNDO: &str = "undo";
 /// The incomplete journal.
 const PART: &str = "journal.part";
-/// How long a write waits for another one in its folder. A write takes milliseconds, so one that takes this long was suspended or hangs.
+/// The time for which a write waits for another one in its folder. A write takes milliseconds, so one that takes longer than this is
+/// suspended or hangs.
 const PATIENCE: Duration = Duration::from_secs(30);
 const GLANCE: Duration = Duration::from_millis(5);
 
@@ -51,7 +52,7 @@ struct Journal {
     files: Vec<Move>,
 }
 
-/// The identity of a folder on this machine, which differs for a copy.
+/// The identity of a folder on this machine; a copy of the folder has another one.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 struct Place {
     device: u64,
@@ -76,7 +77,7 @@ impl Place {
 #[derive(Debug, Serialize, Deserialize)]
 struct Move {
     name: String,
-    /// A file with that name existed, and `old-INDEX` is a link to it.
+    /// True if a file with that name existed; `old-INDEX` is then a link to it.
     replaces: bool,
     keep_existing: bool,
 }
@@ -464,7 +465,7 @@ fn folders(name: &str) -> impl Iterator<Item = &str> {
     name.match_indices('/').map(|(at, _)| &name[..at])
 }
 
-/// True for a name of a file below the folder that is not one of our entries.
+/// True for the name of a file below the folder, outside [`ENTRY`].
 fn is_inside(name: &str) -> bool {
     !name.is_empty()
         && !name.contains(['\\', '\0'])
@@ -488,7 +489,8 @@ fn remove_folders(made: &[PathBuf]) {
     }
 }
 
-/// True if the entry belongs to the current user. In a folder like `/tmp` another user could create a journal that tells us what to replace.
+/// True if the entry belongs to the current user. In a folder such as `/tmp`, another user could create a journal that lists files to
+/// replace.
 #[cfg(unix)]
 fn is_ours(entry: &Path) -> io::Result<bool> {
     use std::os::unix::fs::MetadataExt as _;

@@ -25,7 +25,7 @@ pub(super) struct Folded<'a> {
     pub(super) message: String,
     /// The locations that are shown, the main ones first.
     pub(super) labels: Vec<Label>,
-    /// How many of the labels are main ones.
+    /// The number of main labels.
     pub(super) n_main: usize,
     /// The line numbers of the other locations, as a sentence.
     pub(super) rest: Option<String>,

@@ -101,7 +101,7 @@ pub(crate) struct Answer {
     pub(crate) subject: String,
     /// The result.
     pub(crate) status: Status,
-    /// The answer as a sentence.
+    /// The answer in words.
     pub(crate) message: String,
     /// Where the subject is declared.
     pub(crate) place: Option<Span>,

@@ -21,7 +21,7 @@ use tally::Tally;
 #[derive(Debug, Clone)]
 pub(crate) struct Report {
     format: MessageFormat,
-    /// The result of the verb goes to standard output, so the report goes to standard error.
+    /// True if the result of the verb goes to standard output, so that the report must go to standard error.
     beside: bool,
     sarif: Arc<Mutex<sarif::Log>>,
     /// Results that are known but not printed yet.

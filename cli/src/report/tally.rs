@@ -25,7 +25,8 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    /// The text of the findings that fit on a terminal of this height: all before the first that does not fit, but at least one per run.
+    /// The text of the findings that fit on a terminal of this height: all findings before the first one that does not fit, but at least
+    /// one per run.
     pub(super) fn shown(&mut self, rendered: Vec<Rendered>, height: Option<usize>) -> String {
         let mut text = String::new();
         for one in rendered {

@@ -499,7 +499,7 @@ fn check_c(
     Ok(())
 }
 
-/// Finds a style that agrees with the chart, in place of the style of the package, which does not.
+/// Finds a style that agrees with the chart, to replace the style of a package that does not agree with it.
 fn right_style(net: &Valid<Net>, facts: &Facts, options: &BuildOptions, wrong: &Package) -> Note {
     for style in [Style::Switch, Style::Bits, Style::Engine] {
         let c = options.c_for(net, Some(style));

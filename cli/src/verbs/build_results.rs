@@ -35,7 +35,7 @@ pub(super) fn say(
     Ok(())
 }
 
-/// The line about an output. What refutes an earlier output too is said there.
+/// The line about an output. A fault that also refutes an earlier output is reported only at the earlier output.
 fn line_of(line: &OutputReport, all: &[OutputReport]) -> String {
     let earlier = || all.iter().take_while(|other| !std::ptr::eq(*other, line));
     let mut parts = vec![line.verdict.to_string()];
@@ -51,7 +51,7 @@ fn line_of(line: &OutputReport, all: &[OutputReport]) -> String {
     format!("{:<24} {}\n", line.name, parts.join("; "))
 }
 
-/// The reports in their order; those that a fault refutes are together with the first of them.
+/// The reports in order; reports with the same fault are grouped with the first of them.
 fn groups(lines: &[OutputReport]) -> Vec<Vec<&OutputReport>> {
     let mut groups: Vec<Vec<&OutputReport>> = Vec::new();
     for line in lines {

@@ -9,13 +9,13 @@ use std::collections::BTreeMap;
 #[derive(Debug, Default)]
 pub(super) struct Named {
     stems: BTreeMap<String, (FileStem, String)>,
-    /// C is written.
+    /// True if C is written.
     is_c: bool,
     prefixes: BTreeMap<String, String>,
 }
 
 impl Named {
-    /// No design yet; `is_c`: a target is C, which has further files.
+    /// An empty list of designs. `is_c` is true if C is a target, because C has additional files.
     pub(super) fn new(is_c: bool) -> Self {
         Named { is_c, ..Named::default() }
     }

@@ -93,7 +93,7 @@ fn folders(session: &Session, arguments: &Compare, renames: &Renames) -> Result<
     Ok(exit.worse(compared))
 }
 
-/// How many reactions were compared, out of how many.
+/// The number of compared reactions, and the total number, as text.
 pub(super) fn reactions(asked: usize, all: usize) -> String {
     let total = counted(all, "reaction", "reactions");
     if asked == all {
@@ -102,7 +102,7 @@ pub(super) fn reactions(asked: usize, all: usize) -> String {
     format!("{asked} of {total} (the others follow a violated assumption)")
 }
 
-/// No row of a stimulus satisfies the assumptions of the chart, so nothing was compared.
+/// The error if no row of a stimulus satisfies the assumptions of the chart, so that nothing was compared.
 pub(super) fn nothing_asked() -> Stop {
     Stop::Input("each row follows a violated assumption, so there is nothing to compare".to_owned())
 }
@@ -117,8 +117,8 @@ fn of_second(first: &Reading, path: &str) -> Reading {
     }
 }
 
-/// Two designs: the common columns of both traces must be equal. If one is logic, this is then proved for every stimulus. `is_new`: the findings about the first
-/// design were not shown yet.
+/// Two designs: the common columns of both traces must be equal. If one of them is logic, their equality is then proved for every stimulus.
+/// `is_new`: the findings about the first design were not shown yet.
 fn pair(
     session: &mut Session,
     arguments: &Compare,

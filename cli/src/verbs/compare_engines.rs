@@ -122,7 +122,7 @@ struct Comparison<'a> {
     clocked: Option<&'a (Clocked, Trace)>,
     /// The number of reactions that are compared.
     asked: usize,
-    /// What was already said: each difference and each refusal is explained once, with the engine that showed it first.
+    /// Differences that were already explained: each is explained once, with the engine that showed it first.
     differences: Vec<Known<'a>>,
     refusals: Vec<(&'a str, Vec<Diagnostic>)>,
     n_equal: usize,

@@ -76,7 +76,7 @@ pub(super) fn run(
     question.prove(stimulus.len())
 }
 
-/// Whether two designs are equal; the second is logic.
+/// The question whether two designs are equal; the second is logic.
 struct Question<'a> {
     session: &'a Session,
     arguments: &'a Compare,
@@ -165,7 +165,7 @@ impl Question<'_> {
         })
     }
 
-    /// Each design can replay its own trace.
+    /// The run as text, and the trace files, one for each design, which that design can replay.
     fn shown(&self, evidence: &Evidence, runs: &Runs) -> Result<Shown, Stop> {
         let (first, second) = self.titles();
         let traces = [(first, &runs.first), (second, &runs.own)];

@@ -1,4 +1,4 @@
-//! The changes between two charts, one for each thing that the designer changed.
+//! The changes between two charts, one for each part that the designer changed.
 
 use super::matching::{Matching, Renames, is_same, matching};
 use super::parts::{Kind, Part, Parts};
@@ -146,7 +146,7 @@ impl Comparison<'_> {
         changes.into_iter().flatten().collect()
     }
 
-    /// The parts whose order among their matched siblings changed: the minimum number that explains it.
+    /// The parts whose order among their matched siblings changed: the smallest set of moved parts that explains the new order.
     fn moves(&self) -> BTreeMap<usize, (Place, Place)> {
         type Siblings = (Option<usize>, Kind);
         let mut groups: BTreeMap<Siblings, Vec<(usize, usize)>> = BTreeMap::new();

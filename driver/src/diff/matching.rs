@@ -88,7 +88,7 @@ fn n_changed(old: &[Part<'_>], new: &[Part<'_>], matching: &Matching, renames: &
     only_new + gone_or_changed.count()
 }
 
-/// Pairs of parts that only one design has and that differ only in a name, which no other part has.
+/// Pairs of an unmatched old part and an unmatched new part that differ only in a name that no other part has.
 fn candidates(
     old: &[Part<'_>],
     new: &[Part<'_>],

@@ -64,13 +64,13 @@ pub(super) struct Part<'a> {
     pub(super) parent: Option<usize>,
     /// Its name in its parent; `None` if it has no name.
     pub(super) key: Option<&'a str>,
-    /// Word and path for people: `state heating.cooking`.
+    /// Its kind and path as shown to people: `state heating.cooking`.
     pub(super) name: String,
     /// Its text without the parts inside it.
     pub(super) own: String,
     /// The words of `own`.
     pub(super) words: Vec<Word>,
-    /// The ends, for a transition.
+    /// The source and target paths, for a transition.
     pub(super) ends: Option<Ends>,
     drawn: Drawn<'a>,
 }

@@ -51,7 +51,7 @@ pub struct Chip {
     pub n_vectors: usize,
     /// The fuses.
     pub fuses: Option<FuseMap>,
-    /// The values after power-up according to the fuse simulator, by pin; `None` if the device does not drive the pin.
+    /// The level of each pin after power-up, according to the fuse simulator; `None` if the device does not drive the pin.
     pub wakes: Vec<(u32, Option<bool>)>,
     /// Active-low output-enable pins, as programmed or as fixed by the device.
     pub enables: Vec<u32>,
@@ -79,7 +79,7 @@ pub struct Code {
     pub n_groups: usize,
     /// Why one flip-flop for each step does not fit, if that is known.
     pub why_not_one_hot: Option<String>,
-    /// Every illegal situation returns to the initial one.
+    /// True if every illegal situation returns to the initial one.
     pub is_safe: bool,
 }
 
@@ -109,7 +109,7 @@ pub struct Signal {
     pub pin: Option<u32>,
     /// Its kind.
     pub kind: Kind,
-    /// The pin has the inverted value.
+    /// True if the pin carries the complement.
     pub is_inverted: bool,
     /// Label, tags and location.
     pub meta: Meta,
@@ -154,7 +154,7 @@ pub struct Cell {
     pub inverter: Option<Literals>,
     /// Other terms, by name: enable, clock, set, reset.
     pub terms: Vec<(&'static str, Literals)>,
-    /// How many products its sum may have; `None` if it has no pin.
+    /// The maximum number of products of its sum; `None` if it has no pin.
     pub available: Option<u32>,
     /// What is known about the number of its products.
     pub count: Count,
@@ -665,7 +665,7 @@ pub(super) fn plain(name: &str) -> String {
 pub struct Reads {
     /// The register or output.
     pub signal: usize,
-    /// It is clocked.
+    /// True if it is clocked.
     pub is_registered: bool,
     /// The signals that it reads.
     pub signals: BTreeSet<usize>,

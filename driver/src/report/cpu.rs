@@ -8,7 +8,7 @@ use grafsynth_ir::facts::Proof;
 use grafsynth_ir::net::PropertyRole;
 use std::collections::BTreeMap;
 
-/// The maximum number of rows of a path: the rows left out are cheap.
+/// The maximum number of rows of a path; the rows with the lowest cost are left out.
 const ROWS: usize = 12;
 
 pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
@@ -207,7 +207,7 @@ fn tasks(subject: &Subject<'_>, bounds: &[(&Machine, Bound)]) -> String {
     format!("\nTasks, with their worst-case cost:\n\n{}", table.text())
 }
 
-/// How often the bounds count the loop over micro-steps, and the proof.
+/// The number of rounds that the bounds count for the loop over micro-steps, and its proof.
 fn rounds(subject: &Subject<'_>) -> String {
     let Some(rounds) = &subject.rounds else { return String::new() };
     let net = subject.net;

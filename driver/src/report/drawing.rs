@@ -137,7 +137,7 @@ pub struct Bar {
     pub available: Option<u32>,
     /// The number of terms without don't-cares, if known.
     pub without: Option<u32>,
-    /// It has a flip-flop.
+    /// True if it has a flip-flop.
     pub is_registered: bool,
 }
 
@@ -256,7 +256,7 @@ impl Drawing {
         }
     }
 
-    /// Draws one side after the other, because rotated letters are hard to read.
+    /// Draws a package with four rows of pins in characters: one side after the other, because rotated letters are hard to read.
     fn four_rows(&self) -> String {
         let n = self.pins.len();
         let side = n / 4;

@@ -59,7 +59,7 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
     Some(text)
 }
 
-/// All macrocells together, and the savings by don't-cares.
+/// The totals of all macrocells, and the savings by don't-cares.
 fn summary(chip: &Chip, n_spare: usize) -> String {
     let used: usize = chip.cells.iter().map(|cell| cell.n_terms()).sum();
     let available: u32 = chip.cells.iter().filter_map(|cell| cell.available).sum();

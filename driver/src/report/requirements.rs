@@ -19,7 +19,7 @@ struct Tagged {
     steps: BTreeSet<StepId>,
     /// Properties, by index.
     properties: Vec<usize>,
-    /// The emergency has the tag; it affects all outputs.
+    /// True if the emergency has the tag; it affects all outputs.
     is_emergency: bool,
 }
 

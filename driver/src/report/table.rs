@@ -28,7 +28,7 @@ impl Table {
         self.add(&cells);
     }
 
-    /// Replaces a cell of the last row by this text without escaping: our own text, which may contain Markdown.
+    /// Replaces a cell of the last row by this text without escaping; the text must not come from the user, and may contain Markdown.
     pub(super) fn set_last(&mut self, column: usize, text: &str) {
         if let Some(cell) = self.rows.last_mut().and_then(|row| row.get_mut(column)) {
             text.clone_into(cell);

@@ -25,7 +25,7 @@ pub struct Measured {
     pub stack: Option<u64>,
     /// The number of measured reactions.
     pub reactions: u64,
-    /// Bytes of text and constant tables of `NAME.c`.
+    /// Bytes of code and constant tables of `NAME.c`.
     pub text: u64,
 }
 
@@ -215,10 +215,10 @@ impl Prepared for OnAvr {
     }
 }
 
-/// Measures a Cortex-M3, in instructions. Each reaction is repeated many times from the same instance, and measured with the timer of the processor, which
-/// counts one for 40 instructions under qemu's `-icount shift=0`. The time of an empty function with the same arguments is subtracted. For the stack, the
-/// memory below the stack pointer is filled with a pattern before one more call, and what has changed afterwards was used: a word that a function reserves
-/// but never writes is not detected. User functions count as empty.
+/// Measures a Cortex-M3, in instructions. Each reaction is repeated many times from the same instance, and measured with the timer of the
+/// processor, which counts one for 40 instructions under qemu's `-icount shift=0`. The time of an empty function with the same arguments is
+/// subtracted. For the stack, the memory below the stack pointer is filled with a pattern before one more call, and the words that differ
+/// afterwards count as used. A word that a function reserves but never writes is not detected. User functions count as empty.
 #[derive(Debug, Default)]
 pub struct ArmMeter;
 
@@ -350,7 +350,7 @@ impl Prepared for OnArm {
     }
 }
 
-/// The chart's own text; an engine's text would be another file.
+/// The file name of the chart's only source; an error for a style whose engine is in another file.
 fn own_source(bench: &Bench) -> Result<&str, EngineError> {
     match &bench.sources[..] {
         [source] => Ok(source),
@@ -387,7 +387,7 @@ fn addresses(symbols: &str, prefix: &str) -> Option<Vec<String>> {
     Some(found)
 }
 
-/// Text and constant tables in the output of `size -A`.
+/// Bytes of code and constant tables, from the output of `size -A`.
 pub(crate) fn text_bytes(printed: &[u8]) -> u64 {
     let mut sum = 0;
     for line in String::from_utf8_lossy(printed).lines() {

@@ -271,7 +271,7 @@ impl Parser<'_> {
         })
     }
 
-    /// Replaces `defined NAME` and `defined(NAME)` by 1 or 0. Returns the names.
+    /// Replaces `defined NAME` and `defined(NAME)` by 1 or 0, and returns the names after `defined`.
     fn replace_defined(&mut self) -> BTreeSet<String> {
         let mut asked = BTreeSet::new();
         let mut all: Vec<Token> = Vec::with_capacity(self.tokens.len());

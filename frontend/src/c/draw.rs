@@ -118,7 +118,7 @@ pub(super) fn draw(
     Some((Design { charts: vec![chart], ..Design::default() }, library))
 }
 
-/// Whether this is the variable that its name refers to. A definition may have replaced an `extern` declaration.
+/// Whether the name of a variable still refers to it: a definition may have replaced an `extern` declaration.
 fn is_current(program: &Program<'_>, id: VarId) -> bool {
     program.uses.values().any(|used| *used == id)
         || program.vars[id].is_extern && program.vars[id].is_volatile
@@ -228,7 +228,7 @@ struct Drawing<'p, 's> {
     part_names: BTreeMap<usize, (String, String)>,
     /// Nodes of each part, including those of its inner parts.
     members: BTreeMap<usize, BTreeSet<NodeId>>,
-    /// Names of the first and last step of every level.
+    /// The names that the first and the last step have on every level.
     ends: (String, String),
 }
 

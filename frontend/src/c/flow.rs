@@ -1,8 +1,8 @@
 //! A function as a flow graph with one node per statement, as in NBS88, and conditions between the nodes.
 //!
-//! Here every statement of C consists of conditional and unconditional jumps: `while`, `do`, `for`, `switch`, `break`, `continue` and
-//! `goto` only decide which node is next. Side effects under a condition (`a && i++`, a call in `?:`) become branches of the graph too. So
-//! the statements of a node always all run, in order.
+//! Every control statement of C becomes conditional and unconditional jumps: `while`, `do`, `for`, `switch`, `break`, `continue` and `goto`
+//! only decide which node is next. Side effects under a condition (`a && i++`, a call in `?:`) become branches of the graph too. So the
+//! statements of a node always all run, in order.
 
 use super::ast::{Declaration, Expr, ExprKind, Function, Init, Stmt, StmtKind};
 use super::number::Num;
@@ -48,9 +48,9 @@ pub(super) enum Next {
     /// No continuation yet, or no continuation at all.
     None,
     Goto(NodeId),
-    /// The first way whose condition is true, otherwise the last node.
+    /// The first way whose condition is true; if there is none, this node.
     Branch(Vec<Way>, NodeId),
-    /// A macro-step, and then the node.
+    /// A call: a macro-step, then this node.
     Call(Box<CallSite>, NodeId),
     /// The end of the function.
     Exit,
@@ -91,7 +91,7 @@ pub(super) struct Graph {
     pub(super) nodes: Vec<Node>,
     pub(super) start: NodeId,
     pub(super) parts: Vec<Part>,
-    /// Variables that the translation needed.
+    /// Temporary variables that the translation created.
     pub(super) temps: Vec<(String, NetType)>,
 }
 

@@ -1,4 +1,4 @@
-//! The context of the functions in a chart: variables of the file, and how the chart starts and ends the function that it runs.
+//! The top level of a chart: the variables of the file, and the steps that start and end the function that the chart runs.
 
 use super::ast::{ExprKind, Init};
 use super::flow::Names;
@@ -205,7 +205,7 @@ fn at_top(items: Vec<Item>) -> Vec<Item> {
     top
 }
 
-/// Variables of the file: a variable that others write is an input; a variable that others read is an output.
+/// Variables of the file. Those that code outside the chart writes become inputs; those that it reads become outputs.
 pub(super) fn globals(
     program: &Program<'_>,
     var_names: &BTreeMap<VarId, String>,

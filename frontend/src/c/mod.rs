@@ -92,15 +92,15 @@ pub struct Options {
     pub fuse: bool,
     /// Functions that are kept as C.
     pub keep: Vec<String>,
-    /// What else becomes a macro-step.
+    /// Which parts become macro-steps, in addition to functions.
     pub group: Group,
     /// How several calls of one function are translated.
     pub calls: Calls,
-    /// The function that the chart runs. Default: `main`, or the function that no other calls.
+    /// The function that the chart runs. Default: `main`, or the last function that no other function calls.
     pub entry: Option<String>,
     /// Number of elements of an array parameter of unknown length.
     pub array_length: u32,
-    /// Names with numeric values, like `-D NAME=VALUE` of a compiler.
+    /// Macros with numeric values, like the option `-D NAME=VALUE` of a compiler.
     pub defines: Vec<(String, i64)>,
 }
 

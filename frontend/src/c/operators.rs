@@ -42,7 +42,7 @@ impl Flow<'_, '_> {
         name
     }
 
-    /// Stores a number in a variable of this range, which saturates it, and reads it back.
+    /// Stores a number in a variable of this range, which saturates the number, and reads the variable.
     pub(super) fn through(&mut self, what: &str, num: &Num, lo: i64, hi: i64) -> Num {
         let span = num.expr.span;
         let name = self.temp(what, NetType::Int { lo, hi });

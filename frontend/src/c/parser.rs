@@ -64,7 +64,7 @@ pub(super) struct Parser<'t> {
     pub(super) at: usize,
     pub(super) findings: Findings,
     pub(super) depth: u32,
-    /// Depth of the deepest node in the tree of the current expression. A chain moves the operands before it one level down.
+    /// Depth of the deepest node in the tree of the current expression. An operator moves the operands before it one level down.
     pub(super) reach: u32,
     pub(super) nesting: u32,
     pub(super) is_unsigned_char: bool,
@@ -456,7 +456,7 @@ impl<'t> Parser<'t> {
         }
     }
 
-    /// Parses a statement. One small function per form: the stack of deep nesting is the sum of their frames.
+    /// Parses a statement. Each form has a small function of its own, because deep nesting uses one stack frame per level.
     fn statement_inner(&mut self) -> Read<Stmt> {
         let start = self.here().span;
         let token = self.here();

@@ -26,9 +26,9 @@ pub(super) type FunctionId = usize;
 /// Where a variable is declared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Home {
-    /// At file level, or `static` in a function: one for the whole chart.
+    /// At file level, or `static` in a function: one variable for the whole chart.
     Global,
-    /// In a function: one for each of its macro-steps.
+    /// In a function: one variable for each macro-step of the function.
     Local(FunctionId),
     /// A parameter, latched at entry.
     Param(FunctionId, usize),
@@ -39,7 +39,7 @@ pub(super) enum Home {
 /// How a parameter refers to a variable of the caller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reference {
-    /// It is a copy.
+    /// It does not refer to a variable: it is a copy of the argument.
     None,
     /// `int *p` that is only used as `*p`: copied in and out.
     Scalar,
@@ -236,9 +236,9 @@ pub(super) struct Resolver<'s, 'f> {
 #[derive(Debug, Clone, Default)]
 pub(super) struct PointerUse {
     pub(super) is_indexed: bool,
-    /// It is compared, moved or stored, so it is a real pointer.
+    /// True if it is compared, moved or stored, so that it is a real pointer.
     pub(super) is_other: bool,
-    /// It is passed on as this argument of that function.
+    /// Calls that pass it on: the function and the index of the argument.
     pub(super) passed: Vec<(FunctionId, usize)>,
 }
 

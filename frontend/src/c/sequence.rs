@@ -1,4 +1,4 @@
-//! Unsequenced side effects: `i = i++` and `v[i] = i++` are undefined (C99 6.5), so no chart can agree with them.
+//! Unsequenced side effects: `i = i++` and `v[i] = i++` are undefined (C99 6.5), so no chart can have the same behaviour.
 
 use super::ast::{Expr, ExprKind};
 use crate::codes;

@@ -76,8 +76,8 @@ impl Scalar {
         }
     }
 
-    /// The usual arithmetic conversions (C99 6.3.1.8). A wider type contains all values of a narrower unsigned type, because here types of
-    /// the same width differ only in name.
+    /// The usual arithmetic conversions (C99 6.3.1.8). A wider type contains all values of a narrower unsigned type. Types of the same
+    /// width have the same rank here, such as `int` and `long` of 32 bits.
     pub(super) fn common(self, other: Scalar, widths: Widths) -> Scalar {
         match (self.promoted(widths), other.promoted(widths)) {
             (Scalar::Int { bits: a, is_signed: sa }, Scalar::Int { bits: b, is_signed: sb }) => {

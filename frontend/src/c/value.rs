@@ -725,7 +725,8 @@ impl<'s> Flow<'_, 's> {
         }
     }
 
-    /// Reports a global variable that a function receives by reference and also uses by name: it would have two values at once.
+    /// Reports a global variable that a function receives by reference and also uses by name: the parameter is a copy, so the variable
+    /// would have two values at once.
     fn aliases(&mut self, callee: FunctionId, target: &Expr, span: Span) {
         let Some(var) = element(target).and_then(|(base, _)| self.program().var_at(base.span))
         else {

@@ -26,7 +26,7 @@ pub(super) enum Unit {
 struct Body {
     part: PartId,
     parent: Option<BodyId>,
-    /// The body whose namespace it uses: its own, except for an enclosed body (semantics C25).
+    /// The body whose namespace it uses: itself, except for the body of an enclosing step (semantics C25).
     names: BodyId,
     /// The enclosing step, if this is its body.
     enclosing: Option<StepId>,

@@ -90,7 +90,7 @@ impl Writer<'_> {
         Drawn::new(kind, span)
     }
 
-    /// A number of ticks as a duration; the plain number if the duration cannot be written.
+    /// A number of ticks as a duration, or as a plain number if the language cannot express the duration.
     fn duration(&self, ticks: i64, span: Span) -> Drawn {
         let ns = u64::try_from(ticks)
             .ok()
@@ -181,7 +181,7 @@ impl Writer<'_> {
     }
 }
 
-/// Leaves that may be times.
+/// Leaves of expressions, some of which are times.
 pub(super) trait AsTime {
     fn is_time(&self) -> bool;
 }

@@ -70,7 +70,7 @@ struct Writer<'a> {
     /// The items that outputs and reactions add to the bodies of steps, by step index.
     step_items: BTreeMap<usize, Vec<StepItem>>,
     is_iec: bool,
-    /// Controlled actions that are written as such.
+    /// Controlled actions that are written as actions of the chart.
     drawn: Vec<ActionId>,
     /// Maps each action that is a further duration of another action to that other action.
     timers: BTreeMap<ActionId, ActionId>,

@@ -1,9 +1,9 @@
 //! Turns the states of a statechart net into states of a chart: hierarchy, regions, histories, and the targets of each transition.
 //!
-//! For each transition, a net lists what it leaves and, in order, what it enters. The fewest targets that restore these lists are written:
-//! a composite state entered by its initial transition is named alone; otherwise its inner states are named. The target of the initial
-//! transition of a state is taken from the entries that must use it (its content runs there, or a history enters it again), otherwise from
-//! its most frequent entry. A transition is written in the innermost state where the order of the net allows it.
+//! For each transition, a net lists the states that it leaves and, in order, the states that it enters. The fewest targets that restore
+//! these lists are written: a composite state entered by its initial transition is named alone; otherwise its inner states are named. The
+//! target of the initial transition of a state is taken from the entries that must use it (its content runs there, or a history enters it
+//! again), otherwise from its most frequent entry. A transition is written in the innermost state where the order of the net allows it.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 

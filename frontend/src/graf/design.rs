@@ -78,8 +78,7 @@ impl Parser<'_> {
         (has_chart || self.dry).then_some(design)
     }
 
-    /// Warns about transitions without targets outside of statecharts: they deactivate a step and activate
-    /// none.
+    /// Warns about transitions without targets outside of statecharts: such a transition deactivates a step and activates no step.
     fn forgotten_targets(&mut self, design: &Design) {
         let items = design.charts.iter().map(|chart| &chart.items);
         let mut items =

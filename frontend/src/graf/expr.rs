@@ -26,7 +26,7 @@ enum Sort {
     Unknown,
 }
 
-/// Whether a Boolean junction is written with signs and without parentheses around it.
+/// Whether an AND or OR is written with signs and without parentheses around it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Loose {
     And,
@@ -188,7 +188,8 @@ impl<'a> Parser<'a> {
         Ok(Operand { expr: Expr::new(kind, span), depth, sort: Sort::Truth, loose: None })
     }
 
-    /// Adds an operand to a junction of words. An operand that is the same junction in signs is merged into it.
+    /// Adds an operand to an AND or OR that is written with words. An operand that is the same operation written with signs is merged into
+    /// it.
     fn take_into(&mut self, operands: &mut Vec<Expr>, operand: Operand, is_and: bool) {
         match (operand.loose, operand.expr.kind, is_and) {
             (Some(Loose::And), ExprKind::And(inner), true)

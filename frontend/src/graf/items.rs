@@ -268,7 +268,7 @@ impl Parser<'_> {
         Ok(MacroStep { name, body, role, priority, meta })
     }
 
-    /// Stores a clause that is allowed once.
+    /// Stores a clause that is allowed only once; reports a second one.
     pub(crate) fn once<T>(&mut self, slot: &mut Option<T>, value: T, span: Span, what: &str) {
         if slot.is_some() {
             self.report(|| {
@@ -338,7 +338,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Parses the part of a declaration after the name.
+    /// Parses the rest of a declaration, after the name.
     fn declared(&mut self, list: DeclarationList<'_>) -> Parse<DeclarationKind> {
         let Modifiers { registered, mealy, synchronous, internal } = list.modifiers;
         Ok(match list.keyword {

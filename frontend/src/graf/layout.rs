@@ -4,23 +4,23 @@
 
 use pretty::{Doc as Node, RcDoc};
 
-/// The maximum line width, where it can be kept.
+/// The maximum line width in bytes. A piece without a possible line break may exceed it.
 pub(super) const WIDTH: usize = 100;
 
 /// A text whose line breaks are not yet chosen.
 pub(super) type Doc = RcDoc<'static>;
 
-/// A text without a choice. A line break in it is written as it is, without indentation.
+/// A text that is written unchanged. The layout adds no indentation after a line break in it.
 pub(super) fn text(text: impl Into<Box<str>>) -> Doc {
     Node::OwnedText(text.into()).into()
 }
 
-/// A text that may exceed the width of its line.
+/// A text that is not counted in the width of its line, so that the line may exceed the maximum.
 pub(super) fn wide(written: impl Into<Box<str>>) -> Doc {
     Node::RenderLen(0, text(written)).into()
 }
 
-/// Nothing, but what contains it does not fit on one line.
+/// An empty document. The group that contains it cannot be written on one line.
 pub(super) fn broken() -> Doc {
     Doc::nil().flat_alt(Doc::fail())
 }
@@ -29,7 +29,7 @@ pub(super) fn indented(doc: Doc) -> Doc {
     doc.nest(4)
 }
 
-/// A line break, or `flat` on one line.
+/// A line break; if the group is written on one line, `flat` replaces it.
 fn newline(flat: &'static str) -> Doc {
     Doc::hardline().flat_alt(flat)
 }
@@ -57,14 +57,14 @@ pub(super) fn fill(
     indented(concat(&docs.collect::<Vec<_>>()))
 }
 
-/// Lines below each other, or beside each other if they are short.
+/// Pieces that are written on separate lines, or together on one line if they fit.
 pub(super) struct Lines {
     lines: Vec<Doc>,
-    /// What begins the next line.
+    /// The separator before the next piece.
     start: Doc,
-    /// What separates lines beside each other.
+    /// The separator of pieces that are written on the same line.
     between: &'static str,
-    /// The next lines are indented.
+    /// True if the next lines are indented.
     pub(super) hanging: bool,
 }
 
@@ -84,21 +84,21 @@ impl Lines {
         self.lines.push(if self.hanging { indented(line) } else { line });
     }
 
-    /// A blank line precedes the next line. It is not indented, and needs no room.
+    /// Adds a blank line before the next line. It has no indentation and no width.
     pub(super) fn blank(&mut self) {
         if !self.lines.is_empty() {
             self.start = wide("\n").append(Doc::hardline()).flat_alt(self.between);
         }
     }
 
-    /// Continues the last line.
+    /// Appends `doc` to the last line.
     pub(super) fn extend_last(&mut self, doc: Option<Doc>) {
         if let (Some(doc), Some(last)) = (doc, self.lines.last_mut()) {
             *last = last.clone().append(doc);
         }
     }
 
-    /// Chooses the breaks of the last line, so that only its text is kept. It is not a part of a line.
+    /// Lays out the last piece now, at this nesting level, and keeps only its text. The piece must begin its own line.
     pub(super) fn settle(&mut self, level: usize) {
         if let Some(last) = self.lines.last_mut() {
             let deep = (0..level).fold(last.clone(), |doc, _| indented(doc));
@@ -106,7 +106,7 @@ impl Lines {
         }
     }
 
-    /// `{`, the lines one level deeper, `}`. `comment` follows the opening brace.
+    /// Puts the lines in braces, one level deeper. `comment` follows the opening brace.
     pub(super) fn in_braces(self, comment: Option<Doc>) -> Doc {
         let end = newline(if self.lines.is_empty() { "" } else { " " });
         Doc::text("{").append(comment).append(indented(self.below())).append(end).append("}")
@@ -122,12 +122,12 @@ impl Lines {
     }
 }
 
-/// On one line, if nothing breaks it.
+/// The document on one line, unless it contains a forced line break.
 pub(super) fn on_one_line(doc: Doc) -> String {
     doc.group().pretty(usize::MAX).to_string()
 }
 
-/// A balanced tree, so that many lines do not make a deep one.
+/// Concatenates documents as a balanced tree, so that many lines do not make a deep tree.
 fn concat(docs: &[Doc]) -> Doc {
     match docs {
         [] => Doc::nil(),

@@ -73,12 +73,12 @@ pub(crate) struct Parser<'a> {
     numbered: std::collections::BTreeSet<String>,
     /// Cache per word that may begin a duration of IEC 61131-3: whether the text contains the word.
     pub(super) has_words: std::collections::BTreeMap<String, bool>,
-    /// For a chart that begins inside another: whether a brace is missing before it.
+    /// For a chart that begins inside another chart: whether a closing brace is missing before it.
     is_brace_missing: Option<bool>,
     is_chart_reported: bool,
     /// Arrows of transitions without targets. They are reported if the chart is not a statechart.
     pub(crate) bare_arrows: Vec<Span>,
-    /// Check only: no tree is built, so that a large source with an error costs no memory.
+    /// True if the parser only checks: it builds no tree, so that a large source with an error costs no memory.
     pub(crate) dry: bool,
 }
 
@@ -452,7 +452,7 @@ impl<'a> Parser<'a> {
 
     // Error recovery
 
-    /// Parses the items between braces. Calls `item` once for each and continues after each one that fails. `separators` tells how two
+    /// Parses the items between braces. Calls `item` once for each and continues after each one that fails. `separators` defines how two
     /// items on one line are separated.
     pub(crate) fn braced(
         &mut self,
@@ -649,7 +649,7 @@ impl<'a> Parser<'a> {
     }
 }
 
-/// How the items of a block are separated.
+/// The separators that are allowed or required between the items of a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Separators {
     /// No separator: the end of each item is unambiguous.

@@ -47,7 +47,7 @@ fn assert_same_meaning(left: &Design, right: &Design, text: &str) {
     assert_eq!(left.len(), right.len(), "{text}");
 }
 
-/// Checks what the formatter guarantees for a text that can be read.
+/// Checks the guarantees of the formatter for a text that can be read.
 #[track_caller]
 fn check_format(text: &str) -> String {
     let before = read(text);

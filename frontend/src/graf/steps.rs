@@ -94,7 +94,7 @@ impl Parser<'_> {
             && self.previous_end > 0
     }
 
-    /// The role that these words give a step.
+    /// The role of a step that is declared with these words.
     fn step_role(&mut self, is_initial: bool, is_entry: bool, is_exit: bool) -> Parse<StepRole> {
         if is_initial && (is_entry || is_exit) {
             return Err(self.misplaced(

@@ -20,7 +20,7 @@ use grafsynth_ir::chart::{
 };
 use itertools::Itertools as _;
 
-/// A chart, or one thing outside of charts.
+/// A chart, or one item outside of charts.
 enum Part<'a> {
     Import(&'a Import),
     Library(&'a Library),
@@ -52,7 +52,7 @@ pub(super) struct Writer<'a> {
     /// End in the source of the part written last; `None` at the start of a block, where no blank line is kept.
     last_end: Option<u32>,
     pub(super) text: Text,
-    /// Everything is written on one line, even what contains several statements.
+    /// True if everything is written on one line, even a list of several statements.
     pub(super) on_one_line: bool,
 }
 
@@ -154,7 +154,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Start and end of the first token of this kind at or after `from`; `until` twice if there is none before it.
+    /// Start and end of the first token of this kind between `from` and `until`; if there is none, `until` as both.
     pub(super) fn find(&self, kind: Kind, from: u32, until: u32) -> (u32, u32) {
         let Some(source) = &self.source else { return (until, until) };
         let mut lexer = Lexer::starting_at(source.text, from as usize);
@@ -334,7 +334,7 @@ impl Writer<'_> {
 
     // Declarations
 
-    /// The number of declarations at the start of `items` that share one keyword.
+    /// The number of items at the start of `items` that are written together: declarations that share one keyword, otherwise 1.
     fn group(&self, items: &[Item]) -> usize {
         let first = match items.first() {
             Some(Item::Declaration(first)) => first,
@@ -413,7 +413,7 @@ impl Writer<'_> {
         self.list(head, &transition.actions, span, span.start);
     }
 
-    /// A long transition with its clauses on lines of their own.
+    /// A long transition, with each clause on a separate line.
     fn tall(&self, clauses: &[(Clause, String)], guard: Option<&Expr>) -> Doc {
         let (first, others): (Vec<_>, Vec<_>) =
             clauses.iter().partition(|(clause, _)| *clause == Clause::OnFirstLine);

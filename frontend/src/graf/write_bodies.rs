@@ -124,7 +124,7 @@ impl Writer<'_> {
         joined
     }
 
-    /// Writes `initial -> a do { … }`. Its span covers only the targets and the list, so the keyword is searched before them.
+    /// Writes `initial -> a do { … }`. Its span covers only the targets and the list, so the writer searches for the keyword before them.
     fn initial(&mut self, targets: &[Path], content: &Block, limit: u32) {
         let first = targets.first().map_or(Span::default(), Path::span);
         let last = targets.last().map_or(first, Path::span);

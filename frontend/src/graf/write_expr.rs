@@ -25,7 +25,7 @@ enum Level {
 pub(crate) struct ExprWriter {
     /// Names that are written with parentheses.
     pub(crate) conditions: BTreeSet<String>,
-    /// Write junctions and negations in the signs of Grafcet: `a*/b + c`.
+    /// True to write AND, OR and NOT with the signs of Grafcet: `a*/b + c`.
     pub(crate) signs: bool,
 }
 
@@ -44,8 +44,7 @@ impl ExprWriter {
         out
     }
 
-    /// The operands of the outermost junction and the word that joins them, for breaking long lines; `None` if the expression is not a
-    /// junction.
+    /// The operands of the outermost AND or OR and the word that joins them, for breaking long lines; `None` for other expressions.
     pub(crate) fn junction(&self, expr: &Expr) -> Option<(&'static str, Vec<String>)> {
         let (word, operands, level) = match &expr.kind {
             ExprKind::And(operands) => ("and ", operands, Level::Not),

@@ -71,7 +71,7 @@ impl Writer<'_> {
         self.list(head, list, item.span, item.span.start);
     }
 
-    /// Marks what is never a part of a line.
+    /// Forces a line break in the enclosing group, unless everything is written on one line.
     fn several(&self) -> Doc {
         if self.on_one_line { Doc::nil() } else { broken() }
     }
@@ -154,7 +154,7 @@ impl Writer<'_> {
 }
 
 impl Text {
-    /// A list on one line; `None` if it contains what is never a part of a line.
+    /// A list on one line; `None` if it contains something that needs several lines.
     pub(crate) fn list(&self, block: &Block) -> Option<String> {
         let mut writer = Writer::bare(self.clone());
         let list = on_one_line(writer.stmts((0, 0), block));

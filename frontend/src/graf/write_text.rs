@@ -14,10 +14,10 @@ use super::names::{self, Position};
 use super::settings::{POLICIES, SCHEDULES};
 use super::write_expr::ExprWriter;
 
-/// Where a long transition has one of its clauses.
+/// The position of a clause in a long transition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Clause {
-    /// Elsewhere it would be read as an item of the chart.
+    /// On the first line, because on a line of its own it would be read as an item of the chart.
     OnFirstLine,
     /// The receptivity, which is broken between its operands.
     Guard,

@@ -95,7 +95,7 @@ impl Machine {
 }
 
 impl Row {
-    /// Whether both rows apply to a common input.
+    /// Whether some input matches both rows.
     #[must_use]
     pub fn meets(&self, other: &Row) -> bool {
         self.inputs

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 const MAX_PAIRS: usize = 20_000_000;
 /// Maximum number of inputs and of outputs.
 const MAX_WIDTH: usize = 4096;
-/// Maximum total number of rows that rows for every state expand to.
+/// Maximum total number of rows after rows for every state (`*`) are expanded.
 const MAX_ROWS: usize = 4_000_000;
 
 /// Reads a table with the default limits.
@@ -72,7 +72,7 @@ struct Reader {
     /// The numbers of rows (`.p`) and states (`.s`) given in the header.
     wanted: Vec<(bool, usize, Span)>,
     reset: Option<(String, Span)>,
-    /// The lines of names, of inputs and of outputs.
+    /// The lines that name the inputs and the outputs.
     named: [Span; 2],
 }
 

@@ -10,7 +10,7 @@ use crate::xml::Mapped;
 
 /// Maximum number of consecutive fields in one operand.
 const MAX_FIELDS: u32 = 64;
-/// Maximum number of nodes in all copies of accumulators: each ST keeps the value and copies it.
+/// Maximum number of nodes in all copies of the accumulator: each ST instruction copies its value and keeps it.
 const MAX_COPIED: usize = 200_000;
 
 struct List<'a> {
@@ -150,7 +150,7 @@ impl List<'_> {
     }
 }
 
-/// A value with the height and the number of nodes of its tree.
+/// A value, with the height of its expression tree and the number of nodes in it.
 #[derive(Debug, Clone)]
 struct Held {
     expr: Expr,

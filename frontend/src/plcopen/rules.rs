@@ -9,7 +9,7 @@ pub(super) enum Value {
     Boolean,
     /// A Boolean of which only false is supported.
     False,
-    /// One of these words; the first is the default. The number says how many of them are supported, counted from the first.
+    /// One of these words; the first is the default. The number is how many of them are supported, counted from the first.
     Word(&'static [&'static str], usize),
 }
 

@@ -504,7 +504,7 @@ fn uses(
     found
 }
 
-/// The duration of an action: a time or the name of one.
+/// The duration of an action: a time, or the name of a variable or constant.
 fn time(reader: &mut Reader<'_, '_>, action: Node<'_, '_>, span: Span) -> Option<Expr> {
     let name = reader.name(action, "duration")?;
     let text = name.text.split_once('#').map_or(name.text.as_str(), |(_, rest)| rest);

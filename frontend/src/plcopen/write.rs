@@ -1,7 +1,7 @@
 //! Writes charts as projects: the programs of [`crate::st::write`], drawn in layers from the initial steps down.
 //!
-//! A transition that leads upwards is drawn as a jump. Divergences and convergences are drawn where several transitions or steps meet;
-//! competing transitions are ordered from left to right.
+//! A transition to a step in the same or a higher row is drawn as a jump. Divergences and convergences are drawn where several transitions
+//! or steps meet; competing transitions are ordered from left to right.
 
 use itertools::Itertools as _;
 use std::collections::BTreeMap;

@@ -106,7 +106,7 @@ struct Rules {
     inputs: Vec<Name>,
     outputs: Vec<Name>,
     marking: Vec<Name>,
-    /// Span of the first list with its names; `step_list` is that of the list of steps.
+    /// Span of the first list and its names; `step_list` is the span of the list of steps.
     lists: Option<Span>,
     step_list: Option<Span>,
     seen: BTreeSet<&'static str>,

@@ -7,7 +7,7 @@ use itertools::Itertools as _;
 use super::*;
 use crate::graf;
 
-/// Fig. 3 of the paper, as printed: its t4 leaves p1 instead of p4, and its last step rule names p2 instead of p4.
+/// Fig. 3 of the paper on Grafcet, C and PALASM, as printed: its t4 leaves p1 instead of p4, and its last step rule names p2 instead of p4.
 pub(super) const AS_PRINTED: &str = "Step p1, p2, p3, p4 
 Transition t1, t2, t3, t4 
 Input m, b, p, a 

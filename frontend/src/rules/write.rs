@@ -60,7 +60,7 @@ struct Flat<'a> {
     steps: Vec<&'a Step>,
     transitions: Vec<&'a Transition>,
     declarations: Vec<&'a Declaration>,
-    /// Names of outputs that are not extern actions.
+    /// The names of all outputs except extern actions.
     outputs: BTreeSet<&'a str>,
     /// The actions directly before each output, by the name of the output. Their position matters, because actions run in order.
     behind_actions: BTreeMap<&'a str, Vec<String>>,
@@ -445,8 +445,8 @@ fn rules_of(
     (!rules.is_empty()).then_some(rules)
 }
 
-/// The factors under which a step item drives this output. The outer `None` means that it drives it in another way; the inner `None` is for
-/// other items.
+/// The factors under which a step item drives this output. The outer `None` means that the item drives the output in another way; the inner
+/// `None` means that the item does not drive this output.
 fn share(item: &StepItem, name: &str) -> Option<Option<Vec<Expr>>> {
     match &item.kind {
         StepItemKind::Action { target, arguments: None, how: ActionHow::Bare, condition }

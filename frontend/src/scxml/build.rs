@@ -736,7 +736,7 @@ fn blocks_of<'s>(item: &'s Item, out: &mut Vec<&'s [Stmt]>) {
     }
 }
 
-/// The finding about a <cancel> of an event that is never on its way. `dead` is a <send> with this identifier that is never executed.
+/// The finding about a `<cancel>` of a send that is never pending. `dead` is a <send> with this identifier that is never executed.
 fn never_sent(id: &Name, dead: Option<Span>, near: Option<String>) -> Diagnostic {
     let finding = |message: String| {
         Diagnostic::warning(codes::SCXML_NEVER, message).at(id.span, "has no effect")

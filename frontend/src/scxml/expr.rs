@@ -127,7 +127,7 @@ struct Parser<'a, 't> {
     at: usize,
     /// The current nesting depth.
     depth: u32,
-    /// Directly inside `Math.trunc(..)`: the number of divisions so far, each of which would otherwise give a fraction.
+    /// Directly inside `Math.trunc(..)`: the number of divisions so far; `None` elsewhere, where a division could give a fraction.
     divisions: Option<u32>,
 }
 

@@ -121,7 +121,7 @@ fn spell_out(items: &mut [Item], constants: &BTreeMap<String, u64>) {
 /// A delay of a state.
 struct Delay {
     span: Span,
-    /// Whether all its transitions wait for nothing else.
+    /// True if all transitions with this delay wait only for the delay.
     is_alone: bool,
 }
 

@@ -42,7 +42,7 @@ use crate::xml;
 
 /// The namespace of SCXML.
 const SCXML: &str = "http://www.w3.org/2005/07/scxml";
-/// Our own namespace, for properties that a controller needs and SCXML lacks: ranges, inputs and outputs.
+/// The namespace of grafsynth, for properties that a controller needs but SCXML does not have: ranges, inputs and outputs.
 const GRAFSYNTH: &str = "urn:grafsynth:scxml:1";
 
 /// Reads a document with the default limits.

@@ -17,7 +17,7 @@ pub(super) struct Machine {
     pub(super) settings: Settings,
 }
 
-/// The attributes of our own namespace at the root.
+/// The attributes of the grafsynth namespace at the root.
 #[derive(Debug, Default)]
 pub(super) struct Settings {
     pub(super) tick_ns: Option<(u64, Span)>,
@@ -98,7 +98,7 @@ pub(super) struct Transition {
 pub(super) struct Datum {
     pub(super) id: Name,
     pub(super) value: Option<Ast>,
-    /// Its range, from an attribute of our own namespace.
+    /// Its range, from an attribute of the grafsynth namespace.
     pub(super) range: Option<(i64, i64)>,
     pub(super) role: Role,
     pub(super) label: String,

@@ -1,8 +1,8 @@
 //! Data: infers which data elements are numbers and which are Booleans, their ranges, and converts expressions to chart expressions.
 //!
-//! A data element is Boolean if its initial value is, otherwise a number. As in ECMAScript, the two kinds are separate; in C89, a Boolean
-//! is 0 or 1 where a number is needed. The range of a number is given by `grafsynth:range`; otherwise it is what its assignments can reach
-//! (a fixed point of intervals), at most -32768..32767.
+//! A data element is Boolean if its initial value is Boolean; otherwise it is a number. As in ECMAScript, the two kinds are separate; in
+//! C89, a Boolean is 0 or 1 where a number is needed. The range of a number is given by `grafsynth:range`; otherwise it contains all values
+//! that assignments can produce (a fixed point of intervals), at most -32768..32767.
 
 use std::collections::BTreeMap;
 
@@ -421,7 +421,8 @@ impl Data {
         self.converted(expr, kind, Kind::Int, || "expected a number, found a Boolean".to_owned())
     }
 
-    /// Converts an expression of either kind. With `as_truth`, only its truth matters. `known` gives values to names before the chart runs.
+    /// Converts an expression of either kind. With `as_truth`, only its truth value matters. `known` gives values to names before the chart
+    /// runs.
     fn value(
         &self,
         ast: &Ast,

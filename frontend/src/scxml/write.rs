@@ -1,9 +1,9 @@
 //! Writes a statechart as an SCXML document.
 //!
 //! The document contains the states, regions, histories, transitions in their order, lists, and data with their ranges. Inputs, outputs and
-//! ranges are attributes of our own namespace, which other tools ignore. Something that SCXML cannot express is an error if the behaviour
-//! depends on it; otherwise it is reported as lost. Reading the document gives the same chart, except for spans, comments and the order of
-//! declarations.
+//! ranges are attributes of the grafsynth namespace, which other tools ignore. Something that SCXML cannot express is an error if the
+//! behaviour depends on it; otherwise it is reported as lost. Reading the document gives the same chart, except for spans, comments and the
+//! order of declarations.
 
 use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};

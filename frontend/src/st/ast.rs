@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use grafsynth_ir::{Name, Span};
 
-/// A whole source.
+/// The contents of a whole source.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Library {
     pub(crate) pous: Vec<Pou>,
@@ -64,7 +64,7 @@ pub(crate) struct Pou {
 pub(crate) struct Options {
     /// `{grafsynth final scan}`
     pub(crate) final_scan: bool,
-    /// Other settings in the syntax of the chart language, with their spans.
+    /// Other settings, in the syntax of the chart language, with their spans.
     pub(crate) settings: Vec<Name>,
 }
 
@@ -240,11 +240,11 @@ pub(crate) enum ExprKind {
     Not(Box<Expr>),
     Neg(Box<Expr>),
     Binary(Op, Box<Expr>, Box<Expr>),
-    /// A chain of one operator. It is flat, so that it may have any length.
+    /// A chain of one operator. It is a list instead of nested pairs, so it may have any length.
     And(Vec<Expr>),
     Or(Vec<Expr>),
     Call(Name, Vec<Arg>),
-    /// Made by jump elimination; no text contains it.
+    /// A flag that jump elimination introduces; it has no textual form.
     Flag(Flag),
     /// `1.5`, `'text'`: unsupported; the name for messages.
     Refused(String),
@@ -257,7 +257,7 @@ pub(crate) enum Flag {
     Left,
     /// CONTINUE ended the iteration.
     Skipped,
-    /// The variable of the loop as a target: it gets the value that it has at EXIT.
+    /// The loop variable as an assignment target: EXIT assigns its current value to it.
     Variable,
     /// RETURN left the unit.
     Returned,
@@ -349,7 +349,7 @@ pub(crate) enum Part<'a> {
 }
 
 impl StmtKind {
-    /// The conditions, selectors, bounds and lists of a choice or loop in source order; empty for other statements.
+    /// The conditions, selectors, bounds and statement lists of an IF, CASE or loop, in source order; empty for other statements.
     pub(crate) fn parts(&self) -> Vec<Part<'_>> {
         match self {
             StmtKind::If { arms, otherwise } => {

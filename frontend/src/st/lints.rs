@@ -124,7 +124,7 @@ fn overwritten(list: &[Stmt], aliases: &BTreeSet<String>, out: &mut Vec<Diagnost
     }
 }
 
-/// The text of a Boolean expression of names, if it is short; an inner one has parentheses.
+/// The text of a Boolean expression that contains only names, if it is short; an inner expression gets parentheses.
 fn shown(expr: &Expr, is_inner: bool) -> Option<String> {
     let chain = |all: &[Expr], op: &str| {
         let parts: Option<Vec<String>> = all.iter().map(|one| shown(one, true)).collect();
@@ -142,7 +142,8 @@ fn shown(expr: &Expr, is_inner: bool) -> Option<String> {
     (text.len() <= 80).then_some(text)
 }
 
-/// Removes assignments that are read or may be read: a call can read everything that its unit sees, and a jump makes the value final.
+/// Removes assignments that are read or may be read: a call can read every variable that its unit can access, and after a jump the value is
+/// final.
 fn forget<T>(open: &mut BTreeMap<String, T>, seen: &Mentions) {
     if seen.leaves || !seen.called.is_empty() || seen.has_function {
         open.clear();
@@ -232,7 +233,7 @@ struct Mentions {
     whole: BTreeSet<String>,
     /// Fields with their spans.
     fields: Vec<(String, String, Span)>,
-    /// Roots of the calls.
+    /// Names at the beginning of calls: the called instance, action or function.
     called: BTreeSet<String>,
     /// Whether an expression calls a function.
     has_function: bool,

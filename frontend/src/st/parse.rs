@@ -66,7 +66,7 @@ pub(crate) struct Parser<'a> {
     /// Unsupported features in the current unit. They are kept separate, because the unit may turn out to be unused.
     pub(crate) refused: Vec<Refusal>,
     pub(crate) depth: u32,
-    /// Height of the tree of the last expression; at most `limit`.
+    /// Height of the syntax tree of the last expression; at most `limit`.
     pub(crate) height: u32,
     pub(crate) limit: u32,
     /// Whether the text is a single body, in which the keywords of charts are names.
@@ -310,7 +310,7 @@ impl<'a> Parser<'a> {
         result
     }
 
-    /// Parses a nested statement or whole expression, which uses the stack of two levels.
+    /// Parses a nested statement or whole expression, which counts as two levels because it uses as much stack.
     pub(crate) fn inside<T>(&mut self, read: impl FnOnce(&mut Self) -> Parse<T>) -> Parse<T> {
         self.deeper(|parser| parser.deeper(read))
     }
@@ -326,7 +326,7 @@ impl<'a> Parser<'a> {
         })
     }
 
-    /// Recovers from an error: skips to after the next semicolon, or to a word that ends a list or begins a unit.
+    /// Recovers from an error: skips past the next semicolon, or up to a word that ends a list or begins a unit.
     pub(crate) fn skip_statement(&mut self) {
         loop {
             match self.kind(0) {

@@ -70,7 +70,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Skips to after the next semicolon, or to `END_VAR`.
+    /// Skips past the next semicolon, or up to `END_VAR`.
     fn skip_declaration(&mut self) {
         loop {
             match self.kind(0) {

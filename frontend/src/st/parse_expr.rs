@@ -482,7 +482,7 @@ fn range_of(ty: &str) -> Option<(i64, i64)> {
     })
 }
 
-/// The units of a duration with their nanoseconds; a unit that begins with another one comes first.
+/// The units of a duration with their nanoseconds; a unit precedes any shorter unit that it begins with (`ms` precedes `m`).
 const UNITS: [(&str, i128); 7] = [
     ("ms", 1_000_000),
     ("us", 1_000),
@@ -493,7 +493,7 @@ const UNITS: [(&str, i128); 7] = [
     ("s", 1_000_000_000),
 ];
 
-/// Why a text is not a duration, for the label at it, and what to write instead.
+/// Why a text is not a duration, for the label, and the help: what to write instead.
 fn why_no_duration(text: &str) -> (String, String) {
     let general = "write days, hours, minutes, seconds and milliseconds in this order, as in T#1h30m or T#2.5s".to_owned();
     let lower = text.to_ascii_lowercase();

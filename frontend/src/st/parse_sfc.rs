@@ -9,7 +9,7 @@ use super::lexer::Kind;
 use super::parse::{Parse, Parser};
 use crate::codes;
 
-/// Qualifiers by name.
+/// The action qualifiers with their names.
 pub(crate) const QUALIFIERS: [(&str, Qualifier); 11] = [
     ("N", Qualifier::N),
     ("R", Qualifier::R),

@@ -238,7 +238,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Parses statements up to the next CASE label, which only its colon distinguishes from a statement.
+    /// Parses statements up to the next CASE label; only the colon distinguishes a label from a statement.
     fn case_list(&mut self) -> Vec<Stmt> {
         let mut list = Vec::new();
         loop {

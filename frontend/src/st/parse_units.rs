@@ -199,7 +199,7 @@ impl Parser<'_> {
         found
     }
 
-    /// Reports unused pragmas: our own in a wrong place, and those of other tools once per kind.
+    /// Reports unused pragmas: `grafsynth` pragmas in a wrong place, and those of other tools once per kind.
     pub(crate) fn unread_pragmas(&mut self) {
         let mut told: Vec<&str> = Vec::new();
         for aside in &self.list.asides {

@@ -145,8 +145,8 @@ impl Features {
         }
     }
 
-    /// Some of these features, chosen by the seed: every switch that is on goes off once in three times. If all charts had all features, an error
-    /// that occurs only if a feature is absent would not be found.
+    /// Some of these features, chosen by the seed: every switch that is on is turned off with a probability of one third. If all charts had
+    /// all features, an error that occurs only if a feature is absent would not be found.
     #[must_use]
     pub fn some(&self, seed: u64) -> Self {
         let mut random = Random::new(seed ^ 0x5eed);

@@ -8,7 +8,7 @@ use grafsynth_ir::net::{
 
 use super::{Builder, name, step};
 
-/// A transition without a receptivity: so far only its ends are known.
+/// A transition whose receptivity is not generated yet: only its source and target steps are known.
 struct Ends {
     part: PartId,
     from: Vec<StepId>,

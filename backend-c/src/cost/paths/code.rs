@@ -5,7 +5,7 @@
 use super::values::Kind;
 use std::rc::Rc;
 
-/// Time, and the number of calls of user functions.
+/// A cost: the time, and the number of calls of user functions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(in crate::cost) struct Price {
     pub(in crate::cost) time: u64,
@@ -99,7 +99,7 @@ pub(in crate::cost) struct Op {
 pub(in crate::cost) enum What {
     /// Stores a number in a location, truncated to that type.
     Set(Price, Option<(Address, Kind)>, Code),
-    /// Text that does not affect the path.
+    /// A statement that has a cost but does not affect the path.
     Pay(Price),
     /// Branches with their conditions and the cost of the jump after each; the last branch has no jump.
     If(Vec<(Question, Vec<Op>, Price)>, Vec<Op>),
@@ -124,7 +124,7 @@ pub(in crate::cost) enum What {
     Break,
     Continue,
     Block(Vec<Op>),
-    /// From here on, nothing reads these cells.
+    /// Frees these cells: no later statement reads them.
     Forget(usize, usize),
     /// Something that path exploration cannot follow.
     Lost(String),

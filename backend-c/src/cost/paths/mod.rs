@@ -58,8 +58,8 @@ pub(in crate::cost) struct Chart<'a> {
     pub(in crate::cost) contract: &'a Contract,
 }
 
-/// The maximum work of all searches of a chart together, in statements executed by a state; creating and joining states counts as work too. It takes
-/// at most about ten seconds in an unoptimised build.
+/// The maximum work of all searches of a chart together. The unit is one statement executed on one state; creating and joining states
+/// counts as work too. It takes at most about ten seconds in an unoptimised build.
 const WORK: u64 = 10_000_000;
 /// The maximum work of one search from instance to instance.
 const WORK_OF_EACH: u64 = 3_000_000;
@@ -198,8 +198,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Runs a search that may take this much work, or what is left of the total; if there are too many states, these cells keep them
-    /// apart.
+    /// Runs a search with at most this much work, or the rest of the total if that is less. If there are too many states, only those that
+    /// differ in these cells are kept apart.
     fn within(
         &mut self,
         most: u64,
@@ -213,7 +213,7 @@ impl<'a> Search<'a> {
         found
     }
 
-    /// Whether the instance has numbers with many values, and whether it has arrays.
+    /// Two flags: whether the instance has numbers with many values, and whether it has arrays.
     fn has(&self) -> (bool, bool) {
         let is_wide = |(cell, range): (&Cell, &Values)| {
             is_number(cell) && range.hi().saturating_sub(range.lo()) > FEW

@@ -1,9 +1,10 @@
-//! What is known about a number: an interval and, if there are few values in it, which of them are possible.
+//! The possible values of a number: an interval and, if the interval is small, a bit for each possible value.
 
 /// The maximum number of values that are tracked individually.
 pub(in crate::cost) const SPAN: i64 = 256;
 
-/// A set of numbers, empty only for [`Values::NONE`]: those from `lo` to `hi`; if there are at most [`SPAN`], only those whose bit is set.
+/// A set of numbers from `lo` to `hi`. If the interval has at most [`SPAN`] numbers, only those whose bit is set; otherwise all. Only
+/// [`Values::NONE`] is empty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(in crate::cost) struct Values {
     lo: i64,
@@ -82,7 +83,7 @@ impl Values {
         self.hi
     }
 
-    /// The only value.
+    /// The value, if there is only one.
     pub(in crate::cost) fn only(self) -> Option<i64> {
         (self.lo == self.hi).then_some(self.lo)
     }
@@ -382,7 +383,7 @@ fn wide(sign: &str, a: Values, b: Values, kind: Kind) -> Values {
     })
 }
 
-/// The result of a comparison: 1, 0 or either.
+/// The possible results of a comparison: 1, 0 or both.
 pub(in crate::cost) fn compared(sign: &str, a: Values, b: Values) -> Values {
     let (mut yes, mut no) = (true, true);
     match sign {

@@ -1,4 +1,4 @@
-//! Translates what the walk has read into the form for path exploration: names become cells, each piece keeps its cost.
+//! Translates statements and expressions into the form for path exploration: names become cells, and each piece keeps its cost.
 
 use super::super::paths::code::{Address, Base, Code, Op, Price, Question, Routine, What};
 use super::super::paths::values::Kind as Numbers;
@@ -32,7 +32,7 @@ fn is_summary(unit: &Unit, ty: &Type) -> bool {
     matches!(ty, Type::Array(element, n) if *n != 1 && cells(unit, ty) == cells(unit, element))
 }
 
-/// The number type of a type; `None` if it is not a number. A bit of a structure is a truth value.
+/// The number type of a type; `None` if it is not a number. A one-bit bit-field (`bool name : 1`) counts as `bool`.
 pub(in crate::cost) fn numbers(ty: &Type) -> Option<Numbers> {
     match ty {
         Type::Number { bits, signed, is_bool } => {
@@ -42,7 +42,7 @@ pub(in crate::cost) fn numbers(ty: &Type) -> Option<Numbers> {
     }
 }
 
-/// Branches with their conditions; `None` if a condition cannot be executed.
+/// The branches of an `if` with their conditions; `None` if a condition cannot be executed.
 pub(super) fn all_asked(
     ways: Vec<(Option<Question>, Vec<Op>, Price)>,
 ) -> Option<Vec<(Question, Vec<Op>, Price)>> {
@@ -242,7 +242,8 @@ impl Walker<'_> {
         }
     }
 
-    /// The value that a statement tests or stores, and the part of its cost that depends on the path: the conditions of a truth value.
+    /// The value that a statement tests or stores, and the part of its cost that depends on the path: the conditions within a Boolean
+    /// expression.
     pub(super) fn root(&mut self, expr: &Expr) -> (Code, Price) {
         if matches!(expr, Expr::Unary("!", _) | Expr::Binary("&&" | "||", ..))
             && self.unit.value(expr).is_none()
@@ -472,7 +473,7 @@ impl Walker<'_> {
             .collect()
     }
 
-    /// The cells of the locals that a list declared: nothing reads them after it.
+    /// Frees the cells of the locals that a list declares, because nothing reads them after the list.
     pub(super) fn forget(&mut self, line: u32, from: usize) -> Option<Op> {
         (self.n_cells > from).then_some(Op { line, what: What::Forget(from, self.n_cells) })
     }

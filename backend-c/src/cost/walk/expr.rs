@@ -12,7 +12,7 @@ use std::rc::Rc;
 #[derive(Debug, Clone)]
 pub(super) struct Value {
     ty: Type,
-    /// The bits that it needs, which may be fewer than its type has.
+    /// The number of bits that it needs, which may be less than the width of its type.
     bits: u8,
     /// True if it is in ROM.
     rom: bool,
@@ -397,7 +397,7 @@ impl Walker<'_> {
         }
     }
 
-    /// The object whose member or element is used: a pointer in a register costs nothing more.
+    /// Adds the cost of the object whose member or element is used: a pointer in a register costs nothing more.
     fn base(&mut self, expr: &Expr) -> Result<Value, NotUnderstood> {
         if let Expr::Name(name) = expr
             && let Some(local) = self.find(name).cloned()

@@ -1,4 +1,4 @@
-//! The data that a function needs at the same time. They decide how many registers it saves and how much stack it uses.
+//! The data that a function needs at the same time. It decides how many registers the function saves and how much stack it uses.
 
 use super::super::machine::Machine;
 use super::super::memory::size;

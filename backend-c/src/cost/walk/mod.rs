@@ -31,7 +31,7 @@ use crate::c::print::Marks;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-/// Time and the number of calls of user functions; and both without the called functions of the text.
+/// Time and number of calls of user functions, each with and without the emitted functions that are called.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Cost {
     time: u64,
@@ -237,7 +237,8 @@ fn walked<'a>(
     Ok(walker)
 }
 
-/// If a reaction that reaches its limit costs more than this many times as much as one that does not, the bound is useless.
+/// A bound is reported as useless if a reaction that reaches the limit of micro-steps costs more than this many times as much as one that
+/// does not.
 const FAR: u64 = 3;
 
 /// The bound of a whole chart.

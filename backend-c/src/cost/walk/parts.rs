@@ -128,12 +128,12 @@ impl Need {
     }
 }
 
-/// A function as it is compiled: separately, and with what is known about its callers.
+/// How a function is compiled: separately, and with inlining into its callers.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Compiled {
-    /// The setting as if it were not part of another function and had no parts.
+    /// The setting of the function if it is compiled separately: not part of another function, and without parts.
     pub(super) alone: Setting,
-    /// The setting as part of its caller, and with its own parts.
+    /// The setting of the function as part of its caller, if it is one, and with its own parts.
     pub(super) whole: Setting,
     /// Its structures that are in registers, and its pointers to such structures.
     pub(super) kept: BTreeSet<Rc<str>>,

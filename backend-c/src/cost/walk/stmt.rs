@@ -28,7 +28,7 @@ impl Walker<'_> {
         Ok((flow, ops))
     }
 
-    /// The cost of what `work` walks, without what was walked before, and the functions that it calls.
+    /// The cost of everything that `work` walks, and the functions that it calls; nothing from before is included.
     pub(super) fn measured(
         &mut self,
         work: impl FnOnce(&mut Self) -> Result<(), NotUnderstood>,

@@ -1,4 +1,4 @@
-//! Follows the worst-case path again, to report where it leads.
+//! Follows the worst-case path again, to report its locations.
 
 use super::super::tree::{Kind, Stmt};
 use super::{BREAK, CONTINUE, Cost, Flow, Info, NEXT, RETURN, Walker};

@@ -47,7 +47,7 @@ fn refuse<T>(what: impl Into<String>, span: Span) -> Tabled<T> {
     Err(Refusal { what: what.into(), span })
 }
 
-/// The net in this layout.
+/// Emits the net in this layout.
 ///
 /// # Errors
 /// The net uses something that these tables have no columns for.

@@ -1,4 +1,4 @@
-//! The states as a tree, and the destination of each transition in it: the result of the rows, compared with the net.
+//! The states as a tree, and the destination of each transition in it. The engine's result for each row is compared with the net.
 
 use super::{Tabled, refuse};
 use crate::engine::Plan;
@@ -21,7 +21,7 @@ pub(super) struct Goal {
     pub(super) history: Option<usize>,
 }
 
-/// The states as numbers: their children, and the default child.
+/// The states by number: the children of each, and its default child.
 pub(super) struct Tree {
     pub(super) parent: Vec<Option<usize>>,
     pub(super) children: Vec<Vec<usize>>,

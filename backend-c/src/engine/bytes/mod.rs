@@ -27,7 +27,7 @@ use std::collections::{BTreeMap, BTreeSet};
 const HEIGHT: usize = 10;
 /// The maximum depth of nested `if`s.
 const LEVELS: usize = 10;
-/// The engine's stack: the maximum number of call arguments.
+/// The size of the engine's stack, which is also the maximum number of call arguments.
 const STACK: usize = 16;
 /// The maximum depth of nested loops.
 const LOOPS: usize = 3;
@@ -83,7 +83,7 @@ pub(super) enum Op {
     Again = 43,
 }
 
-/// The bytes of the operand of each instruction.
+/// The number of operand bytes of each instruction.
 pub(super) const OPERANDS: [u8; 44] = [
     1, 4, 8, 0, 2, 2, 2, 2, 2, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 2, 2, 2, 2, 2, 0,
     2, 3, 2, 2, 0, 2, 2, 2, 2, 6, 0, 0,
@@ -576,7 +576,7 @@ impl<'a> Assembler<'a> {
         Ok(())
     }
 
-    /// Emits an `if` whose lists are not nested in it; instead, each statement is guarded by the flag of its branch.
+    /// Emits an `if` without nesting: each statement of its lists is guarded by the flag of its branch.
     fn flat(
         &mut self,
         condition: &Expr,
@@ -664,7 +664,7 @@ impl<'a> Assembler<'a> {
 
     // --- extern conditions -----------------------------------------------------------------------------------------------------------------
 
-    /// The bits of a transition's source steps.
+    /// Expressions that read the bits of a transition's source steps.
     fn enabled(&self, transition: TransitionId) -> Vec<Expr> {
         let requires = self.net.transitions[transition].requires.iter();
         requires.filter_map(|step| self.active(*step)).collect()

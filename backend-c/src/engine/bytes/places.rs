@@ -10,9 +10,9 @@ use std::collections::BTreeMap;
 /// The location of a cell in an instance, or of a temp in a reaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::engine) enum Place {
-    /// A truth value: its bit.
+    /// A Boolean: its bit number.
     Bit(u16),
-    /// A number: the row of a cell, or the index of a temp.
+    /// An integer: the row of a cell, or the index of a temp.
     Number(u16),
 }
 

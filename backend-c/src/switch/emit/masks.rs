@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 
 /// The maximum number of values of a variable whose masks are at its transitions: each of these masks is repeated there.
 const MAX_IN_CASES: usize = 16;
-/// From this many steps with a mask on, a table is used.
+/// A table is used if at least this many steps have a mask.
 const MIN_TABLE: usize = 3;
 
 /// The unconditional outputs of each step: a mask for each word.

@@ -329,7 +329,8 @@ impl Emit<'_> {
             .collect()
     }
 
-    /// The condition that a step of another variable was active at the start of the micro-step, read from `reader`.
+    /// The condition that a step of another variable was active at the start of the micro-step, as read in the code of the variable
+    /// `reader`.
     pub(super) fn is_active(&self, step: StepId, reader: usize) -> CExpr {
         let (machine, _) = self.plan.place[step];
         let var = if machine < reader
@@ -390,7 +391,8 @@ impl Emit<'_> {
         CExpr::and(all)
     }
 
-    /// The effect of firing on one variable whose `step` is active and, at the owner, all other effects.
+    /// The effect of firing on one variable, in the case of its active `step`. If the variable is the transition's owner, also all other
+    /// effects of firing.
     pub(super) fn effects(&mut self, index: usize, id: TransitionId, step: StepId) -> Vec<Node> {
         let plan = self.plan;
         let net = self.net;
@@ -466,7 +468,7 @@ impl Emit<'_> {
     }
 }
 
-/// The number of transitions decided at a variable, at least 1.
+/// The number of transitions that a variable decides, at least 1.
 pub(super) fn weight(plan: &Plan, machine: &Machine) -> usize {
     machine.steps.iter().map(|step| plan.leaving[*step].len()).sum::<usize>().max(1)
 }

@@ -28,7 +28,7 @@ impl Order {
     }
 }
 
-/// Shows that testing the transitions of a step one after the other, each at its owner, selects exactly what the policy selects.
+/// Checks that testing the transitions of a step one after the other, each at its owner, selects the same transitions as the policy.
 pub(super) fn competition(net: &Net, plan: &Plan, order: &Order) -> Result<(), Refusal> {
     for step in net.steps.ids() {
         let leaving = &plan.leaving[step];
@@ -99,7 +99,8 @@ pub(super) fn competition(net: &Net, plan: &Plan, order: &Order) -> Result<(), R
     Ok(())
 }
 
-/// Shows from the text of two receptivities that they are never both true: one requires what the other negates, or is its `otherwise`.
+/// True if the text of two receptivities shows that they are never both true: one requires a condition that the other negates, or one is
+/// the `otherwise` of the other.
 fn disjoint(net: &Net, earlier: TransitionId, later: TransitionId) -> bool {
     let (a, b) = (receptivity(net, earlier), receptivity(net, later));
     let (a, b) = (a.factors(), b.factors());

@@ -33,7 +33,7 @@ const MIN_ROWS: usize = 32;
 /// A conjunction of inputs: each with its required value.
 type Term = BTreeMap<InputId, bool>;
 
-/// What one step of a plain variable waits for.
+/// The conditions for which one step of a plain variable waits.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 struct Waiting {
     rows: Vec<(Term, StepId, TransitionId)>,
@@ -140,7 +140,7 @@ impl Tables {
         tables
     }
 
-    /// Puts a variable into the first bank whose words have room for its inputs and outputs.
+    /// Adds a variable to the first bank whose words have room for its inputs and outputs.
     fn deal(&mut self, machine: usize, inputs: &BTreeSet<InputId>, outputs: &BTreeSet<OutputId>) {
         let missing = |have: &[InputId]| inputs.iter().filter(|it| !have.contains(it)).count();
         let missing_out =

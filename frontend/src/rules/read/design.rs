@@ -253,7 +253,7 @@ impl Builder<'_> {
         items
     }
 
-    /// Outputs in transition rules.
+    /// Outputs on the right side of transition rules.
     fn mealy_outputs(&self) -> BTreeSet<String> {
         let names = self.rules.transition_rules.iter().flat_map(|rule| &rule.right);
         names.filter(|(is_next, _)| !is_next).map(|(_, name)| name.text.clone()).collect()
@@ -541,7 +541,7 @@ impl Builder<'_> {
         found
     }
 
-    /// Adds an output of a transition rule, which is true while the left side is.
+    /// Adds an output of a transition rule, which is true while the left side is true.
     fn sub_rule(&mut self, rule: &Rule, name: &Name, sources: &[Path], guard: Option<&Expr>) {
         let Some((first, others)) = sources.split_first() else {
             self.findings.report(|| {

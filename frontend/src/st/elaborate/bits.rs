@@ -3,7 +3,7 @@
 //! ```text
 //! x AND 16#F0      x / 16 MOD 16 * 16                       a run of ones is one quotient and one remainder
 //! x OR 16#0F       (x AND 16#F0) + 15
-//! x AND y          the sum of 2^k for each bit k that both have
+//! x AND y          the sum of 2^k for each bit k that is set in both
 //! SHL(x, 3)        x MOD 32 * 8                             in a BYTE
 //! ```
 //! A signed number is treated as two's complement with 8, 16 or 32 bits, whichever fits both operands.
@@ -35,7 +35,7 @@ impl BitOp {
     }
 }
 
-/// The number of bits of values up to `most`.
+/// The number of bits that the value `most` needs.
 fn bits(most: i64) -> u32 {
     64 - most.max(0).leading_zeros()
 }
@@ -52,7 +52,7 @@ fn range(value: &Value) -> Option<(i64, i64)> {
     }
 }
 
-/// The number of bits of a value whose range is that of an unsigned type: BYTE, WORD or a similar type.
+/// The number of bits of the unsigned type (BYTE, WORD or a similar type) that has the range of this value.
 fn type_bits(value: &Value) -> Option<u32> {
     match range(value)? {
         (0, 255) => Some(8),

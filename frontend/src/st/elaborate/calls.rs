@@ -188,7 +188,7 @@ impl Elaborator<'_> {
         ))
     }
 
-    /// Gives every argument the main name of its parameter.
+    /// Labels every argument, positional or named, with the main name of its parameter.
     pub(super) fn named_arguments(
         &mut self,
         index: usize,
@@ -337,7 +337,7 @@ impl Elaborator<'_> {
         done
     }
 
-    /// Binds an input of a standard block that has no variable, and no argument in this call.
+    /// Binds an input of a standard block if the input has no variable and the call has no argument for it.
     fn omitted(&mut self, inside: FrameId, var: &ast::Var, span: Span) -> Outcome<()> {
         if !self.frames[inside].names.contains_key(&var.name.text) {
             let ty = self.ty(inside, &var.ty);
@@ -347,7 +347,7 @@ impl Elaborator<'_> {
         Ok(())
     }
 
-    /// Warns of a second call of a timer.
+    /// Counts a call of a timer, and warns if it is the second.
     fn count_call(&mut self, object: usize, span: Span) {
         self.objects[object].n_calls += 1;
         if self.objects[object].n_calls == 2 {
@@ -407,7 +407,7 @@ impl Elaborator<'_> {
         Ok(())
     }
 
-    /// Gives an input its value: assigns it to the input's variable, or binds the input to the value if it has none.
+    /// Passes a value to an input: assigns it to the input's variable or, if there is none, binds the input to the value.
     fn give(
         &mut self,
         object: usize,
@@ -473,7 +473,7 @@ impl Elaborator<'_> {
         Err(self.report(Diagnostic::error(codes::ST_TIMER, message).at(span, label).help(help)))
     }
 
-    /// Assigns its first value to a VAR_TEMP.
+    /// Assigns its initial value to a VAR_TEMP variable.
     fn reset(
         &mut self,
         inside: FrameId,

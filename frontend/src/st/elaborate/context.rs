@@ -1,4 +1,4 @@
-//! The state of the elaboration, which all its parts share: frames of names, instances, the chart under construction, findings.
+//! The state that all parts of the elaboration share: frames of names, instances, the chart under construction, findings.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -32,7 +32,7 @@ pub(super) struct Frame {
     pub(super) names: BTreeMap<String, Binding>,
     /// The flags of the jumps that are being eliminated.
     pub(super) flags: BTreeMap<Flag, Binding>,
-    /// The variables behind flags, each with the offset of its statement.
+    /// The chart variables that store flags, by flag and by offset of the statement.
     pub(super) jumps: BTreeMap<(Flag, u32), Place>,
     pub(super) parent: Option<FrameId>,
 }
@@ -108,7 +108,7 @@ pub(super) struct Elaborator<'a> {
     pub(super) taken: BTreeSet<String>,
     /// Inputs of the current chart.
     pub(super) inputs: BTreeSet<String>,
-    /// Booleans that are only actions, with their names in the chart.
+    /// Booleans that are used only as actions, with their names in the chart.
     pub(super) flags: BTreeMap<String, String>,
     /// Bodies of actions that statements may call.
     pub(super) bodies: BTreeMap<String, Vec<Stmt>>,
@@ -125,7 +125,7 @@ pub(super) struct Elaborator<'a> {
     /// Functions that are being evaluated.
     pub(super) calls: Vec<usize>,
     pub(super) narrowed: BTreeSet<String>,
-    /// Values of TIME variables that are assigned only constants, in nanoseconds, by chart and name in capitals.
+    /// Possible values, in nanoseconds, of TIME variables that are assigned only constants; by chart and name in capitals.
     pub(super) time_values: BTreeMap<(usize, String), BTreeSet<i64>>,
     pub(super) spent: usize,
 }
@@ -214,7 +214,7 @@ impl<'a> Elaborator<'a> {
         self.unit(index).vars.iter().filter_map(parameter).collect()
     }
 
-    /// The place of a statement or expression: in the expansion of a standard block, the call.
+    /// The span to report for a statement or expression; inside the expansion of a standard block, the span of the call.
     pub(super) fn at(&self, span: Span) -> Span {
         self.call_site.unwrap_or(span)
     }

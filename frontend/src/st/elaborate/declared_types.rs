@@ -202,7 +202,7 @@ impl Elaborator<'_> {
         )
     }
 
-    /// Initial values of a simple variable or an array: one for all elements, or one for each.
+    /// Initial values of a simple variable or an array: a single one for all elements, or one for each element.
     pub(super) fn initial(&mut self, frame: FrameId, ty: &Ty, init: &Init) -> Outcome<Vec<Expr>> {
         match (ty, init) {
             (Ty::Bool | Ty::Int { .. }, Init::Value(value)) => {
@@ -276,7 +276,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// Converts `value` for a target of this type; wraps it if the type wraps around.
+    /// Converts `value` to the type of its target; wraps it if the type wraps around.
     pub(super) fn fit(&mut self, value: Value, ty: &Ty, what: &str) -> Outcome<Value> {
         let span = value.expr.span;
         let (wrong, help) = match (ty, &value.kind) {

@@ -172,7 +172,7 @@ impl Elaborator<'_> {
         self.join(values, is_and, span)
     }
 
-    /// AND or OR of Booleans, or bit by bit of numbers.
+    /// AND or OR of Booleans, or of numbers bit by bit.
     pub(super) fn join(&mut self, values: Vec<Value>, is_and: bool, span: Span) -> Outcome<Value> {
         // 0 and 1 are also literals of BOOL.
         let is_number = |value: &Value| match value.kind {

@@ -11,14 +11,14 @@ use super::value::{Kind, Value, nodes, select};
 use crate::codes;
 use crate::st::ast::{self, Arg, Op};
 
-/// Whether this is the name of a parameter of a standard function, in capitals.
+/// Whether this name, in capitals, is a parameter of a standard function.
 fn is_parameter(name: &str) -> bool {
     let number = name.strip_prefix("IN");
     number.is_some_and(|rest| rest.bytes().all(|byte| byte.is_ascii_digit()))
         || matches!(name, "EN" | "G" | "K" | "L" | "N" | "P" | "MN" | "MX")
 }
 
-/// The parameters of the standard functions with parameters of their own.
+/// The parameters of the standard functions, for messages.
 const STANDARD_PARAMETERS: &str = "IN, or IN1 and IN2; G, IN0 and IN1 of SEL; K and IN0 of MUX; MN, IN and MX of LIMIT; IN and N of shifts";
 
 /// Whether a standard function, in capitals, has only numbered inputs.
@@ -252,7 +252,7 @@ impl Elaborator<'_> {
         Err(self.no_function(key, name, n))
     }
 
-    /// A function that is an operator; the values come back if it is not.
+    /// Elaborates a function that is an operator; returns the values unchanged if it is not one.
     fn operator(
         &mut self,
         key: &str,
@@ -398,7 +398,7 @@ impl Elaborator<'_> {
         Ok(result)
     }
 
-    /// The value that comes first in the order `op`.
+    /// The smaller or larger of two values: the one that comes first in the order `op`.
     fn extreme(&mut self, op: Op, a: Value, b: Value, span: Span) -> Outcome<Value> {
         let first = self.binary(op, a.clone(), b.clone(), span)?;
         let chosen = match (&a.kind, &b.kind) {

@@ -9,8 +9,8 @@
 //!     n := n + a[i];                           IF NOT found THEN n := n + a[3]; END_IF;
 //! END_FOR;                       at the end:   IF NOT found THEN i := 10; END_IF; found := FALSE;
 //! ```
-//! A flag is false between scans, so it needs no register in a circuit. RETURN in a loop first leaves all loops. If RETURN ends all
-//! branches but one, the following statements move into that branch, and no flag is needed.
+//! A flag is false between scans, so it needs no register in a circuit. RETURN in a loop first leaves all loops. If every branch except one
+//! ends in RETURN, the following statements move into that branch, and no flag is needed.
 
 use grafsynth_ir::{Name, Span};
 
@@ -69,7 +69,7 @@ fn unless(flags: &[Flag], list: Vec<Stmt>, span: Span) -> Stmt {
     Stmt { kind: StmtKind::If { arms: vec![(condition, list)], otherwise: Vec::new() }, span }
 }
 
-/// The flags of a condition made by [`round`] or [`returned`]; `None` for other conditions.
+/// The flags in a condition that [`round`] or [`returned`] made; `None` for other conditions.
 pub(super) fn guards(condition: &Expr) -> Option<Vec<Flag>> {
     let ExprKind::And(all) = &condition.kind else { return None };
     let flag = |one: &Expr| {
@@ -197,7 +197,7 @@ pub(super) fn returned(list: &[Stmt]) -> Vec<Stmt> {
     cut(list, &leaves, &replace, &[Flag::Returned])
 }
 
-/// The body of a loop in which RETURN is an EXIT with a flag; an inner loop that was left by RETURN also leaves this loop.
+/// The body of a loop in which RETURN becomes EXIT with a flag; if RETURN leaves an inner loop, this loop is left too.
 fn out_of_loop(body: &[Stmt]) -> Vec<Stmt> {
     let mut out = Vec::new();
     for stmt in body {

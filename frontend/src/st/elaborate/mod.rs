@@ -9,7 +9,8 @@
 //!
 //! All mistakes in a file are found. Unsupported features are reported by name; everything else is still checked.
 //!
-//! `types`, `value` and `usage` are data. `context` is the state that all parts share; each part adds methods to it, and `roots` begins.
+//! `types`, `value` and `usage` are data. `context` is the state that all parts share; each part adds methods to it, and `roots` is the
+//! entry point.
 
 mod access;
 mod bits;

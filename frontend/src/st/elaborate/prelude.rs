@@ -18,7 +18,7 @@ use crate::st::ast::{Expr, ExprKind, Init, Pou, TypeKind, Var};
 use crate::st::lexer::Places;
 use crate::st::parse::Parser;
 
-/// Inputs of standard blocks that have a second name, which is given first.
+/// Inputs of standard blocks that have two names; the second name is the first in each pair.
 const SECOND_NAMES: [(&str, &str); 5] =
     [("RESET", "R"), ("LOAD", "LD"), ("SET1", "S1"), ("SET", "S"), ("RESET1", "R1")];
 
@@ -58,7 +58,7 @@ fn read() -> (Vec<Pou>, Vec<Diagnostic>) {
     (library.pous, findings.kept)
 }
 
-/// A block under each of its names: a counter for each integer type.
+/// Copies of a block, one for each of its names: a counter has one for each integer type.
 fn named(pou: &Pou) -> Vec<Pou> {
     let typed = |suffix: &str| {
         let name = Name::new(format!("{}{suffix}", pou.name), pou.name.span);

@@ -36,7 +36,7 @@ enum Target {
 /// The chart of one unit under construction.
 struct Build {
     frame: FrameId,
-    /// Written names by names in capitals.
+    /// Names of actions as they are written, by name in capitals.
     actions: BTreeMap<String, String>,
     targets: BTreeMap<String, Target>,
     steps: BTreeMap<String, Name>,
@@ -157,7 +157,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// Determines what each used action is, and creates the writes of Booleans that statements also assign.
+    /// Determines what each used action is, and creates the assignments to Booleans that statements also assign.
     fn mixed_actions(
         &mut self,
         build: &mut Build,
@@ -387,7 +387,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// The duration of a use in nanoseconds, if it has one; `None` if it is invalid.
+    /// The duration of a use in nanoseconds: `Some(None)` if it has none, `None` if it is invalid.
     fn duration(&mut self, build: &Build, one: &ast::Use) -> Option<Option<u64>> {
         let duration = match &one.duration {
             Some(duration) => {

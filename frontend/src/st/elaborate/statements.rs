@@ -17,7 +17,7 @@ use crate::st::ast::{self, Flag};
 
 /// Maximum number of iterations of a loop.
 const MAX_ROUNDS: i64 = 65_536;
-/// With more arms than this, an IF or CASE becomes a binary search, so that lists are not nested too deeply.
+/// An IF or CASE with more branches than this becomes a binary search, so that lists are not nested too deeply.
 const MANY_ARMS: usize = 12;
 
 /// The iterations of a FOR loop.
@@ -185,7 +185,7 @@ impl Elaborator<'_> {
         self.assign(&left, Value::constant(false, span), span, out)
     }
 
-    /// A Boolean variable for the statement at `span`, the same each time.
+    /// The Boolean variable that stores a flag of the statement at `span`; every expansion of the statement uses the same one.
     fn flag(&mut self, frame: FrameId, flag: Flag, name: &str, span: Span) -> Place {
         let key = (flag, span.start);
         if let Some(place) = self.frames[frame].jumps.get(&key) {
@@ -212,7 +212,7 @@ impl Elaborator<'_> {
         let _ = self.assign(&place, Value::constant(false, span), span, out);
     }
 
-    /// Reports early that a loop expands beyond the limit, as far as the bounds of its inner loops are known.
+    /// Reports, before the loop is expanded, that its expansion exceeds the limit; counts inner loops whose bounds are known.
     pub(super) fn count_rounds(
         &mut self,
         frame: FrameId,
@@ -453,7 +453,7 @@ impl Elaborator<'_> {
     }
 }
 
-/// The choice between arms, unless one of the conditions is invalid.
+/// Adds the choice between branches, unless one of the conditions is invalid.
 fn chosen(
     arms: Vec<(Outcome<Expr>, Block)>,
     rest: Block,
@@ -465,7 +465,8 @@ fn chosen(
     Ok(())
 }
 
-/// Chooses the first arm whose condition is true, otherwise `rest`. Conditions have no side effects, so many arms become a binary search.
+/// Adds a choice of the first branch whose condition is true, otherwise `rest`. Conditions have no side effects, so many branches become a
+/// binary search.
 fn choose(mut arms: Vec<(Expr, Block)>, rest: Block, span: Span, out: &mut Block) {
     if arms.len() > MANY_ARMS {
         let right = arms.split_off(arms.len() / 2);

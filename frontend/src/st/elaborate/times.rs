@@ -69,7 +69,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// A choice between two values. Times become numbers unless they are the same constant.
+    /// A choice between two values. Two times become numbers of milliseconds unless they are the same constant.
     pub(super) fn choice(
         &mut self,
         condition: Expr,
@@ -169,7 +169,7 @@ impl Elaborator<'_> {
         Ok(Value::bool(Expr::new(Expr::or(tests).kind, span)))
     }
 
-    /// The values of a time that changes, each with the condition that it has this value.
+    /// The possible values of a time that changes, each with the condition that the time has this value.
     pub(super) fn each_value(&mut self, time: &Value, span: Span) -> Outcome<Vec<(i64, Expr)>> {
         let values = match &time.kind {
             Kind::Time(Time::Varying(Some(values))) if values.len() <= MAX_VALUES => values.clone(),
@@ -221,8 +221,8 @@ impl Elaborator<'_> {
 
     // Declarations
 
-    /// Declares a TIME variable: a name for its value if it never changes, otherwise a number of milliseconds. `is_top` if it belongs to
-    /// the chart itself.
+    /// Declares a TIME variable: as a name for its value if it never changes, otherwise as a number of milliseconds. `is_top` is true if it
+    /// belongs to the chart itself.
     pub(super) fn declare_time(
         &mut self,
         frame: FrameId,
@@ -303,7 +303,7 @@ impl Elaborator<'_> {
         are_few.then_some(values)
     }
 
-    /// The values of an expression that [`is_listed`](super::usage::is_listed).
+    /// The values of an expression for which [`is_listed`](super::usage::is_listed) is true.
     fn listed(&self, frame: FrameId, value: &ast::Expr) -> Values {
         if let ast::ExprKind::Call(_, arguments) = &value.kind {
             let mut all = BTreeSet::new();

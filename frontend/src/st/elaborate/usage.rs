@@ -13,7 +13,7 @@ pub(super) struct Usage {
     pub(super) actions: BTreeSet<String>,
     /// Fields of instances that are read or assigned outside of calls.
     pub(super) fields: BTreeSet<(String, String)>,
-    /// For each instance, the inputs that each call gives.
+    /// For each instance, the inputs for which each call has an argument.
     pub(super) calls: BTreeMap<String, Vec<BTreeSet<String>>>,
     /// All names that are read.
     pub(super) read: BTreeSet<String>,
@@ -61,7 +61,7 @@ pub(super) fn of(pou: &Pou, params: &dyn Fn(&str) -> Params) -> Usage {
     walk.usage
 }
 
-/// The parameter of an argument at this place in a call.
+/// The parameter to which an argument at this position in a call belongs.
 fn parameter<'p>(params: &'p Params, place: usize, argument: &Arg) -> Option<&'p Parameter> {
     match &argument.name {
         Some(name) => params.iter().find(|one| one.is(&upper(&name.text))),
@@ -209,7 +209,7 @@ impl Walk<'_> {
     }
 }
 
-/// Whether the possible values of an expression are known: literals, names and choices between them.
+/// Whether the possible values of an expression can be listed: it is a literal, a name or a choice between such values.
 pub(super) fn is_listed(value: &Expr) -> bool {
     if let ExprKind::Call(name, arguments) = &value.kind {
         return matches!(upper(&name.text).as_str(), "SEL" | "MUX")

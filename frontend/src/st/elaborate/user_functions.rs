@@ -318,8 +318,9 @@ impl Elaborator<'_> {
         self.run_tested(frame, types, &tested, otherwise, span)
     }
 
-    /// Runs a list under the condition that no flag is set. Inside the list the flags are false; afterwards each flag is its previous value
-    /// or its new one. So the expressions of flags grow linearly with the number of places that set them, not exponentially.
+    /// Runs a list under the condition that no flag is set. Inside the list all flags are false; afterwards each flag is the OR of its
+    /// previous and its new value. So the expression of a flag grows linearly, not exponentially, with the number of statements that set
+    /// it.
     fn run_guarded(
         &mut self,
         frame: FrameId,
@@ -362,7 +363,7 @@ impl Elaborator<'_> {
         Ok(())
     }
 
-    /// Chooses between the values in `then`, if the condition is true, and those in the frame.
+    /// Chooses the values in `then` if the condition is true, otherwise those in the frame.
     fn merge(
         &mut self,
         frame: FrameId,
@@ -432,7 +433,7 @@ fn no(span: Span) -> Binding {
     Binding::Value(Value::constant(false, span))
 }
 
-/// The flags of a loop at its start.
+/// The flags of a loop at its start, all false.
 fn lowered(span: Span) -> BTreeMap<Flag, Binding> {
     let start = Binding::Value(Value::int(0, span));
     BTreeMap::from([(Flag::Left, no(span)), (Flag::Skipped, no(span)), (Flag::Variable, start)])

@@ -1,4 +1,4 @@
-//! Values: expressions of the chart with what is known about them.
+//! Values: expressions of the chart with their known ranges and types.
 
 use std::collections::BTreeSet;
 
@@ -6,7 +6,7 @@ use grafsynth_ir::Span;
 use grafsynth_ir::chart::{Expr, Leaf, Path};
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind};
 
-/// An expression of the chart, with what is known about its value.
+/// An expression of the chart, with the known facts about its value.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Value {
     pub(super) expr: Expr,
@@ -50,7 +50,7 @@ impl Value {
         Value { expr: Expr::new(ExprKind::Int(value), span), kind: Kind::Int(value, value) }
     }
 
-    /// The value of an initial value, which is a number or a Boolean.
+    /// The value of an initial value that is a number or a Boolean.
     pub(super) fn literal(expr: Expr) -> Self {
         if let ExprKind::Int(value) = expr.kind {
             Value::int(value, expr.span)
@@ -143,7 +143,7 @@ pub(super) fn select(condition: Expr, then: Value, otherwise: Value, span: Span)
     Value { expr: Expr::new(expr, span), kind }
 }
 
-/// A choice between two Booleans, one of which is constant.
+/// A choice between two Booleans, at least one of which is constant.
 fn either(condition: &Expr, then: &Expr, otherwise: &Expr) -> Option<Expr> {
     let (yes, no) = (|| condition.clone(), || condition.clone().not());
     if then.is_true() {
@@ -159,7 +159,7 @@ fn either(condition: &Expr, then: &Expr, otherwise: &Expr) -> Option<Expr> {
     }
 }
 
-/// Merges nested choices that leave the same value: nested IFs would otherwise double that value with each level.
+/// Merges nested choices that share an alternative: otherwise each level of nested IFs would duplicate it.
 fn flatter(condition: Expr, then: Expr, otherwise: Expr) -> (Expr, Expr, Expr) {
     if let ExprKind::Select(inner, first, second) = &then.kind {
         if second.kind == otherwise.kind {

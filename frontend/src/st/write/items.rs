@@ -106,7 +106,7 @@ struct Lack {
 /// The maximum number of locations and names that a finding shows for each unsupported kind of part; the others are counted.
 const SHOWN: usize = 4;
 
-/// One finding for each kind of thing that the target lacks, in the order of the chart.
+/// One finding for each kind of part that the target cannot express, in the order of the chart.
 fn cannot_write(target: &str, lacks: &[Lack]) -> Vec<Diagnostic> {
     let mut kinds: Vec<(&str, Vec<&Lack>)> = Vec::new();
     for lack in lacks {
@@ -148,7 +148,7 @@ struct Maker<'a> {
     names: BTreeMap<&'a str, String>,
     taken: BTreeSet<String>,
     steps: BTreeSet<&'a str>,
-    /// Actions with lists; programs cannot read their Q.
+    /// Actions with lists; in the target, programs cannot read whether such an action runs (its Q).
     lists: BTreeSet<&'a str>,
     leaving: BTreeSet<String>,
     /// Steps that a transition may restart, that is, leave and enter at once.
@@ -198,7 +198,7 @@ pub(crate) fn programs_of(net: &Net, target: &'static str) -> Result<Programs, V
     Ok(made)
 }
 
-/// A chart that is a statechart, which no target has.
+/// The unsupported part if the chart is a statechart, which no target can express.
 fn statechart(chart: &Chart) -> Option<Lack> {
     let setting = chart.items.iter().find_map(|item| {
         let Item::Setting(setting) = item else { return None };
@@ -462,7 +462,7 @@ impl<'a> Maker<'a> {
         }
     }
 
-    /// Reports a list or timer that would not run in its order.
+    /// Reports a list or timer that would run in a different order.
     fn ordered(&mut self, what: &str, span: Span) {
         if let Some(why) = self.unordered {
             self.cannot(format!("{what} {why}"), span);
@@ -755,8 +755,8 @@ fn pulse(action: &Action, qualifier: &str) -> Use {
     Use { action: action.name.clone(), qualifier: qualifier.to_owned(), duration: None }
 }
 
-/// An address at the beginning of a label, and the rest of the label. A variable that `is_inner` gets no address, because a pin would make
-/// it an input or output.
+/// An address at the beginning of a label, and the rest of the label. If `is_inner`, there is no address: a variable with a pin would
+/// become an input or output.
 fn address(label: &str, is_inner: bool) -> (Option<String>, String) {
     let (first, rest) = label.split_once(' ').unwrap_or((label, ""));
     let is_address = first.starts_with('%')

@@ -7,8 +7,9 @@
 //! Actions run after all transitions of a scan, in the order of their declarations: the lists of steps that are left, the lists of steps
 //! that are entered, the other actions of the chart, the timers.
 //!
-//! This is the order of semantics §3.3, §3.5 and §7, unless a list reads steps, which change one after the other there, or controlled
-//! outputs, which still have the value of the last row there. A step that is left and entered at once stays active for P0 and P1.
+//! This is the order of semantics §3.3, §3.5 and §7, unless a list reads steps or controlled outputs: in the net, steps change one after
+//! the other while the lists run, and controlled outputs still have their values of the previous row. A step that is left and entered at
+//! once stays active for P0 and P1.
 
 use std::collections::BTreeSet;
 

@@ -4,7 +4,7 @@ use grafsynth_ir::Span;
 use grafsynth_ir::chart::{Expr, Leaf, Path, Stmt, StmtKind};
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind};
 
-/// Something that cannot be expressed, with its span.
+/// The description of something that cannot be expressed, with its span.
 pub(crate) type Cannot = (String, Span);
 
 /// How the names of a chart are written.
@@ -29,7 +29,7 @@ enum Level {
     Primary,
 }
 
-/// A duration such as `T#1h2m`, in the units that it is composed of.
+/// A duration such as `T#1h2m`, as a sum of whole units.
 pub(crate) fn duration(ns: u64) -> String {
     const UNITS: [(u64, &str); 7] = [
         (86_400_000_000_000, "d"),

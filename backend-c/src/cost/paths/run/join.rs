@@ -1,11 +1,11 @@
-//! Equal states are merged, and if there are too many, so are states that agree on a few cells.
+//! Merges equal states and, if there are too many, also states that agree on a few cells.
 
 use super::super::values::Values;
 use super::{Done, Run, State, Step, Stopped};
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-/// The number of states in the middle of a condition up to which states are merged only if they are equal.
+/// The maximum number of states in the middle of a condition before states that are not equal are merged too.
 const ASKED: usize = 32;
 
 /// The number of copied or compared cells that counts as the work of one statement.
@@ -120,7 +120,7 @@ fn join(known: &mut State, other: State) {
     known.price = known.price.or(other.price);
 }
 
-/// States that differ in their cells, or in a value that belongs to each; equal ones are merged.
+/// A set of states, each with a value: states with equal cells and equal values are merged.
 #[derive(Default)]
 pub(super) struct Different {
     by_memory: BTreeMap<(Values, Vec<Values>), State>,

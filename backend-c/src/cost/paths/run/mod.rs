@@ -1,4 +1,4 @@
-//! Executes a function on what is known about each number: all paths that the values allow, with the cost of each.
+//! Executes a function on sets of possible values: all paths that the values allow, with the cost of each.
 //!
 //! A state is a memory with the most expensive path to it. A condition that may be true or false splits a state in two, and each half records what the
 //! condition implies for its numbers. Equal states are merged, at the cost of the more expensive one. If there would be too many, states that agree

@@ -1,4 +1,4 @@
-//! Numbers and the cells that they are read from.
+//! Evaluates numbers, and finds the cells that they are read from.
 
 use super::super::code::{Address, Base, Code, Question};
 use super::super::values::{Kind, Number, Values, arithmetic};
