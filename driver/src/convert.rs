@@ -121,7 +121,7 @@ fn logic_not_chart(place: &Span, to: Format) -> Diagnostic {
         to.name()
     );
     let finding = Diagnostic::error(codes::NEEDS_CHART, message)
-        .help("give --to one of palasm, cupl, galasm, verilog, blif and pla");
+        .help("set --to to palasm, cupl, galasm, verilog, blif or pla");
     if *place == Span::default() { finding } else { finding.at(*place, "this circuit") }
 }
 

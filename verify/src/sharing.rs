@@ -186,10 +186,10 @@ impl Look<'_> {
             let accesses = self.tasks(at..at + 1);
             let name = &step.tasks[at].name;
             if accesses.writes.contains(&var) {
-                return Some((name.span, format!("task {name} writes it")));
+                return Some((name.span, format!("task `{name}` writes it")));
             }
             if accesses.reads.contains(&var) && found.is_none() {
-                found = Some((name.span, format!("task {name} reads it")));
+                found = Some((name.span, format!("task `{name}` reads it")));
             }
         }
         found
@@ -232,7 +232,7 @@ impl Look<'_> {
                 together: together.unwrap_or(Together::Seen),
                 waits: true,
                 span: place(transition.meta.span, transition.name.span),
-                what: format!("{what} {}", transition.name),
+                what: format!("{what} `{}`", transition.name),
             });
         }
         for (id, step) in net.steps.iter().filter(|(id, _)| *id != self.step) {
@@ -242,7 +242,7 @@ impl Look<'_> {
                     together: self.together(id),
                     waits: true,
                     span: step.tasks[0].name.span,
-                    what: format!("a task of step {}", step.name),
+                    what: format!("a task of step `{}`", step.name),
                 });
             }
         }
@@ -260,7 +260,7 @@ impl Look<'_> {
                     for one in emissions {
                         if !one.condition.as_ref().is_some_and(|it| self.is_after(it)) {
                             let accesses = of(&mut one.condition.iter());
-                            let what = format!("output {}", output.name);
+                            let what = format!("output `{}`", output.name);
                             rests(accesses, self.together(one.step), one.span, what);
                         }
                     }
@@ -269,7 +269,7 @@ impl Look<'_> {
                     for one in calls {
                         if !one.condition.as_ref().is_some_and(|it| self.is_after(it)) {
                             let accesses = of(&mut one.condition.iter().chain(&one.arguments));
-                            let what = format!("the call of {}", output.name);
+                            let what = format!("the call of `{}`", output.name);
                             rests(accesses, self.together(one.step), one.span, what);
                         }
                     }
@@ -290,13 +290,13 @@ impl Look<'_> {
             });
             let mut accesses = of(&mut action.uses.iter().filter_map(|one| one.condition.as_ref()));
             accesses.block(net, &action.body);
-            let what = format!("action {}", action.name);
+            let what = format!("action `{}`", action.name);
             let span = place(action.name.span, action.meta.span);
             rests(accesses, together.max().unwrap_or(Together::Never), span, what);
         }
         for timer in net.timers.values() {
             let accesses = of(&mut std::iter::once(&timer.condition));
-            rests(accesses, Together::Seen, timer.name.span, format!("timer {}", timer.name));
+            rests(accesses, Together::Seen, timer.name.span, format!("timer `{}`", timer.name));
         }
         for forcing in &net.forcings {
             let own = net.steps[self.step].part;

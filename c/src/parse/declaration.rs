@@ -77,7 +77,7 @@ impl Parser<'_, '_> {
                 return self.function(&specifiers, declared, &name, span, items);
             }
             if !is_first && is_untagged(self, specifiers.defines) {
-                let message = "a structure or enumeration without a tag is used once";
+                let message = "a structure or enumeration without a tag can only be used once";
                 return self.fail(codes::SYNTAX, message, span, "for the second time here");
             }
             let defines = specifiers.defines.filter(|_| is_first);
@@ -103,7 +103,12 @@ impl Parser<'_, '_> {
         };
         if specifiers.storage.is_some() || specifiers.is_inline {
             let span = specifiers.span;
-            return self.fail(codes::SYNTAX, "a type has no storage class", span, "here");
+            return self.fail(
+                codes::SYNTAX,
+                "a type cannot have a storage class or be `inline`",
+                span,
+                "here",
+            );
         }
         items.push(self.made(kind, specifiers.span));
         Ok(())
@@ -120,14 +125,14 @@ impl Parser<'_, '_> {
     ) -> Read<()> {
         let is_function = matches!(self.unit.canonical(&declared.ty).ty, Type::Function(_));
         if specifiers.is_inline && !is_function {
-            return self.fail(codes::SYNTAX, "only functions are `inline`", span, "here");
+            return self.fail(codes::SYNTAX, "only functions can be `inline`", span, "here");
         }
         let kind = if specifiers.storage == Some(Storage::Typedef) {
             let symbol = self.declare_symbol(name, span, SymbolKind::Typedef, declared.ty)?;
             ItemKind::Typedef { symbol, defines }
         } else if is_function {
             let Some(params) = &declared.params else {
-                let message = "a function is declared with its parameters";
+                let message = "expected the parameters of the function in its declaration";
                 return self.fail(codes::SYNTAX, message, span, "here");
             };
             if let Some(tag) = defines {
@@ -157,7 +162,7 @@ impl Parser<'_, '_> {
         let mut init = None;
         if self.take("=") {
             if is_extern {
-                let message = "an `extern` declaration has no initialiser";
+                let message = "an `extern` declaration with an initialiser is not supported";
                 return self.fail(codes::SYNTAX, message, span, "here");
             }
             if !self.defined.insert(symbol) {
@@ -246,7 +251,7 @@ impl Parser<'_, '_> {
             | SymbolKind::Constant(_) => false,
         };
         if !(agrees && is_same && symbol.canonical.qualifiers == canonical.qualifiers) {
-            let message = format!("`{name}` is declared as something else");
+            let message = format!("`{name}` is already declared as something else");
             return self.fail(codes::TYPE, message, span, "here");
         }
         if matches!(symbol.canonical.ty, Type::Array(_, None)) {
@@ -286,7 +291,7 @@ impl Parser<'_, '_> {
             known.is_on_stack |= kind.is_on_stack;
             return Ok(id);
         }
-        let message = format!("`{name}` is declared as something else");
+        let message = format!("`{name}` is already declared as something else");
         self.fail(codes::TYPE, message, span, "here")
     }
 

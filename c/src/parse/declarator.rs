@@ -214,7 +214,7 @@ impl<'a> Parser<'a, '_> {
             Some(ty) => ty,
             None => {
                 let span = self.since(span).0;
-                return self.fail(codes::SYNTAX, "these words name no type", span, "here");
+                return self.fail(codes::SYNTAX, "these words do not name a type", span, "here");
             }
         };
         found.base = Qualified { qualifiers, ty };
@@ -344,7 +344,7 @@ impl<'a> Parser<'a, '_> {
     /// Checks that a structure or enumeration is defined at file scope, not within a function, a parameter or another structure.
     fn check_tag_scope(&mut self, span: Span) -> Read<()> {
         if self.scopes.len() > 1 || self.depth > 0 {
-            let message = "structures and enumerations can only be defined outside of others";
+            let message = "structures and enumerations can only be defined at file level";
             return self.fail(codes::SYNTAX, message, span, "here");
         }
         Ok(())
@@ -357,7 +357,12 @@ impl<'a> Parser<'a, '_> {
             let specifiers = self.specifiers()?;
             if specifiers.storage.is_some() || specifiers.is_inline {
                 let span = specifiers.span;
-                return self.fail(codes::SYNTAX, "a member has no storage class", span, "here");
+                return self.fail(
+                    codes::SYNTAX,
+                    "a member cannot have a storage class or be `inline`",
+                    span,
+                    "here",
+                );
             }
             loop {
                 let declared = self.declare(&specifiers.base)?;
@@ -603,7 +608,12 @@ impl<'a> Parser<'a, '_> {
         let (_, value) = self.deeper(Self::constant)?;
         match u64::try_from(value).ok().filter(|value| *value > 0 && *value < 1 << 40) {
             Some(value) => Ok(value),
-            None => self.fail(codes::TYPE, format!("{value} is not a length"), start, "here"),
+            None => self.fail(
+                codes::TYPE,
+                format!("{value} is not a valid array length"),
+                start,
+                "here",
+            ),
         }
     }
 
@@ -612,7 +622,7 @@ impl<'a> Parser<'a, '_> {
         let span = self.span();
         if self.peek().is(")") {
             if !self.is_cpp {
-                let message = "a function without parameters is declared with `(void)`";
+                let message = "expected `(void)` for a function without parameters";
                 return self.fail(codes::SYNTAX, message, span, "here");
             }
             self.next();
@@ -628,7 +638,12 @@ impl<'a> Parser<'a, '_> {
             let specifiers = self.specifiers()?;
             if specifiers.storage.is_some() || specifiers.is_inline {
                 let span = specifiers.span;
-                return self.fail(codes::SYNTAX, "a parameter has no storage class", span, "here");
+                return self.fail(
+                    codes::SYNTAX,
+                    "a parameter cannot have a storage class or be `inline`",
+                    span,
+                    "here",
+                );
             }
             let mut declared = self.declare(&specifiers.base)?;
             if let Type::Array(element, _) = &declared.ty.ty {

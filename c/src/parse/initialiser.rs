@@ -107,9 +107,12 @@ impl Parser<'_, '_> {
                     None => Ok(init),
                 }
             }
-            (Type::Array(..), Written::Value(value)) => {
-                self.fail(codes::TYPE, "an array is initialised in braces", value.span.0, "here")
-            }
+            (Type::Array(..), Written::Value(value)) => self.fail(
+                codes::TYPE,
+                "the initial values of an array must be in braces",
+                value.span.0,
+                "here",
+            ),
             (_, Written::Value(value)) => {
                 let span = value.span;
                 Ok(Init::Value(self.typed(self.unit.convert_to(value, ty), span)?))

@@ -3,6 +3,7 @@
 
 use super::lexer::{Token, TokenKind};
 use crate::codes;
+use grafsynth_ir::diag::counted;
 use grafsynth_ir::{Diagnostic, Span};
 use std::collections::BTreeMap;
 
@@ -86,7 +87,7 @@ impl<'a> Macros<'a> {
             self.n_expanded += body.len() + 1;
             let hidden = self.sets.with(hidden, id);
             if self.n_expanded > MAX_EXPANDED {
-                let message = format!("macros expand to more than {MAX_EXPANDED} words");
+                let message = format!("macros expand to more than {MAX_EXPANDED} tokens");
                 return limit(message, token.span);
             }
             if self.sets.len(hidden) > MAX_NESTED {
@@ -121,8 +122,11 @@ impl<'a> Macros<'a> {
             params.is_empty() && matches!(arguments.as_slice(), [only] if only.is_empty());
         if arguments.len() != params.len() && !is_empty {
             let (wanted, got) = (params.len(), arguments.len());
-            let message =
-                format!("the macro `{}` has {wanted} parameters, but {got} arguments", name.text);
+            let message = format!(
+                "the macro `{}` takes {}, found {got}",
+                name.text,
+                counted(wanted, "argument", "arguments")
+            );
             return Err(Box::new(
                 Diagnostic::error(codes::PREPROCESSOR, message).at(name.span, "used here"),
             ));
@@ -143,7 +147,7 @@ impl<'a> Macros<'a> {
             };
             self.n_expanded += value.len();
             if self.n_expanded > MAX_EXPANDED {
-                let message = format!("macros expand to more than {MAX_EXPANDED} words");
+                let message = format!("macros expand to more than {MAX_EXPANDED} tokens");
                 return limit(message, name.span);
             }
             body.extend(value);

@@ -84,7 +84,7 @@ impl<'a> Preprocessor<'a> {
     fn lines(&mut self, tokens: &[Token<'a>], depth: usize) -> Outcome<()> {
         self.n_tokens += tokens.len();
         if self.n_tokens > MAX_TOKENS {
-            let message = format!("the included files have more than {MAX_TOKENS} words");
+            let message = format!("the included files have more than {MAX_TOKENS} tokens");
             let span = tokens.first().map(|token| token.span).unwrap_or_default();
             return Err(Box::new(
                 Diagnostic::error(codes::LIMIT, message).at(span, "in this file"),
@@ -348,7 +348,11 @@ fn parameters<'a, 'b>(
         let is_name = at % 2 == 0;
         let is_good = if is_name { token.kind == TokenKind::Word } else { token.is(",") };
         if !is_good || params.contains(&token.text) {
-            return error("this is not a list of different names", token.span, "here");
+            return error(
+                "the parameters of a macro must be different names, with commas between them",
+                token.span,
+                "here",
+            );
         }
         if is_name {
             params.push(token.text);

@@ -54,7 +54,8 @@ impl Parser<'_, '_> {
             (TokenKind::Word, "for") => self.for_statement()?,
             (TokenKind::Word, "break" | "continue" | "return") => self.jump()?,
             (TokenKind::Word, "case" | "default") => {
-                let message = "a label belongs directly into the block of its `switch`";
+                let message =
+                    "a `case` or `default` label must be directly in the block of a `switch`";
                 return self.fail(codes::SYNTAX, message, start, "here");
             }
             (TokenKind::Word, "__asm__" | "__asm" | "asm") => self.barrier()?,
@@ -147,7 +148,7 @@ impl Parser<'_, '_> {
                 if std::mem::replace(has_default, true) {
                     return self.fail(
                         codes::TYPE,
-                        "there are two `default`",
+                        "this `switch` has two `default` labels",
                         start,
                         "the second one",
                     );
@@ -171,7 +172,7 @@ impl Parser<'_, '_> {
             return self.unexpected("`case`");
         }
         if self.begins_declaration() {
-            return self.unexpected("a statement behind the label");
+            return self.unexpected("a statement after the label");
         }
         while !(self.peek().is("}")
             || self.peek().is_word("case")
@@ -203,7 +204,7 @@ impl Parser<'_, '_> {
                 if parser.peek().is_word("static") {
                     return parser.fail(
                         codes::SYNTAX,
-                        "a loop has no `static` counter",
+                        "the counter of a loop cannot be `static`",
                         span,
                         "here",
                     );
@@ -236,7 +237,8 @@ impl Parser<'_, '_> {
             "continue" if self.n_loops > 0 => StmtKind::Continue,
             "return" => self.return_value(token.span)?,
             word => {
-                let message = format!("`{word}` outside of what it ends");
+                let place = if word == "break" { "loops and `switch`" } else { "loops" };
+                let message = format!("`{word}` is only allowed in {place}");
                 return self.fail(codes::SYNTAX, message, token.span, "here");
             }
         };
@@ -285,7 +287,7 @@ impl Parser<'_, '_> {
             None => false,
             Some(Storage::Static) => true,
             Some(Storage::Extern | Storage::Typedef) => {
-                let message = "only objects are declared within functions";
+                let message = "only variables can be declared in a function";
                 return self.fail(codes::SYNTAX, message, specifiers.span, "here");
             }
         };
@@ -294,7 +296,7 @@ impl Parser<'_, '_> {
             let Some((name, span)) = declared.name else { return self.unexpected("a name") };
             let canonical = self.unit.canonical(&declared.ty).ty;
             if matches!(canonical, Type::Function(_) | Type::Void) || specifiers.is_inline {
-                let message = "only objects are declared within functions";
+                let message = "only variables can be declared in a function";
                 return self.fail(codes::SYNTAX, message, span, "here");
             }
             let kind = SymbolKind::Local { is_static };

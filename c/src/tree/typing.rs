@@ -17,6 +17,7 @@ use super::{
     BinaryOp, Callee, Expr, ExprKind, Loc, LogicalOp, Place, PlaceKind, SizeOfOperand, Spelling,
     Symbol, SymbolId, SymbolKind, UnaryOp, Unit,
 };
+use grafsynth_ir::diag::counted;
 use std::sync::Arc;
 
 /// Why an expression violates a constraint: a message without a location.
@@ -190,7 +191,7 @@ impl Unit {
     pub fn member_of_value(&self, value: Expr, name: &str, span: Loc) -> Result<Expr, TypeError> {
         let (at, member) = self.find_member(&value.ty, name)?;
         if matches!(member.ty, Type::Array(..)) {
-            return error("an array in a value that is no object cannot be used");
+            return error("an array member of a temporary structure value cannot be used");
         }
         let ty = member.ty.clone();
         Ok(Expr { kind: ExprKind::Member(Box::new(value), at), ty, span })
@@ -361,7 +362,10 @@ impl Unit {
         };
         if function.params.len() != arguments.len() {
             let (wanted, got) = (function.params.len(), arguments.len());
-            return error(format!("the function has {wanted} parameters, but {got} arguments"));
+            return error(format!(
+                "the function takes {}, found {got}",
+                counted(wanted, "argument", "arguments")
+            ));
         }
         let converted: Result<Vec<Expr>, TypeError> = arguments
             .into_iter()
@@ -544,7 +548,7 @@ impl Unit {
     fn check_steps(&self, target: &Qualified) -> Result<(), TypeError> {
         match self.layout(&target.ty) {
             Some(_) => Ok(()),
-            None => error("a pointer to an incomplete type has no neighbours"),
+            None => error("arithmetic on a pointer to an incomplete type is not allowed"),
         }
     }
 

@@ -22,11 +22,11 @@ impl Resolver<'_, '_> {
                         program.by_name.keys().take(10).map(String::as_str).collect();
                     format!("give one of its functions with --entry, such as {}", known.join(", "))
                 },
-                |near| format!("did you mean {near}?"),
+                |near| format!("did you mean `{near}`?"),
             );
             self.findings.report(|| {
                 let finding =
-                    Diagnostic::error(codes::C_NO_FUNCTION, format!("unknown function {wanted}"))
+                    Diagnostic::error(codes::C_NO_FUNCTION, format!("unknown function `{wanted}`"))
                         .at(Span::new(program.file, 0, 0), "");
                 finding.help(near)
             });
@@ -55,11 +55,12 @@ impl Resolver<'_, '_> {
             let entry = &program.functions[program.entry].def.name;
             // The two functions that the main program of Arduino calls.
             let is_sketch = entry.text == "loop" && others == ["setup"];
-            let others = others.join(", ");
+            let quoted: Vec<String> = others.iter().map(|name| format!("`{name}`")).collect();
+            let shown = quoted.join(", ");
             self.findings.report(|| {
                 let finding = Diagnostic::note(
                     codes::C_ENTRY,
-                    format!("the chart runs only {entry}; nothing calls {others}"),
+                    format!("the chart runs only `{entry}`; nothing calls {shown}"),
                 )
                 .at(entry.span, "the chart runs this function");
                 if is_sketch {
@@ -104,14 +105,15 @@ impl Resolver<'_, '_> {
                         .collect();
                     let name = self.program.functions[callee].def.name.clone();
                     names.push(&name.text);
-                    let way = names.join(" calls ");
+                    let way = format!("`{}`", names.join("` calls `"));
                     self.findings.report(|| {
-                        Diagnostic::error(codes::C_RECURSION, format!("{name} is recursive: {way}"))
-                            .at(span, "this call completes the recursion")
-                            .at(name.span, "the function")
-                            .help(format!(
-                                "use a loop, or keep the function as C with --keep {name}"
-                            ))
+                        Diagnostic::error(
+                            codes::C_RECURSION,
+                            format!("`{name}` is recursive: {way}"),
+                        )
+                        .at(span, "this call completes the recursion")
+                        .at(name.span, "the function")
+                        .help(format!("use a loop, or keep the function as C with --keep {name}"))
                     });
                 }
                 _ => {}
@@ -193,7 +195,7 @@ impl Resolver<'_, '_> {
                 self.findings.report(|| {
                     Diagnostic::note(
                         codes::C_ARRAY_LENGTH,
-                        format!("array {name} has no length; {default} elements are used"),
+                        format!("array `{name}` has no length; {default} elements are used"),
                     )
                     .at(name.span, "no length given")
                     .help("write the length in the brackets, or set it with --array-length N")

@@ -323,7 +323,7 @@ impl Parser<'_> {
                 self.findings.report(|| {
                     Diagnostic::warning(
                         codes::C_UNDECLARED,
-                        format!("{name} is not defined, so it is 0 in this condition"),
+                        format!("`{name}` is not defined, so it is 0 in this condition"),
                     )
                     .at(span, "")
                     .help(format!("write `#define {name} ..`, or define it with -D {name}=VALUE"))

@@ -690,12 +690,12 @@ impl<'s> Flow<'_, 's> {
             self.findings.report(|| {
                 let finding = Diagnostic::error(
                     codes::C_JUMP,
-                    format!("there is no label {name} in this function"),
+                    format!("there is no label `{name}` in this function"),
                 )
                 .at(span, "no statement has this label");
                 match near {
                     Some(near) => {
-                        finding.help(format!("did you mean {near}?")).fix(span, near)
+                        finding.help(format!("did you mean `{near}`?")).fix(span, near)
                     }
                     None => finding.help(format!(
                         "write `{name}:` before the statement to continue with; a label cannot be in another function"

@@ -160,7 +160,7 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits, options: &Options
                     Diagnostic::error(codes::C_NO_FUNCTION, "no function with a body in this file");
                 match first_prototype(&source) {
                     Some(name) => finding.at(name.span, "only declared").help(format!(
-                        "write the body `{{ .. }}` of {name}, or give the file that contains it"
+                        "write the body `{{ .. }}` of `{name}`, or give the file that contains it"
                     )),
                     None => finding
                         .at(Span::new(file, 0, 0), "")

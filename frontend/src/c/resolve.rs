@@ -282,12 +282,12 @@ impl<'s> Resolver<'s, '_> {
                 let near = nearest(name, self.program.by_name.keys().map(String::as_str))
                     .map_or_else(
                         || "give the name of a function with a body in this file".to_owned(),
-                        |near| format!("did you mean {near}?"),
+                        |near| format!("did you mean `{near}`?"),
                     );
                 self.findings.report(|| {
                     let finding = Diagnostic::error(
                         codes::C_NO_FUNCTION,
-                        format!("unknown function {name} in --keep"),
+                        format!("unknown function `{name}` in --keep"),
                     )
                     .at(Span::new(self.program.file, 0, 0), "");
                     finding.help(near)

@@ -318,7 +318,7 @@ impl<'s> Collector<'_, 's> {
             } else {
                 "which has no body in this file"
             };
-            Self::refuse(unit, expr.span, || format!("a call of {name}, {what}"));
+            Self::refuse(unit, expr.span, || format!("a call of `{name}`, {what}"));
             if let Some(var) = program.var_at(name.span) {
                 unit.touched.insert(var);
             }

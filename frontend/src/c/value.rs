@@ -584,7 +584,7 @@ impl<'s> Flow<'_, 's> {
                 Diagnostic::error(
                     codes::C_ARGUMENTS,
                     format!(
-                        "{name} takes {}, not {given}",
+                        "`{name}` takes {}, not {given}",
                         counted(wanted, "argument", "arguments")
                     ),
                 )
@@ -592,12 +592,12 @@ impl<'s> Flow<'_, 's> {
                 .at(name.span, "the function")
                 .help(if given < wanted {
                     format!(
-                        "write {} in this call, or remove parameters of {name}",
+                        "write {} in this call, or remove parameters of `{name}`",
                         counted(wanted - given, "more argument", "more arguments")
                     )
                 } else {
                     format!(
-                        "remove {} from this call, or add parameters to {name}",
+                        "remove {} from this call, or add parameters to `{name}`",
                         counted(given - wanted, "argument", "arguments")
                     )
                 })

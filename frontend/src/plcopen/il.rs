@@ -3,6 +3,7 @@
 use grafsynth_ir::Name;
 
 use super::reader::Unit;
+use crate::codes;
 use crate::st::ast::{Arg, Expr, ExprKind, Op, Stmt, StmtKind};
 use crate::st::lexer::{Kind, LexError, Places, Token, tokens};
 use crate::st::parse_expr::{duration, number};
@@ -120,7 +121,12 @@ impl List<'_> {
                 }
                 Kind::End => {
                     let span = self.span(open);
-                    unit.refuse("an unclosed parenthesis", span, "close it with `)`");
+                    unit.mistake(
+                        codes::ST_UNEXPECTED,
+                        "unclosed parenthesis",
+                        span,
+                        "close it with `)`",
+                    );
                     return arguments;
                 }
                 _ => {}
@@ -244,19 +250,22 @@ fn mentions(expr: &Expr, root: &str) -> bool {
 pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Vec<Stmt> {
     let read = tokens(&mapped.text);
     for error in &read.errors {
-        let (start, end, what) = match error {
+        let (start, end, message, help) = match error {
             LexError::Character(start, end) => {
                 let shown = mapped.text.get(*start..*end).unwrap_or("").escape_debug();
-                (*start, *end, format!("the character `{shown}` in an instruction list"))
+                (*start, *end, format!("unexpected character `{shown}`"), "remove it".to_owned())
             }
-            LexError::Unclosed(start, end, what) => (*start, *end, format!("an unclosed {what}")),
+            LexError::Unclosed(start, end, what) => {
+                (*start, *end, format!("unclosed {what}"), "close it".to_owned())
+            }
             LexError::Foreign(start, end, instead) => {
                 let shown = mapped.text.get(*start..*end).unwrap_or("");
-                (*start, *end, format!("`{shown}` instead of `{instead}` in an instruction list"))
+                let message = format!("unknown operator `{shown}`");
+                (*start, *end, message, format!("write `{instead}`"))
             }
         };
         let span = Places::Mapped(mapped).span(start, end);
-        unit.refuse(what, span, "remove it");
+        unit.mistake(codes::ST_UNEXPECTED, message, span, &help);
     }
     let mut list = List { mapped, tokens: read.tokens, at: 0 };
     let mut out = Vec::new();
@@ -278,13 +287,18 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
         match token.kind {
             Kind::End if waiting.is_empty() => return out,
             Kind::End => {
-                unit.refuse("an unclosed parenthesis", span, "close it with `)`");
+                unit.mistake(
+                    codes::ST_UNEXPECTED,
+                    "unclosed parenthesis",
+                    span,
+                    "close it with `)`",
+                );
                 return out;
             }
             Kind::Close => {
                 list.at += 1;
                 let Some((word, before)) = waiting.pop() else {
-                    unit.refuse("an unmatched `)`", span, "remove it");
+                    unit.mistake(codes::ST_UNEXPECTED, "unmatched `)`", span, "remove it");
                     continue;
                 };
                 accumulator = match (before, accumulator.take()) {
@@ -293,8 +307,9 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
                     (None, _) | (Some(_), None) => None,
                 };
                 if accumulator.is_none() {
-                    unit.refuse(
-                        format!("the instruction {word} with a parenthesis and no value"),
+                    unit.mistake(
+                        codes::ST_UNEXPECTED,
+                        format!("the instruction {word} with a parenthesis needs two values"),
                         span,
                         "load a value before and inside the parenthesis",
                     );
@@ -338,8 +353,9 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
             "LD" | "LDN" => {
                 accumulator = operand(&mut list);
                 if accumulator.is_none() {
-                    unit.refuse(
-                        format!("the instruction {word} without a variable or a constant"),
+                    unit.mistake(
+                        codes::ST_UNEXPECTED,
+                        format!("the instruction {word} needs a variable or a constant"),
                         span,
                         "write the operand after the instruction",
                     );
@@ -350,17 +366,23 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
                 }
             }
             "NOT" if accumulator.is_none() => {
-                unit.refuse("the instruction NOT without a value", span, "load a value first");
+                unit.mistake(
+                    codes::ST_UNEXPECTED,
+                    "the instruction NOT needs a value",
+                    span,
+                    "load a value first",
+                );
             }
             "NOT" => {
                 accumulator = accumulator.take().map(|value| value.not(span));
             }
             "ST" | "STN" | "S" | "R" => {
                 let (Some(held), Some(target)) = (accumulator.take(), operand(&mut list)) else {
-                    unit.refuse(
-                        format!("the instruction {word} without a value or a variable"),
+                    unit.mistake(
+                        codes::ST_UNEXPECTED,
+                        format!("the instruction {word} needs a value and a variable"),
                         span,
-                        "load a value first",
+                        "load a value first, and write the variable after the instruction",
                     );
                     list.skip_line(token);
                     continue;
@@ -400,8 +422,9 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
             }
             "CAL" => {
                 let Some(Held { expr: target, .. }) = operand(&mut list) else {
-                    unit.refuse(
-                        "the instruction CAL without an instance",
+                    unit.mistake(
+                        codes::ST_UNEXPECTED,
+                        "the instruction CAL needs an instance",
                         span,
                         "write the instance name after CAL",
                     );

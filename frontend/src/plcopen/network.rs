@@ -9,6 +9,7 @@ use grafsynth_ir::{Name, Span};
 use roxmltree::Node;
 
 use super::reader::{Reader, Unit, child, children, constant, is_set, tag};
+use crate::codes;
 use crate::st::ast::{Arg, Expr, ExprKind, Stmt, StmtKind};
 
 /// The elements of a network by their numbers.
@@ -229,7 +230,7 @@ pub(super) fn incoming(
 ) -> Option<Expr> {
     let span = reader.span(node);
     let Some(point) = child(node, "connectionPointIn") else {
-        unit.refuse("an element without a wire", span, "connect it");
+        unit.mistake(codes::PLC_CHART, "this element is not connected", span, "connect it");
         return None;
     };
     let mut all = Vec::new();
@@ -238,7 +239,7 @@ pub(super) fn incoming(
     }
     match all.len() {
         0 => {
-            unit.refuse("an element without a wire", span, "connect it");
+            unit.mistake(codes::PLC_CHART, "this element is not connected", span, "connect it");
             None
         }
         1 => all.pop(),
@@ -256,8 +257,9 @@ fn wire(
     let id = connection.attribute("refLocalId").unwrap_or("");
     let Some(from) = network.node(id) else {
         let (span, id) = (reader.span(connection), id.to_owned());
-        unit.refuse(
-            format!("a wire from the missing element {id}"),
+        unit.mistake(
+            codes::PLC_CHART,
+            format!("connection from unknown element {id}"),
             span,
             "connect it to an existing element",
         );
@@ -341,8 +343,9 @@ fn output(
         "continuation" => {
             let name = node.attribute("name").unwrap_or("");
             let Some(connector) = network.connectors.get(name).copied() else {
-                unit.refuse(
-                    format!("the continuation `{name}` without its connector"),
+                unit.mistake(
+                    codes::PLC_CHART,
+                    format!("no connector has the name of the continuation `{name}`"),
                     span,
                     "give both the same name",
                 );
@@ -522,8 +525,9 @@ pub(super) fn condition(
     let Some(sink) =
         sink.or_else(|| sinks.iter().find(|node| matches!(tag(**node), "outVariable" | "coil")))
     else {
-        unit.refuse(
-            "a condition without a result",
+        unit.mistake(
+            codes::PLC_CHART,
+            "this condition has no result",
             span,
             "draw an output variable or a coil with the name of the transition",
         );

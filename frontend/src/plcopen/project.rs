@@ -51,11 +51,7 @@ impl Reader<'_, '_> {
             }
         }
         for refusal in outside.refused {
-            self.report(|| {
-                Diagnostic::error(codes::ST_NOT_READ, format!("{} is not supported", refusal.what))
-                    .at(refusal.span, "")
-                    .help(refusal.help)
-            });
+            self.report(|| refusal.diagnostic());
         }
         library
     }
@@ -279,7 +275,7 @@ impl Reader<'_, '_> {
         for node in children(list, "variable") {
             let Some(name) = self.name(node, "name") else {
                 let span = self.span(node);
-                unit.refuse("a variable without a name", span, "give it a name");
+                unit.mistake(codes::PLC_MARKUP, "a variable has no name", span, "give it a name");
                 continue;
             };
             let Some(ty) = child(node, "type").and_then(|ty| self.type_in(ty, unit)) else {

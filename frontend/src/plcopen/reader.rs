@@ -1,6 +1,6 @@
 //! Shared functions for all parts of a project: elements, names, and embedded structured text.
 
-use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::diag::{Code, Diagnostic};
 use grafsynth_ir::{FileId, Name, Span};
 use roxmltree::Node;
 
@@ -29,7 +29,20 @@ impl Unit {
     pub(super) fn refuse(&mut self, what: impl Into<String>, span: Span, help: &str) {
         // Further findings would not be shown; they are usually consequences of earlier ones.
         if self.refused.len() < 10_000 {
-            self.refused.push(Refusal { what: what.into(), span, help: help.to_owned() });
+            let what: String = what.into();
+            self.refused.push(Refusal::unsupported(&what, span, help));
+        }
+    }
+
+    pub(super) fn mistake(
+        &mut self,
+        code: Code,
+        message: impl Into<String>,
+        span: Span,
+        help: &str,
+    ) {
+        if self.refused.len() < 10_000 {
+            self.refused.push(Refusal::mistake(code, message, span, help));
         }
     }
 

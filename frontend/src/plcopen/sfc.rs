@@ -475,8 +475,9 @@ fn uses(
                 (None, None) => None,
             };
             let Some(name) = name else {
-                unit.refuse(
-                    "an action without a name",
+                unit.mistake(
+                    codes::PLC_CHART,
+                    "an action has no name",
                     span,
                     "add a <reference> to a variable or an action",
                 );

@@ -743,14 +743,14 @@ fn never_sent(id: &Name, dead: Option<Span>, near: Option<String>) -> Diagnostic
     };
     match (dead, near) {
         (Some(send), _) => {
-            finding(format!("the <send> with the identifier {id} is never executed"))
+            finding(format!("the <send> with the identifier `{id}` is never executed"))
                 .at(send, "its transition waits for an event that never occurs")
                 .help("correct the event of that transition, or remove this <cancel>")
         }
-        (None, Some(near)) => finding(format!("no <send> has the identifier {id}"))
-            .help(format!("did you mean {near}?"))
+        (None, Some(near)) => finding(format!("no <send> has the identifier `{id}`"))
+            .help(format!("did you mean `{near}`?"))
             .fix(id.span, near),
-        (None, None) => finding(format!("no <send> has the identifier {id}")).help(format!(
+        (None, None) => finding(format!("no <send> has the identifier `{id}`")).help(format!(
             "give the <send> that it cancels the attribute id=\"{id}\", or remove this <cancel>"
         )),
     }

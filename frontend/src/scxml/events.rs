@@ -257,7 +257,7 @@ impl Alphabet {
         found.report(|| {
             let finding = Diagnostic::warning(
                 codes::SCXML_NEVER,
-                format!("the event {descriptor} never occurs"),
+                format!("the event `{descriptor}` never occurs"),
             )
             .at(descriptor.span, "never matches");
             match head(text) {
@@ -266,7 +266,7 @@ impl Alphabet {
                 ),
                 "done" => match text.strip_prefix("done.state.") {
                     Some(id) => finding.help(format!(
-                        "only a state with a <final> child completes: add <final id=\"{id}_end\"/> to {id}, and a transition to it"
+                        "only a state with a <final> child completes: add <final id=\"{id}_end\"/> to `{id}`, and a transition to it"
                     )),
                     None => finding
                         .help("write done.state. and the identifier of a state with a <final> child"),

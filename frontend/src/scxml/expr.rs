@@ -512,7 +512,7 @@ impl Parser<'_, '_> {
             return self.element(word, span);
         }
         if self.rest().starts_with('(') {
-            let what = format!("a call of {word}");
+            let what = format!("a call of `{word}`");
             return Err(refuse(span, &what, "the only supported function is In('state')"));
         }
         self.node(AstKind::Name(word), span, 0)

@@ -158,10 +158,10 @@ impl Names {
 
     pub(super) fn unknown(&self, id: &str, span: Span) -> Diagnostic {
         let finding =
-            Diagnostic::error(codes::SCXML_TARGET, format!("no state has the identifier {id}"))
+            Diagnostic::error(codes::SCXML_TARGET, format!("no state has the identifier `{id}`"))
                 .at(span, "");
         match nearest(id, self.states.keys().take(10_000).map(String::as_str)) {
-            Some(near) => finding.help(format!("did you mean {near}?")).fix(span, near),
+            Some(near) => finding.help(format!("did you mean `{near}`?")).fix(span, near),
             None => finding.help(format!(
                 "add it, as in <state id=\"{id}\"/>, or write the identifier of another state"
             )),
@@ -170,7 +170,7 @@ impl Names {
 }
 
 pub(super) fn twice(id: &Name, first: Span) -> Diagnostic {
-    Diagnostic::error(codes::SCXML_TWICE, format!("the identifier {id} is given twice"))
+    Diagnostic::error(codes::SCXML_TWICE, format!("the identifier `{id}` is given twice"))
         .at(id.span, "again here")
         .at(first, "first here")
         .help("rename one of them")

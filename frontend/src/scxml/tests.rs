@@ -52,7 +52,7 @@ fn an_element_that_stands_nowhere_is_named_with_the_nearest_one() {
         told(&source),
         [
             "G0423 unknown SCXML element <onentri> at <onentri/>",
-            "G0424 <transition> has no attribute evnet at evnet",
+            "G0424 <transition> has no attribute `evnet` at evnet",
         ]
     );
 }
@@ -71,7 +71,7 @@ fn what_a_controller_has_not_is_refused_with_its_place() {
             "G0425 an object is not supported at {",
             "G0425 <invoke> is not supported at <invoke type='scxml'/>",
             "G0425 <script> is not supported at <script>",
-            "G0425 a call of f is not supported at f",
+            "G0425 a call of `f` is not supported at f",
             "G0425 the data of an event is not supported at _event",
         ]
     );
@@ -81,7 +81,7 @@ fn what_a_controller_has_not_is_refused_with_its_place() {
 fn places_in_escaped_conditions_are_those_of_the_source() {
     let data = "<datamodel><data id='n' expr='0'/></datamodel>";
     let source = document(data, "<transition cond='n &lt; 3 &amp;&amp; wrong' target='r'/>");
-    assert_eq!(told(&source), ["G0430 unknown data element wrong at wrong"]);
+    assert_eq!(told(&source), ["G0430 unknown data element `wrong` at wrong"]);
 }
 
 #[test]

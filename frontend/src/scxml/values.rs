@@ -171,7 +171,7 @@ impl Data {
                 found.report(|| {
                     Diagnostic::warning(
                         codes::SCXML_NO_VALUE,
-                        format!("{} has no initial value; {zero} is used", datum.id),
+                        format!("`{}` has no initial value; {zero} is used", datum.id),
                     )
                     .at(datum.id.span, "")
                     .help(format!("write expr=\"{zero}\""))
@@ -583,12 +583,12 @@ impl Data {
 
     pub(super) fn unknown(&self, name: &str, span: Span, names: &Names) -> Box<Diagnostic> {
         let finding =
-            Diagnostic::error(codes::SCXML_LOCATION, format!("unknown data element {name}"))
+            Diagnostic::error(codes::SCXML_LOCATION, format!("unknown data element `{name}`"))
                 .at(span, "");
         Box::new(match nearest(name, self.by_id.keys().take(10_000).map(String::as_str)) {
-            Some(near) => finding.help(format!("did you mean {near}?")).fix(span, near),
+            Some(near) => finding.help(format!("did you mean `{near}`?")).fix(span, near),
             None if names.states.contains_key(name) => {
-                finding.help(format!("{name} is a state: test it with In('{name}')"))
+                finding.help(format!("`{name}` is a state: test it with In('{name}')"))
             }
             None => finding.help(format!("declare it: <data id=\"{name}\" expr=\"0\"/>")),
         })

@@ -211,7 +211,7 @@ impl<'c> Writer<'c> {
             number += 1;
         }
         if id != name.text {
-            self.lose(format!("{name} is renamed to {id} in the document"), name.span);
+            self.lose(format!("`{name}` is renamed to `{id}` in the document"), name.span);
         }
         self.ids.insert(&name.text, id);
     }
@@ -230,7 +230,10 @@ impl<'c> Writer<'c> {
             number += 1;
         }
         if id != name.text {
-            self.lose(format!("the event {name} is renamed to {id} in the document"), name.span);
+            self.lose(
+                format!("the event `{name}` is renamed to `{id}` in the document"),
+                name.span,
+            );
         }
         self.ids.insert(&name.text, id);
     }

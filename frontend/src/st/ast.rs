@@ -5,7 +5,10 @@
 
 use std::collections::BTreeSet;
 
+use grafsynth_ir::diag::{Code, Diagnostic};
 use grafsynth_ir::{Name, Span};
+
+use crate::codes;
 
 /// The contents of a whole source.
 #[derive(Debug, Clone, Default)]
@@ -74,13 +77,37 @@ pub(crate) enum Body {
     Sfc(Sfc),
 }
 
-/// An unsupported feature, with its name.
+/// An unsupported feature or a mistake in a unit. It is reported if the unit is used.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Refusal {
-    /// Name for messages.
-    pub(crate) what: String,
-    pub(crate) span: Span,
-    pub(crate) help: String,
+    code: Code,
+    message: String,
+    span: Span,
+    help: String,
+}
+
+impl Refusal {
+    pub(crate) fn unsupported(what: &str, span: Span, help: &str) -> Refusal {
+        // A name that ends in `s` is a plural.
+        let is_plural = what.ends_with('s') && !what.ends_with("ss");
+        let verb = if is_plural { "are" } else { "is" };
+        Refusal::mistake(codes::ST_NOT_READ, format!("{what} {verb} not supported"), span, help)
+    }
+
+    pub(crate) fn mistake(
+        code: Code,
+        message: impl Into<String>,
+        span: Span,
+        help: &str,
+    ) -> Refusal {
+        Refusal { code, message: message.into(), span, help: help.to_owned() }
+    }
+
+    pub(crate) fn diagnostic(&self) -> Diagnostic {
+        Diagnostic::error(self.code, self.message.as_str())
+            .at(self.span, "")
+            .help(self.help.as_str())
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -56,11 +56,7 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
     let library = parser.library();
     let outside = std::mem::take(&mut parser.refused);
     for refusal in outside {
-        findings.report(|| {
-            Diagnostic::error(codes::ST_NOT_READ, format!("{} is not supported", refusal.what))
-                .at(refusal.span, "")
-                .help(refusal.help)
-        });
+        findings.report(|| refusal.diagnostic());
     }
     finish(&library, findings)
 }

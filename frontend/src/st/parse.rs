@@ -295,7 +295,8 @@ impl<'a> Parser<'a> {
     pub(crate) fn refuse(&mut self, what: impl Into<String>, span: Span, help: &str) {
         // Further findings would not be shown; they are usually consequences of earlier ones.
         if self.refused.len() < 10_000 {
-            self.refused.push(Refusal { what: what.into(), span, help: help.to_owned() });
+            let what: String = what.into();
+            self.refused.push(Refusal::unsupported(&what, span, help));
         }
     }
 

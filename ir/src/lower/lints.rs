@@ -82,7 +82,7 @@ fn stays_active(net: &Net, out: &mut Vec<Diagnostic>) {
                     codes::STAYS_ACTIVE,
                     format!("`{step}` stays active when `{name}` fires: {what}"),
                 )
-                .at(place(net, id), format!("from {step} to {step}"))
+                .at(place(net, id), format!("from `{step}` to `{step}`"))
                 .help("write `restart` after the transition to enter the step again, or go through another step")
                 .help_in(
                     Notation::Iec,

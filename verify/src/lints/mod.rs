@@ -142,13 +142,24 @@ pub(crate) fn findings_in(
     findings
 }
 
-fn step_names<'a>(net: &'a Net, steps: impl IntoIterator<Item = StepId>) -> String {
-    let names: Vec<&'a str> = steps
+/// The names of the steps. Hidden steps are omitted.
+fn shown_names(net: &Net, steps: impl IntoIterator<Item = StepId>) -> Vec<&str> {
+    steps
         .into_iter()
         .filter(|step| !net.steps[*step].hidden)
         .map(|step| net.steps[step].name.text.as_str())
-        .collect();
-    names.join(" ")
+        .collect()
+}
+
+/// The steps in a sentence: `` `a`, `b` and `c` ``. Hidden steps are omitted.
+fn step_names(net: &Net, steps: impl IntoIterator<Item = StepId>) -> String {
+    let names: Vec<String> =
+        shown_names(net, steps).into_iter().map(|name| format!("`{name}`")).collect();
+    match names.split_last() {
+        None => String::new(),
+        Some((only, [])) => only.clone(),
+        Some((last, before)) => format!("{} and {last}", before.join(", ")),
+    }
 }
 
 fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {

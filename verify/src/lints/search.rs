@@ -12,7 +12,7 @@ use grafsynth_ir::{Diagnostic, Span, Valid};
 use grafsynth_sim::{InputRow, Noticed, Simulator, Situation, State, Stimulus, Writer};
 
 use super::livelock::livelock;
-use super::{Check, Checked, Conflict, Decided, Findings, decided, step_names};
+use super::{Check, Checked, Conflict, Decided, Findings, decided, shown_names, step_names};
 use crate::codes;
 use crate::exclusive::{all_compatible_pairs, compatible_pairs, entered};
 use crate::explore::{Ended, Searched, Seen, States, Ticks, Times, explore};
@@ -535,8 +535,8 @@ impl<'n> Shown<'n> {
             let mut warning = Diagnostic::warning(
                 codes::DEAD_END,
                 format!(
-                    "no transition can ever fire again in situation {}{}",
-                    step_names(net, active.iter().copied()),
+                    "no transition can ever fire again in situation `{{{}}}`{}",
+                    shown_names(net, active.iter().copied()).join(", "),
                     shown(net, &rows)
                 ),
             );
@@ -736,6 +736,7 @@ fn shown(net: &Net, stimulus: &Stimulus) -> String {
     }
     match stimulus.len() {
         0 => " (after reset)".to_owned(),
+        1 => format!(" (after the input row {})", rows.join("")),
         n if n <= ROWS => format!(" (after the input rows {})", rows.join("; ")),
         n => format!(" (after {n} input rows, which begin with {})", rows.join("; ")),
     }

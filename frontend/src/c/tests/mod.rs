@@ -141,7 +141,10 @@ int f(int a) { return a + 3; }
 fn conditions_without_a_value_or_an_end_are_findings() {
     let end = "int f(int a) { return a; }\n";
     let of = |text: &str| findings(&format!("{text}\n{end}"));
-    assert_eq!(of("#if FAST\n#endif"), ["G0488 FAST is not defined, so it is 0 in this condition"]);
+    assert_eq!(
+        of("#if FAST\n#endif"),
+        ["G0488 `FAST` is not defined, so it is 0 in this condition"]
+    );
     assert_eq!(of("#if defined FAST && FAST > 2\n#endif"), [""; 0]);
     assert_eq!(of("#endif"), ["G0483 #endif without an `#if` before it"]);
     assert_eq!(of("#else"), ["G0483 #else without an `#if` before it"]);

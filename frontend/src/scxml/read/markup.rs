@@ -218,17 +218,17 @@ impl<'t> Reader<'_, 't> {
             match attribute.namespace() {
                 None if known.contains(&word) => {
                     if let Some((_, help)) = REFUSED.iter().find(|(refused, _)| *refused == word) {
-                        self.report(refuse(span, &format!("the attribute {word}"), help));
+                        self.report(refuse(span, &format!("the attribute `{word}`"), help));
                     }
                 }
                 None => {
                     let mut finding = Diagnostic::error(
                         codes::SCXML_ATTRIBUTE,
-                        format!("<{name}> has no attribute {word}"),
+                        format!("<{name}> has no attribute `{word}`"),
                     )
                     .at(span, "");
                     if let Some(near) = nearest(word, known.iter().copied()) {
-                        finding = finding.help(format!("did you mean {near}?")).fix(span, near);
+                        finding = finding.help(format!("did you mean `{near}`?")).fix(span, near);
                     } else if !known.is_empty() {
                         finding = finding
                             .help(format!("write one of {}, or remove it", known.join(", ")));
@@ -247,11 +247,11 @@ impl<'t> Reader<'_, 't> {
                     if !ours.contains(&word) {
                         let mut finding = Diagnostic::error(
                             codes::SCXML_ATTRIBUTE,
-                            format!("unknown grafsynth attribute {word} of <{name}>"),
+                            format!("unknown grafsynth attribute `{word}` of <{name}>"),
                         )
                         .at(span, "");
                         finding = if let Some(near) = nearest(word, ours.iter().copied()) {
-                            finding.help(format!("did you mean {near}?"))
+                            finding.help(format!("did you mean `{near}`?"))
                         } else if ours.is_empty() {
                             finding.help("remove it: grafsynth adds no attribute to this element")
                         } else {

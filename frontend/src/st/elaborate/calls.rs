@@ -1,8 +1,7 @@
 //! Calls in statements: function block instances, their actions, and actions of the unit itself.
 
 use grafsynth_ir::chart::{Block, Expr, Stmt, StmtKind};
-use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::diag::ErrorReported;
+use grafsynth_ir::diag::{Diagnostic, ErrorReported, counted};
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
@@ -202,13 +201,16 @@ impl Elaborator<'_> {
                 Diagnostic::error(
                     codes::ST_CALL,
                     format!(
-                        "{} arguments given, but the block has {} parameters",
-                        arguments.len(),
-                        params.len()
+                        "the block has {}, found {}",
+                        counted(params.len(), "parameter", "parameters"),
+                        counted(arguments.len(), "argument", "arguments")
                     ),
                 )
                 .at(span, "")
-                .help(format!("remove {} of them", arguments.len() - params.len())),
+                .help(format!(
+                    "remove {}",
+                    counted(arguments.len() - params.len(), "argument", "arguments")
+                )),
             ));
         }
         let mut named = Vec::new();

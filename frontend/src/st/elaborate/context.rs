@@ -13,7 +13,7 @@ use super::types::{Ty, length};
 use super::usage::{Parameter, Params, upper};
 use super::value::Value;
 use crate::codes;
-use crate::st::ast::{Action, Flag, Library, Pou, PouKind, Section, Stmt, TypeDef, Var};
+use crate::st::ast::{Action, Flag, Library, Pou, PouKind, Refusal, Section, Stmt, TypeDef, Var};
 
 /// Maximum number of statements and expressions after expansion of all units.
 pub(super) const BUDGET: usize = 500_000;
@@ -229,13 +229,7 @@ impl<'a> Elaborator<'a> {
     }
 
     pub(super) fn refused(&mut self, what: &str, span: Span, help: &str) -> ErrorReported {
-        let plural = what.ends_with('s') && !what.ends_with("ss");
-        let verb = if plural { "are" } else { "is" };
-        self.report(
-            Diagnostic::error(codes::ST_NOT_READ, format!("{what} {verb} not supported"))
-                .at(span, "")
-                .help(help),
-        )
+        self.report(Refusal::unsupported(what, span, help).diagnostic())
     }
 
     pub(super) fn declared_twice(&mut self, name: &Name) {

@@ -262,7 +262,7 @@ impl<'a> Elaborator<'a> {
             return;
         }
         for refusal in &pou.refused {
-            self.refused(&refusal.what, refusal.span, &refusal.help);
+            self.report(refusal.diagnostic());
         }
         let mut inner = self.usage(pou);
         if !self.is_standard(index) {

@@ -1,7 +1,6 @@
 //! Functions: standard functions become operators; user-defined functions are evaluated by running their bodies on expressions.
 
-use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::diag::ErrorReported;
+use grafsynth_ir::diag::{Diagnostic, ErrorReported, counted};
 use grafsynth_ir::{Name, Span};
 
 use super::context::{Binding, Elaborator, FrameId, MAX_NODES, ObjectKind, Outcome};
@@ -163,11 +162,11 @@ impl Elaborator<'_> {
         self.report(
             Diagnostic::error(
                 codes::ST_CALL,
-                format!("{function} has no parameter `{}`", unknown.text),
+                format!("`{function}` has no parameter `{}`", unknown.text),
             )
             .at(unknown.span, "unknown parameter")
             .help(if known.is_empty() {
-                format!("write no arguments: {function} has no VAR_INPUT")
+                format!("write no arguments: `{function}` has no VAR_INPUT")
             } else {
                 format!("write one of its inputs: {known}")
             }),
@@ -355,13 +354,16 @@ impl Elaborator<'_> {
         ];
         if KNOWN.contains(&key) {
             return self.report(
-                Diagnostic::error(codes::ST_CALL, format!("{key} does not take {n} arguments"))
-                    .at(name.span, "")
-                    .help(if n < 2 {
-                        "add the missing arguments"
-                    } else {
-                        "write as many arguments as the function has inputs"
-                    }),
+                Diagnostic::error(
+                    codes::ST_CALL,
+                    format!("`{key}` does not take {}", counted(n, "argument", "arguments")),
+                )
+                .at(name.span, "")
+                .help(if n < 2 {
+                    "add the missing arguments"
+                } else {
+                    "write one argument for each input of the function"
+                }),
             );
         }
         if REFUSED.contains(&key) || key.contains("_TO_") {

@@ -321,7 +321,7 @@ impl Elaborator<'_> {
         let library = self.library;
         let pou = &library.pous[root.pou];
         for refusal in &pou.refused {
-            self.refused(&refusal.what, refusal.span, &refusal.help);
+            self.report(refusal.diagnostic());
         }
         let frame = self.new_frame(Some(self.globals));
         self.may_call_charts = matches!(pou.body, Body::Statements(_));

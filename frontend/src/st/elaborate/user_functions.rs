@@ -1,10 +1,9 @@
 //! Functions that the user declares: a call runs the body on expressions.
 
-use grafsynth_ir::diag::ErrorReported;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::chart::Expr;
-use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::diag::{Diagnostic, ErrorReported, counted};
 use grafsynth_ir::{Name, Span};
 
 use super::context::{Binding, Elaborator, Frame, FrameId, MAX_CALLS, MAX_NODES, Outcome};
@@ -27,7 +26,7 @@ impl Elaborator<'_> {
         if self.calls.contains(&index) || self.calls.len() >= MAX_CALLS {
             let name = self.library.pous[index].name.clone();
             return Err(self.report(
-                Diagnostic::error(codes::ST_CALL, format!("{name} calls itself"))
+                Diagnostic::error(codes::ST_CALL, format!("`{name}` calls itself"))
                     .at(span, "in this call")
                     .help("write a FOR loop instead of the recursion"),
             ));
@@ -45,7 +44,7 @@ impl Elaborator<'_> {
             ));
         };
         for refusal in &pou.refused {
-            self.refused(&refusal.what, refusal.span, &refusal.help);
+            self.report(refusal.diagnostic());
         }
         self.check_parameters(pou, arguments)?;
         let inside = self.new_frame(Some(self.globals));
@@ -115,10 +114,18 @@ impl Elaborator<'_> {
             return Err(self.report(
                 Diagnostic::error(
                     codes::ST_CALL,
-                    format!("{} takes {position} arguments, found {}", pou.name, arguments.len()),
+                    format!(
+                        "`{}` takes {}, found {}",
+                        pou.name,
+                        counted(position, "argument", "arguments"),
+                        arguments.len()
+                    ),
                 )
                 .at(span, "")
-                .help(format!("remove {} of them", arguments.len() - position)),
+                .help(format!(
+                    "remove {}",
+                    counted(arguments.len() - position, "argument", "arguments")
+                )),
             ));
         }
         Ok(())
