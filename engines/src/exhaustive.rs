@@ -9,7 +9,7 @@
 //! threshold. C code could behave differently, so the proof tries every `dt` from 0 to one beyond the horizon, and the values that counters of 8, 16 and
 //! 31 bits would lose. If this is too much work, it tries those at, before and after each threshold, and reports that it is not a proof for every `dt`.
 
-use crate::explorer::{Cell, Explorer, Instance, Start, Trouble, differs, push};
+use crate::explorer::{Difference, Explorer, Instance, Start, Trouble, differs, push};
 use crate::{tested, tools};
 use grafsynth_backend_c::Package;
 use grafsynth_driver::report::{
@@ -32,13 +32,6 @@ const MAX_REACTIONS: u64 = 400_000;
 const MAX_TICKS: u64 = 1_000_000;
 /// Tick counts that do not fit in counters of 8 and 16 bits, and the maximum for a signed counter of 32 bits.
 const WIDE: [u32; 3] = [1 << 8, 1 << 16, MAX_DT];
-
-/// A path to a row that differs; a shortest one if it comes from the enumeration.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Difference {
-    pub(crate) path: Vec<InputRow>,
-    pub(crate) cell: Cell,
-}
 
 /// The output of the host's compiler if it rejects emitted C.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -23,6 +23,13 @@ pub(crate) struct Cell {
     pub(crate) got: String,
 }
 
+/// A path to a row that differs; a shortest one if it comes from the enumeration.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Difference {
+    pub(crate) path: Vec<InputRow>,
+    pub(crate) cell: Cell,
+}
+
 /// The compiled chart with its pipes.
 pub(crate) struct Explorer {
     /// The process, shared with the thread that enforces the time limit of each batch.

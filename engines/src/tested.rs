@@ -1,7 +1,6 @@
 //! Compares emitted C with its net in directed random reactions: used for every output without a proof.
 
-use crate::exhaustive::Difference;
-use crate::explorer::{Explorer, Start as From, Trouble, differs, push};
+use crate::explorer::{Difference, Explorer, Start as From, Trouble, differs, push};
 use grafsynth_backend_c::Package;
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;

@@ -44,8 +44,6 @@ pub struct Cover {
     pub invariants: Vec<Invariant>,
     /// The component of each step.
     pub component_of: IdMap<Step, Option<u32>>,
-    /// Steps that no component covers.
-    pub n_uncovered: usize,
 }
 
 /// Finds disjoint sequential components of any net from its structure alone.
@@ -76,8 +74,7 @@ fn finish(net: &Net, mut found: Found) -> Cover {
         }
         components.push(Component { steps, always, by: Proof::Structural });
     }
-    let n_uncovered = component_of.values().filter(|index| index.is_none()).count();
-    Cover { components, invariants, component_of, n_uncovered }
+    Cover { components, invariants, component_of }
 }
 
 /// For a statechart: the top-level states of a chart, and the children of each composite state. A transition replaces one by another (validation

@@ -1,13 +1,13 @@
 //! One search of all reachable states that answers all questions about them.
 
-use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
+use grafsynth_ir::{Diagnostic, Valid};
 
 use crate::explore::{Searched, explore_any};
 use crate::facts::{Watch, facts_of};
 use crate::limits::Limits;
-use crate::lints::{Findings, Shown, findings_in};
+use crate::lints::{self, Findings, Search, Shown, findings_in};
 use crate::properties::{
     Outcome, PropertyVerdict, asserts, at_reset, decide, either, note_violations, properties,
 };
@@ -27,9 +27,9 @@ pub struct Explored<'n> {
 }
 
 /// The data collected from the reactions.
-pub(crate) struct Collected<'n> {
+struct Collected<'n> {
     watch: Watch<'n>,
-    pub(crate) shown: Shown<'n>,
+    shown: Shown<'n>,
     outcomes: Vec<Option<Outcome>>,
 }
 
@@ -64,7 +64,15 @@ impl<'n> Explored<'n> {
     /// Like [`findings`](crate::findings). `facts` must belong to the same net.
     #[must_use]
     pub fn findings(&self, facts: &Facts) -> Findings {
-        findings_in(self.net, facts, &self.limits, self)
+        let last = &self.search;
+        let search = Search {
+            shown: &last.seen.shown,
+            widest: &self.widest().seen.shown,
+            states: &last.states,
+            open: last.ended.open(),
+            by_zones: last.by_zones,
+        };
+        findings_in(self.net, facts, &self.limits, search)
     }
 
     /// Like [`properties`]; a search that did not end is repeated if the limits are now larger.
@@ -104,16 +112,24 @@ impl<'n> Explored<'n> {
         }
     }
 
-    /// The search that gives the answer, or the last one.
-    pub(crate) fn last(&self) -> &Searched<Collected<'n>, ()> {
-        &self.search
-    }
-
     /// If no search ended, the one that visited the most; otherwise the search that gives the answer.
-    pub(crate) fn widest(&self) -> &Searched<Collected<'n>, ()> {
+    fn widest(&self) -> &Searched<Collected<'n>, ()> {
         match &self.given_up {
             Some(given_up) if self.search.ended.open().is_some() => given_up,
             Some(_) | None => &self.search,
         }
     }
+}
+
+/// All findings about a net, in a fixed order. `facts` must belong to the same net.
+#[must_use]
+pub fn lints(net: &Valid<Net>, facts: &Facts) -> Vec<Diagnostic> {
+    findings(net, facts, &Limits::default()).found
+}
+
+/// Like [`lints`], with given limits for the search, and with the list of checks.
+#[must_use]
+pub fn findings(net: &Valid<Net>, facts: &Facts, limits: &Limits) -> Findings {
+    let limits = lints::limits(facts, limits);
+    Explored::of(net, &limits).findings(facts)
 }

@@ -61,17 +61,12 @@ pub(crate) fn facts_of(
 #[must_use]
 pub fn structural_facts(net: &Valid<Net>) -> Facts {
     let cover = cover(net);
-    let mut facts = Facts::default();
-    if cover.n_uncovered > 0 {
-        facts.open.push(format!(
-            "{} of {} steps are in no sequential component that follows from the structure",
-            cover.n_uncovered,
-            net.steps.len()
-        ));
-    }
-    facts.component_of = (!cover.components.is_empty()).then_some(cover.component_of);
-    facts.components = cover.components;
-    facts.invariants = cover.invariants;
+    let mut facts = Facts {
+        component_of: (!cover.components.is_empty()).then_some(cover.component_of),
+        components: cover.components,
+        invariants: cover.invariants,
+        ..Facts::default()
+    };
     let reached = reached(net);
     facts.unreachable_steps =
         reached.iter().filter(|(_, reached)| !**reached).map(|(step, _)| step).collect();
@@ -441,14 +436,7 @@ fn add_components(net: &Net, found: Vec<(Vec<StepId>, bool)>, by: Proof, facts: 
         }
         facts.components.push(Component { steps, always, by });
     }
-    let left = component_of.values().filter(|index| index.is_none()).count();
     facts.component_of = Some(component_of);
-    facts.open.retain(|text| !text.contains("in no sequential component"));
-    if left > 0 {
-        facts
-            .open
-            .push(format!("{left} of {} steps are in no sequential component", net.steps.len()));
-    }
 }
 
 fn raises_anything(net: &Net) -> bool {

@@ -37,10 +37,10 @@ mod waiting;
 mod zone;
 
 pub use equiv::{Certificate, Counterexample, Method, Verdict, equiv};
-pub use explored::Explored;
+pub use explored::{Explored, findings, lints};
 pub use facts::{facts, structural_facts};
 pub use limits::Limits;
-pub use lints::{Check, Checked, Conflict, Decided, Findings, findings, lints};
+pub use lints::{Check, Checked, Conflict, Decided, Findings};
 pub use properties::{Outcome, PropertyVerdict, check_assumption, properties, with_emergency};
 pub use symbolic::{Dominance, dominates};
 pub use verdict::{Open, OpenReason, Scope, Tested};

@@ -1,8 +1,7 @@
 //! Pass `beginnings`: reports a Grafcet that never does anything: no step is active after reset, there is no source transition, and nothing forces it.
 
 use super::codes;
-use super::context::Lowering;
-use super::expand::Work;
+use super::context::{Lowering, Work};
 use crate::diag::{Diagnostic, Notation};
 use crate::net::PartId;
 

@@ -1,10 +1,5 @@
 //! State that the passes of the lowering share: the unfinished net, the scopes of names, and the findings.
 
-use super::expand::Work;
-use super::inner_history::Inner;
-use super::libraries::Bound;
-use super::roles::{Role, Use};
-use super::statechart::{Goal, Tree};
 use super::task_costs::TaskCosts;
 use crate::chart::{self, Design};
 use crate::diag::Diagnostic;
@@ -174,6 +169,84 @@ pub(super) struct Instance {
     pub(super) steps: Range<usize>,
     /// The timer of `m.t`, created at its first use.
     pub(super) timer: Option<TimerId>,
+}
+
+/// An object whose contents a later pass lowers.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Work<'a> {
+    Declaration { scope: ScopeId, source: &'a chart::Declaration, symbol: Symbol },
+    Step { scope: ScopeId, id: StepId, source: &'a chart::Step },
+    State { scope: ScopeId, id: StepId, source: &'a chart::State },
+    Reaction { scope: ScopeId, id: TransitionId, step: StepId, source: &'a chart::StepItem },
+    Transition { scope: ScopeId, id: TransitionId, source: &'a chart::Transition },
+    Action { scope: ScopeId, action: usize, source: &'a chart::Action },
+    Emergency { scope: ScopeId, source: &'a chart::Emergency },
+    Property { scope: ScopeId, source: &'a chart::Property },
+    Place { scope: ScopeId, source: &'a chart::Place },
+    Board { scope: ScopeId, source: &'a chart::Board },
+    Shared { scope: ScopeId, sharing: Sharing, names: &'a [chart::Path] },
+}
+
+/// What drives an output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Role {
+    Continuous,
+    Mealy,
+    Stored(VarId),
+    Controlled(ActionId),
+    Extern,
+    /// The declaration of the output, or a use of it, was rejected.
+    Broken,
+}
+
+/// One step's use of an output or extern action.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Use<'a> {
+    pub(super) step: StepId,
+    pub(super) scope: ScopeId,
+    pub(super) how: chart::ActionHow,
+    pub(super) condition: Option<&'a chart::Expr>,
+    pub(super) arguments: Option<&'a [chart::Expr]>,
+    pub(super) span: Span,
+}
+
+/// A parameter and its argument in a `use`, to check when all names are known.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bound<'a> {
+    pub(super) parameter: &'a chart::Parameter,
+    pub(super) value: &'a chart::ArgumentValue,
+    /// The scope of the `use`.
+    pub(super) scope: ScopeId,
+}
+
+/// The states of all charts as a forest. A state comes directly before its descendants, so these are a range of steps.
+#[derive(Debug, Default)]
+pub(super) struct Tree {
+    /// Per step, its children in document order.
+    pub(super) children: Vec<Vec<StepId>>,
+    /// Per part, its outermost states.
+    pub(super) roots: Vec<Vec<StepId>>,
+    /// Per step, one past its last descendant.
+    pub(super) end: Vec<usize>,
+    /// Per composite state, the targets of its initial transition and whether that has statements.
+    pub(super) initial: BTreeMap<StepId, (Vec<Goal>, bool)>,
+    /// Children that are marked as initial.
+    pub(super) marked: BTreeSet<StepId>,
+}
+
+/// A target of a transition.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Goal {
+    State(StepId),
+    History(HistoryId),
+}
+
+/// A transition to a history of a state that contains its source.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Inner {
+    pub(super) transition: TransitionId,
+    pub(super) history: HistoryId,
+    pub(super) is_internal: bool,
 }
 
 /// The names of a finished net. A step may have the same name as a signal.

@@ -1,10 +1,8 @@
 //! Pass `declarations`: initial and safe values, and the conditions of timers.
 
 use super::codes;
-use super::context::{Lowering, Outcome, ScopeId, Symbol, Value};
-use super::expand::Work;
-use super::expressions::Place;
-use super::roles::Role;
+use super::context::{Lowering, Outcome, Role, ScopeId, Symbol, Value, Work};
+use super::place::Place;
 use crate::chart::{DeclarationKind, Expr as Syntax};
 use crate::diag::{Code, Diagnostic};
 use crate::expr::Type;

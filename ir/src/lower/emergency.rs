@@ -1,9 +1,8 @@
 //! Pass `emergency`: the one condition that forces all outputs to their safe values (semantics §3.8).
 
 use super::codes;
-use super::context::Lowering;
-use super::expand::Work;
-use super::expressions::Place;
+use super::context::{Lowering, Work};
+use super::place::Place;
 use crate::diag::Diagnostic;
 use crate::net::{self, Emergency};
 

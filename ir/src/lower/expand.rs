@@ -11,36 +11,18 @@ mod declaration;
 
 use super::codes;
 use super::context::{
-    DrawnAction, Instance, Lowering, MacroDefinition, MacroId, Scope, ScopeId, Symbol,
+    DrawnAction, Instance, Lowering, MacroDefinition, MacroId, Scope, ScopeId, Symbol, Work,
 };
-use crate::chart::{self, Item, Path, SettingKind, StepItemKind, StepRole};
+use crate::chart::{self, Item, SettingKind, StepItemKind, StepRole};
 use crate::diag::Diagnostic;
 use crate::expr::Expr;
-use crate::net::{
-    Part, PartId, Sharing, Step, StepId, StepKind, Transition, TransitionId, TransitionKind,
-};
+use crate::net::{Part, PartId, Step, StepId, StepKind, Transition, TransitionKind};
 use crate::span::{Name, Span};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 /// The maximum nesting depth of bodies; the chart language has the same limit.
 const MAX_DEPTH: usize = 256;
-
-/// An object whose contents a later pass lowers.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Work<'a> {
-    Declaration { scope: ScopeId, source: &'a chart::Declaration, symbol: Symbol },
-    Step { scope: ScopeId, id: StepId, source: &'a chart::Step },
-    State { scope: ScopeId, id: StepId, source: &'a chart::State },
-    Reaction { scope: ScopeId, id: TransitionId, step: StepId, source: &'a chart::StepItem },
-    Transition { scope: ScopeId, id: TransitionId, source: &'a chart::Transition },
-    Action { scope: ScopeId, action: usize, source: &'a chart::Action },
-    Emergency { scope: ScopeId, source: &'a chart::Emergency },
-    Property { scope: ScopeId, source: &'a chart::Property },
-    Place { scope: ScopeId, source: &'a chart::Place },
-    Board { scope: ScopeId, source: &'a chart::Board },
-    Shared { scope: ScopeId, sharing: Sharing, names: &'a [Path] },
-}
 
 /// Creates scopes and empty items. Runs after `settings`, because the kind of chart determines which items are allowed.
 pub(super) fn expand(lowering: &mut Lowering<'_>) {

@@ -1,16 +1,16 @@
 //! Expressions: resolves names to values of the net, converts times to ticks, edges and delays to operands and timers, and checks types.
 
 use super::codes;
-use super::context::{Alias, AliasValue, Lowering, Outcome, ScopeId, Symbol, Value};
+use super::context::{Alias, AliasValue, Lowering, Outcome, Role, ScopeId, Symbol, Value};
 use super::names::{Attribute, Resolved, StepLike};
-use super::roles::Role;
+use super::place::{Place, Target};
 use super::times::duration;
 use crate::chart::{Expr as Syntax, Leaf as SyntaxLeaf, Path};
 use crate::diag::Diagnostic;
 use crate::diag::ErrorReported;
 use crate::expr::{Expr, ExprKind, Type};
 use crate::interval::{self, NetLeaves, TypeError, TypeErrorKind};
-use crate::net::{EdgeOperand, InputKind, Leaf, OutputId, PropertyLeaf, StepId};
+use crate::net::{EdgeOperand, InputKind, Leaf, OutputId, StepId};
 use crate::span::Span;
 
 /// The depth limit of expressions: the limit of the chart language plus room for what front ends add.
@@ -19,59 +19,6 @@ const MAX_DEPTH: usize = 300;
 const MAX_OTHERWISE: usize = 4_000_000;
 /// Limit of the uses of parameters that are replaced by arguments of library charts.
 const MAX_MENTIONS: usize = 300_000;
-
-/// The context of an expression, which determines what it may contain.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Place<'p> {
-    pub(super) scope: ScopeId,
-    /// The context in the user's words, with an article.
-    pub(super) what: &'static str,
-    /// True if `rise` and `fall` are allowed.
-    pub(super) edges: bool,
-    /// True if events are allowed.
-    pub(super) events: bool,
-    /// For the receptivity of a transition: its source steps.
-    pub(super) otherwise: Option<&'p [StepId]>,
-    /// True if the value must be a constant.
-    pub(super) constant: bool,
-}
-
-impl Place<'_> {
-    /// A context without edges and events.
-    pub(super) fn level(scope: ScopeId, what: &'static str) -> Self {
-        Place { scope, what, edges: false, events: false, otherwise: None, constant: false }
-    }
-
-    /// A statement list of a step, transition or reaction: edges and events have their values at the check (semantics §3.3).
-    pub(super) fn list(scope: ScopeId) -> Self {
-        Place { edges: true, events: true, ..Place::level(scope, "a list") }
-    }
-}
-
-/// The leaves of lowered expressions: those of the net, or those of a property, which can also read outputs.
-pub(super) trait Target: Copy + Ord {
-    fn of_net(leaf: Leaf) -> Self;
-    /// The leaf that reads an output of the row; `None` if only the net's values can be read.
-    fn of_output(output: OutputId) -> Option<Self>;
-}
-
-impl Target for Leaf {
-    fn of_net(leaf: Leaf) -> Self {
-        leaf
-    }
-    fn of_output(_: OutputId) -> Option<Self> {
-        None
-    }
-}
-
-impl Target for PropertyLeaf {
-    fn of_net(leaf: Leaf) -> Self {
-        PropertyLeaf::Net(leaf)
-    }
-    fn of_output(output: OutputId) -> Option<Self> {
-        Some(PropertyLeaf::Output(output))
-    }
-}
 
 impl Lowering<'_> {
     /// Lowers a condition, which must be Boolean.

@@ -1,7 +1,6 @@
 //! Properties and boards that come from separate files and refer to a finished net.
 
-use super::context::{DrawnAction, Entry, FlatNames, Instance, Lowering, Scope, Symbol};
-use super::roles::Role;
+use super::context::{DrawnAction, Entry, FlatNames, Instance, Lowering, Role, Scope, Symbol};
 use super::{placement, properties as pass};
 use crate::chart::{self, Design};
 use crate::diag::{Diagnostic, any_error};

@@ -1,8 +1,7 @@
 //! Pass `forcing`: the forcing orders of steps (semantics §8).
 
 use super::codes;
-use super::context::{Lowering, Outcome, ScopeId, Symbol};
-use super::expand::Work;
+use super::context::{Lowering, Outcome, ScopeId, Symbol, Work};
 use crate::chart::{self, ForceOrder, Path, StepItemKind};
 use crate::diag::Diagnostic;
 use crate::net::{Forcing, ForcingOrder, PartId, StepId};

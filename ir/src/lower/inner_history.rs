@@ -11,8 +11,8 @@
 //! The recorded states are stored a second time, in hidden variables that receptivities can read.
 
 use super::codes;
-use super::context::Lowering;
-use super::statechart::{Goal, domain, entered, inside};
+use super::context::{Goal, Inner, Lowering};
+use super::statechart::{domain, entered, inside};
 use crate::arena::Arena;
 use crate::diag::Diagnostic;
 use crate::expr::{Expr, Type};
@@ -25,14 +25,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The maximum number of transitions that one transition may become.
 const MAX_SITUATIONS: usize = 64;
-
-/// A transition to a history of a state that contains its source.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Inner {
-    pub(super) transition: TransitionId,
-    pub(super) history: HistoryId,
-    pub(super) is_internal: bool,
-}
 
 /// One case of a split transition: under its own condition, it leaves and enters its own states.
 struct Way {

@@ -12,9 +12,9 @@
 )]
 
 use super::codes;
-use super::context::{Alias, AliasValue, Lowering, Outcome, ScopeId, Symbol};
+use super::context::{Alias, AliasValue, Bound, Lowering, Outcome, ScopeId, Symbol};
 use super::expand::{Expansion, Open, new_scope, part_priority};
-use super::expressions::Place;
+use super::place::Place;
 use crate::chart::{
     Argument, ArgumentValue, Chart, Declaration, DeclarationKind, Design, Item, Library, Parameter,
     Use,
@@ -23,15 +23,6 @@ use crate::diag::{Diagnostic, nearest};
 use crate::expr::Type;
 use crate::net::Part;
 use crate::span::{Name, Span};
-
-/// A parameter and its argument in a `use`, to check when all names are known.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Bound<'a> {
-    parameter: &'a Parameter,
-    value: &'a ArgumentValue,
-    /// The scope of the `use`.
-    scope: ScopeId,
-}
 
 /// The design with this library chart as its only chart: its parameters are its inputs and outputs. `None` beyond the last library chart.
 #[must_use]

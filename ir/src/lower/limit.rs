@@ -1,7 +1,6 @@
 //! Pass `limit`: chooses the limit of micro-steps of a stable evolution if the chart sets none (semantics §3.4).
 
-use super::context::Lowering;
-use super::expand::Work;
+use super::context::{Lowering, Work};
 use crate::net::{
     Enter, Evolution, HistoryId, InputId, MAX_LIMIT, Net, StepId, StepKind, Stmt, StmtKind,
     Transition, TransitionId, TransitionKind,

@@ -1,10 +1,9 @@
 //! Pass `outputs`: converts the uses of each output to its driver: emissions, a controlled action, a variable, or calls (semantics §3.5, §3.6).
 
 use super::codes;
-use super::context::{Lowering, Outcome, Symbol};
-use super::expand::Work;
-use super::expressions::Place;
-use super::roles::{Role, Use, empty_driver, is_controlling, main_duration, more_timers};
+use super::context::{Lowering, Outcome, Role, Symbol, Use, Work};
+use super::place::Place;
+use super::roles::{empty_driver, is_controlling, main_duration, more_timers};
 use super::times::duration;
 use crate::chart::ActionHow;
 use crate::diag::Diagnostic;

@@ -2,8 +2,7 @@
 #![allow(clippy::wildcard_enum_match_arm, reason = "only signals and steps have a place")]
 
 use super::codes;
-use super::context::{Lowering, Outcome, ScopeId, Symbol};
-use super::expand::Work;
+use super::context::{Lowering, Outcome, ScopeId, Symbol, Work};
 use crate::chart;
 use crate::diag::Diagnostic;
 use crate::net::{Board, PlacedItem, Placement, StepId};

@@ -1,9 +1,8 @@
 //! Pass `properties`: assumptions about the environment and assertions about the chart.
 
 use super::codes;
-use super::context::{Lowering, Outcome, ScopeId};
-use super::expand::Work;
-use super::expressions::Place;
+use super::context::{Lowering, Outcome, ScopeId, Work};
+use super::place::Place;
 use crate::chart;
 use crate::diag::Diagnostic;
 use crate::net::{Leaf, Property, PropertyLeaf, PropertyRole};

@@ -2,39 +2,13 @@
 //! is exactly one of continuous, controlled or called. Expressions depend on this, so the pass runs before any expression is lowered.
 
 use super::codes;
-use super::context::{Lowering, ScopeId, Slot, Symbol};
-use super::expand::Work;
+use super::context::{Lowering, Role, ScopeId, Slot, Symbol, Use, Work};
 use super::names::Resolved;
 use crate::chart::{self, ActionHow, Block, DeclarationKind, StepItemKind, StmtKind};
 use crate::diag::Diagnostic;
 use crate::expr::Type;
-use crate::net::{
-    ActionId, ControlledAction, Driver, Meta, OutputId, Qualifier, StepId, Var, VarId, VarOrigin,
-};
+use crate::net::{ActionId, ControlledAction, Driver, Meta, OutputId, Qualifier, Var, VarOrigin};
 use crate::span::{Name, Span};
-
-/// What drives an output.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Role {
-    Continuous,
-    Mealy,
-    Stored(VarId),
-    Controlled(ActionId),
-    Extern,
-    /// The declaration of the output, or a use of it, was rejected.
-    Broken,
-}
-
-/// One step's use of an output or extern action.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Use<'a> {
-    pub(super) step: StepId,
-    pub(super) scope: ScopeId,
-    pub(super) how: ActionHow,
-    pub(super) condition: Option<&'a chart::Expr>,
-    pub(super) arguments: Option<&'a [chart::Expr]>,
-    pub(super) span: Span,
-}
 
 /// True for a qualifier that makes all uses of its action controlled.
 pub(super) fn is_controlling(how: ActionHow) -> bool {

@@ -2,9 +2,7 @@
 #![allow(clippy::wildcard_enum_match_arm, reason = "only variables and stored outputs are shared")]
 
 use super::codes;
-use super::context::{Lowering, Symbol};
-use super::expand::Work;
-use super::roles::Role;
+use super::context::{Lowering, Role, Symbol, Work};
 use crate::diag::Diagnostic;
 use crate::net::{Sharing, VarId, VarOrigin};
 use crate::span::Span;

@@ -6,43 +6,19 @@
 //! b -> d    c -> d.f                           c -> d.f leaves a .. f   enters d f
 //! ```
 
-use super::behaviour::{event_list, receptivity};
 use super::codes;
-use super::context::{Entry, Lowering, Outcome, ScopeId, Symbol};
-use super::expand::Work;
-use super::inner_history::Inner;
+use super::context::{Entry, Goal, Inner, Lowering, Outcome, ScopeId, Symbol, Tree, Work};
+use super::receptivities::{event_list, receptivity};
 use super::statements::ListKind;
 use crate::chart::{self, Path, StepRole};
 use crate::diag::{Diagnostic, Notation};
 use crate::net::{
-    Block, Enter, HistoryCase, HistoryId, Input, InputId, InputKind, Meta, PartId, StepId,
-    StepKind, StmtKind, TransitionId, TransitionKind,
+    Block, Enter, HistoryCase, HistoryId, InputKind, PartId, StepId, StepKind, StmtKind,
+    TransitionId, TransitionKind,
 };
-use crate::span::{Name, Span};
+use crate::span::Span;
 use crate::walk::statements;
 use std::collections::{BTreeMap, BTreeSet};
-
-/// The states of all charts as a forest. A state comes directly before its descendants, so these are a range of steps.
-#[derive(Debug, Default)]
-pub(super) struct Tree {
-    /// Per step, its children in document order.
-    children: Vec<Vec<StepId>>,
-    /// Per part, its outermost states.
-    roots: Vec<Vec<StepId>>,
-    /// Per step, one past its last descendant.
-    end: Vec<usize>,
-    /// Per composite state, the targets of its initial transition and whether that has statements.
-    initial: BTreeMap<StepId, (Vec<Goal>, bool)>,
-    /// Children that are marked as initial.
-    marked: BTreeSet<StepId>,
-}
-
-/// A target of a transition.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Goal {
-    State(StepId),
-    History(HistoryId),
-}
 
 /// Reports that two goals cannot both be active; contains the state where they conflict.
 struct Clash(StepId);
@@ -520,44 +496,6 @@ fn cases(
         cases.push(HistoryCase { step, enters });
     }
     cases
-}
-
-/// The event `done.state.P`, created at its first use; `None` if the name does not have this form.
-pub(super) fn done_event(
-    lowering: &mut Lowering<'_>,
-    scope: ScopeId,
-    name: &Name,
-) -> Option<Outcome<InputId>> {
-    let owner = name.text.strip_prefix("done.state.")?;
-    let names = owner.split('.').map(|part| Name::new(part, name.span)).collect();
-    let symbol = match lowering.symbol(scope, &Path { names }) {
-        Ok(symbol) => symbol,
-        Err(reported) => return Some(Err(reported)),
-    };
-    let has_children = |state: StepId| {
-        matches!(lowering.net.steps[state].kind, StepKind::Composite | StepKind::Parallel)
-    };
-    let Symbol::Step(state) = symbol else {
-        return Some(Err(lowering.wrong_kind(name.span, name, symbol, "a state with children")));
-    };
-    if !has_children(state) {
-        let wanted = "a state with children";
-        return Some(Err(lowering.wrong_kind(name.span, name, symbol, wanted)));
-    }
-    if let Some(event) = lowering.net.steps[state].done_event {
-        return Some(Ok(event));
-    }
-    let full = format!("done.state.{}", lowering.net.steps[state].name);
-    lowering.taken.insert(full.clone());
-    let event = lowering.net.inputs.push(Input {
-        name: Name::new(full, name.span),
-        ty: crate::expr::Type::Bool,
-        kind: InputKind::InternalEvent,
-        synchronous: false,
-        meta: Meta { span: name.span, ..Meta::default() },
-    });
-    lowering.net.steps[state].done_event = Some(event);
-    Some(Ok(event))
 }
 
 /// Pass `statecharts`: the states that reset enters, and a bound for the queues. Runs after `behaviour` and `outputs`, whose lists raise and send

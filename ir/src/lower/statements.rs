@@ -1,15 +1,15 @@
 //! Statement lists: assignments, events, calls and choices.
 
 use super::codes;
-use super::context::{Lowering, Outcome, ScopeId, Symbol};
-use super::expressions::Place;
-use super::roles::Role;
-use crate::chart;
+use super::context::{Lowering, Outcome, Role, ScopeId, Symbol};
+use super::place::Place;
+use crate::chart::{self, Path};
 use crate::diag::{Diagnostic, nearest};
 use crate::expr::{Expr, Type};
 use crate::interval::{TypeError, TypeErrorKind};
 use crate::net::{
-    Block, InputId, Leaf, Meta, OutputId, Param, SendId, SendSlot, Stmt, StmtKind, VarId,
+    Block, Input, InputId, InputKind, Leaf, Meta, OutputId, Param, SendId, SendSlot, StepId,
+    StepKind, Stmt, StmtKind, VarId,
 };
 use crate::span::{Name, Span};
 
@@ -275,7 +275,7 @@ impl<'a> Lowering<'a> {
     /// The event with this name.
     pub(super) fn event(&mut self, scope: ScopeId, name: &Name) -> Outcome<InputId> {
         if self.is_statechart()
-            && let Some(done) = super::statechart::done_event(self, scope, name)
+            && let Some(done) = done_event(self, scope, name)
         {
             return done;
         }
@@ -331,4 +331,42 @@ impl<'a> Lowering<'a> {
         let meta = Meta { span, ..Meta::default() };
         self.net.sends.push(SendSlot { name, event, delay, meta })
     }
+}
+
+/// The event `done.state.P`, created at its first use; `None` if the name does not have this form.
+fn done_event(
+    lowering: &mut Lowering<'_>,
+    scope: ScopeId,
+    name: &Name,
+) -> Option<Outcome<InputId>> {
+    let owner = name.text.strip_prefix("done.state.")?;
+    let names = owner.split('.').map(|part| Name::new(part, name.span)).collect();
+    let symbol = match lowering.symbol(scope, &Path { names }) {
+        Ok(symbol) => symbol,
+        Err(reported) => return Some(Err(reported)),
+    };
+    let has_children = |state: StepId| {
+        matches!(lowering.net.steps[state].kind, StepKind::Composite | StepKind::Parallel)
+    };
+    let Symbol::Step(state) = symbol else {
+        return Some(Err(lowering.wrong_kind(name.span, name, symbol, "a state with children")));
+    };
+    if !has_children(state) {
+        let wanted = "a state with children";
+        return Some(Err(lowering.wrong_kind(name.span, name, symbol, wanted)));
+    }
+    if let Some(event) = lowering.net.steps[state].done_event {
+        return Some(Ok(event));
+    }
+    let full = format!("done.state.{}", lowering.net.steps[state].name);
+    lowering.taken.insert(full.clone());
+    let event = lowering.net.inputs.push(Input {
+        name: Name::new(full, name.span),
+        ty: crate::expr::Type::Bool,
+        kind: InputKind::InternalEvent,
+        synchronous: false,
+        meta: Meta { span: name.span, ..Meta::default() },
+    });
+    lowering.net.steps[state].done_event = Some(event);
+    Some(Ok(event))
 }

@@ -2,8 +2,8 @@
 
 use super::codes;
 use super::context::{Lowering, Outcome, ScopeId, Symbol, Value};
-use super::expressions::{Place, Target};
 use super::names::{Attribute, Resolved, StepLike};
+use super::place::{Place, Target};
 use crate::chart::{Expr as Syntax, Leaf as SyntaxLeaf, Length};
 use crate::diag::Diagnostic;
 use crate::expr::{CompareOp, Expr, ExprKind};

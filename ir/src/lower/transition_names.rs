@@ -1,8 +1,7 @@
 //! Pass `transition-names`: a transition without a name is named after the steps before and after it: `p1_p2`, then `p1_p2_2`.
 #![allow(clippy::wildcard_enum_match_arm, reason = "only transitions get a name here")]
 
-use super::context::Lowering;
-use super::expand::Work;
+use super::context::{Lowering, Work};
 use crate::chart::{self, StepItemKind};
 use crate::net::{Net, StepId};
 use crate::span::{Name, Span};

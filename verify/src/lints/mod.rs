@@ -6,7 +6,7 @@ mod decided;
 mod livelock;
 mod search;
 
-pub(crate) use search::Shown;
+pub(crate) use search::{Search, Shown, limits};
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,7 +15,6 @@ use grafsynth_ir::net::{Net, StepId, TransitionId, TransitionKind, VarId};
 use grafsynth_ir::{Diagnostic, Valid};
 
 use crate::codes;
-use crate::explored::Explored;
 use crate::limits::Limits;
 use crate::properties::check_assumption;
 use crate::verdict::OpenReason;
@@ -101,25 +100,12 @@ pub struct Findings {
     pub checked: Vec<Checked>,
 }
 
-/// All findings about a net, in a fixed order. `facts` must belong to the same net.
-#[must_use]
-pub fn lints(net: &Valid<Net>, facts: &Facts) -> Vec<Diagnostic> {
-    findings(net, facts, &Limits::default()).found
-}
-
-/// Like [`lints`], with given limits for the search, and with the list of checks.
-#[must_use]
-pub fn findings(net: &Valid<Net>, facts: &Facts, limits: &Limits) -> Findings {
-    let limits = search::limits(facts, limits);
-    findings_in(net, facts, &limits, &Explored::of(net, &limits))
-}
-
-/// Like [`findings`], for a net that was searched within these limits.
+/// The findings about a net that was searched within these limits.
 pub(crate) fn findings_in(
     net: &Valid<Net>,
     facts: &Facts,
     limits: &Limits,
-    explored: &Explored<'_>,
+    search: Search<'_, '_>,
 ) -> Findings {
     let mut findings = Findings::default();
     if let Some(error) = check_assumption(net) {
@@ -137,7 +123,7 @@ pub(crate) fn findings_in(
         let open = (!is_counted).then(not_counted);
         findings.checked.push(Checked { check: Check::Sharing, open });
     }
-    search::run(net, facts, limits, explored, &mut findings);
+    search::run(net, facts, limits, search, &mut findings);
     findings.checked.sort_by_key(|checked| checked.check);
     findings
 }
@@ -265,8 +251,8 @@ mod tests {
     use grafsynth_ir::net::{Evolution, Policy};
 
     use super::*;
-    use crate::facts;
     use crate::testing::{chart, valid};
+    use crate::{facts, lints};
 
     fn found(net: Net) -> Vec<&'static str> {
         let net = valid(net);

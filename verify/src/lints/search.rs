@@ -15,8 +15,7 @@ use super::livelock::livelock;
 use super::{Check, Checked, Conflict, Decided, Findings, decided, shown_names, step_names};
 use crate::codes;
 use crate::exclusive::{all_compatible_pairs, compatible_pairs, entered};
-use crate::explore::{Ended, Searched, Seen, States, Ticks, Times, explore};
-use crate::explored::Explored;
+use crate::explore::{Ended, Seen, States, Ticks, Times, explore};
 use crate::guards::{holds, is_enabled, reads_inputs_only};
 use crate::limits::Limits;
 use crate::symbolic;
@@ -59,8 +58,23 @@ struct Edge {
     is_sure: bool,
 }
 
+/// A search of all reachable states, and what it showed.
+#[derive(Clone, Copy)]
+pub(crate) struct Search<'s, 'n> {
+    /// What the search that gives the answer showed, or the last search if none ended.
+    pub(crate) shown: &'s Shown<'n>,
+    /// What the search that visited the most showed.
+    pub(crate) widest: &'s Shown<'n>,
+    /// The states of the search that gives the answer.
+    pub(crate) states: &'s States,
+    /// The reason why the search did not end; `None` if it did.
+    pub(crate) open: Option<&'s OpenReason>,
+    /// True if nodes represent sets of times.
+    pub(crate) by_zones: bool,
+}
+
 /// The limits of a search for findings, given whether a similar search ended.
-pub(super) fn limits(facts: &Facts, limits: &Limits) -> Limits {
+pub(crate) fn limits(facts: &Facts, limits: &Limits) -> Limits {
     let is_enumerated =
         facts.reach.as_ref().is_some_and(|reach| reach.by == Proof::Explicit && reach.exact);
     let pairs = if is_enumerated { limits.pairs } else { limits.pairs.min(HOPELESS) };
@@ -72,13 +86,13 @@ pub(super) fn run(
     net: &Valid<Net>,
     facts: &Facts,
     limits: &Limits,
-    explored: &Explored<'_>,
+    search: Search<'_, '_>,
     findings: &mut Findings,
 ) {
-    let seen_open = explored.last().ended.open().cloned();
-    let widest = &explored.widest().seen.shown;
+    let seen_open = search.open.cloned();
+    let widest = search.widest;
     let mut late = Vec::new();
-    let (ends_open, starvation_open) = ways(net, limits, explored, findings, &mut late);
+    let (ends_open, starvation_open) = ways(net, limits, search, findings, &mut late);
     let mut together = widest.together.clone();
     let mut conflicts_open = seen_open.clone();
     if seen_open.is_some() && widest.ask_diagram(facts, limits, &mut together) {
@@ -118,16 +132,15 @@ pub(super) fn run(
 fn ways(
     net: &Valid<Net>,
     limits: &Limits,
-    explored: &Explored<'_>,
+    search: Search<'_, '_>,
     findings: &mut Findings,
     out: &mut Vec<Diagnostic>,
 ) -> (Option<OpenReason>, Option<OpenReason>) {
-    let Searched { seen, states, ended, by_zones } = explored.last();
-    let shown = &seen.shown;
-    if let Some(why) = ended.open().or(shown.edges_open.as_ref()) {
+    let Search { shown, states, open, by_zones, .. } = search;
+    if let Some(why) = open.or(shown.edges_open.as_ref()) {
         // With more nodes for the same states the search will not end either. One by one there may be fewer, unless that was tried.
         let few = Limits { pairs: limits.pairs.min(HOPELESS), ..limits.clone() };
-        if *by_zones && let Ok((each, states)) = Shown::one_by_one(net, states, &few) {
+        if by_zones && let Ok((each, states)) = Shown::one_by_one(net, states, &few) {
             findings.dead_ends = each.dead_ends(&states, out);
             each.starvation(each.starving(&states, |_| true), out);
             return (None, None);

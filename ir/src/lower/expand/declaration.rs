@@ -1,8 +1,8 @@
 //! Declarations become inputs, outputs, variables, timers and constants of the net; a later pass lowers their initial values.
 
 use super::super::codes;
-use super::super::context::{Lowering, ScopeId, Symbol};
-use super::{Expansion, Work};
+use super::super::context::{Lowering, ScopeId, Symbol, Work};
+use super::Expansion;
 use crate::chart::{self, DeclarationKind};
 use crate::diag::Diagnostic;
 use crate::expr::{Expr, Type};
