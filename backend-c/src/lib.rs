@@ -44,6 +44,7 @@ pub mod package;
 mod port;
 mod queries;
 mod range;
+mod refusal;
 mod safe;
 mod source;
 mod statechart;
@@ -58,6 +59,7 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{ActionId, InputId, Net, OutputId, StepId, TimerId, TransitionId, VarId};
 use grafsynth_ir::{Span, Valid};
+use refusal::Failure;
 
 /// The style of the emitted code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
@@ -370,11 +372,11 @@ pub fn emit(
                     reason = why;
                     match engine::program::program(net, facts, &names, options) {
                         Ok(program) => Some(program),
-                        Err(engine::program::Failure::Errors(errors)) => {
+                        Err(Failure::Errors(errors)) => {
                             diagnostics.extend(errors);
                             return Err(diagnostics);
                         }
-                        Err(engine::program::Failure::Refused(refusal)) => {
+                        Err(Failure::Refused(refusal)) => {
                             let message = format!("no engine supports {}", refusal.what);
                             diagnostics.push(
                                 Diagnostic::error(codes::ENGINE_REFUSED, message)
@@ -393,19 +395,19 @@ pub fn emit(
             let shaped = if net.settings.policy.is_statechart() {
                 statechart::program(net, facts, &names, options)
             } else {
-                switch::program(net, facts, &names, options).map_err(statechart::Failure::Refused)
+                switch::program(net, facts, &names, options)
             };
             match shaped {
                 Ok(program) => Some(program),
-                Err(statechart::Failure::Errors(errors)) => {
+                Err(Failure::Errors(errors)) => {
                     diagnostics.extend(errors);
                     return Err(diagnostics);
                 }
-                Err(statechart::Failure::Refused(refusal)) if options.style == Style::Auto => {
+                Err(Failure::Refused(refusal)) if options.style == Style::Auto => {
                     reason = refusal.what;
                     None
                 }
-                Err(statechart::Failure::Refused(refusal)) => {
+                Err(Failure::Refused(refusal)) => {
                     let message = format!(
                         "the style `{}` does not support {}",
                         options.style.name(),

@@ -67,7 +67,7 @@ pub(crate) fn program(
     let mut bodies = Vec::new();
     let main = cut(&program.body, limit, &mut bodies);
     let homes = homes(&program, &main, &bodies);
-    let mut emit = Emit::new(net, names, &program, homes, names.member_namer());
+    let mut emit = Emit::new(net, names, &program, homes, names.member_namer(), &[]);
     emit.proved_rounds = facts.most_rounds(net).map(|rounds| rounds.value.into());
     Ok(emit.program(&main, &bodies))
 }
@@ -104,13 +104,14 @@ pub(crate) struct Emit<'a> {
 }
 
 impl<'a> Emit<'a> {
-    /// A printer for `program`; `members` contains the names of the instance's members.
+    /// A printer for `program`; `members` contains the names of the instance's members, `taken` those of locals that other code declares.
     pub(crate) fn new(
         net: &'a Net,
         names: &'a Names,
         program: &'a Program,
         homes: IdMap<Temp, Home>,
         mut members: Namer,
+        taken: &[String],
     ) -> Self {
         let mut step_cells = BTreeMap::new();
         let cells = IdMap::build(&program.cells, |id, cell| {
@@ -126,6 +127,7 @@ impl<'a> Emit<'a> {
         let mut locals = namer();
         // Locals must not shadow the functions that compute their values.
         crate::names::library(net, names).iter().for_each(|function| locals.reserve(function));
+        taken.iter().for_each(|name| locals.reserve(name));
         let temps = IdMap::build(&program.temps, |_, temp| locals.name(&temp.name));
         let mut emit = Emit {
             net,
@@ -150,6 +152,11 @@ impl<'a> Emit<'a> {
         };
         emit.inputs_and_time();
         emit
+    }
+
+    /// Sets where each temp is stored.
+    pub(crate) fn set_homes(&mut self, homes: IdMap<Temp, Home>) {
+        self.homes = homes;
     }
 
     /// Decides when each extern condition is called, and whether time is read.

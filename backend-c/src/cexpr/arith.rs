@@ -134,6 +134,16 @@ pub(crate) struct Helpers {
     pub(crate) later: bool,
 }
 
+impl Helpers {
+    /// Adds the helpers that other code calls.
+    pub(crate) fn add(&mut self, other: &Helpers) {
+        for (mine, theirs) in self.clamp.iter_mut().zip(other.clamp) {
+            *mine |= theirs;
+        }
+        self.later |= other.later;
+    }
+}
+
 /// `value` converted to `ty`: unchanged if its interval fits, otherwise clamped by a helper of the right class.
 pub(crate) fn saturated(value: CExpr, ty: Type, prefix: &str, helpers: &mut Helpers) -> CExpr {
     let Type::Int { lo, hi } = ty else { return value };

@@ -1,7 +1,7 @@
 //! Expressions and statement lists as the engine's code: postfix, on a stack of [`STACK`] 32-bit numbers.
 
 use super::Plan;
-use crate::switch::Refusal;
+use crate::refusal::Refusal;
 use grafsynth_ir::Span;
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind};
 use grafsynth_ir::interval;

@@ -21,8 +21,8 @@ pub(crate) mod program;
 
 use crate::c::print::{Kind, Node};
 use crate::names::Names;
+use crate::refusal::Refusal;
 use crate::style_output::{Engine, Member, StyleOutput};
-use crate::switch::Refusal;
 use crate::times::{Ticks, step_caps};
 use crate::{Object, Options};
 use grafsynth_ir::net::{

@@ -13,11 +13,10 @@ use crate::c::print::{Kind, Node};
 use crate::calls::{self, Callee};
 use crate::cexpr::{CExpr, Class, Helpers, Prec};
 use crate::names::{Names, library, namer};
+use crate::refusal::{Failure, Refusal};
 use crate::style_output::{Engine, StyleOutput, mentions};
-use crate::switch::Refusal;
 use crate::times::Ticks;
 use crate::{Object, Options, bits};
-use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::lower::program::{
     Marks, ProgramOptions, marked_program, program as reaction_program,
@@ -42,14 +41,6 @@ const HEADER: usize = 32;
 const VERSION: u8 = 1;
 /// The kind number of this image, which distinguishes it from the images of tables.
 const KIND: u8 = 4;
-
-/// Why there is no image.
-pub(crate) enum Failure {
-    /// The net has no reaction program.
-    Errors(Vec<Diagnostic>),
-    /// The engine does not support something.
-    Refused(Refusal),
-}
 
 /// The memory that a chart needs, and its parameters.
 struct Room {

@@ -30,11 +30,10 @@ use crate::calls;
 use crate::cexpr::{CExpr, Prec};
 use crate::names::Names;
 use crate::range::Range;
+use crate::refusal::Failure;
 use crate::style_output::{Member, StyleOutput, mentions, without_unused};
-use crate::switch::Refusal;
 use crate::times::{count_type, unsigned};
 use crate::{Object, Options};
-use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{CompareOp, Type};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::lower::program::{Pieces, pieces};
@@ -44,14 +43,6 @@ use grafsynth_ir::program::{Expr, Program, Stmt};
 use grafsynth_ir::{IdMap, Valid};
 use plan::{Memory, Plan};
 use std::collections::{BTreeMap, BTreeSet};
-
-/// Why there is no program of this style.
-pub(crate) enum Failure {
-    /// The style does not support the net.
-    Refused(Refusal),
-    /// No style supports it.
-    Errors(Vec<Diagnostic>),
-}
 
 /// The net in this style.
 ///
@@ -91,7 +82,7 @@ pub(crate) fn program(
     let mut members = names.member_namer();
     let variables = variables(net, &plan, names, &mut members);
     let memories = memories(net, &plan, &mut members);
-    let mut statements = Statements::new(net, names, &analysed, homes, members);
+    let mut statements = Statements::new(net, names, &analysed, homes, members, &[]);
     statements.is_split = true;
     statements.proved_rounds = facts.most_rounds(net).map(|rounds| rounds.value.into());
     statements.sets_fault = net.settings.evolution != Evolution::Single

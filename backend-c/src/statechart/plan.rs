@@ -15,7 +15,7 @@
 //! The transitions out of the states of a region are numbered from 1, so that ranges answer the questions of the selection (§4): first those that exit
 //! nothing, then those that stay in the region, then those that leave it, sorted by how far.
 
-use crate::switch::Refusal;
+use crate::refusal::Refusal;
 use grafsynth_ir::IdMap;
 use grafsynth_ir::net::{
     Enter, HistoryId, Net, PartId, Policy, Step, StepId, StepKind, Transition, TransitionId,

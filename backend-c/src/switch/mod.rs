@@ -6,33 +6,38 @@ mod emit;
 mod plan;
 mod table;
 
-pub(crate) use plan::Refusal;
-
 use crate::names::Names;
+use crate::refusal::{Failure, Refusal};
 use crate::style_output::StyleOutput;
 use crate::{Options, Style};
+use emit::Surroundings;
+use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
+use grafsynth_ir::lower::program::frame;
 use grafsynth_ir::net::Net;
 
 /// The net in this style.
 ///
 /// # Errors
-/// The style does not support something in the net.
+/// The style does not support something in the net, or the net has no reaction program.
 pub(crate) fn program(
-    net: &Net,
+    net: &Valid<Net>,
     facts: &Facts,
     names: &Names,
     options: &Options,
-) -> Result<StyleOutput, Refusal> {
-    let plan = plan::plan(net, facts)?;
+) -> Result<StyleOutput, Failure> {
+    let plan = plan::plan(net, facts).map_err(Failure::Refused)?;
     if options.style == Style::Auto && !pays(&plan) {
-        return Err(Refusal {
+        return Err(Failure::Refused(Refusal {
             what: "a chart whose steps are mostly in no sequential component".to_string(),
             span: net.name.span,
-        });
+        }));
     }
     let tables = table::Tables::choose(net, names, &plan, options);
-    Ok(emit::emit(net, facts, names, &plan, &tables, options))
+    let has_frame = !net.actions.is_empty() || !net.timers.is_empty();
+    let frame = has_frame.then(|| frame(net)).transpose().map_err(Failure::Errors)?;
+    let surroundings = frame.map(|frame| Surroundings::of(frame, net));
+    Ok(emit::emit(net, facts, names, &plan, &tables, options, surroundings.as_ref()))
 }
 
 /// Whether the components cover enough of the net for their variables to be better than one bit per step.

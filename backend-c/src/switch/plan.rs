@@ -9,6 +9,7 @@
 
 mod competition;
 
+use crate::refusal::{Refusal, refuse};
 use competition::{Order, competition};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{
@@ -19,15 +20,6 @@ use grafsynth_ir::walk::{expressions, statements};
 use grafsynth_ir::{IdMap, Span};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
-
-/// Why the style does not support the net: the construct in the user's words, and its location.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Refusal {
-    /// The construct.
-    pub(crate) what: String,
-    /// Its location.
-    pub(crate) span: Span,
-}
 
 /// One state variable.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -187,10 +179,6 @@ pub(crate) fn plan(net: &Net, facts: &Facts) -> Result<Plan, Refusal> {
     Ok(plan)
 }
 
-fn refuse<T>(what: impl Into<String>, span: Span) -> Result<T, Refusal> {
-    Err(Refusal { what: what.into(), span })
-}
-
 /// Rejects features that need the whole reaction as a program.
 fn refuse_features(net: &Net) -> Result<(), Refusal> {
     let name = net.name.span;
@@ -202,12 +190,6 @@ fn refuse_features(net: &Net) -> Result<(), Refusal> {
     }
     if let Some(forcing) = net.forcings.first() {
         return refuse("a forcing order", forcing.span);
-    }
-    if let Some(action) = net.actions.values().next() {
-        return refuse(format!("the controlled action `{}`", action.name), action.meta.span);
-    }
-    if let Some(timer) = net.timers.values().next() {
-        return refuse(format!("the free timer `{}`", timer.name), timer.meta.span);
     }
     if let Some(send) = net.sends.values().next() {
         return refuse("a delayed event", send.meta.span);
@@ -221,6 +203,23 @@ fn refuse_features(net: &Net) -> Result<(), Refusal> {
         }
         if !step.tasks.is_empty() {
             return refuse(format!("tasks of step `{}`", step.name), step.meta.span);
+        }
+    }
+    for expr in frame_exprs(net) {
+        for leaf in expr.leaves() {
+            if let Leaf::LastElapsed(_) = leaf {
+                return refuse("the last time of a step", expr.span);
+            }
+            if leaf.input().is_some_and(|input| net.inputs[input].kind == InputKind::Extern) {
+                return refuse("an extern condition that an action or a timer reads", expr.span);
+            }
+        }
+    }
+    for action in net.actions.values() {
+        let mut effects = Effects::default();
+        effects.of(&action.body);
+        if effects.raises {
+            return refuse("an event that the chart raises", action.meta.span);
         }
     }
     for transition in net.transitions.values() {
@@ -301,6 +300,16 @@ fn output_exprs(net: &Net) -> impl Iterator<Item = &Expr> {
     net.outputs.values().flat_map(|output| output.driver.exprs())
 }
 
+/// The expressions of what runs after the evolution, besides outputs: controlled actions and free timers.
+fn frame_exprs(net: &Net) -> impl Iterator<Item = &Expr> {
+    (net.timers.values().map(|timer| &timer.condition)).chain(net.actions.values().flat_map(
+        |action| {
+            let conditions = action.uses.iter().filter_map(|one| one.condition.as_ref());
+            conditions.chain(expressions(&action.body))
+        },
+    ))
+}
+
 /// The expressions of the lists of steps and transitions.
 pub(crate) fn list_exprs(net: &Net) -> impl Iterator<Item = &Expr> {
     (net.steps.values())
@@ -315,7 +324,8 @@ fn timers(net: &Net, plan: &mut Plan) {
         .chain(output_exprs(net))
         .chain(net.emergency.iter().map(|emergency| &emergency.condition))
         .chain(net.edges.values().map(|edge| &edge.expr))
-        .chain(list_exprs(net));
+        .chain(list_exprs(net))
+        .chain(frame_exprs(net));
     for (step, cap) in crate::times::step_caps(all) {
         let machine = &mut plan.machines[plan.place[step].0];
         machine.timer_cap = Some(machine.timer_cap.unwrap_or(0).max(cap));

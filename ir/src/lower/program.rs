@@ -24,6 +24,7 @@
 //! | `change` | the next situation: enclosing steps, forcing, restart (NEXT and FIRE of §3.9) |
 //! | `grafcet` | the evolution outside statecharts |
 //! | `statechart` | the evolution of statecharts, with their `tree`, their `queues`, the `order` of their actions, and the states that they leave and `enter` |
+//! | `frame` | what surrounds the evolution of a Grafcet chart, for code that makes the evolution itself |
 //! | `pieces` | the parts of a statechart's reaction, for code that arranges them differently |
 //! | `ending` | the end of a reaction (§3.8) |
 //! | `prune` | removes values that are written but never read |
@@ -33,6 +34,7 @@ mod choose;
 pub mod codes;
 mod ending;
 mod enter;
+mod frame;
 mod grafcet;
 mod lists;
 mod needs;
@@ -64,6 +66,7 @@ use crate::program_run::Machine;
 use crate::span::Span;
 use crate::validate::Valid;
 
+pub use frame::{Frame, frame};
 pub use pieces::{Pieces, StatePieces, TransitionPieces, pieces};
 pub use show::show;
 

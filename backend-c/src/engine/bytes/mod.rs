@@ -13,7 +13,7 @@ pub(super) use places::{Place, Places};
 
 use super::image::narrow;
 use crate::queries::{carriers, is_c};
-use crate::switch::Refusal;
+use crate::refusal::Refusal;
 use grafsynth_ir::Span;
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
 use grafsynth_ir::interval::type_of;

@@ -4,6 +4,7 @@
 //! [`Options::max_transitions`] transitions, that share the data of one reaction in a structure on the stack. A variable with more transitions than
 //! that is itself split: its values are distributed to functions by their upper bits.
 
+mod frame;
 mod masks;
 mod moves;
 mod outputs;
@@ -20,6 +21,8 @@ use crate::range::Range;
 use crate::style_output::{Member, StyleOutput, mentions, with_unused, without_unused};
 use crate::times::{Ticks, count_type, unsigned};
 use crate::{Object, Options, trace};
+use frame::Framed;
+pub(super) use frame::Surroundings;
 use grafsynth_ir::IdMap;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{
@@ -54,6 +57,8 @@ pub(super) struct Emit<'a> {
     mask_tables: Vec<Node>,
     /// The conditions that are called in one case only, which are locals of one function.
     case_conditions: BTreeSet<InputId>,
+    /// Controlled actions and free timers.
+    framed: Option<Framed<'a>>,
 }
 
 /// A value within one reaction.
@@ -73,8 +78,9 @@ pub(super) fn emit(
     plan: &Plan,
     tables: &Tables,
     options: &Options,
+    surroundings: Option<&Surroundings>,
 ) -> StyleOutput {
-    let mut emit = Emit::new(net, names, plan, tables, options);
+    let mut emit = Emit::new(net, names, plan, tables, options, surroundings);
     emit.program(facts)
 }
 
@@ -85,6 +91,7 @@ impl<'a> Emit<'a> {
         plan: &'a Plan,
         tables: &'a Tables,
         options: &'a Options,
+        surroundings: Option<&'a Surroundings>,
     ) -> Self {
         let mut members = names.member_namer();
         let coded = (0..plan.machines.len()).filter(|index| !tables.holds(*index)).count();
@@ -135,21 +142,33 @@ impl<'a> Emit<'a> {
             masks: masks::Masks::new(),
             mask_tables: Vec::new(),
             case_conditions: BTreeSet::new(),
+            framed: None,
         };
         emit.masks = emit.step_masks();
+        if let Some(surroundings) = surroundings {
+            let framed = Framed::new(&emit, surroundings, members);
+            let longest = [emit.ticks, framed.statements.ticks].into_iter().flatten();
+            emit.ticks = longest.reduce(|a, b| Ticks { short: a.short && b.short });
+            emit.framed = Some(framed);
+        }
         emit
     }
 
     fn program(&mut self, facts: &Facts) -> StyleOutput {
+        self.print_frame();
         self.plan_scratch();
-        let mut functions = Vec::new();
+        let mut functions =
+            self.framed.as_mut().map(|it| std::mem::take(&mut it.functions)).unwrap_or_default();
         let moves = self.moves(&mut functions);
         let step = self.step_body(facts, moves, &mut functions);
         let init = self.init_body(self.fault_possible(facts));
         let mut tables = self.tables.definitions(self);
         tables.append(&mut self.mask_tables);
-        if !self.locals && !self.scratch.is_empty() {
+        if self.has_scan() {
             tables.push(self.scratch_type());
+        }
+        if let Some(framed) = &self.framed {
+            self.helpers.add(&framed.statements.helpers);
         }
         let fault_possible = self.fault_possible(facts);
         StyleOutput {
@@ -293,6 +312,7 @@ impl<'a> Emit<'a> {
                 vec![Object::Var(id)],
             ));
         }
+        members.extend(self.framed.iter().flat_map(|it| it.statements.instance(false)));
         for edge in &self.edges {
             members.push(member(
                 format!("bool {}", self.names.edges[*edge]),
@@ -328,6 +348,7 @@ impl<'a> Emit<'a> {
             let whole = Range::of(self.names.vars[id].clone(), storage(var.ty), lo, hi);
             ranges.push(Range { elements: var.len.map(|len| (0, len)), ..whole });
         }
+        ranges.extend(self.framed.iter().flat_map(|it| it.statements.ranges()));
         for edge in &self.edges {
             ranges.push(Range::of(self.names.edges[*edge].clone(), "bool", 0, 1));
         }
@@ -367,6 +388,26 @@ impl<'a> Emit<'a> {
             );
         }
         nodes
+    }
+
+    /// The names that locals of the reaction may have.
+    fn local_names(&self) -> Vec<String> {
+        let mut all: Vec<String> = Vec::new();
+        all.extend(["first", "fired", "rounds", "trial", "scan"].map(str::to_owned));
+        all.extend((0..self.names.io.output_words()).map(|word| self.names.io.lit(word)));
+        for var in &self.vars {
+            all.extend([var.clone(), format!("enter_{var}"), format!("old_{var}")]);
+        }
+        for (input, _) in self.net.inputs.iter() {
+            let name = &self.names.inputs[input];
+            all.extend([format!("cond_{name}"), format!("asked_{name}")]);
+        }
+        for (edge, _) in self.net.edges.iter() {
+            let name = self.names.edges[edge].trim_start_matches("was_");
+            all.extend([format!("rise_{name}"), format!("fall_{name}")]);
+        }
+        all.extend(self.net.transitions.ids().map(|id| self.fire_flag(id)));
+        all
     }
 
     /// Collects the data of one reaction.
@@ -485,11 +526,17 @@ impl<'a> Emit<'a> {
         uses
     }
 
+    /// True if functions share data of one reaction.
+    fn has_scan(&self) -> bool {
+        (!self.locals && !self.scratch.is_empty())
+            || self.framed.as_ref().is_some_and(|it| !it.shared.is_empty())
+    }
+
     fn scratch_type(&self) -> Node {
-        let body = self
-            .scratch
-            .iter()
+        let own = self.scratch.iter().filter(|_| !self.locals);
+        let body = own
             .map(|it| Node::line(format!("{} {};", it.ty, it.name)).note(it.note.clone()))
+            .chain(self.framed.iter().flat_map(|it| it.shared.iter().cloned()))
             .collect();
         let name = format!("{}_scan_t", self.names.prefix);
         Kind::Braces("typedef struct".to_string(), body, format!(" {name};"))
@@ -536,7 +583,7 @@ impl<'a> Emit<'a> {
         functions: &mut Vec<Node>,
     ) -> Vec<Node> {
         let mut body = Vec::new();
-        if !self.locals && !self.scratch.is_empty() {
+        if self.has_scan() {
             body.push(Node::line(format!("{}_scan_t scan;", self.names.prefix)));
         }
         for (index, machine) in self.plan.machines.iter().enumerate() {
@@ -561,6 +608,10 @@ impl<'a> Emit<'a> {
             body.extend(self.scratch_values(true, true));
         }
         body.extend(self.timer_updates());
+        if let Some(framed) = &mut self.framed {
+            body.append(&mut framed.locals);
+            body.append(&mut framed.before);
+        }
         if !self.stable && !self.locals {
             body.extend(self.scratch_values(true, true));
         }
@@ -576,6 +627,9 @@ impl<'a> Emit<'a> {
                     body.push(Node::line(format!("self->{0} = {0};", self.vars[index])));
                 }
             }
+        }
+        if let Some(framed) = &mut self.framed {
+            body.append(&mut framed.after);
         }
         body.extend(self.outputs(false));
         for (id, step) in self.net.steps.iter() {
@@ -598,7 +652,7 @@ impl<'a> Emit<'a> {
             )));
         }
         let mut body = without_unused(body);
-        if !self.locals && !self.scratch.is_empty() && !mentions(&body, "&scan") {
+        if self.has_scan() && !mentions(&body, "&scan") {
             body.push(Node::line("(void)scan;"));
         }
         body
@@ -701,7 +755,13 @@ impl<'a> Emit<'a> {
 
     fn init_body(&mut self, fault: bool) -> Vec<Node> {
         let net = self.net;
-        let reset = consts::reset(net);
+        let reset = self.framed.is_none().then(|| consts::reset(net));
+        let vars = match (&reset, &self.framed) {
+            (Some(reset), _) => reset.vars.clone(),
+            (None, framed) => {
+                framed.as_ref().map(Framed::variables_after_reset).unwrap_or_default()
+            }
+        };
         let mut nodes = self.tables.init(self);
         for (index, machine) in self.plan.machines.iter().enumerate() {
             if self.tables.holds(index) {
@@ -725,7 +785,7 @@ impl<'a> Emit<'a> {
         }
         for (id, var) in net.vars.iter() {
             let name = format!("self->{}", self.names.vars[id]);
-            nodes.extend(calls::initial(&name, var.ty, var.len, &reset.vars[id.index()]));
+            nodes.extend(calls::initial(&name, var.ty, var.len, &vars[id.index()]));
         }
         for edge in &self.edges {
             nodes.push(Node::line(format!("self->{} = false;", self.names.edges[*edge])));
@@ -733,6 +793,10 @@ impl<'a> Emit<'a> {
         if fault {
             nodes.push(Node::line("self->fault = false;"));
         }
+        if let Some(framed) = &mut self.framed {
+            nodes.extend(framed.statements.init(false));
+        }
+        let Some(reset) = reset else { return nodes };
         nodes.extend(calls::initial_outputs(net, self.names, &reset.outputs));
         for effect in reset.effects {
             match effect {

@@ -149,6 +149,19 @@ impl Emit<'_> {
                     }
                     nodes.extend(self.call_chain(id, arms));
                 }
+                Driver::Controlled(_) if !mealy => {
+                    let value = self.framed.as_ref().and_then(|it| it.outputs.get(&id));
+                    let value = value.cloned().unwrap_or_else(|| CExpr::bool(false));
+                    match bit {
+                        Some(_) if value.is_false() => {}
+                        Some(light) if value.is_true() => nodes.push(light),
+                        Some(light) => nodes.push(Node::when(&value.text, vec![light])),
+                        None => nodes.push(
+                            Node::line(format!("{name} = {};", value.text))
+                                .about(Object::Output(id)),
+                        ),
+                    }
+                }
                 Driver::Stored(_) | Driver::Extern { .. } | Driver::Controlled(_) => {}
             }
         }
@@ -240,6 +253,15 @@ impl Emit<'_> {
             nodes.push(Node::block(format!("switch ({})", self.var(machine)), cases));
         }
         nodes
+    }
+
+    /// The condition that a step is active, read from the instance.
+    pub(super) fn stored_active(&self, step: StepId) -> CExpr {
+        let (machine, _) = self.plan.place[step];
+        CExpr::condition(
+            format!("self->{} == {}", self.vars[machine], self.step_code(step)),
+            Prec::Compare,
+        )
     }
 
     /// The condition that a step is active now, in `NAME_step`.

@@ -182,9 +182,16 @@ impl Scope<Leaf> for Reader<'_, '_> {
                     }
                 }
             }
-            // The plan rejects these.
-            Leaf::LastElapsed(_) | Leaf::Timer(_) => CExpr::int(0),
-            Leaf::Controlled(_) => CExpr::bool(false),
+            Leaf::Timer(timer) => {
+                let framed = self.emit.framed.as_mut();
+                framed.and_then(|it| it.timer(timer)).unwrap_or_else(|| CExpr::int(0))
+            }
+            Leaf::Controlled(action) => {
+                let framed = self.emit.framed.as_mut();
+                framed.and_then(|it| it.action(action)).unwrap_or_else(|| CExpr::bool(false))
+            }
+            // The plan rejects it.
+            Leaf::LastElapsed(_) => CExpr::int(0),
         }
     }
 

@@ -1,6 +1,7 @@
 //! Transitions that compete for a step: the order in which they are tested, and whether that order selects the same transitions as the policy (§4).
 
-use super::{Plan, Refusal, entered, receptivity, refuse};
+use super::{Plan, entered, receptivity};
+use crate::refusal::{Refusal, refuse};
 use grafsynth_ir::IdMap;
 use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::net::{Expr, Leaf, Net, Policy, Transition, TransitionId};

@@ -118,6 +118,11 @@ impl Builder<'_> {
             let running = self.has_ended(self.net.steps[step].part).map(Expr::not);
             when(Expr::and([self.is_active(step)].into_iter().chain(running)), list, out);
         }
+        self.advance_timers(out);
+    }
+
+    /// The part of L2 that does not depend on steps: free timers and the timers of controlled actions advance.
+    pub(super) fn advance_timers(&self, out: &mut Vec<Stmt>) {
         let running = self.all_ended().map_or_else(|| Expr::bool(true), Expr::not);
         for (ticks, runs) in self.timer.values().flatten() {
             when(
