@@ -325,6 +325,8 @@ pub fn emit(
     if let (Style::Auto, Some(machine)) = (options.style, options.machine) {
         return cost::emit_best(net, facts, options, machine);
     }
+    let simpler = grafsynth_ir::rewrite::simpler(net);
+    let net = simpler.as_ref().unwrap_or(net);
     let mut diagnostics = Vec::new();
     let wanted = options.prefix.as_deref().unwrap_or(&net.name.text);
     let names = names::Names::of(net, wanted, options);

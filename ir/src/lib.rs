@@ -3,7 +3,7 @@
 //! ```text
 //! chart   the source as data  chart.rs
 //!   │  lower/ (small named passes)
-//! net     the flat form       net.rs        text form: text/
+//! net     the flat form       net.rs        text form: text/    rewrite/ (net to net)
 //!   │  lower::program
 //! program one reaction        program.rs
 //!   ⋮  (grafsynth-logic)
@@ -26,6 +26,7 @@ pub mod net;
 pub mod program;
 pub mod program_run;
 pub mod random;
+pub mod rewrite;
 pub mod sharing;
 pub mod simplify;
 pub mod span;

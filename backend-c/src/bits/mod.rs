@@ -306,6 +306,20 @@ impl<'a> Emit<'a> {
                     let body = self.pieces(body, calls);
                     nodes.extend(self.repeat(*limit, &condition, body, most));
                 }
+                Piece::Switch(number, cases) => {
+                    let mut list: Vec<Node> = Vec::new();
+                    for case in cases {
+                        let labels = case.steps.iter().map(|(_, label)| format!("case {label}:"));
+                        let mut body = self.pieces(&case.body, calls);
+                        body.push(Node::line("break;"));
+                        let node: Node = Kind::Case(labels.collect(), body).into();
+                        let steps = case.steps.iter().map(|(step, _)| Object::Step(*step));
+                        list.push(node.about_all(steps));
+                    }
+                    let nothing = vec![Node::line("break;")];
+                    list.push(Kind::Case(vec!["default:".to_string()], nothing).into());
+                    nodes.push(Node::block(format!("switch ({number})"), list));
+                }
                 Piece::Function(index) => nodes.extend(calls.get(*index).map(Node::line)),
             }
         }

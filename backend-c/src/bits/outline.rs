@@ -1,6 +1,7 @@
 //! Splits a program into functions and decides where each temp is stored.
 
 use grafsynth_ir::IdMap;
+use grafsynth_ir::net::StepId;
 use grafsynth_ir::program::{Expr, Leaf, Program, Stmt, Temp, TempId, expressions};
 use std::collections::BTreeSet;
 
@@ -13,8 +14,19 @@ pub(crate) enum Piece<'p> {
     If(&'p Expr, Vec<Piece<'p>>, Vec<Piece<'p>>),
     /// Like `If`, for a loop.
     Repeat(u32, &'p Expr, Vec<Piece<'p>>),
+    /// A choice by a number: its text, and the cases; nothing happens for other values.
+    Switch(String, Vec<Case<'p>>),
     /// A call of another function, by its index in the list of bodies.
     Function(usize),
+}
+
+/// One case of a choice by a number.
+#[derive(Debug)]
+pub(crate) struct Case<'p> {
+    /// The steps that the case is for, each with its label.
+    pub(crate) steps: Vec<(StepId, String)>,
+    /// What runs.
+    pub(crate) body: Vec<Piece<'p>>,
 }
 
 /// Where a temp is stored.
@@ -83,7 +95,7 @@ fn close<'p>(
 }
 
 /// The number of nodes of a statement, at least 1.
-fn weight(statement: &Stmt) -> usize {
+pub(crate) fn weight(statement: &Stmt) -> usize {
     1 + expressions(std::slice::from_ref(statement)).flat_map(Expr::subexpressions).count()
 }
 
@@ -145,6 +157,12 @@ impl Walk {
                     let inner = self.enter(block);
                     self.pieces(body, &inner);
                     self.read(condition, block);
+                }
+                Piece::Switch(_, cases) => {
+                    for case in cases {
+                        let inner = self.enter(block);
+                        self.pieces(&case.body, &inner);
+                    }
                 }
                 Piece::Function(_) => {}
             }

@@ -4,7 +4,7 @@
 //! steps' bits and times are read from the state variables.
 
 use super::Emit;
-use crate::bits::outline::{Home, cut, homes};
+use crate::bits::outline::{Case, Home, Piece, cut, homes, weight};
 use crate::bits::{Emit as Statements, NODES_PER_TRANSITION};
 use crate::c::print::Node;
 use crate::cexpr::CExpr;
@@ -12,24 +12,92 @@ use crate::times::timer_place;
 use grafsynth_ir::IdMap;
 use grafsynth_ir::lower::program::Frame;
 use grafsynth_ir::names::Namer;
-use grafsynth_ir::net::{ActionId, Net, OutputId, TimerId};
-use grafsynth_ir::program::{CellId, Leaf, Origin, Program, Stmt, Temp};
+use grafsynth_ir::net::{ActionId, Net, OutputId, StepId, TimerId};
+use grafsynth_ir::program::{CellId, Expr, Leaf, Origin, Program, Stmt, Temp};
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// The frame of a reaction, with everything in one list for the analyses.
 pub(crate) struct Surroundings {
     frame: Frame,
-    /// The frame's program. Its body is `before`, `after` and the outputs.
+    /// The frame's program. Its body contains everything in order.
     program: Program,
+    /// The part of that body that is each action's.
+    bodies: Vec<Range<usize>>,
+    /// The parts of that body before and after the bodies of actions.
+    before: Range<usize>,
+    control: Range<usize>,
+    end: Range<usize>,
+    outputs: Range<usize>,
 }
 
 impl Surroundings {
     pub(crate) fn of(frame: Frame, net: &Net) -> Self {
         let mut program = frame.program.clone();
-        program.body = [frame.before.as_slice(), frame.after.as_slice()].concat();
+        let all = &mut program.body;
+        let mut add = |list: &[Stmt]| {
+            let start = all.len();
+            all.extend(list.iter().cloned());
+            start..all.len()
+        };
+        let before = add(&frame.before);
+        let control = add(&frame.control);
+        let mut bodies = Vec::new();
+        for body in &frame.bodies {
+            bodies.push(match &body.steps {
+                None => add(&body.list),
+                Some(steps) => {
+                    let bit = |step: &StepId| {
+                        Expr::leaf(Leaf::Cell(frame.bits[*step]), Default::default())
+                    };
+                    let any = Expr::or(steps.iter().map(bit));
+                    add(&[Stmt::If(any, body.list.clone(), Vec::new())])
+                }
+            });
+        }
+        let end = add(&frame.end);
         let shown = frame.outputs.iter().filter(|(id, _)| !net.outputs[*id].is_extern());
-        program.body.extend(shown.map(|(id, value)| Stmt::Output(*id, value.clone())));
-        Surroundings { frame, program }
+        let shown: Vec<Stmt> = shown.map(|(id, value)| Stmt::Output(*id, value.clone())).collect();
+        let outputs = add(&shown);
+        Surroundings { frame, program, bodies, before, control, end, outputs }
+    }
+}
+
+/// Consecutive bodies that run in different steps of one variable: at most one step is active, so one `switch` finds its bodies.
+struct Group {
+    machine: usize,
+    /// The bodies by their steps; the steps of two classes differ.
+    classes: Vec<(Vec<StepId>, Vec<usize>)>,
+    class_of: BTreeMap<StepId, usize>,
+}
+
+impl Group {
+    /// A group is a `switch` from this many classes on; fewer are tests.
+    const MIN_CLASSES: usize = 3;
+
+    fn new(machine: usize) -> Self {
+        Group { machine, classes: Vec::new(), class_of: BTreeMap::new() }
+    }
+
+    /// Adds a body; false if its steps are partly those of another class.
+    fn add(&mut self, body: usize, steps: &[StepId]) -> bool {
+        let known: Vec<Option<usize>> =
+            steps.iter().map(|step| self.class_of.get(step).copied()).collect();
+        match known.first() {
+            Some(Some(class))
+                if known.iter().all(|it| *it == Some(*class))
+                    && self.classes[*class].0.len() == steps.len() =>
+            {
+                self.classes[*class].1.push(body);
+                true
+            }
+            Some(None) if known.iter().all(Option::is_none) => {
+                self.class_of.extend(steps.iter().map(|step| (*step, self.classes.len())));
+                self.classes.push((steps.to_vec(), vec![body]));
+                true
+            }
+            Some(_) | None => false,
+        }
     }
 }
 
@@ -37,7 +105,7 @@ impl Surroundings {
 pub(super) struct Framed<'a> {
     surroundings: &'a Surroundings,
     pub(super) statements: Statements<'a>,
-    /// Locals at the start of the reaction.
+    /// Locals of the reaction.
     pub(super) locals: Vec<Node>,
     pub(super) before: Vec<Node>,
     pub(super) after: Vec<Node>,
@@ -84,7 +152,7 @@ impl<'a> Framed<'a> {
     }
 
     fn read(&mut self, cell: CellId) -> CExpr {
-        let leaf = grafsynth_ir::program::Expr::leaf(Leaf::Cell(cell), Default::default());
+        let leaf = Expr::leaf(Leaf::Cell(cell), Default::default());
         self.statements.expr(&leaf)
     }
 
@@ -121,14 +189,16 @@ impl<'a> Emit<'a> {
             }
         }
         let limit = self.options.max_transitions.saturating_mul(NODES_PER_TRANSITION).max(1);
-        let (before, rest) = program.body.split_at(frame.before.len());
-        let (after, outputs) = rest.split_at(frame.after.len());
+        let part = |range: &Range<usize>| &program.body[range.clone()];
         let mut bodies = Vec::new();
-        let mut main = cut(before, limit, &mut bodies);
+        let mut main = cut(part(&surroundings.before), limit, &mut bodies);
         let n_before = main.len();
-        main.extend(cut(after, limit, &mut bodies));
+        main.extend(cut(part(&surroundings.control), limit, &mut bodies));
+        main.extend(self.action_bodies(surroundings, limit, &mut bodies));
+        main.extend(cut(part(&surroundings.end), limit, &mut bodies));
         let n_after = main.len();
-        main.extend(outputs.iter().map(crate::bits::outline::Piece::Whole));
+        let outputs = part(&surroundings.outputs);
+        main.extend(outputs.iter().map(Piece::Whole));
         let statements = &mut framed.statements;
         statements.set_homes(homes(program, &main, &bodies));
         statements.is_split = !bodies.is_empty();
@@ -146,5 +216,89 @@ impl<'a> Emit<'a> {
             }
         }
         self.framed = Some(framed);
+    }
+
+    /// The bodies of the actions, in order. Bodies in different steps of one variable are found by a `switch`.
+    fn action_bodies(
+        &self,
+        surroundings: &'a Surroundings,
+        limit: usize,
+        bodies: &mut Vec<Vec<Piece<'a>>>,
+    ) -> Vec<Piece<'a>> {
+        let mut pieces = Vec::new();
+        // Bodies in a row that are no group.
+        let mut plain: Range<usize> = surroundings.control.end..surroundings.control.end;
+        let mut group: Option<Group> = None;
+        for (index, body) in surroundings.frame.bodies.iter().enumerate() {
+            let range = surroundings.bodies[index].clone();
+            let steps = body.steps.as_deref().unwrap_or_default();
+            let machine = steps.first().map(|step| self.plan.place[*step].0);
+            let is_one = steps.iter().all(|step| Some(self.plan.place[*step].0) == machine);
+            if let (Some(machine), true) = (machine, is_one) {
+                let joins =
+                    group.as_mut().is_some_and(|it| it.machine == machine && it.add(index, steps));
+                if !joins {
+                    self.close(group.take(), surroundings, &mut plain, limit, bodies, &mut pieces);
+                    let mut next = Group::new(machine);
+                    next.add(index, steps);
+                    group = Some(next);
+                }
+                continue;
+            }
+            self.close(group.take(), surroundings, &mut plain, limit, bodies, &mut pieces);
+            plain.end = range.end;
+        }
+        self.close(group.take(), surroundings, &mut plain, limit, bodies, &mut pieces);
+        pieces.extend(cut(&surroundings.program.body[plain], limit, bodies));
+        pieces
+    }
+
+    /// Adds a complete group, and before it the bodies that precede it; a small group joins those.
+    fn close(
+        &self,
+        group: Option<Group>,
+        surroundings: &'a Surroundings,
+        plain: &mut Range<usize>,
+        limit: usize,
+        bodies: &mut Vec<Vec<Piece<'a>>>,
+        pieces: &mut Vec<Piece<'a>>,
+    ) {
+        let Some(group) = group else { return };
+        let members = || group.classes.iter().flat_map(|(_, members)| members);
+        let end = members().map(|index| surroundings.bodies[*index].end).max().unwrap_or(plain.end);
+        if group.classes.len() < Group::MIN_CLASSES {
+            plain.end = end;
+            return;
+        }
+        pieces.extend(cut(&surroundings.program.body[plain.clone()], limit, bodies));
+        *plain = end..end;
+        let number = format!("self->{}", self.vars[group.machine]);
+        let mut cases: Vec<Case<'a>> = Vec::new();
+        let mut all: Vec<Vec<Case<'a>>> = Vec::new();
+        let mut total = 0;
+        for (steps, members) in &group.classes {
+            let lists = || members.iter().flat_map(|index| &surroundings.frame.bodies[*index].list);
+            let own = 1 + lists().map(weight).sum::<usize>();
+            if total > 0 && total + own > limit {
+                all.push(std::mem::take(&mut cases));
+                total = 0;
+            }
+            total += own;
+            cases.push(Case {
+                steps: steps.iter().map(|step| (*step, self.step_code(*step))).collect(),
+                body: lists().map(Piece::Whole).collect(),
+            });
+        }
+        all.push(cases);
+        let is_split = all.len() > 1;
+        for cases in all {
+            let choice = Piece::Switch(number.clone(), cases);
+            if is_split {
+                bodies.push(vec![choice]);
+                pieces.push(Piece::Function(bodies.len() - 1));
+            } else {
+                pieces.push(choice);
+            }
+        }
     }
 }

@@ -12,6 +12,14 @@ use crate::program::{ActionPart, CellId, Expr, Leaf, Origin, Stmt, TempRole};
 use crate::simplify::simplify;
 use crate::span::Span;
 
+/// The results of ACTION_CONTROL for all actions.
+pub(super) struct Controlled {
+    /// Q of each action.
+    pub(super) q: IdMap<ControlledAction, Expr>,
+    /// The bodies that run, in order, each with its condition.
+    pub(super) runs: Vec<(ActionId, Expr)>,
+}
+
 /// Mealy outputs with their values in this reaction.
 pub(super) type Mealy = BTreeMap<OutputId, Expr>;
 
@@ -217,11 +225,30 @@ impl Builder<'_> {
         &mut self,
         out: &mut Vec<Stmt>,
     ) -> IdMap<ControlledAction, Expr> {
+        let controlled = self.action_controls(|_| false, out);
+        for (id, condition) in controlled.runs {
+            let body = self.list(&self.net.actions[id].body);
+            when(condition, body, out);
+        }
+        controlled.q
+    }
+
+    /// Pass (1) of §3.5, and what passes (2) and (3) run. The actions that are `plain` are Boolean functions of step bits that nothing but their
+    /// own bodies uses; no value is named for them.
+    pub(super) fn action_controls(
+        &mut self,
+        is_plain: impl Fn(ActionId) -> bool,
+        out: &mut Vec<Stmt>,
+    ) -> Controlled {
         let net = self.net;
         let mut q = IdMap::filled(&net.actions, Expr::bool(false));
         let mut on = q.clone();
         let mut fell: Vec<(ActionId, Expr)> = Vec::new();
         for (id, action) in net.actions.iter() {
+            if is_plain(id) {
+                on[id] = self.action_input(id, Qualifier::N);
+                continue;
+            }
             let name = action.name.text.clone();
             let stops = self.action_stops(id);
             let mut list = Vec::new();
@@ -243,11 +270,8 @@ impl Builder<'_> {
             when(stops.map_or_else(|| Expr::bool(true), Expr::not), list, out);
         }
         let all = net.actions.ids().map(|id| (id, on[id].clone()));
-        for (id, condition) in fell.into_iter().chain(all) {
-            let body = self.list(&net.actions[id].body);
-            when(condition, body, out);
-        }
-        q
+        let runs = fell.into_iter().chain(all).collect();
+        Controlled { q, runs }
     }
 
     /// `value`, which `list` computes, or false if the list does not run because the charts of the action have ended.

@@ -7,14 +7,19 @@
 //! ```text
 //! before      free timers and the timers of actions advance       L2
 //!             (the caller: step times, evolution)                 L4
-//! after       controlled actions with their bodies, free timers   E1 E3
+//! control     latches, timers and Q of controlled actions         E1, pass 1
+//! bodies      their bodies                                        E1, passes 2 and 3
+//! end         free timers                                         E3
 //!             (the caller: outputs; those of actions have the values of `outputs`)
 //! ```
 
-use super::{Builder, ProgramOptions};
+use super::ending::Controlled;
+use super::{Builder, ProgramOptions, when};
 use crate::arena::IdMap;
 use crate::diag::Diagnostic;
-use crate::net::{ControlledAction, Driver, Net, OutputId, Step, Timer};
+use crate::net::{
+    ActionId, ControlledAction, Driver, Net, OutputId, Qualifier, Step, StepId, Timer,
+};
 use crate::program::{CellId, Expr, Program, Stmt};
 use crate::validate::Valid;
 
@@ -25,18 +30,31 @@ pub struct Frame {
     pub program: Program,
     /// Statements before the evolution.
     pub before: Vec<Stmt>,
-    /// Statements after the evolution. They read step bits and step times, and store neither.
-    pub after: Vec<Stmt>,
-    /// The value of each output that an action drives, after `after`, without the emergency.
+    /// Statements after the evolution, before the bodies. Like all that follows, they read step bits and step times, and store neither.
+    pub control: Vec<Stmt>,
+    /// The bodies of the actions, in order.
+    pub bodies: Vec<ActionBody>,
+    /// Statements after the bodies.
+    pub end: Vec<Stmt>,
+    /// The value of each output that an action drives, after `control`, without the emergency.
     pub outputs: Vec<(OutputId, Expr)>,
     /// The cell of each step's bit; the caller stores these values.
     pub bits: IdMap<Step, CellId>,
-    /// The cell of each step's time, if `after` reads it; the caller stores these values.
+    /// The cell of each step's time, if these statements read it; the caller stores these values.
     pub elapsed: IdMap<Step, Option<CellId>>,
     /// The counter of each free timer that something reads.
     pub timers: IdMap<Timer, Option<CellId>>,
     /// Q of each action, if something reads it.
     pub actions: IdMap<ControlledAction, Option<CellId>>,
+}
+
+/// The body of a controlled action, or its final scan.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ActionBody {
+    /// The steps that run the body while they are active, if nothing else decides it.
+    pub steps: Option<Vec<StepId>>,
+    /// The statements; without `steps`, these include the condition.
+    pub list: Vec<Stmt>,
 }
 
 /// The frame of a Grafcet chart without tasks.
@@ -47,9 +65,26 @@ pub fn frame(net: &Valid<Net>) -> Result<Frame, Vec<Diagnostic>> {
     let mut builder = Builder::new(net, &ProgramOptions::default());
     let mut before = Vec::new();
     builder.advance_timers(&mut before);
-    let mut after = Vec::new();
-    let q = builder.controlled_actions(&mut after);
-    builder.free_timers(&mut after);
+    let mut control = Vec::new();
+    let plain = IdMap::build(&net.actions, |id, _| is_plain(net, &builder, id));
+    let Controlled { q, runs } = builder.action_controls(|id| plain[id], &mut control);
+    let mut bodies = Vec::new();
+    for (id, condition) in runs {
+        let action = &net.actions[id];
+        let body = builder.list(&action.body);
+        if plain[id] {
+            let mut steps: Vec<StepId> = action.uses.iter().map(|one| one.step).collect();
+            steps.sort_unstable();
+            steps.dedup();
+            bodies.push(ActionBody { steps: Some(steps), list: body });
+        } else {
+            let mut list = Vec::new();
+            when(condition, body, &mut list);
+            bodies.push(ActionBody { steps: None, list });
+        }
+    }
+    let mut end = Vec::new();
+    builder.free_timers(&mut end);
     if !builder.findings.is_empty() {
         return Err(builder.findings);
     }
@@ -62,7 +97,9 @@ pub fn frame(net: &Valid<Net>) -> Result<Frame, Vec<Diagnostic>> {
     let mut frame = Frame {
         program: Program { temps: std::mem::take(&mut builder.temps), ..Program::default() },
         before,
-        after,
+        control,
+        bodies,
+        end,
         outputs: driven.collect(),
         bits: builder.step.clone(),
         elapsed: builder.elapsed.clone(),
@@ -79,7 +116,8 @@ impl Frame {
         let kept: Vec<CellId> =
             self.timers.values().chain(self.actions.values()).flatten().copied().collect();
         let mut exprs: Vec<&mut Expr> = self.outputs.iter_mut().map(|(_, value)| value).collect();
-        let mut lists = [&mut self.before, &mut self.after];
+        let mut lists = vec![&mut self.before, &mut self.control, &mut self.end];
+        lists.extend(self.bodies.iter_mut().map(|body| &mut body.list));
         let renamed =
             super::prune::prune_pieces(&mut self.program, &mut lists, &mut exprs, None, &kept);
         for id in self.bits.values_mut() {
@@ -91,6 +129,15 @@ impl Frame {
         for id in optional {
             *id = id.and_then(|id| renamed.cell(id));
         }
+        self.bodies.retain(|body| !body.list.is_empty());
         self
     }
+}
+
+/// True if only step bits decide when the body runs, and nothing else reads Q.
+fn is_plain(net: &Net, builder: &Builder<'_>, id: ActionId) -> bool {
+    let action = &net.actions[id];
+    builder.action_q[id].is_none()
+        && !net.outputs.values().any(|output| output.driver == Driver::Controlled(id))
+        && action.uses.iter().all(|one| one.qualifier == Qualifier::N && one.condition.is_none())
 }
