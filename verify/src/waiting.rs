@@ -235,7 +235,7 @@ impl<'n, 's> Search<'n, 's> {
         Stimulus::of_rows(self.net, &rows)
     }
 
-    /// Of all paths over `kept` edges, one with the most edges that count; or a cycle with such an edge.
+    /// Of all paths over `kept` edges, one with the most edges that count. The error is a cycle with such an edge.
     fn walk(
         &self,
         kept: impl Fn(&Edge) -> bool,
@@ -249,7 +249,7 @@ impl<'n, 's> Search<'n, 's> {
         });
         let mut known: BTreeSet<(usize, usize, bool)> = BTreeSet::new();
         for (at, edge) in self.edges.iter().enumerate().filter(|(_, edge)| kept(edge)) {
-            // One row for each pair of states is enough, preferably one that counts.
+            // For each pair of states, one edge that counts and one that does not are enough.
             if known.insert((edge.from, edge.to, counts(edge))) {
                 out[edge.from].push(at);
                 graph.update_edge(NodeIndex::new(edge.from), NodeIndex::new(edge.to), ());
