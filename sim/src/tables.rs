@@ -216,7 +216,7 @@ pub(crate) fn closure(
     closed.iter().collect()
 }
 
-/// Groups the forcing orders by forced chart, and puts charts that force others before these (semantics §8, top of the hierarchy first).
+/// Groups the forcing orders by forced chart, and puts each chart before the charts that it forces (semantics §8, top of the hierarchy first).
 fn forced_charts(net: &Net, children: &[Vec<StepId>]) -> Vec<ForcedChart> {
     let mut charts: Vec<ForcedChart> = Vec::new();
     for forcing in &net.forcings {
@@ -246,7 +246,7 @@ fn forced_charts(net: &Net, children: &[Vec<StepId>]) -> Vec<ForcedChart> {
         let is_forced_by = |chart: &ForcedChart, other: &ForcedChart| {
             chart.orders.iter().any(|(step, _)| other.has_part[net.steps[*step].part.index()])
         };
-        // A cycle of forcing is an error (§8), so there is always one that waits for no other; otherwise any chart will do.
+        // A cycle of forcing is an error (§8), so there is always a chart that no remaining chart forces; in an invalid net, any chart will do.
         let next = (0..charts.len())
             .find(|at| {
                 (0..charts.len())
