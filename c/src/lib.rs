@@ -1,4 +1,4 @@
-//! C99 as a typed tree: a reader, a printer, and an analysis of reads, writes and calls.
+//! C99 as a typed tree: a parser, a printer, and an analysis of reads, writes and calls.
 //!
 //! ```
 //! use grafsynth_c::{Config, Input, SourceFile, parse, print};

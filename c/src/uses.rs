@@ -298,7 +298,7 @@ pub fn effects(unit: &Unit, index: &Index) -> IdMap<Symbol, Summary> {
         }
         calls.insert(*symbol, passed);
     });
-    // The effects of the called are those of the callers; each can grow only a few times.
+    // A function has the effects of the functions that it calls; each summary can grow only a few times.
     let mut changed: Vec<SymbolId> = calls.keys().rev().copied().collect();
     while let Some(id) = changed.pop() {
         let mut summary = effects[id].clone();

@@ -386,7 +386,7 @@ impl<'ast> Visit<'ast> for Items<'_> {
     }
 
     fn visit_item_use(&mut self, item: &'ast syn::ItemUse) {
-        // What a module shows of its children says nothing about the order of the two.
+        // A re-export of a child's items does not count.
         if matches!(item.vis, syn::Visibility::Inherited) {
             self.tree(&item.tree, &[]);
         }
