@@ -86,7 +86,7 @@ pub fn options(seed: u64, style: Style) -> Options {
     }
 }
 
-/// The chart in C with these options, without the options that are rejected with a code.
+/// The chart in C with these options, without the options that are rejected for this chart.
 ///
 /// # Errors
 /// Why the style does not support the chart.

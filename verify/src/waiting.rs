@@ -71,8 +71,8 @@ struct Edge {
     held: u32,
 }
 
-/// The waiting time of each transition that shares its only preceding step with another and reads only inputs. Empty if nothing competes: under
-/// `all`, in statecharts, and with evolution `stable`, whose micro-steps are not turns.
+/// The waiting time of each transition that shares its only preceding step with another and reads only inputs and step activity (at most 32 transitions). Empty
+/// if nothing competes: under `all`, in statecharts, and with evolution `stable`, whose micro-steps are not turns.
 ///
 /// # Errors
 /// The waiting time is unknown, because there are too many states or rows.

@@ -498,7 +498,7 @@ impl<'n> Shown<'n> {
         alive
     }
 
-    /// States in which nothing ever fires again.
+    /// Reports the situations in which nothing ever fires again, except intended ends.
     fn dead_ends(&self, states: &States, out: &mut Vec<Diagnostic>) -> Vec<Vec<StepId>> {
         let net = self.net;
         let causes = super::constant::causes(net);
