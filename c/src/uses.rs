@@ -485,7 +485,7 @@ fn types_may_overlap(unit: &Unit, a: &Type, b: &Type) -> bool {
             let is_character = |kind: IntKind| kind.rank() == IntKind::Char.rank();
             is_character(x) || is_character(y) || x.unsigned() == y.unsigned()
         }
-        // A pointer and a number: only as characters. Structures and arrays may contain the other one.
+        // A pointer and a number: only as characters. Structures and arrays may contain an object of the other type.
         (Some(x), None) if matches!(b, Type::Pointer(_)) => x.rank() == IntKind::Char.rank(),
         (None, Some(y)) if matches!(a, Type::Pointer(_)) => y.rank() == IntKind::Char.rank(),
         _ => true,

@@ -55,7 +55,7 @@ pub(crate) struct Tables {
     pub(crate) has_extern_conditions: bool,
     /// Extern conditions in an edge operand: called in every reaction (semantics §6).
     pub(crate) always_called: Vec<InputId>,
-    /// Charts that can end: top-level parts of a statechart.
+    /// Charts that can end: statecharts with a top-level final state.
     pub(crate) may_end: Vec<PartId>,
     /// True if every chart can end.
     pub(crate) all_may_end: bool,

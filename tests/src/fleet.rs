@@ -245,8 +245,8 @@ impl Compiler {
     }
 
     /// A compiler that checks every number: clang with its integer sanitizer, which also stops at an implicit conversion that changes a value, and at a shift
-    /// that loses bits. Unsigned sums may overflow where that is intended, in hash generators and ring indices. It stops by a signal, which needs no runtime
-    /// library. `None` without clang.
+    /// that loses bits. Unsigned sums may overflow, because hash generators and ring indices rely on it. The sanitizer stops the program by a signal, which
+    /// needs no runtime library. `None` without clang.
     #[must_use]
     pub fn exact() -> Option<Self> {
         let path = tools::find(&["clang"])?;

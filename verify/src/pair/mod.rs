@@ -1,10 +1,9 @@
 //! Equivalence of two nets. Every row of both is compared, in the columns that both have, for every stimulus that both allow: any values of inputs with the
 //! same names, any number of ticks.
 //!
-//! Three methods, one after the other: a breadth-first search of the product of two reference simulators, where a difference comes with a shortest
-//! stimulus (`product`); induction over state bits that are always equal; and the decision diagram of all pairs of states. The last two use the
-//! reaction as `symbolic` encodes it. Between the methods, directed random runs look for a difference, so that two large nets that differ do not wait
-//! for a proof.
+//! Three methods, one after the other: a breadth-first search of the product of two reference simulators, which finds a difference with a shortest stimulus
+//! (`product`); induction over state bits that are always equal; and the decision diagram of all pairs of states. The last two use the reaction as `symbolic`
+//! encodes it. Between the methods, directed random runs look for a difference, so that two large nets that differ do not wait for a proof.
 
 mod chance;
 mod common;

@@ -8,8 +8,8 @@
 //! A circuit that stores steps as codes is proved through the code (see the module `codes`). If the net leaves a cell open, the cell is not checked;
 //! if it leaves the next situation open, nothing that follows is checked.
 //!
-//! Both circuits are built in one graph where equal nodes are shared, so most functions are equal before any solver is called; for the others, the
-//! solver gets only the part of the graph that the query needs.
+//! Both circuits are built in one graph that shares equal nodes, so most functions are equal before any solver is called; for the others, the solver gets only
+//! the part of the graph that the query needs.
 // If this encoding forgot a variant, a proof could be wrong.
 #![warn(clippy::wildcard_enum_match_arm)]
 
