@@ -57,8 +57,8 @@ pub struct EncodeOptions {
     pub busy: BusyMode,
 }
 
-/// The charts whose reactions take several clocks, one per micro-step, with a `busy` output (semantics.md §9). In every mode, an evolution that calls actions
-/// between its micro-steps is composed into one clock, because a chip has one strobe per reaction.
+/// The charts whose reactions take several clocks, one per micro-step, with a `busy` output (semantics.md §9). In every mode, an evolution is composed into one
+/// clock if the chart has an emergency, or if it calls actions between its micro-steps, because a chip has one strobe per reaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum BusyMode {
     /// No chart: one clock is one reaction.

@@ -580,8 +580,8 @@ impl<'n, 'l> Search<'n, 'l> {
         Ok(visit(&self.found, &seen))
     }
 
-    /// Sets `after` to the reached state without the times of running clocks; returns these clocks and the sources of their times. `ran` is the previous node
-    /// and the point of its clocks after the latch; `None` at reset.
+    /// Sets `after` to the reached state: the times of running clocks are removed, and those of stopped clocks are rounded to thresholds. Returns the running
+    /// clocks and the sources of their times. `ran` is the previous node and the point of its clocks after the latch; `None` at reset.
     fn leave(
         &mut self,
         ran: Option<(usize, &[i64])>,
