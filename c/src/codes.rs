@@ -1,8 +1,8 @@
-//! Diagnostics of the reader of C.
+//! The diagnostic codes of the C parser: `G0640` to `G0644`.
 
 use grafsynth_ir::Code;
 
-/// The text is not C, or outside the subset that is read.
+/// The text is not C, or outside the supported subset.
 pub const SYNTAX: Code = Code { id: "G0640", title: "C that cannot be read" };
 /// The preprocessor cannot continue.
 pub const PREPROCESSOR: Code = Code { id: "G0641", title: "preprocessing error in C" };

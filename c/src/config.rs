@@ -1,4 +1,4 @@
-//! The compilers that a text can be read for.
+//! The compilers for which a text can be parsed.
 
 use crate::tree::types::Machine;
 

@@ -1,4 +1,4 @@
-//! C99 as a typed tree: a reader, a printer, and an analysis of reads, writes and calls.
+//! C99 as a typed tree: a parser, a printer, and an analysis of reads, writes and calls.
 //!
 //! ```
 //! use grafsynth_c::{Config, Input, SourceFile, parse, print};
@@ -20,7 +20,7 @@
 //! | [`uses`] | the reads, writes and calls of each function and symbol |
 //! | [`order`] | expressions whose result would depend on the order of evaluation |
 //!
-//! Nothing here knows charts or emitted files; this crate knows only `ir`, for locations and diagnostics.
+//! This crate knows nothing about charts or emitted files. It depends on `ir` for locations, diagnostics, and the ids of net objects in [`tree::Marks`].
 
 pub mod codes;
 mod config;

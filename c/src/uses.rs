@@ -298,7 +298,7 @@ pub fn effects(unit: &Unit, index: &Index) -> IdMap<Symbol, Summary> {
         }
         calls.insert(*symbol, passed);
     });
-    // The effects of the called are those of the callers; each can grow only a few times.
+    // A function has the effects of the functions that it calls; each summary can grow only a few times.
     let mut changed: Vec<SymbolId> = calls.keys().rev().copied().collect();
     while let Some(id) = changed.pop() {
         let mut summary = effects[id].clone();
@@ -485,7 +485,7 @@ fn types_may_overlap(unit: &Unit, a: &Type, b: &Type) -> bool {
             let is_character = |kind: IntKind| kind.rank() == IntKind::Char.rank();
             is_character(x) || is_character(y) || x.unsigned() == y.unsigned()
         }
-        // A pointer and a number: only as characters. Structures and arrays may contain the other one.
+        // A pointer and a number: only as characters. Structures and arrays may contain an object of the other type.
         (Some(x), None) if matches!(b, Type::Pointer(_)) => x.rank() == IntKind::Char.rank(),
         (None, Some(y)) if matches!(a, Type::Pointer(_)) => y.rank() == IntKind::Char.rank(),
         _ => true,

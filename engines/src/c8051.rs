@@ -55,7 +55,7 @@ static void bench_end(void)
 #endif
 ";
 
-/// Settings of compiler and linker; the last byte of the external RAM is the interface.
+/// Options for sdcc. The linker leaves the last 256 bytes of the external RAM free, because byte 0xffff is the simulator interface.
 const FLAGS: [&str; 9] = [
     "-mmcs51",
     "--model-large",
@@ -260,7 +260,7 @@ mod tests {
             (CALLS.to_owned(), "f(200)", true),
             (frames(60, 50, 50), "out(6) + below[5]", false),
             (frames(100, 90, 60), "out(6) + below[5]", true),
-            // Too much at once to be detected.
+            // The breakpoint cannot detect this overflow: a frame is larger than the address at which the stack begins.
             (frames(10, 90, 60), "out(6) + below[5]", true),
         ];
         for (functions, value, expected) in programs {

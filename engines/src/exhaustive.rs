@@ -6,8 +6,8 @@
 //!
 //! # Ticks
 //! A reaction of the net depends on `dt` only up to the *horizon* of the state: the number of ticks after which every counter is beyond its last
-//! threshold. C code could behave differently, so the proof tries every `dt` from 0 to one beyond the horizon, and the values that counters of 8, 16 and
-//! 31 bits would lose. If this is too much work, it tries those at, before and after each threshold, and reports that it is not a proof for every `dt`.
+//! threshold. C code could behave differently, so the proof tries every `dt` from 0 to one beyond the horizon, the first values beyond counters of 8 and 16
+//! bits, and the largest `dt`. If this is too much work, it tries those at, before and after each threshold, and reports that it is not a proof for every `dt`.
 
 use crate::explorer::{Difference, Explorer, Instance, Start, Trouble, differs, push};
 use crate::{tested, tools};
@@ -188,7 +188,7 @@ fn proof(
 /// The ticks to try in a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Ticks {
-    /// The ticks at and around thresholds, and the values that counters would lose.
+    /// The ticks 0 and 1, those at and around thresholds, and [`WIDE`].
     Around,
     /// All other ticks up to the horizon.
     Others,

@@ -1,4 +1,4 @@
-//! Compares emitted C with its net in directed random reactions: used for every output without a proof.
+//! Compares emitted C with its net in directed random reactions, if the C is not proved.
 
 use crate::explorer::{Difference, Explorer, Start as From, Trouble, differs, push};
 use grafsynth_backend_c::Package;

@@ -1,4 +1,4 @@
-//! Starts programs; no other module of the project does.
+//! Finds programs and runs them. Outside tests, only this module and `explorer` start processes.
 
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};

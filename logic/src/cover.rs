@@ -130,7 +130,7 @@ impl Cover {
         bdd.or_all(products)
     }
 
-    /// Sorts the products for readers: by their literals from the first variable on, positive before negative before absent.
+    /// Sorts the products in the usual order: by their literals from the first variable on, positive before negative before absent.
     pub fn sort(&mut self) {
         self.cubes.sort_by(|a, b| {
             let rank = |literal: Option<bool>| match literal {

@@ -9,11 +9,11 @@
 //!
 //! # Outputs
 //! A pin is sampled after the clock edge with the row's inputs still applied (semantics.md §9), so a continuous output must be a function of the *new*
-//! situation. Each value is therefore computed in two forms: as a function of the old state and, if it reads only cells that are not stored any more,
-//! as a function of the new state. An output with the second form is combinational. An output without it (a call in a statement list, the fault flag)
-//! gets its own flip-flop, whose D function is its function of the old state; its pin shows the same value after the clock edge. A `mealy` output is
-//! combinational in the old state and is sampled before the clock edge.
-// A variant that the encoding forgets is a miscompile.
+//! situation. Each value is therefore computed in two forms: as a function of the old state and, if it reads only cells that no later statement stores, as a
+//! function of the new state. An output with the second form is combinational. An output without it (a call in a statement list, the fault flag) gets its own
+//! flip-flop, whose D function is its function of the old state; its pin shows the same value after the clock edge. A `mealy` output is combinational in the
+//! old state and is sampled before the clock edge.
+// If the encoding forgot a variant, the circuit would be wrong.
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod multicycle;
@@ -57,8 +57,8 @@ pub struct EncodeOptions {
     pub busy: BusyMode,
 }
 
-/// The charts whose reactions take several clocks, one per micro-step, with a `busy` output (semantics.md §9). In every mode, an evolution that calls actions
-/// between its micro-steps is composed into one clock, because a chip has one strobe per reaction.
+/// The charts whose reactions take several clocks, one per micro-step, with a `busy` output (semantics.md §9). In every mode, an evolution is composed into one
+/// clock if the chart has an emergency, or if it calls actions between its micro-steps, because a chip has one strobe per reaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum BusyMode {
     /// No chart: one clock is one reaction.
@@ -68,7 +68,7 @@ pub enum BusyMode {
     /// Like `WhenTooLarge`, and also if it is not proved that every evolution ends within the limit.
     #[default]
     WhenUnproved,
-    /// Every chart with an evolution.
+    /// Every chart with evolution `stable`.
     Always,
 }
 
@@ -357,9 +357,9 @@ impl<'a> Encoder<'a> {
         Ok(self.builder.finish())
     }
 
-    /// Adds the don't-cares of the net's unspecified cells. If the next situation is unspecified, all clocked functions are open. For pins, only a
-    /// mealy output is a function of the situation before the clock edge, which the condition reads. A circuit with several clocks ignores open
-    /// cells: it behaves like the simulator.
+    /// Adds the don't-cares of the net's unspecified cells. If the next situation is unspecified, all clocked functions are open. Of the pins, only mealy
+    /// outputs have don't-cares, because the condition reads the situation before the clock edge and only they are functions of it. A circuit with several
+    /// clocks ignores open cells: it behaves like the simulator.
     fn open_cells(&mut self) {
         if self.net.unspecified.is_empty() || self.stepwise.is_some() {
             return;

@@ -4,11 +4,11 @@
 //! net ─ ir::lower::program ─► program ─ encode (word, receptivity) ─► Logic
 //!                                                                      │ build   nodes shared and simplified
 //!                                                                      │ sim     clock by clock; chip: as the net it was made from
-//!                                                                      │ support the functions as diagrams (bdd)
+//!                                                                      │ node_bdds  the functions as diagrams (bdd)
 //!                                                                      ▼ minimise  small sums of products (cover)
 //! ```
 //! [`encode()`] makes a circuit from a net; [`chip::ChipSim`] runs it as that net; [`minimise::sum_of_products`] writes one of its functions in the form
-//! that a PAL needs. The verifier encodes the reaction independently and shares only the diagrams with this crate.
+//! that a PAL needs. The verifier encodes the reaction independently: it uses the diagrams and the simulator of this crate, but not the encoding.
 
 pub mod bdd;
 pub mod build;

@@ -159,7 +159,7 @@ pub fn split(logic: &Logic, wide: &[Wide], width: usize) -> Split {
     finish(builder, nodes, roots, n_inputs)
 }
 
-/// For each node, the function that first needed it, from the roots down.
+/// For each node, the first of the functions that need it.
 fn owners(logic: &Logic, wide: &[Wide]) -> IdMap<Node, Option<usize>> {
     let mut owners: IdMap<Node, Option<usize>> = IdMap::filled(&logic.nodes, None);
     for (index, function) in wide.iter().enumerate().rev() {

@@ -281,7 +281,7 @@ fn apply(logic: &Logic, plans: &[Plan]) -> Logic {
     }
     let (images, mut open) = carry_over(&mut builder, logic, &kept, &active);
     for (plan, data) in plans.iter().enumerate() {
-        // A bit is free where all steps of the group are free.
+        // A bit may have any value when all steps of the group may.
         let free = common(&mut builder, logic, &data.members, &images);
         open.extend(bits[plan].iter().map(|bit| (Function::Next(*bit), free)));
         for bit in 0..data.n_bits {

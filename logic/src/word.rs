@@ -372,7 +372,7 @@ fn magnitude(builder: &mut Builder, a: Word) -> (Word, NodeId) {
     let negative = a.at_most(builder, -1);
     let largest = a.hi.max(-a.lo);
     let minus = a.clone().negated(builder);
-    // Each operand is negative only in the case that is not selected; modulo 2^n the bits of the other case are correct.
+    // Each operand is negative only if it is not selected; if it is selected, its bits modulo 2^n are correct.
     let n = width(largest);
     let take = |builder: &mut Builder, word: Word| {
         let by: Vec<NodeId> =

@@ -1,4 +1,4 @@
-//! The counters of a state that `dt` advances, for explorers that represent sets of states by the order of their times.
+//! The counters of a state that `dt` advances, for searches that represent all states that differ only in their times as one.
 //!
 //! A counter is read only in comparisons with constants, so only its position relative to its [`Clock::cuts`] matters. While it runs it grows by `dt` at
 //! Latch; a list, a body or the end of a reaction resets it to 0; a stopped counter keeps its value until it is reset.
@@ -110,7 +110,7 @@ impl Simulator<'_> {
         }
     }
 
-    /// Sets a counter that [`runs`](Self::runs), or a stopped one with a value, to this number of ticks (for a send less than its delay).
+    /// Sets a counter that [`runs`](Self::runs), or a stopped one with a value, to this number of ticks (for a send, less than its delay).
     pub fn set_ticks(&self, state: &mut State, clock: &Clock, ticks: i64) {
         let cell = &mut state.cells[clock.place];
         *cell = match clock.delay {

@@ -258,7 +258,7 @@ impl Layout {
         else {
             return self.places.get(&cell).map(|place| *place as usize);
         };
-        // This is needed for all actions in each row, and an action has few cells.
+        // All actions are looked up in each row, and an action has few cells.
         let own = self.of_action.get(action.index()..action.index() + 2)?;
         let (first, end) = (own[0] as usize, own[1] as usize);
         self.cells.get(first..end)?.iter().position(|it| *it == cell).map(|at| first + at)

@@ -10,7 +10,7 @@
 //! [`Simulator`] runs a net reaction by reaction; its [`State`] is small, ordered and hashable, so that explorers can keep millions of them, and it can be
 //! saved and restored by name into a changed net. The reaction is the program of semantics §3.9, one function for each of its lines (module `reaction`);
 //! it shares no code with the lowering of nets to programs, which it checks.
-// A variant that the reference forgets is a wrong reference.
+// If the simulator forgot a variant, the reference would be wrong.
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod clocked;

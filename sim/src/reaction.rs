@@ -1,7 +1,7 @@
 //! The reaction of semantics §3.9, step by step.
 //!
 //! Each function is named after its step of that program and is in the file of its section: `conflict.rs` (K3–K5, §4), `hierarchy.rs` (NEXT, §8),
-//! `lists.rs` (F1–F5, §3.3), `statechart.rs` (S1–S4, §5), `control.rs` (E1, §3.5), `ending.rs` (E2–E4).
+//! `lists.rs` (F1–F5, §3.3), `statechart.rs` (S1–S4, §5), `control.rs` (E1, §3.5), `ending.rs` (E2–E4, E6).
 
 use grafsynth_ir::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind};
 use grafsynth_ir::net::{

@@ -93,7 +93,7 @@ impl Stimulus {
         InputRow { dt: self.dts.get(row).copied().unwrap_or(1), values }
     }
 
-    /// How many rows have more than one tick.
+    /// The number of rows with more than one tick.
     #[must_use]
     pub fn long_rows(&self) -> usize {
         self.dts.iter().filter(|dt| **dt > 1).count()

@@ -55,7 +55,7 @@ pub(crate) struct Tables {
     pub(crate) has_extern_conditions: bool,
     /// Extern conditions in an edge operand: called in every reaction (semantics §6).
     pub(crate) always_called: Vec<InputId>,
-    /// Charts that can end: top-level parts of a statechart.
+    /// Charts that can end: statecharts with a top-level final state.
     pub(crate) may_end: Vec<PartId>,
     /// True if every chart can end.
     pub(crate) all_may_end: bool,
@@ -216,7 +216,7 @@ pub(crate) fn closure(
     closed.iter().collect()
 }
 
-/// Groups the forcing orders by forced chart, and puts charts that force others before these (semantics §8, top of the hierarchy first).
+/// Groups the forcing orders by forced chart, and puts each chart before the charts that it forces (semantics §8, top of the hierarchy first).
 fn forced_charts(net: &Net, children: &[Vec<StepId>]) -> Vec<ForcedChart> {
     let mut charts: Vec<ForcedChart> = Vec::new();
     for forcing in &net.forcings {
@@ -246,7 +246,7 @@ fn forced_charts(net: &Net, children: &[Vec<StepId>]) -> Vec<ForcedChart> {
         let is_forced_by = |chart: &ForcedChart, other: &ForcedChart| {
             chart.orders.iter().any(|(step, _)| other.has_part[net.steps[*step].part.index()])
         };
-        // A cycle of forcing is an error (§8), so there is always one that waits for no other; otherwise any chart will do.
+        // A cycle of forcing is an error (§8), so there is always a chart that no remaining chart forces; in an invalid net, any chart will do.
         let next = (0..charts.len())
             .find(|at| {
                 (0..charts.len())

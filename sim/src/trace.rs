@@ -351,8 +351,8 @@ impl Trace {
         Trace { layout, rows: Vec::new() }
     }
 
-    /// The number of reactions with at least one cell that is not open. In all other reactions every cell is open, because an assumption was violated, so a
-    /// comparison finds no difference there.
+    /// The number of reactions with at least one cell that is not open. In all other reactions every cell is open, because an assumption was violated or an
+    /// earlier situation was left open, so a comparison finds no difference there.
     #[must_use]
     pub fn asked_reactions(&self) -> usize {
         let computed = |at: usize| !self.layout.columns[at].kind.is_given();

@@ -86,7 +86,7 @@ pub fn options(seed: u64, style: Style) -> Options {
     }
 }
 
-/// The chart in C with these options, without the options that are rejected with a code.
+/// The chart in C with these options, without the options that are rejected for this chart.
 ///
 /// # Errors
 /// Why the style does not support the chart.
@@ -245,8 +245,8 @@ impl Compiler {
     }
 
     /// A compiler that checks every number: clang with its integer sanitizer, which also stops at an implicit conversion that changes a value, and at a shift
-    /// that loses bits. Unsigned sums may overflow where that is intended, in hash generators and ring indices. It stops by a signal, which needs no runtime
-    /// library. `None` without clang.
+    /// that loses bits. Unsigned sums may overflow, because hash generators and ring indices rely on it. The sanitizer stops the program by a signal, which
+    /// needs no runtime library. `None` without clang.
     #[must_use]
     pub fn exact() -> Option<Self> {
         let path = tools::find(&["clang"])?;

@@ -20,8 +20,7 @@ use grafsynth_verify::Limits;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// The number of rounds of a test: few by default, many with `GRAFSYNTH_DEEP=1`, and a fraction of the many, but at least the few, if it is more
-/// than 1.
+/// The number of rounds of a test: `few` by default, `many` with `GRAFSYNTH_DEEP=1`, and `many / n`, but at least `few`, with `GRAFSYNTH_DEEP=n`.
 #[must_use]
 #[allow(clippy::disallowed_methods, reason = "the environment says how long the tests may take")]
 pub fn rounds(few: u64, many: u64) -> u64 {

@@ -298,7 +298,7 @@ fn parsed(text: &str) -> Option<Design> {
     (net.is_some() && !any_error(&found)).then_some(design)
 }
 
-/// Adds a feature to a chart that a net does not preserve.
+/// Adds to a chart a feature that a net does not preserve.
 type Change = fn(&mut Chart, &mut Random);
 
 const CHANGES: [Change; 9] = [
@@ -476,7 +476,7 @@ fn restarts(chart: &mut Chart, random: &mut Random) {
     }
 }
 
-/// Makes all uses controlled, and competing transitions chosen by their numbers.
+/// Makes all uses of actions controlled, and selects the conflict policy `priority`.
 fn iec(chart: &mut Chart, _: &mut Random) {
     chart.items.retain(|item| {
         !item.as_setting().is_some_and(|one| matches!(one.kind, SettingKind::Conflict(_)))
@@ -651,7 +651,7 @@ enum Say {
     Documents,
 }
 
-/// The features of a random chart by its number, and the language in which it must be expressible.
+/// The features of the random chart of a seed, and the language that must be able to express it.
 fn features_of(seed: u64) -> (Features, Say) {
     let statechart = Features {
         policies: vec![Policy::InnerFirst, Policy::OuterFirst],

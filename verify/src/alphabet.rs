@@ -150,7 +150,8 @@ impl<'n> Alphabet<'n> {
     }
 }
 
-/// One value for each interval between the constants that an input is compared with; `None` if the input is used in any other way, or in a property.
+/// One value for each interval between the constants that an input is compared with; `None` if the input is used in any other way, or in a property that reads
+/// outputs.
 pub(crate) fn cuts(net: &Net, input: InputId, lo: i64, hi: i64) -> Option<Vec<i64>> {
     let mut cuts: Vec<i64> = vec![lo];
     let mut only_compared = true;

@@ -1,6 +1,6 @@
 //! Equality of two circuits: a breadth-first search of their product from power-up, with all inputs; or induction if their flip-flops correspond.
 //!
-//! Outputs are compared in every state that both reach together, under every input: before a clock edge and after it.
+//! Outputs are compared in every pair of states that both circuits reach together, under every input.
 
 use crate::limits::Limits;
 use crate::verdict::{Open, OpenReason};
@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 /// Inputs and outputs that correspond.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Pairs {
-    /// Pins that carry the same value; `None` if only the other circuit has the input.
+    /// Pins that carry the same value; `None` for a circuit that does not have the input.
     pub inputs: Vec<(Option<PinInputId>, Option<PinInputId>)>,
     /// Pins that are compared.
     pub outputs: Vec<(PinOutputId, PinOutputId)>,
@@ -160,8 +160,8 @@ fn enumerate(left: &Logic, right: &Logic, pairs: &Pairs, limits: &Limits) -> Equ
     Equality::Enumerated { states: states.len(), outputs: pairs.outputs.len() }
 }
 
-/// Compares by induction: flip-flops with the same name correspond if they have equal initial values and equal functions of corresponding signals.
-/// Outputs with equal functions are then always equal.
+/// Compares by induction: the flip-flops of each pair must have equal initial values and equal functions of corresponding signals. Outputs with equal functions
+/// are then always equal.
 fn by_functions(left: &Logic, right: &Logic, pairs: &Pairs) -> Result<usize, String> {
     let twins: BTreeMap<FlopId, FlopId> = pairs.flops.iter().map(|(a, b)| (*b, *a)).collect();
     if pairs.flops.len() < left.flops.len() || twins.len() < right.flops.len() {

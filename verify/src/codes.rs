@@ -8,7 +8,7 @@ pub const UNREACHABLE_STEP: Code = Code { id: "G0801", title: "step that is neve
 pub const DEAD_TRANSITION: Code = Code { id: "G0802", title: "transition that never fires" };
 /// A situation that the chart never leaves.
 pub const DEAD_END: Code = Code { id: "G0803", title: "deadlock" };
-/// Two transitions that share a step and can be true together.
+/// Two transitions that leave one step and fire in one micro-step.
 pub const CONFLICT: Code = Code { id: "G0804", title: "conflicting transitions that both fire" };
 /// A reaction that does not become stable.
 pub const LIVELOCK: Code = Code { id: "G0805", title: "chart that does not become stable" };

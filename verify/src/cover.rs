@@ -1,9 +1,9 @@
 //! A cover by sequential components: sets of steps that contain one token.
 //!
 //! # Why a set of steps keeps its token
-//! Let S be a set of steps with exactly one active at reset. It stays so if, for every transition that moves,
+//! Let S be a set of steps with exactly one active at reset. It stays so if
 //!
-//! 1. it removes as many steps from S as it adds to S, and this number is 0 or 1 (`|pre ∩ S| = |post ∩ S| ≤ 1`), and
+//! 1. every move removes as many steps from S as it adds to S, and this number is 0 or 1 (`|pre ∩ S| = |post ∩ S| ≤ 1`), and
 //! 2. no two transitions that remove the same step of S and add different ones fire in one micro-step.
 //!
 //! If one step s of S is active, all transitions that affect S remove s; by 2 they agree on the step that they add; so X' (semantics §3.2) again
@@ -289,7 +289,7 @@ impl<'a> Reduction<'a> {
             kept.dedup();
             *(if side == 0 { &mut self.moves[at].pre } else { &mut self.moves[at].post }) = kept;
         }
-        // A place excluded on one side is excluded on the other.
+        // A place that was excluded on one side must also leave the opposite side.
         let places = &self.places;
         let Move { pre, post, .. } = &mut self.moves[at];
         pre.retain(|place| !places[*place as usize].is_out);
@@ -472,7 +472,7 @@ impl<'a> Reduction<'a> {
             return None;
         }
         if parent.is_some() {
-            // At best exactly one while the enclosing step is active; that step is not always active.
+            // The set contains at most one token, and only while the enclosing step is active.
             always = false;
             let parent_starts = parent.is_some_and(|parent| self.places[parent.index()].starts);
             if n_links > 1 || n_initial > 0 && !parent_starts {

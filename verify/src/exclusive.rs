@@ -1,5 +1,5 @@
-//! Which transitions that leave the same step can be fireable together. Every fact under the policy `all` (semantics §4) depends on this, because there
-//! each fireable transition fires, even if it shares a preceding step with others.
+//! Which transitions that leave the same step can be fireable together. Components under the policy `all` (semantics §4) depend on this, because there each
+//! fireable transition fires, even if it shares a preceding step with others.
 //!
 //! The answer is computed with a small decision diagram over *atoms*: Boolean leaves, thresholds of integer expressions, and other comparisons. The
 //! diagram does not know the meaning of an opaque atom; this can only make it answer "together" too often, never too rarely.
@@ -47,7 +47,7 @@ pub fn leaving(net: &Net) -> IdMap<Step, Vec<TransitionId>> {
     leaving
 }
 
-/// All steps that a move activates, in order (outside statecharts only steps are entered).
+/// The steps that a move names as entered, in order. In a statechart, it may also enter initial contents and histories, which are omitted here.
 pub fn entered(transition: &Transition) -> impl Iterator<Item = StepId> + '_ {
     transition.enters.iter().filter_map(|enter| match enter {
         Enter::Step(step) => Some(*step),
@@ -90,7 +90,7 @@ pub(crate) fn all_compatible_pairs(net: &Net) -> Vec<(TransitionId, TransitionId
     pairs.into_iter().collect()
 }
 
-/// The pairs of [`compatible_pairs`] that really fire together; none if transitions compete under the policy.
+/// The pairs of [`compatible_pairs`] that the policy lets fire together; none if transitions compete under the policy.
 #[must_use]
 pub fn firing_together(net: &Net) -> Vec<Overlap> {
     match net.settings.policy {

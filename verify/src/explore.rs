@@ -1,11 +1,11 @@
 //! Breadth-first search of all reachable states of a net with the reference simulator: the exact answer if the net is small enough.
 //!
-//! If times are counted, states that differ only in their times are kept together: a node of the search is everything else in a state, with the
-//! [`Zone`] of possible times of its clocks. A reaction after any `dt` is tried once for each part of the zone in which no comparison changes its
-//! truth value, so the cost depends on the number of comparisons and not on the length of the times. Every point of a node is reachable, and the
-//! successors of a node are all successors of its points; so questions about paths are answered exactly, for any `dt`.
+//! If times are counted, states that differ only in their times are kept together: a node of the search is a state without its times, and the [`Zone`] of
+//! possible times of its clocks. A reaction after any `dt` is tried once for each part of the zone in which no comparison changes its truth value, so the cost
+//! depends on the number of comparisons and not on the length of the times. Every point of a node is reachable, and the successors of a node are all successors
+//! of its points; so questions about reachability are answered exactly, for any `dt`.
 //!
-//! Most reactions lead to a known state, so a reaction costs one simulation and one table lookup: only new states are copied.
+//! Most reactions lead to a known state and cost one simulation and one table lookup; only new states are stored.
 
 use std::rc::Rc;
 
@@ -32,7 +32,7 @@ pub(crate) enum Ticks {
 /// How a search treats times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Times {
-    /// Any `dt`, with zones; a zone contained in an earlier one is skipped. Finds everything that can happen, with the fewest rows.
+    /// Any `dt`, with zones; a zone contained in an earlier one is skipped. Finds everything that can happen, with the fewest nodes.
     Zones,
     /// Any `dt`, with zones; no zone is skipped. For questions about paths through the graph of all nodes.
     AllZones,
@@ -93,7 +93,7 @@ struct SameState {
     by_zone: IndexMap<Rc<Zone>, u32>,
 }
 
-/// The number of contained zones of a state that are remembered, in addition to two for each node.
+/// For each state, this many contained zones are remembered, and one more for each of its nodes.
 const REMEMBERED: usize = 16;
 
 /// All nodes of a search, each with the path on which it was first found.
@@ -316,11 +316,11 @@ pub(crate) struct Searched<T, B> {
     pub(crate) by_zones: bool,
 }
 
-/// The fraction of the pairs with which both methods are tried first: one of them may end soon where the other would take long.
+/// Both methods are first tried with one part in this many of the limit of pairs, because one may end early when the other would take long.
 const FIRST_PART: u64 = 8;
 
-/// Searches with any `dt`: with zones and, if there are too many of these, one by one; both first with a fraction of the pairs. The data is collected
-/// anew for each search. Returns the search that gives the answer, or the last one, and the earlier abandoned one, if there were two.
+/// Searches with any `dt`: with zones and, if that search is open because too many nodes differ only in their times, state by state. The data is collected anew
+/// for each search. Returns the search that gives the answer, or the last one, and the earlier abandoned one, if there were two.
 pub(crate) fn explore_any<'n, T, B>(
     net: &'n Valid<Net>,
     limits: &Limits,
@@ -369,7 +369,7 @@ struct Search<'n, 'l> {
     after: State,
 }
 
-/// One kind of reactions from a node: a state of the node, `dt`, and the part of the zone with the same result.
+/// A case of the reactions from a node: a state of the node, `dt`, and a part of the zone in which no comparison of times changes its truth value.
 struct Case {
     before: State,
     dt: u32,
@@ -499,8 +499,7 @@ impl<'n, 'l> Search<'n, 'l> {
             .collect();
         for (at, (second, later)) in sends.iter().enumerate() {
             for (first, delay) in &sends[..at] {
-                // Of two due sends, the event of the one with less time left enters the queue first; if equal, that of the first
-                // one.
+                // Of two due sends, the event of the one that was due earlier enters the queue first; if they were due at the same time, that of `first`.
                 let is_due = |came: &Came, place: usize, delay: i64| came.times[place].0 >= delay;
                 let by = later - delay;
                 let mut finer = Vec::new();
@@ -581,8 +580,8 @@ impl<'n, 'l> Search<'n, 'l> {
         Ok(visit(&self.found, &seen))
     }
 
-    /// Removes from the state the times of clocks that run in `after`; returns these clocks and the sources of their times. After the latch, the
-    /// clocks of the previous node were at the given point; at reset there are neither.
+    /// Sets `after` to the reached state: the times of running clocks are removed, and those of stopped clocks are rounded to thresholds. Returns the running
+    /// clocks and the sources of their times. `ran` is the previous node and the point of its clocks after the latch; `None` at reset.
     fn leave(
         &mut self,
         ran: Option<(usize, &[i64])>,
@@ -634,7 +633,7 @@ impl<'n, 'l> Search<'n, 'l> {
         };
         let nodes = &mut self.found.by_state[at];
         let has_zones = !matches!(self.times, Times::Each(_));
-        // An equal zone is tested first: this is fast, and no earlier zone includes it, or it would not be stored.
+        // An equal zone is looked up first, because that is fast; its entry is its own node, or a node whose zone includes it.
         let known = if has_zones { nodes.by_zone.get(&zone) } else { nodes.all.first() };
         if let Some(node) = known {
             return Ok(*node as usize);

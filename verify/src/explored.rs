@@ -46,7 +46,7 @@ impl<'n> Explored<'n> {
         let (mut search, given_up) = explore_any(net, limits, begin, |collected, states, seen| {
             collected.watch.note_reaction(seen);
             collected.shown.note(states, seen);
-            // When all assertions are refuted, the other questions still need the rest.
+            // When all assertions are refuted, the other questions still need the rest of the search.
             let _ = note_violations(net, &asserts, &mut collected.outcomes, states, seen, true);
             None
         });
@@ -75,7 +75,7 @@ impl<'n> Explored<'n> {
         findings_in(self.net, facts, &self.limits, search)
     }
 
-    /// Like [`properties`]; a search that did not end is repeated if the limits are now larger.
+    /// Like [`properties`]; a search that did not end is repeated if the limits are now different.
     #[must_use]
     pub fn properties(&self, limits: &Limits) -> Vec<PropertyVerdict> {
         let asserts = asserts(self.net);

@@ -470,7 +470,7 @@ mod tests {
 
     #[test]
     fn what_the_structure_cannot_know_the_enumeration_does() {
-        // The token moves through b or c, never both, although both receptivities may be true: a guards against x together with y.
+        // The token moves through b or c, never both, because `x` and `not x` exclude each other.
         let (facts, net) = of("a* b c d | a>b:x a>c:nx b>d:x c>d:nx");
         assert_eq!(facts.reach.map(|reach| reach.situations), Some(4));
         assert_eq!(names(&net, &facts.unreachable_steps), "");

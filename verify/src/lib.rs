@@ -6,7 +6,7 @@
 //! let answers = verify::properties(&net, &limits);                // one per `assert`
 //! let waits = verify::waiting(&net, &limits);                    // waiting time of each competing transition
 //! let findings = verify::lints(&net, &facts);                     // probable mistakes
-//! let all = verify::Explored::of(&net, &Limits::default());       // all four in one search
+//! let all = verify::Explored::of(&net, &Limits::default()); // facts, properties, waits, findings in one search
 //! ```
 //!
 //! Four engines answer these questions: the structure of the net ([`cover`], with the decision diagrams of [`exclusive`]), an exhaustive search with the

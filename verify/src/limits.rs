@@ -7,7 +7,7 @@ pub struct Limits {
     pub pairs: u64,
     /// The maximum number of states that an exploration stores.
     pub states: usize,
-    /// The maximum number of input rows that are tried in one state; if there are more, no exploration is started.
+    /// The maximum number of input rows that are tried in one state; an exploration ends at a state that needs more.
     pub rows_per_state: u64,
     /// The number of rows of the random comparison that runs if nothing can be proved.
     pub random_rows: usize,

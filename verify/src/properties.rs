@@ -54,7 +54,7 @@ pub enum Outcome {
 /// The condition forces mealy outputs with its value before the micro-step, so the property covers them only if the condition reads nothing but inputs.
 ///
 /// # Errors
-/// Reasons why the condition cannot be read in a property. A property may read everything that an emergency may, so there are none.
+/// The errors of validation. There are none, because a property may read everything that an emergency may read.
 pub fn with_emergency(net: &Valid<Net>) -> Result<Valid<Net>, Vec<Diagnostic>> {
     let Some(emergency) = &net.emergency else { return Ok(net.clone()) };
     let over_inputs = emergency.condition.leaves().all(|leaf| matches!(leaf, Leaf::Input(_)));
@@ -195,7 +195,8 @@ pub(crate) fn decide(
         .collect()
 }
 
-/// Enumerates the reactions of at most one tick, for a counterexample or a partial result: true if none of them violates the remaining properties.
+/// Enumerates the reactions of at most one tick, and notes the properties that they violate. Returns true if the enumeration is complete: then no such reaction
+/// violates the remaining properties.
 fn for_chips(
     net: &Valid<Net>,
     limits: &Limits,
@@ -288,7 +289,7 @@ fn at_random(
     }
 }
 
-/// Reports that no row of inputs satisfies all assumptions, because then proofs have no meaning.
+/// Returns an error if no row of inputs satisfies all assumptions, because then proofs have no meaning.
 #[must_use]
 pub fn check_assumption(net: &Valid<Net>) -> Option<Diagnostic> {
     let Err(NoAlphabet::Contradiction) = Alphabet::of(net, false, Limits::default().rows_per_state)

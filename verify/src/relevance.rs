@@ -38,7 +38,7 @@ impl Inputs {
     }
 }
 
-/// Which inputs are read where, and which timers run where.
+/// The inputs that are read, and the times that are compared, by step and transition.
 #[derive(Debug, Clone)]
 pub(crate) struct Relevance<'n> {
     net: &'n Net,

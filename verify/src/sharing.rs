@@ -16,8 +16,8 @@ use std::collections::BTreeSet;
 
 use crate::codes;
 
-/// Warnings about variables without a sharing setting, and errors about those that must not be shared. `facts` must belong to the same net. A warning
-/// is given only if both were seen active together; an error is given unless this is proved impossible.
+/// Warnings about variables without a sharing setting, and errors about those that must not be shared. `facts` must belong to the same net. A warning is given
+/// only if the halted step and the other access were seen together; an error is given unless this is proved impossible.
 #[must_use]
 pub fn shared(net: &Valid<Net>, facts: &Facts) -> Vec<Diagnostic> {
     let mut out = Vec::new();
@@ -83,7 +83,7 @@ impl Look<'_> {
                     }
                 }
             }
-            // One variable on both sides is the clearest finding; two are used only if no single one is on both.
+            // The clearest findings have one variable before and after the halt; a finding with two variables is reported only if there is none of these.
             found.sort_by_key(|(x, y, one, other)| (x != y, *x, *y, one.span, other.span));
             let any_alone = found.first().is_some_and(|(x, y, ..)| x == y);
             found.retain(|(x, y, ..)| !any_alone || x == y);

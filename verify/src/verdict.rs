@@ -1,6 +1,6 @@
 //! Answers as data: proved, refuted or open, for which stimuli, and the reasons for an open answer.
 //!
-//! Every question of this crate ends in a [`Verdict`]. It becomes text only where it is printed, so that people and machines get the same answer.
+//! A comparison with a net returns a [`Verdict`]. It becomes text only where it is printed, so that people and machines get the same answer.
 
 use grafsynth_ir::counted;
 use grafsynth_ir::net::Net;
@@ -15,7 +15,7 @@ pub enum Verdict<P, W> {
     Proved(P),
     /// The statement is false, with a witness.
     Refuted(W),
-    /// Neither was decided.
+    /// Neither proved nor refuted.
     Open(Open),
 }
 

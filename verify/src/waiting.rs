@@ -71,8 +71,8 @@ struct Edge {
     held: u32,
 }
 
-/// The waiting time of each transition that shares its only preceding step with another and reads only inputs. Empty if nothing competes: under
-/// `all`, in statecharts, and with evolution `stable`, whose micro-steps are not turns.
+/// The waiting time of each transition that shares its only preceding step with another and reads only inputs and step activity (at most 32 transitions). Empty
+/// if nothing competes: under `all`, in statecharts, and with evolution `stable`, whose micro-steps are not turns.
 ///
 /// # Errors
 /// The waiting time is unknown, because there are too many states or rows.
@@ -235,7 +235,7 @@ impl<'n, 's> Search<'n, 's> {
         Stimulus::of_rows(self.net, &rows)
     }
 
-    /// Of all paths over `kept` edges, one with the most edges that count; or a cycle with such an edge.
+    /// Of all paths over `kept` edges, one with the most edges that count. The error is a cycle with such an edge.
     fn walk(
         &self,
         kept: impl Fn(&Edge) -> bool,
@@ -249,7 +249,7 @@ impl<'n, 's> Search<'n, 's> {
         });
         let mut known: BTreeSet<(usize, usize, bool)> = BTreeSet::new();
         for (at, edge) in self.edges.iter().enumerate().filter(|(_, edge)| kept(edge)) {
-            // One row for each pair of states is enough, preferably one that counts.
+            // For each pair of states, one edge that counts and one that does not are enough.
             if known.insert((edge.from, edge.to, counts(edge))) {
                 out[edge.from].push(at);
                 graph.update_edge(NodeIndex::new(edge.from), NodeIndex::new(edge.to), ());

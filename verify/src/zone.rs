@@ -7,7 +7,7 @@ const NONE: i64 = i64::MAX / 4;
 /// A set of points with a coordinate of at least 0 for each clock. It is never empty, and its bounds are as tight as possible.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Zone {
-    /// The number of clocks, plus the constant 0 as the first.
+    /// The number of clocks plus one: the first entry is the constant 0.
     size: usize,
     /// The entry of row i and column j is the maximum of clock i minus clock j.
     bounds: Vec<i64>,

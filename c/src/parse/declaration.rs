@@ -176,7 +176,7 @@ impl Parser<'_, '_> {
         Ok(ItemKind::Object { symbol, defines, is_extern, init })
     }
 
-    /// Initialises a symbol with static storage duration, whose values must be constants (C99 6.7.8p4).
+    /// Reads the initialiser of a symbol with static storage duration; its values must be constants (C99 6.7.8p4).
     pub(super) fn static_initialiser(&mut self, symbol: SymbolId) -> Read<Init> {
         let init = self.symbol_initialiser(symbol)?;
         let mut bad = None;

@@ -108,7 +108,7 @@ fn integers(machine: &Machine, all: &mut Vec<(Source, Symbol)>) {
             let sign = if is_signed { "" } else { "u" };
             let kind = machine.exact(bits, is_signed);
             for word in ["", "_least", "_fast"] {
-                // The fast types have the widths of avr-gcc and sdcc, which are those of their names; no emitted text uses them.
+                // The fast types have exactly the widths in their names, as in avr-gcc and sdcc; no emitted text uses them.
                 let lower = format!("{sign}int{word}{bits}");
                 let upper = lower.to_uppercase();
                 let name = format!("{lower}_t");

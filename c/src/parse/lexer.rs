@@ -103,7 +103,7 @@ impl<'a> Verbatim<'a> {
         Verbatim { by_first_line }
     }
 
-    /// The text that the block contains whose brace is in front of `rest`, and the number of bytes up to and including its closing brace.
+    /// The text in the block whose opening brace precedes `rest`, and the number of bytes up to and including its closing brace.
     fn find(&self, rest: &str) -> Option<(&'a str, usize)> {
         if self.by_first_line.is_empty() {
             return None;

@@ -34,7 +34,7 @@ use std::collections::{BTreeMap, BTreeSet};
 pub const MAX_DEPTH: usize = 256;
 /// The maximum height of the tree of one expression.
 pub const MAX_HEIGHT: usize = 1000;
-/// The number of findings after which a reader stops.
+/// The number of findings after which the parser stops.
 const MAX_FINDINGS: usize = 20;
 
 /// A file that can be read.
@@ -62,7 +62,7 @@ pub struct Input<'a> {
     pub config: &'a Config,
 }
 
-/// Reads a translation unit. Returns a tree if there are no errors; otherwise the findings contain at least one error. At most about 20 findings are returned.
+/// Reads a translation unit. Returns a tree if there are no errors; otherwise the findings contain at least one error. At most 20 findings are returned.
 #[must_use]
 pub fn parse(input: &Input) -> (Option<Unit>, Vec<Diagnostic>) {
     let tokens = match preprocess::preprocess(input) {

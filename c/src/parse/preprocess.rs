@@ -135,7 +135,7 @@ impl<'a> Preprocessor<'a> {
                     return error("conditions are nested too deeply", span, "here");
                 }
                 let holds = is_active && self.condition(*name, rest)?;
-                // Within a group that is not read, no group is read.
+                // Inside a skipped group, all groups are skipped.
                 let is_decided = holds || !is_active;
                 conditions.push(Condition { is_active: holds, is_decided, is_last: false, span });
                 Ok(())

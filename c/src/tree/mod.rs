@@ -1,15 +1,15 @@
 //! C as a typed tree: the subset of C99 that grafsynth writes, and what a user would write when editing it.
 //!
 //! - Every expression has its type, and every implicit conversion is a node ([`ExprKind::Convert`], [`ExprKind::Read`], [`ExprKind::Decay`]).
-//! - An object is a [`Place`]: a symbol followed by members, elements and dereferences. Expressions read places; they never contain one by name.
+//! - An object is a [`Place`]: a symbol followed by members, elements and dereferences. Expressions do not name objects themselves; they refer to places.
 //! - A tree is what a compiler sees after preprocessing for one machine. Brackets, `.` or `->`, comments and layout exist only in text.
 //! - Scopes are resolved: symbols, structures and enumerations are referred to by id.
 //!
 //! Not in the subset: floating point, strings, unions, bit-fields except `bool name : 1`, `goto`, variadic and old-style functions, compound literals, arrays
 //! of variable length.
 //!
-//! The constructors in [`typing`] check the constraints of C99 6.5 and insert the conversions; a tree that is built by them has the types that a reader of its
-//! text finds.
+//! The constructors in [`typing`] check the constraints of C99 6.5 and insert the conversions. A tree that is built with them has the same types as the tree
+//! that the parser makes from its printed text.
 
 pub mod constant;
 mod strip;
@@ -27,7 +27,7 @@ pub type StructId = Id<Struct>;
 /// Identifies an enumeration of a [`Unit`].
 pub type EnumId = Id<Enum>;
 
-/// A source location. All locations are equal: two trees are compared by what they mean.
+/// A source location. All locations compare equal, so that a comparison of two trees ignores them.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Loc(pub Span);
 
@@ -44,7 +44,7 @@ impl Eq for Loc {}
 pub struct Unit {
     /// The machine for which the types and constants of the unit were determined.
     pub machine: Machine,
-    /// All symbols: names of objects, functions, types and constants: first those of the standard headers, then in the order of their declarations.
+    /// All symbols (names of objects, functions, types and constants): first those of the standard headers, then the others in the order of their declarations.
     pub symbols: Arena<Symbol>,
     /// All structures, in the order of their first mention.
     pub structs: Arena<Struct>,
@@ -447,7 +447,7 @@ pub enum Spelling {
 /// The kinds of expressions.
 ///
 /// The operands of [`Logical`](ExprKind::Logical), [`Choose`](ExprKind::Choose) and [`Comma`](ExprKind::Comma) are evaluated from left to right, with a
-/// sequence point after each (C99 6.5.13..15, 6.5.17). All other operands, and the arguments of a call, are evaluated in any order (C99 6.5p3); a reader
+/// sequence point after each (C99 6.5.13..15, 6.5.17). All other operands, and the arguments of a call, are evaluated in any order (C99 6.5p3); the parser
 /// rejects an expression whose result could depend on it ([`crate::order`]).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ExprKind {
@@ -485,8 +485,8 @@ pub enum ExprKind {
     Cast(Qualified, Box<Expr>),
     /// `place = value`: the value after the assignment. The value has the type of the place.
     Assign(Box<Place>, Box<Expr>),
-    /// `place op= value` (C99 6.5.16.2p3). The place is converted to the given type before the operation, and the result is converted to
-    /// the type of the place. The place is evaluated once.
+    /// `place op= value` (C99 6.5.16.2p3). The value of the place is converted to the given type before the operation, and the result is converted to the type
+    /// of the place. The place is evaluated once.
     Update(BinaryOp, Box<Place>, Box<Expr>, Type),
     /// `++` or `--` of a place; `++` has the effect of `place += 1`, and `--` that of `place -= 1`.
     Step {

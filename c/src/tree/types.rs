@@ -36,7 +36,7 @@ pub enum IntKind {
 }
 
 impl IntKind {
-    /// The conversion rank (C99 6.3.1.1p1); signed and unsigned types of one width have the same rank.
+    /// The conversion rank (C99 6.3.1.1p1); a signed type and its unsigned counterpart have the same rank.
     #[must_use]
     pub fn rank(self) -> u8 {
         match self {

@@ -137,7 +137,7 @@ impl Unit {
         base.ty.as_struct().is_some_and(|id| self.structs[id].members[*index].is_bit)
     }
 
-    /// `*pointer`; a pointer to a function is not an object.
+    /// `*pointer`, for a pointer to an object.
     ///
     /// # Errors
     /// The operand is not a pointer to an object.

@@ -1,7 +1,8 @@
 //! Measures reactions: the emitted C on a simulated machine, each call of `NAME_step` separately.
 //!
-//! Nothing is added to the program: the host of the simulator knows the addresses of `NAME_init` and `NAME_step`, records time and stack pointer there,
-//! and again when the stack is back at its level before the call. The time of user functions is excluded, as in the bounds of `grafsynth_backend_c::cost`.
+//! On an AVR, nothing is added to the program: the host of the simulator knows the addresses of `NAME_init` and `NAME_step`, records time and stack pointer
+//! there, and again when the stack is back at its level before the call. On a Cortex-M3, the bench measures itself ([`ArmMeter`]). The time of user functions
+//! is excluded, as in the bounds of `grafsynth_backend_c::cost`.
 
 pub mod search;
 

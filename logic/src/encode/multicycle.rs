@@ -396,8 +396,8 @@ impl<'a> Maker<'a> {
         self.inputs.values().chain(&self.tick)
     }
 
-    /// Sets the inputs of the reaction: in a clock with busy 0, to the values of the pins and the late events; otherwise to the values taken in that earlier
-    /// clock.
+    /// Sets the inputs of the reaction: in a clock with busy 0, to the values of the pins and the late events; otherwise to the values taken in the first clock
+    /// of the reaction.
     fn take_inputs(&self) -> Vec<Stmt> {
         let mut out = Vec::new();
         let mut lost = Vec::new();
@@ -486,7 +486,7 @@ impl<'a> Maker<'a> {
         out
     }
 
-    /// Stores the values that the next clock needs, and the pins.
+    /// Stores the values that the next clock needs, and sets the pins.
     fn hold(&self, again: TempId, temps: &[(TempId, CellId)]) -> Vec<Stmt> {
         let mut out = Vec::new();
         let inputs = self.all_taken().filter_map(|taken| taken.held.map(|held| (taken.now, held)));

@@ -234,7 +234,8 @@ impl Maker<'_> {
             let all = own.into_iter().chain([*parent]).map(read);
             out.push(Stmt::Set(*active, Expr::and(all)));
         }
-        // While the parent of a state is inactive, its register keeps the recorded value: for an inner state, whether anything in it was recorded.
+        // While the parent of a state is inactive, the state's register keeps the recorded value: for a state with children, whether anything in it was
+        // recorded.
         let mut kept: IdMap<Step, Vec<CellId>> = IdMap::filled(&self.net.steps, Vec::new());
         for (&(history, step), cell) in recorded {
             let owner = self.net.histories[history].owner;

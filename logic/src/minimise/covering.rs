@@ -426,7 +426,7 @@ impl<'a> Relaxation<'a> {
             if self.lower() >= self.best.len().min(self.limit) {
                 break;
             }
-            // Rows that are covered too often become cheaper, open ones more expensive.
+            // Rows that are covered too often become cheaper, uncovered ones more expensive.
             let mut slack: Vec<i64> = vec![1; self.matrix.rows.len()];
             for (column, rows) in self.matrix.columns.iter().enumerate() {
                 if self.reduced[column] < 0 {
@@ -525,7 +525,7 @@ impl<'a> Relaxation<'a> {
         (out, taken)
     }
 
-    /// The row with the fewest columns; its columns in order of promise.
+    /// The columns of a row with the fewest columns, the most promising first.
     fn branching_row(&self) -> Option<Vec<u32>> {
         let row = self
             .matrix
@@ -574,7 +574,7 @@ mod tests {
 
     #[test]
     fn a_ring_of_pairs_needs_half_its_columns() {
-        // Row k has columns k and k + 1 of a ring of 2n + 1: the linear bound is n + 1/2.
+        // Row k has columns k and k + 1 of a ring of n columns: the linear bound is n / 2.
         let n = 41u32;
         let sets: Vec<Vec<u32>> = (0..n)
             .map(|k| {

@@ -1,7 +1,7 @@
 //! Sums of products from diagrams: Minato's irredundant sum [Minato 1992, Morreale 1970], and a loop that expands, removes and reduces products on
 //! diagrams.
 //!
-//! It needs no list of forbidden products, so it also handles functions whose complement has too many products.
+//! Neither needs a list of forbidden products, so they also handle functions whose complement has too many products.
 
 use super::Refused;
 use crate::bdd::{Bdd, Ref};

@@ -23,7 +23,7 @@ pub(super) struct Found {
     pub(super) n_essential: usize,
 }
 
-/// Searches for the smallest sum, given a sum of primes and products that cover the free part.
+/// Searches for the smallest sum. `cover` is a sum of primes; the products of `free` cover the free part.
 pub(super) fn exact(function: &Function, cover: &Terms, free: &Terms, effort: &Effort) -> Found {
     let mut bdd = function.bdd.clone();
     bdd.limit_work(30 * effort.sets as u64);

@@ -25,8 +25,8 @@ pub struct Function {
 }
 
 impl Function {
-    /// Creates functions from sums: true on `on`, free on `dc` (also where both apply), false elsewhere. If `off` is given, the function is false there and
-    /// free elsewhere.
+    /// Creates functions from sums: true on `on`, free on `dc` (also if both apply), false elsewhere. If `off` is given, the function is false there and free
+    /// elsewhere.
     ///
     /// # Errors
     /// If the diagrams need more than `nodes` nodes, or there are more than [`super::MAX_VARIABLES`] inputs.

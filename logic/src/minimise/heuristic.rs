@@ -1,4 +1,4 @@
-//! The loop of espresso [Brayton et al. 1984], with exact covering where espresso makes a greedy choice, and a pool of all primes found.
+//! The loop of espresso [Brayton et al. 1984], with exact covering instead of espresso's greedy choice, and a pool of all primes found.
 //!
 //! ```text
 //! sum ─ expand ─ irredundant ─ essential ─► reduce ─ expand ─ irredundant … ─► last gasp ─► irredundant over the pool ─► sparse

@@ -117,7 +117,7 @@ pub fn phased(function: &Function, effort: &Effort, tries: usize) -> Result<Phas
     let tries = search.known.len();
     let turned = function.complemented(&best.1)?;
     let outcome = shared(&turned, effort)?;
-    // The quick judgement may be wrong: never return more than without phases.
+    // The quick judgement may be wrong, so the result is compared with the sum without inverted outputs.
     if best.1.contains(&true) {
         let plain = shared(function, effort)?;
         let cost = |outcome: &Outcome| (outcome.terms.len(), outcome.terms.n_literals());

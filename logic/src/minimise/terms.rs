@@ -177,7 +177,7 @@ impl Shape {
         (n <= 1).then_some(term)
     }
 
-    /// True if some output has both.
+    /// True if both products belong to a common output.
     pub(super) fn share_output(self, a: &[u64], b: &[u64]) -> bool {
         self.outputs_of(a).iter().zip(self.outputs_of(b)).any(|(a, b)| a & b != 0)
     }
@@ -370,7 +370,7 @@ impl Terms {
         *self = self.select(kept);
     }
 
-    /// Sorts the products for readers: by literals from the first input on, positive before negative before absent.
+    /// Sorts the products in the usual order: by literals from the first input on, positive before negative before absent.
     pub(super) fn sort(&mut self) {
         let rank = |term: &[u64], input: usize| match self.shape.literal(term, input) {
             Some(true) => 0,
@@ -505,7 +505,7 @@ impl<'a> Recursion<'a> {
         Ok(true)
     }
 
-    /// Moves to the corner that is hardest to cover: each input that occurs in one polarity gets the other value, and the products with that literal are
+    /// Moves to the corner that is hardest to cover: each input that occurs in only one polarity gets the opposite value, and the products with that input are
     /// removed. The products from `start` on are filtered in place.
     fn drop_unate(&self, stack: &mut Vec<u32>, start: usize, region: &mut [u64]) -> usize {
         let wi = self.terms.shape.input_words();

@@ -25,7 +25,7 @@ pub struct Made {
 pub struct Ahead<'n> {
     directed: Directed<'n>,
     made: Vec<Made>,
-    /// For each saved state, by its number: the state after which it was saved, as in [`Made::from`].
+    /// For each saved state, by its number: its number in [`Made::from`].
     saved: Vec<usize>,
     reactions: usize,
     /// The remaining number of attempts. An attempt gives no reaction if no inputs that satisfy the chart's assumptions are found; this may happen in

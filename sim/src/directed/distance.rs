@@ -103,8 +103,8 @@ impl<'s> Context<'s> {
         all.iter().fold(0, |sum, a| sum.saturating_add(self.to(a, wanted, deep)))
     }
 
-    /// The distance of an edge to the value `after`. It needs the other value before; if the operand does not have that value, the nearest row is one
-    /// that produces it.
+    /// The distance of an edge to the value `after` from being present (if `wanted`) or absent. The edge needs the opposite value before; if the operand does
+    /// not have it, a row that produces it is nearest.
     fn edge(&self, edge: EdgeId, after: bool, wanted: bool, deep: bool) -> u64 {
         let old = self.state.cells[self.layout().edge(edge)] != 0;
         let operand = &self.net.edges[edge].expr;

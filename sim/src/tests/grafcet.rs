@@ -529,7 +529,7 @@ fn schedules() {
     check(&net("schedule priority", body), "dt\n1\n", "steps,s\na b c d,0\n,3124");
 }
 
-/// §6: only assignments saturate; division truncates toward zero; both are noted.
+/// §6: only assignments saturate; division truncates toward zero.
 #[test]
 fn arithmetic() {
     let chart = net(

@@ -118,7 +118,7 @@ fn parallel_regions() {
          a1 z2,0,0
          q,12,0",
     );
-    // t1 is taken first; t5 intersects its exit set and its source is not a descendant, so it is dropped.
+    // t1 is taken first. The exit set of t5 intersects that of t1, and the source of t5 is not a descendant of the source of t1, so t5 is dropped.
     check(
         &net(SETTINGS, REGIONS),
         "e,f,x\n1,0,0\n0,0,1\n",

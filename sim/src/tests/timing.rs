@@ -2,7 +2,7 @@
 
 use super::{check, net};
 
-/// §3.1, §7: a step has time 0 in the row that activates it; `dt` counts from the next.
+/// §3.1, §7: a step has time 0 in the row that activates it; `dt` counts from the next row on.
 #[test]
 fn times_of_steps() {
     let chart = net(

@@ -5,7 +5,7 @@
 //! - **Circles**: sets of files of one crate that name items of each other; what a file names of its own parents, and what
 //!   it re-exports of its children, does not count.
 //! - **Listed variants**: lines that begin with `| Type::Variant`. They are acceptable if a forgotten variant would make the output wrong.
-//! - **Text tests on C**: tests of the C back end on text, such as `starts_with("switch")`, where data should be asked.
+//! - **Text tests on C**: tests of the C back end on text, such as `starts_with("switch")`, that should be queries on data.
 
 #![allow(
     clippy::disallowed_methods,
@@ -386,7 +386,7 @@ impl<'ast> Visit<'ast> for Items<'_> {
     }
 
     fn visit_item_use(&mut self, item: &'ast syn::ItemUse) {
-        // What a module shows of its children says nothing about the order of the two.
+        // A re-export of a child's items does not count.
         if matches!(item.vis, syn::Visibility::Inherited) {
             self.tree(&item.tree, &[]);
         }

@@ -63,7 +63,7 @@ pub struct Features {
 }
 
 impl Features {
-    /// All features of semantics.md.
+    /// All features of semantics.md, without numbers and times at the limits of C types.
     #[must_use]
     pub fn everything() -> Self {
         use Policy::{All, InnerFirst, OuterFirst, Priority, PriorityAge};

@@ -420,7 +420,7 @@ fn drop_action(net: &Net, at: usize) -> Option<Option<Net>> {
     })
 }
 
-/// Removes an output, with the memory of a stored one.
+/// Removes an output, with the variable of a stored output.
 fn drop_output(net: &Net, at: usize) -> Option<Option<Net>> {
     let output = net.outputs.get(Id::from_index(at))?;
     let mut keep = Keep::all(net);
@@ -470,7 +470,7 @@ fn drop_various(net: &Net, at: usize) -> Option<Option<Net>> {
     drop_entry(&mut new, at).then_some(Some(new))
 }
 
-/// Removes the entry number `at` of all lists of forcing orders, properties, open cells, emissions, calls, uses of actions and tasks.
+/// Removes entry `at`, counted over the emergency, forcing orders, properties, open cells, emissions, calls, uses of actions and tasks.
 fn drop_entry(net: &mut Net, mut at: usize) -> bool {
     fn drop_from<T>(list: &mut Vec<T>, at: &mut usize) -> bool {
         if *at < list.len() {

@@ -8,7 +8,7 @@ use grafsynth_ir::net::{Driver, InputId, InputKind, Net, OutputId, StepId, VarId
 use grafsynth_ir::program::Origin;
 use grafsynth_sim::{Effect, InputRow, Row};
 
-/// A value in a row of which a circuit represents single bits.
+/// A value of a row, which a circuit represents bit by bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum What {
     /// An output, or the number of calls of an extern action.
@@ -59,7 +59,7 @@ impl Binding {
     /// Finds every pin by its role.
     ///
     /// # Errors
-    /// A sentence if an object of the net has no counterpart, or if a pin has no known meaning.
+    /// Returns a message if an object of the net has no counterpart, or if a pin has no known meaning.
     pub(crate) fn of(net: &Net, logic: &Logic) -> Result<Binding, String> {
         let mut binding = Binding::default();
         let mut place = 0;

@@ -281,7 +281,7 @@ impl Reads<'_> {
         mask
     }
 
-    /// The inputs read in all states with this value of `busy`, if that pin shows a flip-flop; otherwise in all states.
+    /// The inputs read in any state with this value of `busy`, if that pin shows a flip-flop; otherwise in any state.
     fn with_busy(&mut self, busy: PinOutputId, value: bool) -> (Inputs, bool) {
         let logic = self.logic;
         let flop_of = |node: NodeId| match &logic.nodes[node] {
@@ -296,7 +296,7 @@ impl Reads<'_> {
         self.with(&|flop| known.filter(|(of_busy, _)| *of_busy == flop).map(|(_, value)| value))
     }
 
-    /// The inputs read in all states with these values of the flip-flops (`None` if unknown).
+    /// The inputs read in any state with these values of the flip-flops (`None` if unknown).
     fn with(&mut self, flops: &dyn Fn(FlopId) -> Option<bool>) -> (Inputs, bool) {
         let logic = self.logic;
         for (id, node) in logic.nodes.iter() {

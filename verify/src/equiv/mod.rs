@@ -56,7 +56,7 @@ pub fn equiv(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Limits) ->
     only_tested(net, logic, reasons, limits)
 }
 
-/// The answer if there is no proof, for these reasons: the result of tests with directed random reactions.
+/// The verdict if there is no proof, for these reasons: refuted if directed random reactions show a difference, otherwise open with their coverage.
 #[must_use]
 pub fn only_tested(
     net: &Valid<Net>,

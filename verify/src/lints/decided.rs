@@ -1,4 +1,4 @@
-//! The messages about a conflict that the policy resolves: why one transition wins, and how to let the other one win.
+//! The messages about a conflict that the policy resolves: why one transition wins, and how to make the losing one win.
 
 use grafsynth_ir::Diagnostic;
 use grafsynth_ir::diag::Notation;

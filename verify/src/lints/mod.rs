@@ -94,7 +94,7 @@ pub struct Findings {
     pub decided: Vec<Decided>,
     /// Notes about the resolved conflicts, which are shown on request.
     pub notes: Vec<Diagnostic>,
-    /// The situations in which nothing ever fires again, although a transition leaves one of their steps.
+    /// The situations in which nothing ever fires again, except intended ends.
     pub dead_ends: Vec<Vec<StepId>>,
     /// One entry for each check that this chart can fail.
     pub checked: Vec<Checked>,

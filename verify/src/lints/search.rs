@@ -138,7 +138,7 @@ fn ways(
 ) -> (Option<OpenReason>, Option<OpenReason>) {
     let Search { shown, states, open, by_zones, .. } = search;
     if let Some(why) = open.or(shown.edges_open.as_ref()) {
-        // With more nodes for the same states the search will not end either. One by one there may be fewer, unless that was tried.
+        // With more nodes for the same states, the search will not end either. A one-by-one search may need fewer, unless it was already tried.
         let few = Limits { pairs: limits.pairs.min(HOPELESS), ..limits.clone() };
         if by_zones && let Ok((each, states)) = Shown::one_by_one(net, states, &few) {
             findings.dead_ends = each.dead_ends(&states, out);
@@ -169,7 +169,7 @@ fn ways(
             each.starvation(each.starving(&states, |_| true), out);
             (None, None)
         }
-        // Everything that both report exists; whether they report everything is a separate question.
+        // Every dead end and every starvation reported here exists; whether all are reported is a separate question.
         (Err(why), None) => {
             findings.dead_ends = all.dead_ends(&all_states, out);
             all.starvation(all.starving(&all_states, |_| true), out);
@@ -511,7 +511,7 @@ impl<'n> Shown<'n> {
         alive
     }
 
-    /// States in which nothing ever fires again.
+    /// Reports the situations in which nothing ever fires again, except intended ends.
     fn dead_ends(&self, states: &States, out: &mut Vec<Diagnostic>) -> Vec<Vec<StepId>> {
         let net = self.net;
         let causes = super::constant::causes(net);
@@ -714,7 +714,7 @@ fn does_the_same(a: &Transition, b: &Transition) -> bool {
         && b.actions.is_empty()
 }
 
-/// True for an intended end: final states, or only steps that nothing leaves.
+/// True for an intended end: in a statechart, a final state is active; otherwise, no transition leaves an active step.
 fn is_end(net: &Net, situation: &Situation) -> bool {
     if net.settings.policy.is_statechart() {
         return situation.iter().any(|step| net.steps[step].kind == StepKind::Final);

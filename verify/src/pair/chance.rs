@@ -1,4 +1,4 @@
-//! Directed random runs of two nets: one leads and aims at transitions of its own that have not fired yet; the other gets the same rows.
+//! Directed random runs of two nets: one net leads and aims at its own transitions that have not fired yet; the follower gets the same rows.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +18,7 @@ pub(super) struct Tried {
     pub(super) tested: Tested,
 }
 
-/// Compares `n_rows` reactions; each net leads in half of them.
+/// Compares the nets in this many reactions; each net leads in half of them.
 pub(super) fn compare(
     left: &Valid<Net>,
     right: &Valid<Net>,
@@ -76,8 +76,8 @@ struct Run<'p, 'n> {
     /// The source of values for inputs that only the follower has.
     random: Random,
     follower: Simulator<'n>,
-    /// For each saved state of the leader: the state of the follower, its last row and the path to it, by the number of the leader's saved state; `None` if the
-    /// follower no longer gets legal rows.
+    /// For each saved state of the leader, by its number: the follower's state and last row, and the index of the last reaction in `trail`. `None` if the
+    /// follower had got a row that is not legal for it.
     kept: BTreeMap<usize, Option<(State, InputRow, Option<usize>)>>,
     /// The rows of each reaction, with the index of the preceding reaction.
     trail: Vec<(Option<usize>, RowPair)>,
@@ -94,7 +94,7 @@ impl<'n> Run<'_, 'n> {
         }
     }
 
-    /// Adds the values of inputs that are relevant for the follower.
+    /// Makes the leader also try the input values that are relevant for the follower.
     fn also_try(&mut self, leader: &Net, follower: &Net) {
         for input in &self.common.inputs {
             let (Some(own), Some(twin)) = self.sides(input) else { continue };
@@ -182,7 +182,7 @@ impl<'n> Run<'_, 'n> {
         other
     }
 
-    /// True if a value is possible in only one of the nets.
+    /// True if the rows contain a value that is possible in only one of the nets.
     fn is_outside(&self, (left, right): &RowPair) -> bool {
         self.common.inputs.iter().any(|input| {
             let (lo, hi) = input.bounds;

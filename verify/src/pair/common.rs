@@ -38,7 +38,7 @@ pub struct CommonInput {
     pub left: Option<InputId>,
     /// The input of the second net, if it has one.
     pub right: Option<InputId>,
-    /// The smallest and the largest value that are possible in both nets.
+    /// The smallest and the largest value that is possible in every net with this input.
     pub bounds: (i64, i64),
 }
 
@@ -86,9 +86,9 @@ pub enum Omitted {
     Values {
         /// The name of the input.
         name: String,
-        /// The values of the first net.
+        /// The smallest and the largest value in the first net.
         left: (i64, i64),
-        /// The values of the second net.
+        /// The smallest and the largest value in the second net.
         right: (i64, i64),
     },
     /// The behaviour under inputs that violate an assumption of only one of the nets.

@@ -1,10 +1,9 @@
 //! Equivalence of two nets. Every row of both is compared, in the columns that both have, for every stimulus that both allow: any values of inputs with the
 //! same names, any number of ticks.
 //!
-//! Three methods, one after the other: a breadth-first search of the product of two reference simulators, where a difference comes with a shortest
-//! stimulus (`product`); induction over state bits that are always equal; and the decision diagram of all pairs of states. The last two use the
-//! reaction as `symbolic` encodes it. Between the methods, directed random runs look for a difference, so that two large nets that differ do not wait
-//! for a proof.
+//! Three methods, one after the other: a breadth-first search of the product of two reference simulators, which finds a difference with a shortest stimulus
+//! (`product`); induction over state bits that are always equal; and the decision diagram of all pairs of states. The last two use the reaction as `symbolic`
+//! encodes it. Between the methods, directed random runs look for a difference, so that two large nets that differ do not wait for a proof.
 
 mod chance;
 mod common;
@@ -49,7 +48,8 @@ pub enum SameBy {
     },
     /// The decision diagram of all pairs of states.
     Diagram {
-        /// The number of pairs of states, as far as they affect the compared columns; `u64::MAX` means at least that many.
+        /// The number of pairs of states; pairs that differ only in bits without effect on the compared columns count as one. `u64::MAX` means at least that
+        /// many.
         states: u64,
     },
 }
@@ -203,7 +203,7 @@ fn by_diagram(
     }
 }
 
-/// Compares two nets in `n` directed random reactions with `dt` in `0..=max_dt`; the result is the same for the same seed.
+/// Compares two nets in this many directed random reactions with `dt` in `0..=max_dt`; the result is the same for the same seed.
 ///
 /// # Errors
 /// A stimulus that shows a difference. It may not be a shortest one.
@@ -225,7 +225,7 @@ pub fn charts_by_chance(
     found.map_or(Ok(tried.tested), Err)
 }
 
-/// The same difference with a shortest stimulus, if the search of the product gets that far.
+/// A difference with a shortest stimulus, if the search of the product gets that far; otherwise the one that was found.
 fn shortened(
     left: &Valid<Net>,
     right: &Valid<Net>,
@@ -277,7 +277,7 @@ fn apart(
     }))
 }
 
-/// Runs two nets with one stimulus of the first, up to the first difference or the first row that is not legal in both.
+/// Runs two nets with one stimulus of the first, up to the first difference or the first row that one of the nets does not allow.
 #[must_use]
 pub fn charts_on(
     left: &Valid<Net>,
@@ -338,8 +338,8 @@ pub fn charts_on(
 pub struct OnStimulus {
     /// The first difference, and the rows up to it.
     pub apart: Option<Box<Apart>>,
-    /// The number of rows compared, without that of the reset; fewer than the stimulus has if a row is not legal in both or leaves everything that
-    /// follows open.
+    /// The number of rows compared, without that of the reset. It is smaller than the number of rows in the stimulus after a difference, at a row that one of
+    /// the nets does not allow, and after a row that leaves everything that follows open.
     pub compared: usize,
 }
 

@@ -67,7 +67,7 @@ pub(super) fn search(
         rows
     };
     let mut reactions: u64 = 0;
-    // States before this one are this many rows away from reset.
+    // States before `level_end` are at most `n_rows` rows away from reset.
     let (mut level_end, mut n_rows) = (1, 0);
     let mut at = 0;
     while at < states.len() {

@@ -120,7 +120,8 @@ impl<'p, 'n> Rows<'p, 'n> {
         found
     }
 
-    /// Calls with every combination of values for the inputs of the set. Returns false if there are more than `limit`.
+    /// Calls `visit` with every combination of values for the inputs of the set. Returns false if there are more than `limit`, or if an input has too many
+    /// values.
     fn for_each(
         &self,
         base: &[i64],
@@ -220,7 +221,7 @@ impl<'p, 'n> Rows<'p, 'n> {
         if is_whole { Ok(rows) } else { Err(OpenReason::Rows { limit: self.limit }) }
     }
 
-    /// A random row, similar to the last one or new; The result contains the values of [`Common::inputs`]; `None` if no row was found that both nets allow.
+    /// Random values of [`Common::inputs`], similar to the last ones or new; `None` if no row was found that both nets allow.
     pub(crate) fn by_chance(&self, random: &mut Random, last: &[i64]) -> Option<Vec<i64>> {
         for _ in 0..MAX_TRIES {
             let is_held = random.one_in(2);

@@ -367,7 +367,7 @@ impl Aig {
         }
     }
 
-    /// Whether some assignment makes all literals true, by decision diagrams; `rank` orders the variables. `None` if the diagrams exceed the limit.
+    /// Whether some assignment makes all literals and clauses true, by decision diagrams; `rank` orders the variables. `None` if the diagrams exceed the limit.
     pub(crate) fn satisfiable_by_diagram<K: Ord>(
         &self,
         all: &[Lit],
@@ -409,7 +409,7 @@ impl Aig {
         Some(rest != Ref::FALSE)
     }
 
-    /// An assignment that makes all literals true, without the variables that are 0. The inner `None` means that there is none, the outer one that the
+    /// An assignment that makes all literals and clauses true, as the variables that are 1. The inner `None` means that there is none, the outer one that the
     /// cone or the search is too large.
     pub(crate) fn satisfy(
         &self,

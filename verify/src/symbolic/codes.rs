@@ -10,8 +10,8 @@
 //!     ▼                       ▼
 //! situation ──reaction──► situation'
 //! ```
-//! and that this is true at power-up. Unused codes may behave in any way. The claim that the circuit never reaches them ([`Logic::unreachable`]) is not
-//! trusted: it is one more invariant of the same induction, assumed before the clock and proved after it.
+//! and that the power-up code decodes to the initial situation. Unused codes may behave in any way. The claim that the circuit never reaches them
+//! ([`Logic::unreachable`]) is not trusted: it is one more invariant of the same induction, assumed before the clock and proved after it.
 
 use std::collections::BTreeSet;
 
@@ -38,7 +38,7 @@ impl Model<'_> {
     /// assumption.
     ///
     /// # Errors
-    /// A sentence if the circuit decodes something that the net does not have, or shows only some bits of it.
+    /// Returns a message if the circuit decodes something that the net does not have, or shows only some bits of it.
     pub(super) fn tie(&mut self, logic: &Logic, is_closed: bool) -> Result<Coded, String> {
         let mut flops = Vec::new();
         for flop in logic.flops.values() {

@@ -19,7 +19,7 @@ pub(super) struct ForcedChart {
     pub(super) orders: Vec<(StepId, Option<BTreeSet<StepId>>)>,
 }
 
-/// The forced charts of a net; charts that force others come before these.
+/// The forced charts of a net; a chart comes before the charts that it forces.
 pub(super) fn forced_charts(net: &Net) -> Result<Vec<ForcedChart>, String> {
     let mut charts: Vec<(BTreeSet<usize>, ForcedChart)> = Vec::new();
     for forcing in &net.forcings {

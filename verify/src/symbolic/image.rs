@@ -31,7 +31,7 @@ struct Cluster {
     done: Ref,
 }
 
-/// One manager with a relation and functions that its client keeps.
+/// A manager of decision diagrams, with the relation and the functions that its client keeps.
 #[derive(Debug)]
 pub(super) struct Machine {
     pub(super) bdd: Bdd,

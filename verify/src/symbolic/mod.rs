@@ -8,9 +8,9 @@
 //! A circuit that stores steps as codes is proved through the code (see the module `codes`). If the net leaves a cell open, the cell is not checked;
 //! if it leaves the next situation open, nothing that follows is checked.
 //!
-//! Both circuits are built in one graph where equal nodes are shared, so most functions are equal before any solver is called; for the others, the
-//! solver gets only the part of the graph that the query needs.
-// A variant that the second encoding forgets is a wrong proof.
+//! Both circuits are built in one graph that shares equal nodes, so most functions are equal before any solver is called; for the others, the solver gets only
+//! the part of the graph that the query needs.
+// If this encoding forgot a variant, a proof could be wrong.
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod aig;
@@ -581,7 +581,7 @@ impl Proof<'_, '_> {
         agrees
     }
 
-    /// Proves both equal wherever the net does not leave them open.
+    /// Proves that `wanted` and `given` are equal whenever the net does not leave them open.
     fn show(&mut self, wanted: Lit, given: Lit, open: Lit, what: &str) -> Result<(), String> {
         if wanted == given {
             self.same += 1;
@@ -622,7 +622,7 @@ pub(crate) fn never(
     if model.difference(facts, limits, now, Lit::FALSE)?.is_none() {
         return Some(ProvedBy::Structural);
     }
-    // The previous row had its own inputs, of which only the truth of the property is known.
+    // The previous row had its own inputs; all that is known about them is that the property was not violated.
     let before = Inputs {
         values: inputs
             .values
@@ -645,8 +645,8 @@ pub(crate) fn never(
     model.difference(facts, limits, broken, Lit::FALSE)?.is_none().then_some(ProvedBy::Induction)
 }
 
-/// A property as an expression over the state and the inputs, with outputs replaced by their drivers. `None` for properties that need more, and for
-/// times, whose caps may be below the property's constants.
+/// A property as an expression over the state and the inputs, with outputs replaced by their drivers. `None` for properties that need more, and for those that
+/// read times, whose caps may be below the property's constants.
 fn over_state(net: &Net, property: &PropertyExpr) -> Option<Expr> {
     let with_outputs = property.leaves().any(|leaf| leaf.net().is_none());
     let emergency = net.emergency.iter().filter(|_| with_outputs).map(|one| &one.condition);

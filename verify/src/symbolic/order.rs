@@ -71,7 +71,7 @@ pub(super) fn order(
             }
         }
     }
-    // A word that no step reads is placed next to a reader that is already placed, or at the end.
+    // A word that no step reads is placed just before a placed word whose next value depends on it, or at the end.
     loop {
         let mut found: BTreeMap<Word, Place> = BTreeMap::new();
         for ((origin, element, _), lits) in reads {

@@ -37,7 +37,7 @@ pub(crate) struct Reached {
     pub(crate) breaks: Vec<Option<bool>>,
     /// For each queried pair, true if both transitions ever fire in one micro-step (of a reaction after the reset).
     pub(crate) pairs: Vec<bool>,
-    /// The number of states, as far as they affect the queries; `u64::MAX` means at least that many.
+    /// The number of states; those that differ only in bits without effect on the queries count as one. `u64::MAX` means at least that many.
     pub(crate) states: u64,
     /// The largest number of micro-steps in a reaction, if none exceeds the limit of the net.
     pub(crate) depth: Option<u32>,
@@ -149,7 +149,7 @@ fn attempt(
     depth: u32,
     work: &mut u64,
 ) -> Result<Reached, Failed> {
-    // A function with more nodes as a graph also has more as diagrams.
+    // Functions with more nodes as a graph are expected to need more as diagrams too.
     let graph_nodes = limits.circuit_nodes.min(limits.bdd_nodes);
     let limits = &Limits { circuit_nodes: graph_nodes, ..limits.clone() };
     let n_bits = net.steps.len() + net.inputs.len();

@@ -45,7 +45,7 @@ pub(crate) struct Maker<'n> {
     pub(crate) aig: Aig,
     pub(crate) shape: Shape,
     pub(super) node_limit: usize,
-    /// The number of micro-steps in a reaction; further checks find nothing that fires.
+    /// The number of micro-steps that are unrolled in a reaction.
     pub(super) depth: u32,
     /// True if the depth equals the limit of the chart, so that one more check decides about the fault.
     pub(super) may_fault: bool,

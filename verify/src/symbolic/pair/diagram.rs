@@ -19,7 +19,7 @@ use crate::symbolic::state::Key;
 pub(crate) enum Diagram {
     /// The nets are equal in all pairs of states that they reach together.
     Proved {
-        /// The number of pairs, as far as they affect the compared columns; `u64::MAX` means at least that many.
+        /// The number of pairs; those that differ only in bits without effect on the compared columns count as one. `u64::MAX` means at least that many.
         states: u64,
     },
     /// The last of these rows shows a difference, and no shorter stimulus does.

@@ -78,7 +78,7 @@ impl Search<'_> {
         self.guess(rows);
         let mut is_stable = false;
         for _ in 0..MAX_PASSES {
-            // A pass adds both reactions once more.
+            // A pass adds both reactions to the graph once more.
             if self.joint.aig.len() > MAX_NODES {
                 return self.give_up("the graph of both reactions is too large");
             }

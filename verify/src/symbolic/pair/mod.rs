@@ -23,7 +23,7 @@ use crate::pair::{Common, CommonColumn, RowPair, Rows, Side};
 pub(crate) use diagram::{Diagram, diagram};
 pub(crate) use induction::{Equalities, Induction, induction};
 
-/// The number of micro-steps that are unrolled: few at first, because the cost grows with it.
+/// The numbers of micro-steps that are unrolled in successive attempts: few at first, because the cost grows with the number.
 const DEPTHS: [u32; 3] = [4, 16, 64];
 
 /// A comparison of two nets.
