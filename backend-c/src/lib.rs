@@ -28,7 +28,6 @@ mod callback_check;
 mod calls;
 mod cexpr;
 pub mod codes;
-mod consts;
 pub mod cost;
 mod engine;
 pub mod firmware;

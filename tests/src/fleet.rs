@@ -142,9 +142,9 @@ pub fn features(seed: u64, style: Style, max_steps: usize) -> Features {
         _ => Features {
             fire_one: false,
             forcing: false,
-            controlled_actions: false,
             tasks: false,
             enclosing: false,
+            step_actions: (seed / 3).is_multiple_of(2),
             ..all.without_statecharts()
         }
         .some(seed),

@@ -32,6 +32,7 @@ mod open_cells;
 mod packages;
 mod program_vs_sim;
 mod regions;
+mod rewrite;
 mod safe_state;
 mod scxml;
 mod simulator_laws;

@@ -383,3 +383,66 @@ fn blocks_with_charts_do_in_a_program_what_they_do_alone() {
         assert!(found.iter().any(|one| one.code.id == "G0451"), "{body}: {found:#?}");
     }
 }
+
+/// The C text of a net, without the comment that names its source.
+fn c_text(net: &Valid<Net>) -> (&'static str, String) {
+    let options = grafsynth_backend_c::Options {
+        prefix: Some("ring".to_owned()),
+        ..grafsynth_backend_c::Options::default()
+    };
+    let facts = grafsynth_verify::structural_facts(net);
+    let package = grafsynth_backend_c::emit(net, &facts, &options).expect("every net has C");
+    let file = package.files.iter().find(|file| file.name == "ring.c").expect("there is a .c");
+    (package.style, file.text.lines().skip(2).collect::<Vec<_>>().join("\n"))
+}
+
+/// A ring of steps with `N` on shared outputs, as sequential function chart and in the chart language.
+fn rings(n_steps: usize) -> (String, String) {
+    const PINS: usize = 16;
+    let pins = |prefix: &str| (0..PINS).map(|at| format!("{prefix}{at}")).collect::<Vec<_>>();
+    let (inputs, outputs) = (pins("i").join(", "), pins("o").join(", "));
+    let mut st = format!(
+        "PROGRAM ring\nVAR_INPUT {inputs} : BOOL; END_VAR\nVAR_OUTPUT {outputs} : BOOL; END_VAR\n"
+    );
+    let mut graf = format!(
+        "chart ring {{\nevolution single\nconflict priority\ninput {inputs}\noutput {outputs}\n"
+    );
+    for at in 0..n_steps {
+        let (pin, next) = (at % PINS, (at + 1) % n_steps);
+        let first = if at == 0 { ("INITIAL_", "initial ") } else { ("", "") };
+        st += &format!("{}STEP s{at}: o{pin}(N); END_STEP\n", first.0);
+        st += &format!("TRANSITION FROM s{at} TO s{next} := i{pin}; END_TRANSITION\n");
+        graf += &format!("{}step s{at} {{ o{pin} }}\ns{at} -> s{next} when i{pin}\n", first.1);
+    }
+    (st + "END_PROGRAM\n", graf + "}\n")
+}
+
+#[test]
+fn a_ring_gets_the_code_of_the_same_chart_in_graf() {
+    for (n_steps, style) in [(12, "switch"), (100, "switch with tables")] {
+        let (st, graf) = rings(n_steps);
+        let (from_st, of_st) = c_text(&net_of(&st));
+        let (from_graf, of_graf) = c_text(&grafsynth_tests::chart("ring.graf", &graf));
+        assert_eq!((from_st, from_graf), (style, style));
+        assert!(of_st == of_graf, "{of_st}\n----\n{of_graf}");
+    }
+}
+
+#[test]
+fn the_body_of_a_step_costs_time_only_in_that_step() {
+    let mut st = "PROGRAM ring\nVAR_INPUT go: BOOL; END_VAR\nVAR n: INT; END_VAR\n".to_owned();
+    for at in 0..20 {
+        let first = if at == 0 { "INITIAL_" } else { "" };
+        st += &format!(
+            "{first}STEP s{at}: a{at}(N); END_STEP\nACTION a{at}: n := n + {at}; END_ACTION\n"
+        );
+        st += &format!("TRANSITION FROM s{at} TO s{} := go; END_TRANSITION\n", (at + 1) % 20);
+    }
+    let net = net_of(&(st + "END_PROGRAM\n"));
+    let (style, text) = c_text(&net);
+    assert_eq!(style, "switch");
+    // One `switch` for the transitions, one for the bodies.
+    assert_eq!(text.matches("switch (").count(), 2, "{text}");
+    assert_eq!(text.matches("case RING_s7:").count(), 2, "{text}");
+    let _ = trace_of(&net, "go,dt\n1,1\n1,1\n0,1\n1,1\n");
+}

@@ -34,10 +34,8 @@ pub(crate) fn program(
         }));
     }
     let tables = table::Tables::choose(net, names, &plan, options);
-    let has_frame = !net.actions.is_empty() || !net.timers.is_empty();
-    let frame = has_frame.then(|| frame(net)).transpose().map_err(Failure::Errors)?;
-    let surroundings = frame.map(|frame| Surroundings::of(frame, net));
-    Ok(emit::emit(net, facts, names, &plan, &tables, options, surroundings.as_ref()))
+    let surroundings = Surroundings::of(frame(net).map_err(Failure::Errors)?, net);
+    Ok(emit::emit(net, facts, names, &plan, &tables, options, &surroundings))
 }
 
 /// Whether the components cover enough of the net for their variables to be better than one bit per step.

@@ -60,6 +60,8 @@ pub struct Features {
     pub emergency: bool,
     /// True if most receptivities read inputs only, so that whole components only wait for inputs.
     pub waits_for_inputs: bool,
+    /// As in structured text: most steps have actions of their own with `N` and a body, and `N` drives outputs in several steps.
+    pub step_actions: bool,
 }
 
 impl Features {
@@ -106,6 +108,7 @@ impl Features {
             assumptions: true,
             emergency: true,
             waits_for_inputs: false,
+            step_actions: false,
         }
     }
 
@@ -162,8 +165,8 @@ impl Features {
         some
     }
 
-    /// All switches except `unspecified`, which leaves cells undefined that two engines may fill differently, and `waits_for_inputs`, which is a shape and not
-    /// a feature of a net.
+    /// All switches except `unspecified`, which leaves cells undefined that two engines may fill differently, and `waits_for_inputs` and `step_actions`,
+    /// which are shapes and not features of a net.
     fn switches(&mut self) -> [&mut bool; 34] {
         [
             &mut self.single,
@@ -245,6 +248,7 @@ impl Features {
             assumptions: false,
             emergency: false,
             waits_for_inputs: false,
+            step_actions: false,
         }
     }
 

@@ -348,6 +348,9 @@ impl<'f> Builder<'f> {
 
     /// Declares controlled actions, before transitions and lists, which read them; their bodies are generated with the lists.
     fn actions(&mut self) {
+        if self.on.step_actions {
+            self.step_actions();
+        }
         if !self.wants(self.on.controlled_actions, 2) {
             return;
         }
@@ -391,6 +394,41 @@ impl<'f> Builder<'f> {
             if !self.random.one_in(3) {
                 self.output(format!("c{index}"), Type::Bool, Driver::Controlled(action));
             }
+        }
+    }
+
+    /// Actions with `N` alone: bodies of single steps, sometimes shared, and outputs of several steps.
+    fn step_actions(&mut self) {
+        let level = |step: StepId, condition: Option<Expr>| ActionUse {
+            step,
+            qualifier: Qualifier::N,
+            condition,
+            span: Span::default(),
+        };
+        for step in self.net.steps.ids() {
+            for at in 0..self.random.below(3) {
+                let mut uses = vec![level(step, None)];
+                if self.random.one_in(4) {
+                    uses.push(level(self.any_step(), None));
+                }
+                let name = name(format!("b{}_{at}", step.index()));
+                let (body, meta) = (Vec::new(), Meta::default());
+                self.net.actions.push(ControlledAction { name, uses, duration: 0, body, meta });
+            }
+        }
+        for index in 0..self.random.below(4) {
+            let mut uses = Vec::new();
+            for _ in 0..1 + self.random.below(4) {
+                let condition =
+                    if self.random.one_in(4) { Some(self.quiet_condition(2)) } else { None };
+                uses.push(level(self.any_step(), condition));
+            }
+            let name = name(format!("light{index}"));
+            let text = name.text.clone();
+            let (body, meta) = (Vec::new(), Meta::default());
+            let action =
+                self.net.actions.push(ControlledAction { name, uses, duration: 0, body, meta });
+            self.output(text, Type::Bool, Driver::Controlled(action));
         }
     }
 

@@ -15,7 +15,6 @@ use super::table::Tables;
 use crate::c::print::{Arm, Kind, Node, comment_text};
 use crate::calls;
 use crate::cexpr::{CExpr, Helpers, Prec, c_expr, storage};
-use crate::consts::{self, Effect};
 use crate::names::Names;
 use crate::range::Range;
 use crate::style_output::{Member, StyleOutput, mentions, with_unused, without_unused};
@@ -57,7 +56,7 @@ pub(super) struct Emit<'a> {
     mask_tables: Vec<Node>,
     /// The conditions that are called in one case only, which are locals of one function.
     case_conditions: BTreeSet<InputId>,
-    /// Controlled actions and free timers.
+    /// Controlled actions, free timers and the values after reset; `None` only while they are printed.
     framed: Option<Framed<'a>>,
 }
 
@@ -78,7 +77,7 @@ pub(super) fn emit(
     plan: &Plan,
     tables: &Tables,
     options: &Options,
-    surroundings: Option<&Surroundings>,
+    surroundings: &Surroundings,
 ) -> StyleOutput {
     let mut emit = Emit::new(net, names, plan, tables, options, surroundings);
     emit.program(facts)
@@ -91,7 +90,7 @@ impl<'a> Emit<'a> {
         plan: &'a Plan,
         tables: &'a Tables,
         options: &'a Options,
-        surroundings: Option<&'a Surroundings>,
+        surroundings: &'a Surroundings,
     ) -> Self {
         let mut members = names.member_namer();
         let coded = (0..plan.machines.len()).filter(|index| !tables.holds(*index)).count();
@@ -145,12 +144,10 @@ impl<'a> Emit<'a> {
             framed: None,
         };
         emit.masks = emit.step_masks();
-        if let Some(surroundings) = surroundings {
-            let framed = Framed::new(&emit, surroundings, members);
-            let longest = [emit.ticks, framed.statements.ticks].into_iter().flatten();
-            emit.ticks = longest.reduce(|a, b| Ticks { short: a.short && b.short });
-            emit.framed = Some(framed);
-        }
+        let framed = Framed::new(&emit, surroundings, members);
+        let longest = [emit.ticks, framed.statements.ticks].into_iter().flatten();
+        emit.ticks = longest.reduce(|a, b| Ticks { short: a.short && b.short });
+        emit.framed = Some(framed);
         emit
     }
 
@@ -755,13 +752,7 @@ impl<'a> Emit<'a> {
 
     fn init_body(&mut self, fault: bool) -> Vec<Node> {
         let net = self.net;
-        let reset = self.framed.is_none().then(|| consts::reset(net));
-        let vars = match (&reset, &self.framed) {
-            (Some(reset), _) => reset.vars.clone(),
-            (None, framed) => {
-                framed.as_ref().map(Framed::variables_after_reset).unwrap_or_default()
-            }
-        };
+        let vars = self.framed.as_ref().map(Framed::variables_after_reset).unwrap_or_default();
         let mut nodes = self.tables.init(self);
         for (index, machine) in self.plan.machines.iter().enumerate() {
             if self.tables.holds(index) {
@@ -795,16 +786,6 @@ impl<'a> Emit<'a> {
         }
         if let Some(framed) = &mut self.framed {
             nodes.extend(framed.statements.init(false));
-        }
-        let Some(reset) = reset else { return nodes };
-        nodes.extend(calls::initial_outputs(net, self.names, &reset.outputs));
-        for effect in reset.effects {
-            match effect {
-                Effect::Call(output, values) => {
-                    nodes.push(self.call(output, values.into_iter().map(CExpr::int).collect()));
-                }
-                Effect::Code(text) => nodes.extend(calls::verbatim(&text)),
-            }
         }
         nodes
     }
