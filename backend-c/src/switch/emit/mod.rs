@@ -629,30 +629,44 @@ impl<'a> Emit<'a> {
             body.append(&mut framed.after);
         }
         body.extend(self.outputs(false));
-        for (id, step) in self.net.steps.iter() {
-            let texts: Vec<Node> = step.code.iter().flat_map(calls::verbatim).collect();
-            if !texts.is_empty() {
-                let active =
-                    format!("{} == {}", self.var(self.plan.place[id].0), self.step_code(id));
-                body.push(
-                    Node::when(&active, texts).note(self.step_note(id)).about(Object::Step(id)),
-                );
-            }
-        }
-        for edge in self.edges.clone() {
-            let now =
-                c_expr(&self.net.edges[edge].expr, &mut Reader { emit: self, place: Place::Free });
-            body.push(Node::line(format!(
-                "self->{} = {};",
-                self.names.edges[edge],
-                self.in_step(&now.text)
-            )));
-        }
+        body.extend(self.step_texts());
+        body.extend(self.renewed_edges());
         let mut body = without_unused(body);
         if self.has_scan() && !mentions(&body, "&scan") {
             body.push(Node::line("(void)scan;"));
         }
         body
+    }
+
+    /// The user's C texts of the active steps.
+    fn step_texts(&self) -> Vec<Node> {
+        let mut nodes = Vec::new();
+        for (id, step) in self.net.steps.iter() {
+            let texts: Vec<Node> = step.code.iter().flat_map(calls::verbatim).collect();
+            if !texts.is_empty() {
+                let active =
+                    format!("{} == {}", self.var(self.plan.place[id].0), self.step_code(id));
+                nodes.push(
+                    Node::when(&active, texts).note(self.step_note(id)).about(Object::Step(id)),
+                );
+            }
+        }
+        nodes
+    }
+
+    /// Stores the operands of edges for the next reaction.
+    fn renewed_edges(&mut self) -> Vec<Node> {
+        let mut nodes = Vec::new();
+        for edge in self.edges.clone() {
+            let now =
+                c_expr(&self.net.edges[edge].expr, &mut Reader { emit: self, place: Place::Free });
+            nodes.push(Node::line(format!(
+                "self->{} = {};",
+                self.names.edges[edge],
+                self.in_step(&now.text)
+            )));
+        }
+        nodes
     }
 
     /// Adapts a text to the function `NAME_step`, where the shared structure is a local; in all other functions it is a
