@@ -11,6 +11,6 @@ pub const TYPE: Code = Code { id: "G0642", title: "name or type error in C" };
 /// The meaning of an expression depends on the order of evaluation.
 pub const ORDER: Code = Code { id: "G0643", title: "C that depends on the order of evaluation" };
 /// The text is nested too deeply or expands to too much.
-pub const LIMIT: Code = Code { id: "G0644", title: "C beyond a limit of the reader" };
+pub const LIMIT: Code = Code { id: "G0644", title: "C beyond a limit of the parser" };
 /// All codes of this crate.
 pub const ALL: &[Code] = &[SYNTAX, PREPROCESSOR, TYPE, ORDER, LIMIT];

@@ -276,7 +276,7 @@ fn refusals(net: &Net, package: &Package, ecosystem: Ecosystem) -> Vec<Diagnosti
     };
     if let Some(whose) = hidden {
         let message = format!(
-            "the header `{}.h` of this chart would hide a header of {whose} in a {} package (some systems ignore letter case in file names)",
+            "the header `{}.h` of this chart would hide a header of {whose} in the {} package (some systems ignore letter case in file names)",
             names.stem,
             ecosystem.name()
         );
