@@ -130,7 +130,7 @@ impl Equations {
     }
 }
 
-/// The name of a register. A stored output and its memory have one name in the chart; the memory gets the suffix `q`.
+/// The name of a register. A stored output and its memory have one name in the chart; the memory gets the suffix `_q`.
 pub(crate) fn register_name(namer: &mut Namer, name: &str) -> String {
     if namer.is_taken(name) { namer.name_with_suffix(name, "_q") } else { namer.name(name) }
 }

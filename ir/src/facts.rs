@@ -34,7 +34,7 @@ pub struct Facts {
 
 impl Facts {
     /// The proved maximum number of rounds in the evolution of one reaction, including the last check, which finds nothing to fire. `None` for charts
-    /// without evolution, and if nothing was proved. Outside statecharts, a bound on the micro-steps is also a bound on the rounds, plus one.
+    /// without evolution, and if nothing was proved. Outside statecharts, the rounds are at most the proved bound on the micro-steps plus one.
     #[must_use]
     pub fn most_rounds(&self, net: &Net) -> Option<Proved<u32>> {
         let Evolution::Stable { .. } = net.settings.evolution else { return None };

@@ -14,7 +14,7 @@ use grafsynth_logic::node_bdds::Var;
 
 /// Inverters are tried only for sums with at most this many signals.
 const MOST_SIGNALS: usize = 12;
-/// A circuit with more nodes fits none of these devices, and would be copied for each of its functions.
+/// Inverters are tried only for circuits with at most this many nodes: a larger one fits none of these devices, and each try copies the circuit.
 const MOST_NODES: usize = 20_000;
 
 /// A circuit with an additional function for each flip-flop, which is true if the flip-flop changes.
@@ -50,7 +50,7 @@ impl Exclusive {
                 .map_or(usize::MAX, |form| form.products.len() + form.inverter.iter().count())
         };
         let mut best = plain;
-        // The power-up value is known only for a T flip-flop that is not inverted.
+        // A T flip-flop is used only without inversion, so it must be 0 after power-up.
         if let (Some(flop), Some(false)) = (flop, init)
             && forms.device.has_flip_flop(FlipFlop::T)
             && count(&best) > 1

@@ -28,9 +28,9 @@ pub(crate) struct Misfit {
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Obstacles {
     pub(crate) mode: &'static str,
-    /// Signals without a pin, by name.
+    /// Inputs without a pin, by name.
     pub(crate) inputs: Vec<String>,
-    /// Functions that any macrocell could hold, if one were left.
+    /// Functions without a macrocell: those that are wide enough are all in use, or the device has no flip-flops.
     functions: Vec<String>,
     /// Combinational functions, if every macrocell is registered.
     combinational: Vec<String>,

@@ -10,7 +10,7 @@ use crate::fuse::{checksum, codes};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::{FileId, Span};
 
-/// A file with more fuses is not read; the largest device in use has some hundred thousand.
+/// A file with more fuses is not read; the largest device in use has a few hundred thousand.
 const MOST_FUSES: u32 = 1 << 22;
 /// Vectors beyond this number are not read.
 const MOST_VECTORS: usize = 1 << 16;
