@@ -157,7 +157,7 @@ impl Session {
         }
     }
 
-    /// Reports if no row of inputs satisfies all assumptions of the chart: then there is nothing to compare or to run.
+    /// True if no row of inputs satisfies all assumptions of the chart, so that there is nothing to compare or to run; this is reported.
     pub(crate) fn is_impossible(&self, net: &Valid<Net>) -> bool {
         let found = grafsynth_verify::check_assumption(net);
         self.show(found.as_slice());

@@ -10,7 +10,7 @@ pub struct Facts {
     pub reach: Option<Reach>,
     /// Place invariants: each gives the number of active steps in a set, which is the same in every reachable situation.
     pub invariants: Vec<Invariant>,
-    /// A cover by disjoint sequential components, each with exactly one active step. Empty if none was found.
+    /// A cover by disjoint sequential components. Empty if none was found.
     pub components: Vec<Component>,
     /// The component of each step, as an index into `components`, if it has one.
     pub component_of: Option<IdMap<Step, Option<u32>>>,
