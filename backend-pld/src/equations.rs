@@ -29,9 +29,9 @@ pub struct Equations {
     pub device: &'static Device,
     /// Comment lines for the header.
     pub head: Vec<String>,
-    /// All signals: the clock, inputs, flip-flops, outputs.
+    /// All signals in this order: the clock, inputs, outputs, flip-flops, buried parts.
     pub signals: Vec<Signal>,
-    /// One for each flip-flop and output.
+    /// One for each flip-flop, for each output that does not share a macrocell, and for each buried part.
     pub equations: Vec<Equation>,
     /// True if the pins are assigned.
     pub has_pins: bool,

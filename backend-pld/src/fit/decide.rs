@@ -97,7 +97,7 @@ impl Equations {
             (equations, wide)
         };
         let (mut equations, mut wide) = if is_refused {
-            // To know how many signals get no pin, their sums are not needed.
+            // The sums are not needed to count the signals that get no pin.
             let of = |function: &Function<'_>| {
                 let form = forms.unsaid(function.node, function.init);
                 first.equation(&mut signals, function, form, logic)

@@ -34,8 +34,8 @@ impl Exclusive {
         Exclusive { logic: with, changes }
     }
 
-    /// The form with the fewest products among those that the device supports. These are the plain one, that of a T flip-flop, and one with an inverter, which
-    /// counts as one more product. Of equal forms, the simplest. `flop`: the flip-flop that stores the function, if any.
+    /// The form with the fewest products that the device supports; of equal forms, the simplest. The forms are the plain one, that of a T flip-flop, and, if
+    /// these exceed a macrocell's own terms, one with an inverter, which counts as a product. `flop`: the flip-flop that stores the function, if any.
     pub(crate) fn best(
         &self,
         forms: &FormChoice<'_>,

@@ -172,7 +172,7 @@ fn listed(names: &[String]) -> String {
 }
 
 impl Misfit {
-    /// The obstacles of each mode, the mode with the fewest first; modes with the same counts appear once.
+    /// The obstacles of each mode, the mode with the fewest first; modes with the same obstacles appear once.
     pub(crate) fn new(equations: &Equations, mut modes: Vec<Obstacles>) -> Self {
         modes.sort_by_key(Obstacles::count);
         let is_input = |source: Source| matches!(source, Source::Input(_));

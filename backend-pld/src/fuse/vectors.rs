@@ -65,7 +65,7 @@ const PER_TERM: usize = 24;
 /// The minimum and maximum number of vectors.
 const BOUNDS: (usize, usize) = (64, 1000);
 
-/// A sufficient number of vectors for a design.
+/// The recommended number of vectors for a design.
 #[must_use]
 pub fn enough(placement: &Placement) -> usize {
     (placement.products().count() * PER_TERM).clamp(BOUNDS.0, BOUNDS.1)
@@ -154,7 +154,7 @@ struct Walk<'a> {
     chip: Chip<'a>,
     placement: &'a Placement,
     clocks: Vec<u32>,
-    /// Pins that are driven, except clocks and enables.
+    /// Pins that the walk drives, except clocks and enables.
     inputs: Vec<u32>,
     /// Pins with a constant level.
     fixed: Vec<(u32, bool)>,

@@ -204,7 +204,7 @@ impl<'a> Reader<'a> {
             'K' => self.fuse_list(body, true),
             'C' => self.sum(body),
             'V' => self.vector(body),
-            // The assumed level of open pins, the order of pins, and repetitions do not change the logic.
+            // The default level in tests does not change the logic.
             'X' => {
                 let _ = self.bit(body, "the default of tests");
             }
@@ -229,7 +229,7 @@ impl<'a> Reader<'a> {
             'U' => "user data outside the fuses",
             _ => "a reserved letter",
         };
-        // Tests and device numbers do not change the contents.
+        // Tests, access times and device numbers do not change the contents.
         if !matches!(letter, 'R' | 'S' | 'T' | 'A' | 'J' | 'D') {
             let span = self.span(field.start, field.start + field.text.trim_end().len());
             self.report(
