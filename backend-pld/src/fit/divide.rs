@@ -8,8 +8,8 @@
 //! ```
 //! A divisor needs a macrocell, is read through the array and so adds one pass. It may serve several functions. The search tries one divisor,
 //! then two, and so on up to the number of spare macrocells. Of the smallest number of divisors with which the design fits, it chooses those with the
-//! fewest product terms; it tries at most [`MOST_TRIES`] placements in each mode. Divisors are the kernels that two products have in common (Brayton and McMullen) and parts cut to the widths that the
-//! device has.
+//! fewest product terms; it tries at most [`MOST_TRIES`] placements in each mode. Divisors are the kernels that two products have in common (Brayton
+//! and McMullen) and parts cut to the widths that the device has.
 
 use super::matching::{PinRequest, Rank};
 use super::need::{Need, View};
