@@ -136,7 +136,7 @@ impl Session {
         crate::stopped(&self.report, stop)
     }
 
-    /// Prints the name of the design that the following lines are about, if there are several designs.
+    /// Prints the name of the design that the following lines are about.
     pub(crate) fn headline(&self, name: &str) {
         if !self.quiet {
             crate::print(&format!("{name}:\n"));
