@@ -258,7 +258,7 @@ pub struct Package {
     pub reason: String,
     /// Warnings and notes.
     pub diagnostics: Vec<Diagnostic>,
-    /// For the style `engine` the tables as they are loaded from a memory: the bytes of `STEM_tables.c`. Empty for all others.
+    /// For a chart that an engine interprets as an image (`engine`, `program`): the bytes of `STEM_tables.c`. Empty for all other styles.
     pub image: Vec<u8>,
     /// The names and types that the harness needs.
     interface: interface::Interface,
@@ -312,7 +312,7 @@ impl Package {
 
 /// The net in C.
 ///
-/// A fact is used only if it is proved; without facts, every chart gets the style `bits` or one variable per step.
+/// A fact is used only if it is proved. Without facts, [`Style::Auto`] gives a chart that is not a statechart the style `bits` or one variable per step.
 ///
 /// # Errors
 /// The requested style does not support the chart, or the net has no reaction program.

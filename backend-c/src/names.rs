@@ -15,7 +15,7 @@ const MEMBERS_OF_GATE: [&str; 3] = ["gate", "gate_in", "gate_dt"];
 
 /// The member of the instance that is the trace ring.
 pub(crate) const MEMBER_OF_TRACE: &str = "trace";
-/// The macros of the header for the trace ring, after the prefix.
+/// The names, without the prefix, of the macros that the header defines for the trace ring.
 const MACROS_OF_TRACE: [&str; 3] = ["TRACE_PLACES", "TRACE_BYTES", "TRACE_CHART"];
 /// The member that records whether the chart runs or has stopped in its safe state.
 pub(crate) const MEMBER_OF_SAFE_STATE: &str = "intact";

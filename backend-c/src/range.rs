@@ -16,7 +16,7 @@ pub(crate) struct Range {
     pub(crate) lo: i64,
     /// The maximum value.
     pub(crate) hi: i64,
-    /// True if it counts what is pending within a reaction.
+    /// True if it counts the events in a queue.
     pub(crate) is_count: bool,
 }
 

@@ -186,7 +186,7 @@ impl Layout<'_> {
         }
     }
 
-    /// Whether the text that was kept calls a helper.
+    /// Whether the emitted text calls a helper.
     fn calls(&self, helper: &str) -> bool {
         let program = &self.program;
         [&program.functions, &program.step, &program.init]

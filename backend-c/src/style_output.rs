@@ -70,7 +70,7 @@ pub(crate) struct Engine {
     pub(crate) declarations: Vec<Node>,
     /// The expression that reads each variable, over `self`.
     pub(crate) values: BTreeMap<VarId, String>,
-    /// The tables as they are loaded.
+    /// The image that the engine loads; empty if it has none.
     pub(crate) image: Vec<u8>,
     /// The text of `NAME_tables.c` below its banner.
     pub(crate) tables: Vec<Node>,

@@ -29,9 +29,9 @@ pub struct Equations {
     pub device: &'static Device,
     /// Comment lines for the header.
     pub head: Vec<String>,
-    /// All signals: the clock, inputs, flip-flops, outputs.
+    /// All signals in this order: the clock, inputs, outputs, flip-flops, buried parts.
     pub signals: Vec<Signal>,
-    /// One for each flip-flop and output.
+    /// One for each flip-flop, for each output that does not share a macrocell, and for each buried part.
     pub equations: Vec<Equation>,
     /// True if the pins are assigned.
     pub has_pins: bool,
@@ -130,7 +130,7 @@ impl Equations {
     }
 }
 
-/// The name of a register. A stored output and its memory have one name in the chart; the memory gets the suffix `q`.
+/// The name of a register. A stored output and its memory have one name in the chart; the memory gets the suffix `_q`.
 pub(crate) fn register_name(namer: &mut Namer, name: &str) -> String {
     if namer.is_taken(name) { namer.name_with_suffix(name, "_q") } else { namer.name(name) }
 }

@@ -1,7 +1,7 @@
 //! iCE40: the pins of each package, and the constraints that assign them to signals.
 //!
 //! Synthesis, placement and the bitstream are done by yosys, nextpnr and icepack; the result is read back and proved like any other text. The
-//! pins are from the tables of Project `IceStorm` (read); registers are 0 after power-up, and yosys inverts those that must start at 1.
+//! pins are from the tables of Project `IceStorm`; registers are 0 after power-up, and yosys inverts those that must start at 1.
 
 use crate::codes;
 use crate::{Emitted, Object};

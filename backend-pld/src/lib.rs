@@ -120,7 +120,8 @@ pub struct EmitOptions {
     pub vectors: Option<Vectors>,
     /// Verilog: a reset input in addition to the initial values.
     pub reset: Option<Reset>,
-    /// Use [`Logic::never`] to minimise sums further: if the chart's assumptions are violated, the text then behaves differently.
+    /// Use the don't-cares of the circuit ([`Logic::never`], [`Logic::unreachable`], [`Logic::open`]): if the chart's assumptions are violated, the text
+    /// then behaves differently.
     pub dont_cares: bool,
     /// The effort limit of the minimiser for one function.
     pub budget: Budget,

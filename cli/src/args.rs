@@ -90,7 +90,7 @@ pub(crate) enum Kind {
     Avr,
 }
 
-/// Whether to use colours.
+/// When to use colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum When {
     Auto,
@@ -165,7 +165,7 @@ impl Verb {
     }
 }
 
-/// The design of a verb.
+/// The design that a verb reads, with the options for reading it.
 #[derive(Debug, Args)]
 pub(crate) struct Input {
     /// A chart (.graf .rules .scxml .st .xml .c .kiss2 .net) or logic (.pds .pld .v .blif .pla .jed); `-` is standard input.
@@ -174,7 +174,7 @@ pub(crate) struct Input {
     pub(crate) reading: Reading,
 }
 
-/// The designs of a verb.
+/// The designs that a verb reads, with the options for reading them.
 #[derive(Debug, Args)]
 pub(crate) struct Inputs {
     /// Charts (.graf .rules .scxml .st .xml .c .kiss2 .net) or logic (.pds .pld .v .blif .pla .jed); `-` is standard input. For a folder, all charts in it and in
@@ -294,7 +294,7 @@ fn constant(text: &str) -> Result<(String, i64), String> {
 }
 
 impl COptions {
-    /// The reader's form of these options.
+    /// These options in the form that the driver accepts.
     pub(crate) fn options(&self) -> grafsynth_driver::read::COptions {
         use grafsynth_driver::read::{CCalls, CGroup, COptions};
         let default = COptions::default();
@@ -431,7 +431,7 @@ pub(crate) struct Build {
     /// Jinja template for `--target template`, rendered with the JSON of the net; `my.py.j2` writes STEM.py; repeatable.
     #[arg(long, value_name = "FILE")]
     pub(crate) template: Vec<String>,
-    /// Skip the proofs; outputs are still read back and tested.
+    /// Skip the proofs; C and circuits are still tested on random reactions.
     #[arg(long)]
     pub(crate) no_proof: bool,
     /// If an output is not equal to the chart, write the trace of the chart that shows it to this file, as `.csv`, `.vcd` or `.jsonl`, and that of the output to
@@ -466,7 +466,7 @@ pub(crate) struct Build {
     /// Call the user's `activated` and `enabled` functions.
     #[arg(long, help_heading = C_OUTPUT)]
     pub(crate) callbacks: bool,
-    /// Also write the tables of `c-engine` and `c-program` as a binary image (`STEM.bin`) that the engine loads from flash or EEPROM.
+    /// Also write the image of `c-engine` or `c-program` (tables or byte code) as `STEM.bin`, which the engine can load from flash or EEPROM.
     #[arg(long, help_heading = C_OUTPUT)]
     pub(crate) blob: bool,
     /// Device for equations, fuse maps and bitstreams (`list` lists the devices).
@@ -684,7 +684,7 @@ const COMPARED: &str = "Charts (.graf .rules .scxml .st .xml .c .kiss2 .net) or 
                         each design on several engines. Several files: compare the first with each of the others, in the columns that both have. Two folders: compare the \
                         charts with the same name. `--board` and `--assert` apply to the first design, the other input options to all";
 
-/// Two worked examples for each verb that reads files.
+/// The examples at the end of a verb's help, by verb.
 const EXAMPLES: [(&str, &str); 12] = [
     (
         "new",

@@ -1,7 +1,7 @@
 //! Shows the runs that demonstrate a result, as text for people and as trace files.
 //!
-//! People see only the relevant part of a run ([`Evidence`]), in at most [`MOST_ROWS`] lines. `--trace FILE` writes every column of every row, and `sim
-//! --stimulus FILE` runs that file again.
+//! People see only the relevant part of a run ([`Evidence`]), in at most [`MOST_ROWS`] lines. `--trace FILE` writes every column of every row;
+//! `sim --stimulus FILE` replays that file if it is a `.csv`.
 
 use crate::load::{Session, Stop};
 use grafsynth_driver::evidence::{Broken, Evidence, MOST_ROWS, Piece};
@@ -169,7 +169,7 @@ fn broken_text(sources: &Sources, broken: &Broken) -> String {
 fn term(sources: &Sources, broken: &Broken) -> Option<String> {
     let text = sources.get(broken.span.file)?.text.get(broken.span.range())?;
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    // The parentheses of `never ( .. )` belong to the sentence, not to the term.
+    // The parentheses of `never ( .. )` belong to the property, not to the term.
     let inner = text.strip_prefix('(').and_then(|text| text.strip_suffix(')'));
     let text = match inner {
         Some(inner) if !inner.contains(['(', ')']) => inner.to_owned(),

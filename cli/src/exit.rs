@@ -7,7 +7,7 @@ use grafsynth_verify::Open;
 /// The outcome of a verb.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Exit {
-    /// Success: done and proved.
+    /// Success.
     Done = 0,
     /// The input is invalid, or the request is impossible.
     Errors = 1,

@@ -136,7 +136,7 @@ impl Session {
         crate::stopped(&self.report, stop)
     }
 
-    /// Prints the name of the design that the following lines are about, if there are several designs.
+    /// Prints the name of the design that the following lines are about.
     pub(crate) fn headline(&self, name: &str) {
         if !self.quiet {
             crate::print(&format!("{name}:\n"));
@@ -157,7 +157,7 @@ impl Session {
         }
     }
 
-    /// Reports if no row of inputs satisfies all assumptions of the chart: then there is nothing to compare or to run.
+    /// True if no row of inputs satisfies all assumptions of the chart, so that there is nothing to compare or to run; this is reported.
     pub(crate) fn is_impossible(&self, net: &Valid<Net>) -> bool {
         let found = grafsynth_verify::check_assumption(net);
         self.show(found.as_slice());

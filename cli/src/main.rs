@@ -151,7 +151,7 @@ fn makes_standard_output(verb: &Verb) -> bool {
     }
 }
 
-/// The exit code, unless the output was lost.
+/// The exit code; if standard output was lost, that of a file that cannot be written.
 fn end(exit: Exit) -> ExitCode {
     let Some(why) = LOST.get() else { return ExitCode::from(exit as u8) };
     print_error(&format!("grafsynth: cannot write to standard output: {why}\n"));

@@ -17,7 +17,7 @@ struct Rule {
     is_taken: bool,
 }
 
-/// The first option of a parsed command that has no effect; `None` if all are used.
+/// The message about the options of a parsed command that have no effect; `None` if all are used.
 pub(crate) fn refusal(cli: &Cli, matches: &ArgMatches) -> Option<String> {
     let (name, given) = matches.subcommand()?;
     let rules = rules(&cli.verb);

@@ -29,7 +29,7 @@ pub struct Design {
 pub struct Chart {
     /// The name of the chart.
     pub name: Name,
-    /// The text does not name the chart: `name` is a default of the reader, and the caller may replace it by the name of the file.
+    /// True if the text does not name the chart: `name` is a default of the front end, and the caller may replace it with the name of the file.
     pub is_unnamed: bool,
     /// The whole chart, for findings about it.
     pub span: Span,

@@ -56,7 +56,7 @@ codes! {
     LISTED_TWICE = "G0326", "duplicate entry in a list";
     /// A priority, level or limit is below 1.
     BELOW_ONE = "G0327", "number below 1";
-    /// The cost of a task exceeds its budget, or it contains a statement that tasks do not allow.
+    /// A task costs more than the budget of its step, or contains a statement that tasks do not allow.
     TASK = "G0328", "invalid task";
     /// The duration or a use of a controlled action is invalid.
     ACTION = "G0329", "duration without a timed qualifier";

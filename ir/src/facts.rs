@@ -10,7 +10,7 @@ pub struct Facts {
     pub reach: Option<Reach>,
     /// Place invariants: each gives the number of active steps in a set, which is the same in every reachable situation.
     pub invariants: Vec<Invariant>,
-    /// A cover by disjoint sequential components, each with exactly one active step. Empty if none was found.
+    /// A cover by disjoint sequential components. Empty if none was found.
     pub components: Vec<Component>,
     /// The component of each step, as an index into `components`, if it has one.
     pub component_of: Option<IdMap<Step, Option<u32>>>,
@@ -34,7 +34,7 @@ pub struct Facts {
 
 impl Facts {
     /// The proved maximum number of rounds in the evolution of one reaction, including the last check, which finds nothing to fire. `None` for charts
-    /// without evolution, and if nothing was proved. Outside statecharts, a bound on the micro-steps is also a bound on the rounds, plus one.
+    /// without evolution, and if nothing was proved. Outside statecharts, the rounds are at most the proved bound on the micro-steps plus one.
     #[must_use]
     pub fn most_rounds(&self, net: &Net) -> Option<Proved<u32>> {
         let Evolution::Stable { .. } = net.settings.evolution else { return None };

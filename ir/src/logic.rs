@@ -63,7 +63,7 @@ pub enum Function {
 /// A condition under which the value of a function is open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Open {
-    /// A condition over the inputs and the flip-flops before the clock edge: while it is true, the function may have any value.
+    /// The function.
     pub of: Function,
     /// A condition over the inputs and the flip-flops before the clock edge: if it is true, the function may have any value.
     pub when: NodeId,

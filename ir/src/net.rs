@@ -237,7 +237,8 @@ impl Policy {
     }
 }
 
-/// The largest limit of micro-steps. A chart that never becomes stable runs this many in each reaction before the fault is detected.
+/// The largest limit of micro-steps. With this limit, a chart that never becomes stable runs a million micro-steps in each reaction before the fault is
+/// detected.
 pub const MAX_LIMIT: u32 = 1_000_000;
 
 /// The number of micro-steps in a reaction (§3.4).
@@ -300,9 +301,9 @@ pub enum InputKind {
     Pin,
     /// A function of the user's C library, called at most once per reaction (§6).
     Extern,
-    /// An event that only the chart raises; such an event has no column in a stimulus.
+    /// An event that the environment can raise: a column of the stimulus.
     Event,
-    /// An event that only the chart raises; it has no column.
+    /// An event that only the chart raises; it has no column in a stimulus.
     InternalEvent,
 }
 

@@ -34,7 +34,7 @@ use grafsynth_ir::{IdMap, Valid};
 use outline::{Home, Piece, cut, homes};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The number of expression nodes that count as one transition when functions are filled.
+/// The number of expression nodes that count as one transition when a program is split into functions.
 pub(crate) const NODES_PER_TRANSITION: usize = 16;
 
 /// Marks an `if` as the one that runs a task.

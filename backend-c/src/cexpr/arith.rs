@@ -29,10 +29,10 @@ impl CExpr {
                 ArithOp::Add | ArithOp::Mul => {}
             }
         }
-        // Validation rejects nets without a result; the widest interval keeps the printer total.
+        // Validation rejects expressions without a result; the widest interval is only a fallback.
         let (lo, hi) =
             interval::arith(op, (a.lo, a.hi), (b.lo, b.hi)).unwrap_or((i64::MIN, i64::MAX));
-        // The result is constant, for example the remainder of a division by 1, which one of the compilers reports as a mistake.
+        // The result is constant, for example the remainder of a division by 1; one of the compilers warns about such an expression.
         if lo == hi {
             return CExpr::int(lo);
         }

@@ -613,7 +613,7 @@ fn emit(
     let clear = clear_words(names);
     let mut start = clear.clone();
     start.push(Node::line("self->image = image;"));
-    // The unused part of the memory must be the same every time.
+    // The unused part is cleared too, because instances are compared byte by byte.
     start.push(clear_array(&format!("{upper}_BITS"), "self->bits[i] = 0U;"));
     start.push(clear_array(&format!("{upper}_VALUES"), "self->values[i] = 0;"));
     start.extend(run(true));

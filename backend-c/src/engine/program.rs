@@ -126,7 +126,7 @@ fn conditions(net: &Net, program: &Program) -> (BTreeSet<InputId>, BTreeSet<Inpu
         .partition(|input| in_edges.contains(input))
 }
 
-/// Like the interface of the tables, with functions and texts.
+/// Like the interface number of tables, but extern functions and C texts count too.
 fn interface(net: &Net, places: &Places, ticks: Option<Ticks>) -> u32 {
     let mut text = super::interface_text(net, ticks);
     text.push_str("program\n");
@@ -258,7 +258,7 @@ fn emit(
     let reset = reaction(net, names, places, room, ticks, &locals, &going, true);
     let step = reaction(net, names, places, room, ticks, &locals, &going, false);
     let mut start = vec![Node::line("self->image = image;")];
-    // The unused part of the memory must be the same every time.
+    // The unused part is cleared too, because instances are compared byte by byte.
     start.push(clear_array(&format!("{upper}_BITS"), "self->bits[i] = 0U;"));
     start.push(clear_array(&format!("{upper}_VALUES"), "self->values[i] = 0;"));
     start.extend(reset);

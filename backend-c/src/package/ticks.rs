@@ -18,7 +18,7 @@ impl Ratio {
         Ratio { multiply: unit_ns / common, divide: tick / common, elapsed }
     }
 
-    /// The C type that can represent a product plus the remainder. (A remainder plus 32 bits of milliseconds without a factor is enough for more than 24 days.)
+    /// The C type that can represent a product plus the remainder, if a 32-bit clock advances by less than 2^31 between two calls (24 days of milliseconds).
     fn type_name(&self) -> &'static str {
         let most = if self.elapsed == "uint16_t" { 0xffff } else { u64::from(u32::MAX / 2) };
         let most = self.multiply.saturating_mul(most).saturating_add(self.divide);

@@ -33,7 +33,7 @@ pub(super) struct Region {
     pub(super) root: StepId,
     /// Atomic and parallel states, in document order: the number is the index plus one.
     pub(super) terminals: Vec<StepId>,
-    /// The others, in document order.
+    /// Composite states, in document order.
     pub(super) composites: Vec<StepId>,
     /// Its parallel states with their regions.
     pub(super) nested: Vec<(StepId, Vec<usize>)>,
@@ -70,7 +70,7 @@ pub(super) struct Route {
 /// What a history records.
 #[derive(Debug, Clone)]
 pub(super) enum Memory {
-    /// The variable of its owner's region; for each of its values, what is entered.
+    /// The variable of its owner's region; for each state that it may record, what is entered.
     One(usize, Vec<(StepId, Vec<Enter>)>),
     /// The variables of these regions, all inside the owner, in document order: a deep history over several regions.
     Deep(Vec<usize>),
@@ -84,9 +84,9 @@ pub(super) struct Plan {
     pub(super) regions: Vec<Region>,
     /// The region of each state; for a parallel state, the region in which it is a terminal.
     pub(super) region_of: IdMap<Step, usize>,
-    /// The depth in its region; the outermost state has depth 1.
+    /// The depth of each state in its region; the outermost state has depth 1.
     pub(super) depth: IdMap<Step, u32>,
-    /// Its first and last number.
+    /// For each state, the first and last number of the terminals in it.
     pub(super) range: IdMap<Step, (usize, usize)>,
     pub(super) routes: IdMap<Transition, Option<Route>>,
     /// Regions, those of a parallel state before the region that contains it.

@@ -109,7 +109,8 @@ pub struct Device {
     pub power_up: PowerUp,
     /// Whether there is a synchronous preset and an asynchronous reset for all flip-flops.
     pub has_global_reset: bool,
-    /// Macrocells whose pins cannot be read in a design without registers if another such pin is read.
+    /// Pins of macrocells that product terms cannot read in a design without registers: on a PAL never, on a GAL if an output is read back or
+    /// has an enable term (complex mode).
     pub deaf_pins: &'static [u32],
     /// True if a design without registers may use the clock and control pins as inputs.
     pub free_when_combinational: bool,
@@ -384,7 +385,7 @@ impl Device {
     pub fn power_up_value(&self, pin_inverted: bool, complemented: bool) -> bool {
         match self.power_up {
             PowerUp::PinsHigh => !pin_inverted,
-            // The gate inverts relative to the pin if exactly one of both is true; the pin is then high, and the signal is the pin or its complement.
+            // The pin is high if exactly one of `pin_inverted` and `complemented` is true; the signal is the pin or, if `pin_inverted`, its complement.
             PowerUp::ByPolarity => complemented,
         }
     }

@@ -86,7 +86,7 @@ impl Equations {
             .collect();
         let has_registers = self.equations.iter().any(|equation| equation.is_registered);
         let view = View { device, mode: None, has_registers };
-        // Pins without a macrocell serve inputs first; the remaining inputs must not take all the pins that outputs need.
+        // Inputs use pins without a macrocell first; the others are placed last, so that they do not take pins that outputs need.
         for &(signal, need) in needs {
             let wants = matches!(need, Need::Clock | Need::Input);
             if wants && self.signals[signal].pin.is_none() {

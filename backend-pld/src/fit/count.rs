@@ -10,8 +10,8 @@ use std::collections::BTreeSet;
 /// Sums with this many times the product terms of a device cannot fit, however they are divided.
 const FAR_TOO_MANY: usize = 2;
 
-/// The resources that the device lacks; `None` if counting finds nothing. A flip-flop may be an output, which gives a lower
-/// bound.
+/// The resources that the device lacks; `None` if counting finds nothing. The numbers are lower bounds: a
+/// flip-flop and an output may share a macrocell.
 pub(crate) fn lacks(logic: &Logic, device: &Device, options: &EmitOptions) -> Option<String> {
     let (n_inputs, n_flops) = (logic.inputs.len(), logic.flops.len());
     // Outputs that are assigned to one pin count as one.

@@ -41,7 +41,7 @@ impl Equations {
         let mut findings = Vec::new();
         let device = find_device(options, &mut findings);
         if dialect == Dialect::Galasm && device.layout.is_none() {
-            // The assemblers of this language make fuse maps for the supported devices only.
+            // A text in this language only serves to make a fuse map, so a device without a known fuse map is refused.
             findings.push(crate::fuse::no_map(device));
         }
         let target = match dialect {
@@ -97,7 +97,7 @@ impl Equations {
             (equations, wide)
         };
         let (mut equations, mut wide) = if is_refused {
-            // To know how many signals get no pin, their sums are not needed.
+            // The sums are not needed to count the signals that get no pin.
             let of = |function: &Function<'_>| {
                 let form = forms.unsaid(function.node, function.init);
                 first.equation(&mut signals, function, form, logic)
@@ -194,7 +194,7 @@ impl Equations {
             moved: Vec::new(),
         };
         result.share_pins(logic, options);
-        // If the circuit lacks macrocells or pins without the parts of its functions, pins are not assigned to the parts.
+        // If macrocells or pins are lacking even without the parts of wide functions, the parts get no pins.
         let by_count = lack.as_ref().filter(|_| result.depth > 0);
         let mut misfit = result.assign_pins(logic, options, by_count.is_none(), &mut findings);
         if !is_hopeless && misfit.as_ref().is_some_and(Misfit::is_about_width) {

@@ -7,9 +7,9 @@
 //!                                  =>  f = p1 + .. + p14 + n
 //! ```
 //! A divisor needs a macrocell, is read through the array and so adds one pass. It may serve several functions. The search tries one divisor,
-//! then two, and so on up to the number of spare macrocells, and chooses among the first that fit those with the fewest product terms; [`MOST_TRIES`]
-//! placements are the limit. Divisors are the kernels that two products have in common (Brayton and McMullen) and parts cut to the widths that the
-//! device has.
+//! then two, and so on up to the number of spare macrocells. Of the smallest number of divisors with which the design fits, it chooses those with the
+//! fewest product terms; it tries at most [`MOST_TRIES`] placements in each mode. Divisors are the kernels that two products have in common (Brayton
+//! and McMullen) and parts cut to the widths that the device has.
 
 use super::matching::{PinRequest, Rank};
 use super::need::{Need, View};
@@ -60,7 +60,7 @@ impl State {
         self.sums.iter().map(Sum::n_terms).sum()
     }
 
-    /// A lower bound of the state: this many more divisors, and one product in every sum.
+    /// The state at its narrowest: `n_more` more divisors, and one product in every sum.
     fn narrow(&self, n_more: usize) -> State {
         let mut state = self.clone();
         for sum in &mut state.sums {
@@ -177,10 +177,10 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The number of products of the narrowest function that has no macrocell; `None` if everything fits.
+    /// The number of product terms of a function without a macrocell: the first that the quick check finds, otherwise the narrowest. `None` if everything fits.
     fn misplaced(&mut self, state: &State) -> Option<usize> {
         self.tries += 1;
-        // A greedy match of the widest functions with the widest macrocells is a quick upper bound.
+        // A quick check without pins: the widest functions must fit in the widest macrocells, one by one.
         for (cells, is_registered) in self.cells.iter().zip([false, true]) {
             let of_kind = state.sums.iter().filter(|sum| sum.is_registered == is_registered);
             let mut terms: Vec<usize> = of_kind.map(Sum::n_terms).collect();

@@ -14,7 +14,7 @@ use grafsynth_logic::node_bdds::Var;
 
 /// Inverters are tried only for sums with at most this many signals.
 const MOST_SIGNALS: usize = 12;
-/// A circuit with more nodes fits none of these devices, and would be copied for each of its functions.
+/// Inverters are tried only for circuits with at most this many nodes: a larger one fits none of these devices, and each try copies the circuit.
 const MOST_NODES: usize = 20_000;
 
 /// A circuit with an additional function for each flip-flop, which is true if the flip-flop changes.
@@ -34,8 +34,8 @@ impl Exclusive {
         Exclusive { logic: with, changes }
     }
 
-    /// The form with the fewest products among those that the device supports. These are the plain one, that of a T flip-flop, and one with an inverter, which
-    /// counts as one more product. Of equal forms, the simplest. `flop`: the flip-flop that stores the function, if any.
+    /// The form with the fewest products that the device supports; of equal forms, the simplest. The forms are the plain one, that of a T flip-flop, and, if
+    /// these exceed a macrocell's own terms, one with an inverter, which counts as a product. `flop`: the flip-flop that stores the function, if any.
     pub(crate) fn best(
         &self,
         forms: &FormChoice<'_>,
@@ -50,7 +50,7 @@ impl Exclusive {
                 .map_or(usize::MAX, |form| form.products.len() + form.inverter.iter().count())
         };
         let mut best = plain;
-        // The power-up value is known only for a T flip-flop that is not inverted.
+        // A T flip-flop is used only without inversion, so it must be 0 after power-up.
         if let (Some(flop), Some(false)) = (flop, init)
             && forms.device.has_flip_flop(FlipFlop::T)
             && count(&best) > 1

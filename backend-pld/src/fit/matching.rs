@@ -84,9 +84,10 @@ pub(crate) fn in_order(view: View, free: &[u32], wishes: &mut [PinRequest]) {
 /// Assigns signals to pins: inputs and outputs in the order of their declarations, all others such that a small edit of the chart moves few of them.
 ///
 /// All pairs of a signal and a pin that can carry it are tried in one fixed order, and a pair is used if both are still free: first the pins of an
-/// earlier build, then those of [`in_order`], then the first possible pins for outputs whose natural pin is not possible, then flip-flops that no
-/// output shows, by [`liking`]. The preference of such a flip-flop depends only on its name, not on other signals, its position in the chart or the
-/// number of its products. So it moves only if its pin cannot hold it any more, or if a new signal has a higher preference for that pin.
+/// earlier build, then those of [`in_order`], then the first possible pins for outputs whose natural pin is not possible, then flip-flops and parts
+/// that no output shows, by [`liking`], then the other inputs. The preference of such a flip-flop depends only on its name, not on other signals, its
+/// position in the chart or the number of its products. So it moves only if its pin cannot hold it any more, or if a new signal has a higher
+/// preference for that pin.
 ///
 /// A signal without a pin after that displaces one that can move to another pin, so as many signals as possible are placed.
 pub(crate) struct Matching {

@@ -28,9 +28,9 @@ pub(crate) struct Misfit {
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Obstacles {
     pub(crate) mode: &'static str,
-    /// Signals without a pin, by name.
+    /// Inputs without a pin, by name.
     pub(crate) inputs: Vec<String>,
-    /// Functions that any macrocell could hold, if one were left.
+    /// Functions without a macrocell: those that are wide enough are all in use, or the device has no flip-flops.
     functions: Vec<String>,
     /// Combinational functions, if every macrocell is registered.
     combinational: Vec<String>,
@@ -172,7 +172,7 @@ fn listed(names: &[String]) -> String {
 }
 
 impl Misfit {
-    /// The obstacles of each mode, the mode with the fewest first; modes with the same counts appear once.
+    /// The obstacles of each mode, the mode with the fewest first; modes with the same obstacles appear once.
     pub(crate) fn new(equations: &Equations, mut modes: Vec<Obstacles>) -> Self {
         modes.sort_by_key(Obstacles::count);
         let is_input = |source: Source| matches!(source, Source::Input(_));

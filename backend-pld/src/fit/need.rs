@@ -80,7 +80,7 @@ pub enum Refusal {
     NoFlops,
     /// It has no macrocell.
     NoMacrocell,
-    /// Its macrocell has no flip-flop, or always uses one, and the function needs the other kind.
+    /// The macrocell has no flip-flop but the function needs one, or the macrocell always uses its flip-flop and the function has none.
     OtherKind {
         /// True if the function has a flip-flop.
         is_registered: bool,
@@ -217,7 +217,7 @@ impl View {
                 if !is_read || is_registered {
                     return None;
                 }
-                // In the simplest mode of several, no output can be read; all assemblers do the same.
+                // In the simplest mode of several, no output can be read; all assemblers follow this rule.
                 let is_plain = |mode: &&Mode| {
                     device.layout.is_some_and(|layout| layout.modes[0].name == mode.name)
                 };

@@ -13,7 +13,7 @@ pub const NOT_SYNCHRONOUS: Code =
     Code { id: "G0783", title: "device that is not a single-clock circuit" };
 /// The levels never settle.
 pub const NOT_SETTLING: Code = Code { id: "G0784", title: "unstable combinational output" };
-/// The file does not follow JEDEC 3.
+/// The file does not follow the standard JESD3-C.
 pub const SYNTAX: Code = Code { id: "G0785", title: "syntax error in a JEDEC file" };
 /// A checksum is wrong.
 pub const CHECKSUM: Code = Code { id: "G0786", title: "checksum mismatch" };

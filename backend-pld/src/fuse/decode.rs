@@ -92,7 +92,7 @@ impl Reader<'_> {
         })
     }
 
-    /// True if some row has a fuse of this pin's columns connected, whatever its other fuses are.
+    /// True if a row that can be true is connected to one of this pin's columns.
     fn is_read(&self, pin: u32) -> bool {
         let Some(column) = self.mode.column(pin) else { return false };
         (0..self.layout.n_rows()).any(|row| {

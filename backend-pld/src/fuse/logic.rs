@@ -59,8 +59,8 @@ pub fn logic(placement: &Placement, roles: &[Role]) -> Result<Logic, Vec<Diagnos
     Ok(maker.builder.finish())
 }
 
-/// The default roles of the pins of a placement, with its names. Every macrocell's pin is an output, a registered one also a flip-flop, and every other pin
-/// that is read is an input.
+/// The default roles of the pins of a placement, with its names. Every macrocell's pin is an output unless it is permanently disabled, a registered
+/// one is also a flip-flop, and every other pin that is read is an input.
 #[must_use]
 pub fn own_roles(placement: &Placement) -> Vec<Role> {
     let clock = clock(placement).ok().flatten();
@@ -91,8 +91,8 @@ pub fn own_roles(placement: &Placement) -> Vec<Role> {
     roles
 }
 
-/// The pins of a device that is not a circuit with one clock: every pin that is read from outside is an input, clocks too, and every macrocell is an
-/// output. The functions do not matter; the roles map pins to objects.
+/// The pins of a device that is not a circuit with one clock: every pin that is read from outside is an input, clocks too, and every macrocell that
+/// can drive its pin is an output. The functions do not matter; the roles map pins to objects.
 #[must_use]
 pub fn shell(placement: &Placement) -> (Logic, Vec<Role>) {
     let mut builder = Builder::default();

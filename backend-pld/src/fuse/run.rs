@@ -97,7 +97,6 @@ impl<'a> Burned<'a> {
 impl Parts for Burned<'_> {
     fn set_input(&mut self, input: PinInputId, value: u64) {
         if let Some((pin, is_inverted)) = self.inputs[input] {
-            // All 64 lanes carry the same run: the simulator of circuits uses the lowest one.
             let value = if is_inverted { !value } else { value };
             let outcome = self.chip.put(&[(pin, value)]);
             self.done(outcome);
@@ -143,7 +142,7 @@ pub fn difference(
             random ^= random << 13;
             random ^= random >> 7;
             random ^= random << 17;
-            // In a few runs all inputs are low, or change rarely.
+            // In four of the 64 runs all inputs stay low.
             let value = random & !0xF;
             device.set_input(input, value);
             circuit.set_input(input, value);

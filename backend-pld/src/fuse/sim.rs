@@ -189,7 +189,7 @@ impl<'a> Chip<'a> {
         cell.shape.filter(|shape| shape.register != Register::None).map(|_| cell.q)
     }
 
-    /// Pins that clock flip-flops through a single pin, each once.
+    /// Pins that clock flip-flops directly, not through a product term, each once.
     #[must_use]
     pub fn clock_pins(&self) -> Vec<u32> {
         let mut pins: Vec<u32> = Vec::new();

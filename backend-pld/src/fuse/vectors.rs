@@ -1,8 +1,9 @@
 //! Test vectors for the programmer: levels to apply to the pins and levels to expect, from the fuse simulator.
 //!
 //! The first vector checks the device after power-up. The others are a walk: each step tries 64 rows of inputs in parallel and chooses the one
-//! that leads to the least visited state, so that it reaches all situations of a controller and stays near their boundaries. Unused input pins
-//! are driven to both levels, so that a fuse that connects them by mistake is detected.
+//! with the rarest state change and, among equals, the least visited state, so that the walk reaches many situations of a controller. Half of
+//! the rows differ from the last one in a single input. Unused input pins are driven to both levels, so that a fuse that connects them by
+//! mistake is detected.
 
 use super::FuseMap;
 use super::sim::Chip;
@@ -64,7 +65,7 @@ const PER_TERM: usize = 24;
 /// The minimum and maximum number of vectors.
 const BOUNDS: (usize, usize) = (64, 1000);
 
-/// A sufficient number of vectors for a design.
+/// The recommended number of vectors for a design.
 #[must_use]
 pub fn enough(placement: &Placement) -> usize {
     (placement.products().count() * PER_TERM).clamp(BOUNDS.0, BOUNDS.1)
@@ -153,7 +154,7 @@ struct Walk<'a> {
     chip: Chip<'a>,
     placement: &'a Placement,
     clocks: Vec<u32>,
-    /// Pins that are driven, except clocks and enables.
+    /// Pins that the walk drives, except clocks and enables.
     inputs: Vec<u32>,
     /// Pins with a constant level.
     fixed: Vec<(u32, bool)>,
@@ -249,7 +250,7 @@ impl<'a> Walk<'a> {
         Ok(self.vector(true))
     }
 
-    /// Clocks once with inputs that take a rarely used transition, if possible to the least visited state, and returns the vector.
+    /// Clocks once with the inputs that cause the rarest state change and, among equals, lead to the least visited state; returns the vector.
     fn step(&mut self) -> Result<Vector, Box<Diagnostic>> {
         let before = self.chip.state(0);
         // Half of the runs change single inputs of the last row, so that the walk tests both sides of every literal.

@@ -138,7 +138,7 @@ impl Jedec {
                 return Err(Box::new(finding.at(self.span, "the number of fuses").help(help)));
             }
             None => {
-                // A device that replaces another one has the fuses of that one.
+                // Entries for a GAL that replaces a PAL are left out, because their fuses are those of the GAL.
                 let is_itself =
                     |device: &Device| device.burned_as.eq_ignore_ascii_case(device.name);
                 let possible: Vec<&'static Device> = DEVICES

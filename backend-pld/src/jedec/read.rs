@@ -10,7 +10,7 @@ use crate::fuse::{checksum, codes};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::{FileId, Span};
 
-/// A file with more fuses is not read; the largest device in use has some hundred thousand.
+/// A file with more fuses is not read; the largest device in use has a few hundred thousand.
 const MOST_FUSES: u32 = 1 << 22;
 /// Vectors beyond this number are not read.
 const MOST_VECTORS: usize = 1 << 16;
@@ -204,7 +204,7 @@ impl<'a> Reader<'a> {
             'K' => self.fuse_list(body, true),
             'C' => self.sum(body),
             'V' => self.vector(body),
-            // The assumed level of open pins, the order of pins, and repetitions do not change the logic.
+            // The default level in tests does not change the logic.
             'X' => {
                 let _ = self.bit(body, "the default of tests");
             }
@@ -229,7 +229,7 @@ impl<'a> Reader<'a> {
             'U' => "user data outside the fuses",
             _ => "a reserved letter",
         };
-        // Tests and device numbers do not change the contents.
+        // Tests, access times and device numbers do not change the contents.
         if !matches!(letter, 'R' | 'S' | 'T' | 'A' | 'J' | 'D') {
             let span = self.span(field.start, field.start + field.text.trim_end().len());
             self.report(

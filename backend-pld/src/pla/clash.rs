@@ -68,7 +68,7 @@ pub fn clashes(table: &Pla, places: &Places) -> Vec<Diagnostic> {
     findings
 }
 
-/// The maximum number of product pairs that the search for the first intersection examines.
+/// The maximum number of product pairs that the search for the first intersection examines in [`function`]; [`clashes`] examines up to 50 times as many.
 const PAIRS: u32 = 4_000_000;
 
 fn contradiction(table: &Pla, output: usize, pair: Option<&Pair>) -> Diagnostic {
@@ -128,7 +128,7 @@ pub fn undefined(table: &Pla, places: &Places, outputs: &[usize]) -> Option<Diag
 /// Two products of an output that intersect.
 struct Pair {
     places: [Span; 2],
-    /// The values of the inputs that one of the products fixes.
+    /// The values of the inputs that at least one of the products fixes.
     point: Vec<(usize, bool)>,
     /// True if the first product is a don't-care; false if it is a 1.
     is_free: bool,

@@ -1,4 +1,4 @@
-//! The writer of tables: rows of products; on, free and off with the same inputs are joined in one row only if the kind allows it.
+//! The writer of tables: one row for each product of the on-set, the don't-care set and the off-set.
 
 use super::{Kind, Pla};
 use grafsynth_logic::minimise::Terms;

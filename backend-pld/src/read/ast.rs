@@ -301,7 +301,7 @@ impl PldAst {
                 .at(span, "assigned again here")
                 .at(first.span, "first assigned here");
             let is_free = |pin: &u32| self.signals.iter().all(|signal| signal.pin != Some(*pin));
-            // An input can use any pin; an output needs a macrocell.
+            // Free input pins are suggested for an input, free macrocells for an output.
             if let Some(device) = self.device {
                 let wants_output = self
                     .signals

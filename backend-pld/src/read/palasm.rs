@@ -438,7 +438,7 @@ impl<'a> Parser<'a, '_> {
             return;
         }
         self.lexer.advance();
-        // A string is an internal signal whose function is its text. This is equivalent: only `*` can bind across its boundary.
+        // A string is an internal signal whose function is its text. This is equivalent unless the text is a sum, which causes a warning.
         let id = self.draft.declare(name.text, span, Role::Internal);
         let mut lexer = Lexer::starting_at(
             self.lexer.upto(text.start + text.text.len() - 1),
@@ -682,7 +682,7 @@ impl<'a> Parser<'a, '_> {
     }
 }
 
-/// Reads an output enable: one that is always on is redundant; any other is dropped with a warning.
+/// Reads an output enable: one that is always on is redundant; any other is ignored in the circuit, with a warning, but kept for the fuse map.
 pub(crate) fn enable(draft: &mut PldAst, id: SignalId, definition: Definition) {
     if let Some(first) = draft.enables.insert(id, definition) {
         let message = format!("`{}` has two output enables", draft.signals[id as usize].name);

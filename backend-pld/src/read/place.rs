@@ -14,7 +14,7 @@ use grafsynth_ir::span::Span;
 const MAX_DEPTH: u32 = 400;
 /// The maximum number of intermediate products while a function is multiplied out.
 const MAX_PRODUCTS: usize = 2048;
-/// The maximum number of products for multiplying out all functions of a text.
+/// The maximum number of steps (expressions visited and products made) for multiplying out all functions of a text.
 const MAX_WORK: usize = 1 << 20;
 
 /// The macrocells that a text defines.

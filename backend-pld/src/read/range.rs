@@ -12,8 +12,8 @@ enum Part {
 
 /// True for the numbers from `low` to `high`, over these bits; the other bits are free. `low` is at most `high`.
 ///
-/// Starts at the highest bit. As long as the bits equal those of both limits, the number may still equal either limit; then it may equal one of them,
-/// or neither. The resulting sum has at most two products for each bit, and no redundant one if the bits have no gaps.
+/// Built from the lowest bit up, with one condition for each case in which the lower bits still matter: the higher bits equal those of `low`, of
+/// `high`, or of both. The resulting sum has at most two products for each bit, and no redundant one if the bits have no gaps.
 pub(crate) fn within(
     draft: &mut PldAst,
     bits: &BTreeMap<u32, ExprId>,
@@ -44,7 +44,7 @@ pub(crate) fn within(
             (false, false) => branch(draft, bit, both, none),
             (true, true) => branch(draft, bit, none, both),
             (false, true) => branch(draft, bit, above, below),
-            // Only below the bit where the limits differ, so no number equals both.
+            // This occurs only below the highest bit in which the limits differ, so no number's higher bits equal those of both limits.
             (true, false) => none,
         };
         (above, below) = (next_above, next_below);

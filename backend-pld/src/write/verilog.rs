@@ -156,9 +156,9 @@ fn wrapped(source: &mut SourceText, indent: &str, statement: &str, name: &str, m
 enum Level {
     /// No operator around it.
     Loose,
-    /// An operand of `|`, `^` or `?:`: a product needs no parentheses, all others do.
+    /// An operand of `|`, or a branch of `?:`: sums, exclusive-ors and choices need parentheses.
     Sum,
-    /// An operand of `&` or `~`.
+    /// An operand of `&`, `^` or `~`, or the condition of `?:`: all operations except a negation need parentheses.
     Tight,
 }
 

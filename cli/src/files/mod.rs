@@ -84,7 +84,7 @@ pub(crate) fn below(folder: &str) -> Result<Vec<String>, String> {
             if entry.file_type().map_err(|why| cannot(&path, &why))?.is_dir() {
                 open.push(path);
             } else if path.is_file() || !path.exists() {
-                // The reader will report a broken link.
+                // A broken link is reported when the file is read.
                 let text = path.to_str().ok_or_else(|| cannot(&path, &"its name is not UTF-8"))?;
                 found.push(text.to_owned());
             }

@@ -452,7 +452,7 @@ impl Drop for Staging {
             return;
         }
         self.empty();
-        // Processes that wait for the lock see that the file is gone and start again; if one of them was quicker, the entry is theirs.
+        // Processes that wait for the lock see that the file is gone and start again; if one of them was quicker, the entry belongs to it.
         let _ = fs::remove_file(self.entry.join(LOCK));
         drop(self.lock.take());
         let _ = fs::remove_dir(&self.entry);

@@ -516,7 +516,7 @@ fn right_style(net: &Valid<Net>, facts: &Facts, options: &BuildOptions, wrong: &
     Note::NoStyle
 }
 
-/// The tables of charts that an engine interprets, except those that were refuted.
+/// The images of charts that an engine interprets, each with its file name, except those of refuted outputs.
 fn images(built: &Built) -> Vec<(String, Vec<u8>)> {
     let kept = |name: &str| built.files.iter().any(|file| is_file(&file.name, name));
     built

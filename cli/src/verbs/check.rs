@@ -187,7 +187,7 @@ fn looked_for_text(checked: &[Checked]) -> String {
     format!("{}\n", parts.join(" · "))
 }
 
-/// Logic has no properties; reports what was read.
+/// Logic has no properties; reports what was read, and whether the test vectors of the file pass.
 fn logic(session: &Session, design: &LogicDesign, mut found: Vec<Diagnostic>) -> Exit {
     found.extend(design.remarks());
     session.show(&found);

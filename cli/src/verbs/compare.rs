@@ -117,7 +117,7 @@ fn of_second(first: &Reading, path: &str) -> Reading {
     }
 }
 
-/// Two designs: the common columns of both traces must be equal. If one of them is logic, their equality is then proved for every stimulus.
+/// Compares two designs in the columns that both have: by a test, by a proof for every stimulus, or by both.
 /// `is_new`: the findings about the first design were not shown yet.
 fn pair(
     session: &mut Session,

@@ -123,7 +123,7 @@ pub(crate) fn run(
     }
 }
 
-/// The error for two charts that allow no common row, so nothing can be compared.
+/// The error if no row of inputs satisfies the assumptions of both charts, so that nothing can be compared.
 pub(crate) fn nothing_legal() -> Stop {
     Stop::Input(
         "no row of inputs satisfies the assumptions of both charts, so there is nothing to compare"

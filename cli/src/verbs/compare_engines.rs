@@ -114,7 +114,7 @@ fn engines(arguments: &Compare) -> Result<Vec<NamedEngine>, Stop> {
 struct Comparison<'a> {
     session: &'a Session,
     arguments: &'a Compare,
-    /// The chart, and the net that runs: without the C code of the chart's author, unless it is trusted.
+    /// The chart. `job` contains the net that runs, which lacks the C code of the chart's author unless it is trusted.
     net: &'a Valid<Net>,
     job: Job<'a>,
     reference: &'a Trace,

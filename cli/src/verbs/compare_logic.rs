@@ -1,4 +1,4 @@
-//! `grafsynth compare A B` where B is imported logic: a test, and then a proof for every stimulus of a chip.
+//! `grafsynth compare A B` where A or B is imported logic: a test, and then a proof for every stimulus of a chip.
 
 use super::compare::{nothing_asked, reactions};
 use super::compare_charts::cells;

@@ -78,7 +78,7 @@ pub(super) fn run(
                 is_refused = true;
                 let target = Target::named(name).map_or("", Target::name);
                 built.refused.extend(Refusal::of(target, &found));
-                // Several targets may be refused for the same reason, which is said once.
+                // Several targets may be refused for the same reason, which is reported once.
                 let new = found.into_iter().filter(|one| !built.found.contains(one));
                 let new: Vec<Diagnostic> = new.collect();
                 session.show(&new);

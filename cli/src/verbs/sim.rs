@@ -34,7 +34,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
     let design = match design {
         Design::Net(design) => design,
         Design::Logic(design) => {
-            // Fuse maps can run with any clocks.
+            // Fuses are simulated directly, so they need not form a single-clock circuit.
             if design.fuses.is_none() {
                 found.extend(design.beyond.iter().cloned());
             }

@@ -58,7 +58,7 @@ pub(super) fn inner_histories(lowering: &mut Lowering<'_>) {
     }
 }
 
-/// The additional cases of a transition, in addition to the one that it was lowered to; empty if that one is always correct.
+/// The cases of a transition in addition to the one that it was lowered to; empty if that one is always correct.
 fn ways_of(
     lowering: &mut Lowering<'_>,
     one: Inner,

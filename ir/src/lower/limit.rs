@@ -14,7 +14,7 @@ use std::collections::{BTreeMap, BTreeSet};
 const LOOPS: u32 = 1000;
 
 /// Sets the limit of micro-steps if the chart has none. Runs last, when all steps and transitions exist: the limit is the number of leaf and enclosing steps
-/// plus transitions, without reactions. Without a cycle no reaction of a statechart needs more, so only charts that need the larger number pay for it.
+/// plus transitions, without reactions. Without a cycle no reaction of a statechart needs more, so only charts with a cycle get the larger limit [`LOOPS`].
 pub(super) fn limit(lowering: &mut Lowering<'_>) {
     let net = &mut lowering.net;
     if !matches!(net.settings.evolution, Evolution::Stable { limit: 0 }) {

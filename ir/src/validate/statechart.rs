@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, BTreeSet};
 enum Domain {
     /// A whole chart.
     Part(PartId),
-    /// A state that is active before and after.
+    /// A state that is active before the entries and stays active.
     State(StepId),
     /// Like `State`, for one of several lists that are entered together: this list alone need not be complete.
     Share(StepId),

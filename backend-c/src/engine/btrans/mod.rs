@@ -387,7 +387,7 @@ fn emit(
         let clear = format!("for (uint16_t i = 0U; i < {upper}_MARKS; ++i)");
         body.push(Node::block(clear, vec![Node::line("marks[i] = 0U;")]));
         if reset {
-            // Bits after the last one must be the same every time.
+            // Unused bits are cleared too, because instances are compared byte by byte.
             body.push(super::clear_array(&format!("{upper}_ACTIVE"), "self->active[i] = 0U;"));
             body.push(super::clear_array(&format!("{upper}_TIMES"), "self->time[i] = 0;"));
             body.push(super::clear_array(&format!("{upper}_VALUES"), "self->values[i] = 0;"));

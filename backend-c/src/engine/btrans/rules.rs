@@ -28,7 +28,7 @@ impl Rules<'_> {
         crate::engine::image::narrow(number)
     }
 
-    /// The rule that computes a value; always a new one.
+    /// The number of a new rule that computes a value; equal rules are not shared here.
     pub(super) fn fresh(&mut self, expr: &Expr) -> Tabled<u16> {
         let body = self.giving(expr)?;
         Ok(self.add(body))

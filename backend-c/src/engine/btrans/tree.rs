@@ -47,7 +47,7 @@ impl Tree {
         Tree { parent, children, last: plan.last.clone(), parallel, default }
     }
 
-    /// Chooses as default the child of each state that is entered most often, instead of the first one.
+    /// Makes the child that transitions enter most often the default child of each state, instead of the first child.
     fn vote(&mut self, net: &Net) {
         let mut votes: BTreeMap<(usize, usize), usize> = BTreeMap::new();
         for list in net.transitions.values().map(|it| &it.enters) {
@@ -131,7 +131,7 @@ pub(super) fn steps(list: &[Enter]) -> impl Iterator<Item = usize> {
     })
 }
 
-/// The destination of each transition, with defaults that explain all of them.
+/// The destination of each transition, and the tree with default children for which the engine does what the net defines.
 pub(super) fn goals<'a>(plan: &Plan<'a>) -> Tabled<(Tree, Vec<Goal>)> {
     let net: &'a Net = plan.net;
     let mut tree = Tree::of(plan);

@@ -20,13 +20,13 @@ pub(in crate::engine) enum Place {
 pub(in crate::engine) struct Places {
     /// The location of each cell.
     pub(in crate::engine) cells: IdMap<Cell, Place>,
-    /// For each row, its cell, its first number, and the count of its numbers.
+    /// For each row: its cell, the index of its first number in the instance, and how many numbers it has.
     pub(in crate::engine) rows: Vec<(CellId, usize, usize)>,
     /// The position of each input or condition in the inputs of a reaction.
     pub(in crate::engine) inputs: BTreeMap<InputId, u16>,
     /// Extern actions, by number.
     pub(in crate::engine) actions: Vec<OutputId>,
-    /// The positions of the other outputs.
+    /// The positions of the outputs that are not extern actions.
     pub(in crate::engine) outputs: BTreeMap<OutputId, u16>,
     /// C texts, by number.
     pub(in crate::engine) texts: Vec<String>,
