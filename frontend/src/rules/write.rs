@@ -114,7 +114,7 @@ impl Writer {
                         let name = transition.name.as_ref().map_or("", |name| &name.text);
                         self.findings.push(cannot(
                             format!(
-                                "rules run the reactions of `{}` before the list of transition `{name}`",
+                                "the reactions of `{}` run after the list of transition `{name}`, but rules would run them before it",
                                 step.name
                             ),
                             reaction.span,

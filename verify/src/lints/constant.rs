@@ -96,7 +96,7 @@ pub(super) fn finding(net: &Net, id: TransitionId, vars: &[VarId]) -> Diagnostic
         .help(format!("assign `{first}`, or declare it as an input if it comes from outside"))
         .help_in(
             Notation::Scxml,
-            format!("if `{first}` is a sensor, mark its <data> with g:role=\"input\", for which <scxml> declares xmlns:g=\"urn:grafsynth:scxml:1\"; otherwise assign it"),
+            format!("if `{first}` is a sensor, add g:role=\"input\" to its <data> and xmlns:g=\"urn:grafsynth:scxml:1\" to <scxml>; otherwise assign it"),
         )
         .help_in(
             Notation::Iec,

@@ -735,22 +735,27 @@ fn shown(net: &Net, stimulus: &Stimulus) -> String {
             .filter(|(id, _)| row.value(*id) != 0)
             .map(|(id, input)| {
                 if input.ty.is_bool() {
-                    input.name.text.clone()
+                    format!("`{}`", input.name)
                 } else {
-                    format!("{}={}", input.name, row.value(id))
+                    format!("`{}={}`", input.name, row.value(id))
                 }
             })
             .collect();
-        let mut text = if values.is_empty() { "-".to_owned() } else { values.join(",") };
+        let mut text = match values.as_slice() {
+            [] => "no input".to_owned(),
+            [only] => only.clone(),
+            [before @ .., last] => format!("{} and {last}", before.join(", ")),
+        };
         if row.dt != 1 {
-            text += &format!(" dt={}", row.dt);
+            text += &format!(" with dt={}", row.dt);
         }
         rows.push(text);
     }
+    let rows = rows.join(", then ");
     match stimulus.len() {
         0 => " (after reset)".to_owned(),
-        1 => format!(" (after the input row {})", rows.join("")),
-        n if n <= ROWS => format!(" (after the input rows {})", rows.join("; ")),
-        n => format!(" (after {n} input rows, which begin with {})", rows.join("; ")),
+        1 => format!(" (after an input row with {rows})"),
+        n if n <= ROWS => format!(" (after {n} input rows: {rows})"),
+        n => format!(" (after {n} input rows: {rows}, ...)"),
     }
 }
