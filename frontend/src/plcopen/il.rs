@@ -1,12 +1,11 @@
 //! Translates instruction lists to statements: each instruction reads and changes an accumulator.
 
-use grafsynth_ir::Name;
-
 use super::reader::Unit;
 use crate::codes;
 use crate::st::ast::{Arg, Expr, ExprKind, Op, Stmt, StmtKind};
 use crate::st::lexer::{Kind, LexError, Places, Token, tokens};
 use crate::st::parse_expr::{duration, number};
+use crate::st::symbol::{Ident, Symbol, spells};
 use crate::xml::Mapped;
 
 /// Maximum number of consecutive fields in one operand.
@@ -46,7 +45,7 @@ impl List<'_> {
         // The type prefix is redundant: `INT#5`, `BOOL#TRUE`.
         let mut is_bool = false;
         if token.kind == Kind::Typed {
-            is_bool = self.slice(token).eq_ignore_ascii_case("BOOL#");
+            is_bool = spells(self.slice(token), "BOOL#");
             self.at += 1;
             token = self.peek();
         }
@@ -66,10 +65,10 @@ impl List<'_> {
                 }
             }
             Kind::Time => ExprKind::Time(duration(text.split_once('#')?.1)?),
-            Kind::Word if text.eq_ignore_ascii_case("TRUE") => ExprKind::Bool(true),
-            Kind::Word if text.eq_ignore_ascii_case("FALSE") => ExprKind::Bool(false),
-            Kind::Word => ExprKind::Name(Name::new(text, span)),
-            Kind::Address => ExprKind::Address(text),
+            Kind::Word if spells(&text, "TRUE") => ExprKind::Bool(true),
+            Kind::Word if spells(&text, "FALSE") => ExprKind::Bool(false),
+            Kind::Word => ExprKind::Name(Ident::new(text, span)),
+            Kind::Address => ExprKind::Address(Ident::new(text, span)),
             _ => return None,
         };
         self.at += 1;
@@ -85,7 +84,7 @@ impl List<'_> {
             if token.kind != Kind::Word {
                 return None;
             }
-            let field = Name::new(self.slice(token), self.span(token));
+            let field = Ident::new(self.slice(token), self.span(token));
             let span = expr.span.to(field.span);
             self.at += 1;
             expr = Expr::new(ExprKind::Field(Box::new(expr), field), span);
@@ -136,7 +135,7 @@ impl List<'_> {
             let is_argument = name.kind == Kind::Word && matches!(sign, Kind::Assign | Kind::Arrow);
             if is_argument {
                 self.at += 1;
-                let named = Some(Name::new(self.slice(name), self.span(name)));
+                let named = Some(Ident::new(self.slice(name), self.span(name)));
                 if let Some(value) = self.operand() {
                     let is_output = sign == Kind::Arrow;
                     arguments.push(Arg { name: named, value, is_output, is_negated: false });
@@ -231,7 +230,7 @@ fn operator(word: &str) -> Option<Op> {
 /// Whether an expression reads a variable, whose name is in capitals.
 fn mentions(expr: &Expr, root: &str) -> bool {
     match &expr.kind {
-        ExprKind::Name(name) => name.text.to_uppercase() == root,
+        ExprKind::Name(name) => name.id == *root,
         ExprKind::Field(inner, _)
         | ExprKind::Bit(inner, _)
         | ExprKind::Not(inner)
@@ -272,7 +271,7 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
     let mut accumulator: Option<Held> = None;
     let mut n_copied = 0;
     // Operations that wait for a closing parenthesis: the operator and the value before it.
-    let mut waiting: Vec<(String, Option<Held>)> = Vec::new();
+    let mut waiting: Vec<(Symbol, Option<Held>)> = Vec::new();
     loop {
         let token = list.peek();
         let span = list.span(token);
@@ -328,7 +327,7 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
                 continue;
             }
         }
-        let word = list.slice(token).to_uppercase();
+        let word = Symbol::of(list.slice(token));
         list.at += 1;
         let next = list.peek();
         if next.kind == Kind::Colon {
@@ -400,8 +399,7 @@ pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Ve
                 let assign =
                     |value| Stmt { kind: StmtKind::Assign { target: target.clone(), value }, span };
                 // The accumulator keeps its value. If the value was computed here, the variable replaces it.
-                let root = target.root().map(|name| name.text.to_uppercase()).unwrap_or_default();
-                let is_changed = mentions(&held.expr, &root);
+                let is_changed = target.root().is_some_and(|root| mentions(&held.expr, &root.id));
                 let value = held.expr.clone();
                 accumulator = match word.as_str() {
                     _ if !is_changed => Some(held),

@@ -1,13 +1,14 @@
 //! Shared functions for all parts of a project: elements, names, and embedded structured text.
 
 use grafsynth_ir::diag::{Code, Diagnostic};
-use grafsynth_ir::{FileId, Name, Span};
+use grafsynth_ir::{FileId, Span};
 use roxmltree::Node;
 
 use crate::graf::parser::Findings;
-use crate::st::ast::{Expr, ExprKind, Refusal, Section, Stmt, TypeKind, TypeRef, Var};
+use crate::st::ast::{Expr, ExprKind, Refusal, Section, Stmt, TypeRef, Var};
 use crate::st::lexer::{Kind, Places};
 use crate::st::parse::Parser;
+use crate::st::symbol::Ident;
 use crate::xml::{self, Mapped};
 
 pub(super) struct Reader<'r, 't> {
@@ -47,24 +48,23 @@ impl Unit {
     }
 
     /// Declares a new instance of R_TRIG or F_TRIG.
-    pub(super) fn edge(&mut self, base: &str, is_rising: bool, span: Span) -> Name {
+    pub(super) fn edge(&mut self, base: &str, is_rising: bool, span: Span) -> Ident {
         let word = if is_rising { "rise" } else { "fall" };
         let mut n = 1;
         let name = loop {
-            let name =
-                format!("{base}_{word}{}", if n > 1 { n.to_string() } else { String::new() });
-            if self.vars.iter().all(|var| !var.name.text.eq_ignore_ascii_case(&name)) {
+            let number = if n > 1 { n.to_string() } else { String::new() };
+            let name = Ident::new(format!("{base}_{word}{number}"), span);
+            if self.vars.iter().all(|var| var.name.id != name.id) {
                 break name;
             }
             n += 1;
         };
         let ty = if is_rising { "R_TRIG" } else { "F_TRIG" };
-        let name = Name::new(name, span);
         self.vars.push(Var {
             name: name.clone(),
             section: Section::Local,
             is_constant: false,
-            ty: TypeRef { kind: TypeKind::Named(ty.to_owned()), span },
+            ty: TypeRef::named(ty, span),
             init: None,
             address: None,
             label: String::new(),
@@ -102,11 +102,11 @@ impl<'t> Reader<'_, 't> {
     }
 
     /// The trimmed name in an attribute.
-    pub(super) fn name(&self, node: Node<'_, '_>, attribute: &str) -> Option<Name> {
+    pub(super) fn name(&self, node: Node<'_, '_>, attribute: &str) -> Option<Ident> {
         let found = node.attributes().find(|one| one.name() == attribute)?;
         let mapped = Mapped::value(self.file, self.text, found).trimmed();
         let span = mapped.whole();
-        (!mapped.text.is_empty()).then(|| Name::new(mapped.text.clone(), span))
+        (!mapped.text.is_empty()).then(|| Ident::new(mapped.text.clone(), span))
     }
 
     pub(super) fn report(&mut self, make: impl FnOnce() -> Diagnostic) {

@@ -3,9 +3,9 @@
 use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
 
+use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::net::Qualifier;
-use grafsynth_ir::{Name, Span};
 use roxmltree::Node;
 
 use super::network::{self, Network};
@@ -16,6 +16,7 @@ use crate::st::ast::{
 };
 use crate::st::parse_expr::duration;
 use crate::st::parse_sfc::qualifier;
+use crate::st::symbol::{Ident, Symbol};
 
 /// Attributes in which CODESYS stores the actions of a step: while it is active, when it is entered, when it is left.
 const STEP_ACTIONS: [(&str, Qualifier); 3] =
@@ -57,7 +58,7 @@ pub(super) fn chart(
     let mut network = Network::of(body);
     let uses = uses(reader, &drawing, unit, &mut sfc.actions);
     let mut transitions: Vec<(Node<'_, '_>, Transition)> = Vec::new();
-    let mut leads_to: BTreeMap<String, Vec<Name>> = BTreeMap::new();
+    let mut leads_to: BTreeMap<String, Vec<Ident>> = BTreeMap::new();
     // Steps with a wire that bypasses the transition after them.
     let mut miswired: BTreeSet<String> = BTreeSet::new();
     for node in drawing.order.clone() {
@@ -230,7 +231,7 @@ fn priority(reader: &mut Reader<'_, '_>, node: Node<'_, '_>) -> Option<u32> {
 pub(super) const RESTART: &str = "{grafsynth restart}";
 
 /// The name of a transition: its own name or that of its inline condition.
-fn transition_name(reader: &Reader<'_, '_>, node: Node<'_, '_>) -> Option<Name> {
+fn transition_name(reader: &Reader<'_, '_>, node: Node<'_, '_>) -> Option<Ident> {
     reader.name(node, "name").or_else(|| {
         let inline = child(child(node, "condition")?, "inline")?;
         reader.name(inline, "name")
@@ -255,8 +256,8 @@ fn sources(
     reader: &mut Reader<'_, '_>,
     drawing: &Drawing<'_, '_>,
     node: Node<'_, '_>,
-) -> Vec<Name> {
-    let mut found: Vec<Name> = Vec::new();
+) -> Vec<Ident> {
+    let mut found: Vec<Ident> = Vec::new();
     let mut seen = BTreeSet::new();
     let mut next: Vec<String> = node.attribute("localId").map(str::to_owned).into_iter().collect();
     while let Some(id) = next.pop() {
@@ -286,7 +287,7 @@ fn sources(
         }
     }
     // Sorts the steps in the order of the chart.
-    let place = |name: &Name| {
+    let place = |name: &Ident| {
         drawing.order.iter().position(|node| node.attribute("name") == Some(&name.text))
     };
     found.sort_by_key(|name| place(name));
@@ -459,16 +460,12 @@ fn uses(
                         Some(name) => name.text,
                         None => format!("{owner}_inline"),
                     };
-                    let taken = |name: &str, actions: &[Action]| {
-                        actions.iter().any(|one| one.name.text.eq_ignore_ascii_case(name))
-                    };
-                    let mut text = base.clone();
+                    let mut name = Ident::new(base.as_str(), span);
                     let mut n = 2;
-                    while taken(&text, actions) {
-                        text = format!("{base}_{n}");
+                    while actions.iter().any(|one| one.name.id == name.id) {
+                        name = Ident::new(format!("{base}_{n}"), span);
                         n += 1;
                     }
-                    let name = Name::new(text, span);
                     actions.push(Action { name: name.clone(), body, label: String::new(), span });
                     Some(name)
                 }
@@ -529,7 +526,7 @@ fn step_actions(reader: &Reader<'_, '_>, step: Node<'_, '_>) -> Vec<Use> {
         };
         let text = attribute.text().unwrap_or("").trim();
         if !text.is_empty() {
-            let action = Name::new(text, span);
+            let action = Ident::new(text, span);
             uses.push(Use { action, qualifier: *qualifier, duration: None, span });
         }
     }
@@ -571,15 +568,13 @@ fn condition(
 fn named_condition(
     reader: &mut Reader<'_, '_>,
     pou: Node<'_, '_>,
-    name: &Name,
+    name: &Ident,
     unit: &mut Unit,
     always: &mut Vec<crate::st::ast::Stmt>,
 ) -> Option<Expr> {
     let found = children(pou, "transitions")
         .flat_map(|list| children(list, "transition").collect::<Vec<_>>())
-        .find(|one| {
-            one.attribute("name").is_some_and(|other| other.eq_ignore_ascii_case(&name.text))
-        });
+        .find(|one| one.attribute("name").is_some_and(|other| Symbol::of(other) == name.id));
     match found {
         Some(transition) => {
             let body = child(transition, "body")?;

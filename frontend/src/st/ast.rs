@@ -8,6 +8,7 @@ use std::collections::BTreeSet;
 use grafsynth_ir::diag::{Code, Diagnostic};
 use grafsynth_ir::{Name, Span};
 
+use super::symbol::{Ident, Symbol};
 use crate::codes;
 
 /// The contents of a whole source.
@@ -20,22 +21,22 @@ pub(crate) struct Library {
     /// `PROGRAM g WITH t : gravel` of a configuration.
     pub(crate) programs: Vec<Instance>,
     pub(crate) tasks: Vec<Task>,
-    /// Names, in capitals, whose declarations have syntax errors: their uses are not errors of their own.
-    pub(crate) lost: BTreeSet<String>,
+    /// Names whose declarations have syntax errors: their uses are not errors of their own.
+    pub(crate) lost: BTreeSet<Symbol>,
 }
 
 /// An instance of a program in a resource.
 #[derive(Debug, Clone)]
 pub(crate) struct Instance {
-    pub(crate) name: Name,
-    pub(crate) task: Option<Name>,
-    pub(crate) program: Name,
+    pub(crate) name: Ident,
+    pub(crate) task: Option<Ident>,
+    pub(crate) program: Ident,
 }
 
 /// `TASK t(INTERVAL := T#10ms, PRIORITY := 0)`
 #[derive(Debug, Clone)]
 pub(crate) struct Task {
-    pub(crate) name: Name,
+    pub(crate) name: Ident,
     /// Interval in nanoseconds.
     pub(crate) interval: Option<u64>,
 }
@@ -51,7 +52,7 @@ pub(crate) enum PouKind {
 #[derive(Debug, Clone)]
 pub(crate) struct Pou {
     pub(crate) kind: PouKind,
-    pub(crate) name: Name,
+    pub(crate) name: Ident,
     pub(crate) vars: Vec<Var>,
     pub(crate) body: Body,
     /// Actions of a unit without a chart (PLCopen only): lists that statements call by name.
@@ -60,6 +61,14 @@ pub(crate) struct Pou {
     pub(crate) options: Options,
     /// Unsupported parts of the unit.
     pub(crate) refused: Vec<Refusal>,
+}
+
+impl Pou {
+    /// The names that the unit declares itself.
+    pub(crate) fn own_names(&self) -> BTreeSet<&Symbol> {
+        let vars = self.vars.iter().filter(|var| var.section != Section::External);
+        vars.map(|var| &var.name.id).collect()
+    }
 }
 
 /// Settings of a chart, from pragmas.
@@ -123,13 +132,13 @@ pub(crate) enum Section {
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Var {
-    pub(crate) name: Name,
+    pub(crate) name: Ident,
     pub(crate) section: Section,
     pub(crate) is_constant: bool,
     pub(crate) ty: TypeRef,
     pub(crate) init: Option<Init>,
     /// `%IX0.0`
-    pub(crate) address: Option<Name>,
+    pub(crate) address: Option<Ident>,
     /// The comment after the declaration.
     pub(crate) label: String,
 }
@@ -140,14 +149,31 @@ pub(crate) struct TypeRef {
     pub(crate) span: Span,
 }
 
+impl TypeRef {
+    /// The type with this name.
+    pub(crate) fn named(name: &str, span: Span) -> Self {
+        TypeRef { kind: TypeKind::Named(Ident::new(name, span)), span }
+    }
+
+    /// The name of a type that is not written out.
+    pub(crate) fn name(&self) -> Option<&Ident> {
+        if let TypeKind::Named(name) = &self.kind { Some(name) } else { None }
+    }
+
+    /// Whether it is the name of this type, in capitals.
+    pub(crate) fn is_named(&self, name: &str) -> bool {
+        self.name().is_some_and(|own| own.id == *name)
+    }
+}
+
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum TypeKind {
-    Named(String),
+    Named(Ident),
     /// `INT (0..9)`
-    Subrange(String, Box<(Expr, Expr)>),
+    Subrange(Ident, Box<(Expr, Expr)>),
     Array(Vec<(Expr, Expr)>, Box<TypeRef>),
     /// `(red, green := 5)`
-    Enum(Vec<(Name, Option<Expr>)>),
+    Enum(Vec<(Ident, Option<Expr>)>),
     Struct(Vec<Var>),
     /// `STRING[10]`, `POINTER TO INT`: unsupported; the name for messages.
     Refused(String),
@@ -155,7 +181,7 @@ pub(crate) enum TypeKind {
 
 #[derive(Debug, Clone)]
 pub(crate) struct TypeDef {
-    pub(crate) name: Name,
+    pub(crate) name: Ident,
     pub(crate) ty: TypeRef,
     pub(crate) init: Option<Init>,
 }
@@ -167,7 +193,7 @@ pub(crate) enum Init {
     /// `[1, 2(0), 3]`: values, each with its number of repetitions.
     List(Vec<(Option<Expr>, Init)>, Span),
     /// `(PT := T#3s)`
-    Fields(Vec<(Name, Init)>, Span),
+    Fields(Vec<(Ident, Init)>, Span),
 }
 
 #[derive(Debug, Clone, Default)]
@@ -188,7 +214,7 @@ pub(crate) enum Element {
 
 #[derive(Debug, Clone)]
 pub(crate) struct Step {
-    pub(crate) name: Name,
+    pub(crate) name: Ident,
     pub(crate) is_initial: bool,
     pub(crate) uses: Vec<Use>,
     pub(crate) label: String,
@@ -209,7 +235,7 @@ pub(crate) enum Role {
 /// A macro-step with its body (PLCopen only).
 #[derive(Debug, Clone)]
 pub(crate) struct MacroStep {
-    pub(crate) name: Name,
+    pub(crate) name: Ident,
     pub(crate) body: Sfc,
     pub(crate) role: Role,
     pub(crate) span: Span,
@@ -218,7 +244,7 @@ pub(crate) struct MacroStep {
 /// The use of an action in a step.
 #[derive(Debug, Clone)]
 pub(crate) struct Use {
-    pub(crate) action: Name,
+    pub(crate) action: Ident,
     pub(crate) qualifier: grafsynth_ir::net::Qualifier,
     pub(crate) duration: Option<Expr>,
     pub(crate) span: Span,
@@ -226,9 +252,9 @@ pub(crate) struct Use {
 
 #[derive(Debug, Clone)]
 pub(crate) struct Transition {
-    pub(crate) name: Option<Name>,
-    pub(crate) from: Vec<Name>,
-    pub(crate) to: Vec<Name>,
+    pub(crate) name: Option<Ident>,
+    pub(crate) from: Vec<Ident>,
+    pub(crate) to: Vec<Ident>,
     pub(crate) priority: Option<u32>,
     /// `{grafsynth restart}`
     pub(crate) restart: bool,
@@ -239,7 +265,7 @@ pub(crate) struct Transition {
 
 #[derive(Debug, Clone)]
 pub(crate) struct Action {
-    pub(crate) name: Name,
+    pub(crate) name: Ident,
     pub(crate) body: Vec<Stmt>,
     pub(crate) label: String,
     pub(crate) span: Span,
@@ -257,20 +283,20 @@ pub(crate) enum ExprKind {
     Int(i64),
     /// Duration in nanoseconds.
     Time(i64),
-    Name(Name),
-    Field(Box<Expr>, Name),
+    Name(Ident),
+    Field(Box<Expr>, Ident),
     /// `x.3`
     Bit(Box<Expr>, u32),
     Index(Box<Expr>, Vec<Expr>),
     /// `%IX0.0`
-    Address(String),
+    Address(Ident),
     Not(Box<Expr>),
     Neg(Box<Expr>),
     Binary(Op, Box<Expr>, Box<Expr>),
     /// A chain of one operator. It is a list instead of nested pairs, so it may have any length.
     And(Vec<Expr>),
     Or(Vec<Expr>),
-    Call(Name, Vec<Arg>),
+    Call(Ident, Vec<Arg>),
     /// A flag that jump elimination introduces; it has no textual form.
     Flag(Flag),
     /// `1.5`, `'text'`: unsupported; the name for messages.
@@ -310,12 +336,19 @@ pub(crate) enum Op {
 /// An argument of a call.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Arg {
-    pub(crate) name: Option<Name>,
+    pub(crate) name: Option<Ident>,
     pub(crate) value: Expr,
     /// `=>`
     pub(crate) is_output: bool,
     /// `NOT q => x`
     pub(crate) is_negated: bool,
+}
+
+impl Arg {
+    /// Whether the argument is for the parameter with this name, in capitals.
+    pub(crate) fn is_for(&self, parameter: &str) -> bool {
+        self.name.as_ref().is_some_and(|name| name.id == *parameter)
+    }
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -348,7 +381,7 @@ pub(crate) enum StmtKind {
         otherwise: Vec<Stmt>,
     },
     For {
-        var: Name,
+        var: Ident,
         from: Expr,
         to: Expr,
         by: Option<Expr>,
@@ -413,13 +446,13 @@ impl Expr {
         Expr { kind, span }
     }
 
-    pub(crate) fn name(name: Name) -> Self {
+    pub(crate) fn name(name: Ident) -> Self {
         let span = name.span;
         Expr::new(ExprKind::Name(name), span)
     }
 
     /// The variable at the root of an access.
-    pub(crate) fn root(&self) -> Option<&Name> {
+    pub(crate) fn root(&self) -> Option<&Ident> {
         if let ExprKind::Name(name) = &self.kind {
             return Some(name);
         }

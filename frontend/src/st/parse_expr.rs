@@ -10,6 +10,7 @@ use grafsynth_ir::diag::Diagnostic;
 use super::ast::{Arg, Expr, ExprKind, Op};
 use super::lexer::{Kind, Token};
 use super::parse::{Parse, Parser};
+use super::symbol::{Ident, Symbol};
 use crate::codes;
 
 impl Parser<'_> {
@@ -152,7 +153,7 @@ impl Parser<'_> {
             }
             Kind::Address => {
                 self.advance();
-                Ok(Expr::new(ExprKind::Address(self.slice(token).to_owned()), span))
+                Ok(Expr::new(ExprKind::Address(self.name_of(token)), span))
             }
             Kind::Word => match self.word(0).as_str() {
                 "TRUE" => {
@@ -218,7 +219,7 @@ impl Parser<'_> {
         }
     }
 
-    fn called(&mut self, start: usize, name: grafsynth_ir::Name) -> Parse<Expr> {
+    fn called(&mut self, start: usize, name: Ident) -> Parse<Expr> {
         let arguments = self.arguments()?;
         Ok(Expr::new(ExprKind::Call(name, arguments), self.span_from(start)))
     }
@@ -254,7 +255,7 @@ impl Parser<'_> {
     }
 
     /// Parses a name after a dot, which may be a reserved word.
-    fn field(&mut self) -> Parse<grafsynth_ir::Name> {
+    fn field(&mut self) -> Parse<Ident> {
         if self.kind(0) == Kind::Word {
             let token = self.advance();
             return Ok(self.name_of(token));
@@ -338,7 +339,7 @@ impl Parser<'_> {
     fn typed(&mut self) -> Parse<Expr> {
         let start = self.peek(0).start;
         let prefix = self.advance();
-        let ty = self.slice(prefix).trim_end_matches('#').to_ascii_uppercase();
+        let ty = Symbol::of(self.slice(prefix).trim_end_matches('#'));
         let token = self.peek(0);
         let negative = self.take(Kind::Minus);
         let token = if negative { self.peek(0) } else { token };
