@@ -229,20 +229,8 @@ fn operator(word: &str) -> Option<Op> {
 
 /// Whether an expression reads a variable, whose name is in capitals.
 fn mentions(expr: &Expr, root: &str) -> bool {
-    match &expr.kind {
-        ExprKind::Name(name) => name.id == *root,
-        ExprKind::Field(inner, _)
-        | ExprKind::Bit(inner, _)
-        | ExprKind::Not(inner)
-        | ExprKind::Neg(inner) => mentions(inner, root),
-        ExprKind::Index(inner, indices) => {
-            mentions(inner, root) || indices.iter().any(|one| mentions(one, root))
-        }
-        ExprKind::Binary(_, a, b) => mentions(a, root) || mentions(b, root),
-        ExprKind::And(all) | ExprKind::Or(all) => all.iter().any(|one| mentions(one, root)),
-        ExprKind::Call(_, arguments) => arguments.iter().any(|one| mentions(&one.value, root)),
-        _ => false,
-    }
+    matches!(&expr.kind, ExprKind::Name(name) if name.id == *root)
+        || expr.children().into_iter().any(|one| mentions(one, root))
 }
 
 /// The statements of an instruction list. Records unsupported parts. No value exceeds `limit` levels.

@@ -173,9 +173,10 @@ pub(super) fn chart(
                 match child(node, "body").and_then(|body| child(body, "SFC")) {
                     Some(inner) if node.ancestors().count() < 64 => {
                         let body = chart(reader, pou, inner, unit);
-                        sfc.actions.extend(body.actions.iter().cloned());
-                        always.extend(body.always.iter().cloned());
-                        let role = entries.get(&name.text).copied().unwrap_or_default();
+                        sfc.actions.extend(body.actions);
+                        always.extend(body.always);
+                        let (body, role) =
+                            (body.elements, entries.get(&name.text).copied().unwrap_or_default());
                         sfc.elements.push(Element::Macro(MacroStep { name, body, role, span }));
                     }
                     Some(_) | None => {

@@ -64,6 +64,21 @@ pub(crate) struct Pou {
 }
 
 impl Pou {
+    /// The lists of statements in the unit.
+    pub(crate) fn lists(&self) -> Vec<&[Stmt]> {
+        let (main, in_chart) = match &self.body {
+            Body::Statements(list) => (list, [].as_slice()),
+            Body::Sfc(sfc) => (&sfc.always, sfc.actions.as_slice()),
+        };
+        let actions = in_chart.iter().chain(&self.actions).map(|action| action.body.as_slice());
+        actions.chain([main.as_slice()]).collect()
+    }
+
+    /// The elements of its chart, including those in macro-steps.
+    pub(crate) fn elements(&self) -> Vec<&Element> {
+        if let Body::Sfc(sfc) = &self.body { sfc.all_elements() } else { Vec::new() }
+    }
+
     /// The names that the unit declares itself.
     pub(crate) fn own_names(&self) -> BTreeSet<&Symbol> {
         let vars = self.vars.iter().filter(|var| var.section != Section::External);
@@ -205,11 +220,40 @@ pub(crate) struct Sfc {
     pub(crate) always: Vec<Stmt>,
 }
 
+impl Sfc {
+    /// The elements in source order, each macro-step after those in its body.
+    pub(crate) fn all_elements(&self) -> Vec<&Element> {
+        fn add<'e>(elements: &'e [Element], found: &mut Vec<&'e Element>) {
+            for element in elements {
+                if let Element::Macro(step) = element {
+                    add(&step.body, found);
+                }
+                found.push(element);
+            }
+        }
+        let mut found = Vec::new();
+        add(&self.elements, &mut found);
+        found
+    }
+
+    /// The uses of actions in its steps.
+    pub(crate) fn uses(&self) -> impl Iterator<Item = &Use> {
+        self.all_elements().into_iter().flat_map(Element::uses)
+    }
+}
+
 #[derive(Debug, Clone)]
 pub(crate) enum Element {
     Step(Step),
     Transition(Transition),
     Macro(MacroStep),
+}
+
+impl Element {
+    /// The actions of a step.
+    pub(crate) fn uses(&self) -> &[Use] {
+        if let Element::Step(step) = self { &step.uses } else { &[] }
+    }
 }
 
 #[derive(Debug, Clone)]
@@ -236,7 +280,7 @@ pub(crate) enum Role {
 #[derive(Debug, Clone)]
 pub(crate) struct MacroStep {
     pub(crate) name: Ident,
-    pub(crate) body: Sfc,
+    pub(crate) body: Vec<Element>,
     pub(crate) role: Role,
     pub(crate) span: Span,
 }
@@ -409,6 +453,12 @@ pub(crate) enum Part<'a> {
 }
 
 impl StmtKind {
+    /// The statement lists of an IF, CASE or loop.
+    pub(crate) fn lists(&self) -> impl Iterator<Item = &[Stmt]> {
+        let list = |part| if let Part::List(list) = part { Some(list) } else { None };
+        self.parts().into_iter().filter_map(list)
+    }
+
     /// The conditions, selectors, bounds and statement lists of an IF, CASE or loop, in source order; empty for other statements.
     pub(crate) fn parts(&self) -> Vec<Part<'_>> {
         match self {
@@ -449,6 +499,21 @@ impl Expr {
     pub(crate) fn name(name: Ident) -> Self {
         let span = name.span;
         Expr::new(ExprKind::Name(name), span)
+    }
+
+    /// The operands, indices and arguments.
+    pub(crate) fn children(&self) -> Vec<&Expr> {
+        match &self.kind {
+            ExprKind::Field(inner, _)
+            | ExprKind::Bit(inner, _)
+            | ExprKind::Not(inner)
+            | ExprKind::Neg(inner) => vec![inner],
+            ExprKind::Index(inner, indices) => [&**inner].into_iter().chain(indices).collect(),
+            ExprKind::Binary(_, a, b) => vec![a, b],
+            ExprKind::And(all) | ExprKind::Or(all) => all.iter().collect(),
+            ExprKind::Call(_, arguments) => arguments.iter().map(|one| &one.value).collect(),
+            _ => Vec::new(),
+        }
     }
 
     /// The variable at the root of an access.

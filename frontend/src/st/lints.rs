@@ -5,9 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
 
-use super::ast::{
-    Arg, Body, Element, Expr, ExprKind, Library, Part, Pou, Section, Sfc, Stmt, StmtKind,
-};
+use super::ast::{Arg, Body, Element, Expr, ExprKind, Library, Part, Pou, Section, Stmt, StmtKind};
 use super::elaborate::standard_block;
 use super::symbol::{Ident, Symbol};
 use crate::codes;
@@ -16,12 +14,7 @@ use crate::codes;
 pub(super) fn lints(library: &Library) -> Vec<Diagnostic> {
     let mut out = Vec::new();
     for pou in &library.pous {
-        let mut lists: Vec<&[Stmt]> = Vec::new();
-        match &pou.body {
-            Body::Statements(list) => lists.push(list),
-            Body::Sfc(sfc) => lists_of(sfc, &mut lists),
-        }
-        lists.extend(pou.actions.iter().map(|action| action.body.as_slice()));
+        let lists = pou.lists();
         // Variables that other names may refer to.
         let aliases: BTreeSet<Symbol> = pou
             .vars
@@ -36,28 +29,6 @@ pub(super) fn lints(library: &Library) -> Vec<Diagnostic> {
         not_called(library, pou, &lists, &mut out);
     }
     out
-}
-
-fn lists_of<'a>(sfc: &'a Sfc, out: &mut Vec<&'a [Stmt]>) {
-    out.extend(sfc.actions.iter().map(|action| action.body.as_slice()));
-    out.push(&sfc.always);
-    for element in &sfc.elements {
-        if let Element::Macro(inner) = element {
-            lists_of(&inner.body, out);
-        }
-    }
-}
-
-fn conditions_of<'a>(sfc: &'a Sfc, out: &mut Vec<&'a Expr>) {
-    for element in &sfc.elements {
-        match element {
-            Element::Transition(transition) => out.push(&transition.condition),
-            Element::Step(step) => {
-                out.extend(step.uses.iter().filter_map(|one| one.duration.as_ref()));
-            }
-            Element::Macro(inner) => conditions_of(&inner.body, out),
-        }
-    }
 }
 
 /// Reports assignments that a later one in the same list overwrites, if nothing between them can read the value or leave the list.
@@ -96,27 +67,10 @@ fn overwritten(list: &[Stmt], aliases: &BTreeSet<Symbol>, out: &mut Vec<Diagnost
                 }
                 seen.expr(target);
             }
-            StmtKind::If { arms, otherwise } => {
-                for (_, list) in arms {
-                    overwritten(list, aliases, out);
-                }
-                overwritten(otherwise, aliases, out);
+            kind => {
+                kind.lists().for_each(|list| overwritten(list, aliases, out));
                 seen.stmt(stmt);
             }
-            StmtKind::Case { arms, otherwise, .. } => {
-                for (_, list) in arms {
-                    overwritten(list, aliases, out);
-                }
-                overwritten(otherwise, aliases, out);
-                seen.stmt(stmt);
-            }
-            StmtKind::For { body, .. }
-            | StmtKind::While { body, .. }
-            | StmtKind::Repeat { body, .. } => {
-                overwritten(body, aliases, out);
-                seen.stmt(stmt);
-            }
-            _ => seen.stmt(stmt),
         }
         forget(&mut open, &seen);
     }
@@ -154,12 +108,17 @@ fn forget<T>(open: &mut BTreeMap<Symbol, T>, seen: &Mentions) {
 fn not_called(library: &Library, pou: &Pou, lists: &[&[Stmt]], out: &mut Vec<Diagnostic>) {
     let mut seen = Mentions::default();
     lists.iter().flat_map(|list| list.iter()).for_each(|stmt| seen.stmt(stmt));
-    let mut used_as_actions: BTreeSet<Symbol> = BTreeSet::new();
-    if let Body::Sfc(sfc) = &pou.body {
-        let mut conditions = Vec::new();
-        conditions_of(sfc, &mut conditions);
-        conditions.into_iter().for_each(|one| seen.expr(one));
-        actions_of(sfc, &mut used_as_actions);
+    let mut used_as_actions: BTreeSet<&Symbol> = BTreeSet::new();
+    for element in pou.elements() {
+        used_as_actions.extend(element.uses().iter().map(|one| &one.action.id));
+        element
+            .uses()
+            .iter()
+            .filter_map(|one| one.duration.as_ref())
+            .for_each(|one| seen.expr(one));
+        if let Element::Transition(transition) = element {
+            seen.expr(&transition.condition);
+        }
     }
     for var in &pou.vars {
         let key = var.name.id.clone();
@@ -206,18 +165,6 @@ fn not_called(library: &Library, pou: &Pou, lists: &[&[Stmt]], out: &mut Vec<Dia
             .at(name.span, format!("no statement calls this {ty}"))
             .help(help),
         );
-    }
-}
-
-fn actions_of(sfc: &Sfc, out: &mut BTreeSet<Symbol>) {
-    for element in &sfc.elements {
-        match element {
-            Element::Step(step) => {
-                out.extend(step.uses.iter().map(|one| one.action.id.clone()));
-            }
-            Element::Macro(inner) => actions_of(&inner.body, out),
-            Element::Transition(_) => {}
-        }
     }
 }
 
@@ -289,30 +236,14 @@ impl Mentions {
             }
             ExprKind::Field(inner, field) => {
                 if let ExprKind::Name(name) = &inner.kind {
-                    let key = name.id.clone();
-                    self.fields.push((key.clone(), field.clone(), expr.span));
-                    self.names.insert(key);
-                } else {
-                    self.expr(inner);
+                    self.fields.push((name.id.clone(), field.clone(), expr.span));
+                    self.names.insert(name.id.clone());
+                    return;
                 }
             }
-            ExprKind::Bit(inner, _) | ExprKind::Not(inner) | ExprKind::Neg(inner) => {
-                self.expr(inner);
-            }
-            ExprKind::Index(inner, indices) => {
-                self.expr(inner);
-                indices.iter().for_each(|index| self.expr(index));
-            }
-            ExprKind::Binary(_, a, b) => {
-                self.expr(a);
-                self.expr(b);
-            }
-            ExprKind::And(all) | ExprKind::Or(all) => all.iter().for_each(|one| self.expr(one)),
-            ExprKind::Call(_, arguments) => {
-                self.has_function = true;
-                self.arguments(arguments);
-            }
+            ExprKind::Call(..) => self.has_function = true,
             _ => {}
         }
+        expr.children().into_iter().for_each(|one| self.expr(one));
     }
 }

@@ -42,11 +42,8 @@ fn has_one(stmt: &Stmt, what: Leaves) -> bool {
         StmtKind::Return => what == Leaves::Return,
         StmtKind::Exit => what == Leaves::Exit,
         StmtKind::Continue => what == Leaves::Continue,
-        StmtKind::If { arms, otherwise } => {
-            arms.iter().any(|(_, list)| has(list, what)) || has(otherwise, what)
-        }
-        StmtKind::Case { arms, otherwise, .. } => {
-            arms.iter().any(|(_, list)| has(list, what)) || has(otherwise, what)
+        kind @ (StmtKind::If { .. } | StmtKind::Case { .. }) => {
+            kind.lists().any(|list| has(list, what))
         }
         StmtKind::For { body, .. }
         | StmtKind::While { body, .. }

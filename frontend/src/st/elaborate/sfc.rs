@@ -1,6 +1,5 @@
 //! Charts: steps with their actions, transitions, and the handling of Booleans that are actions.
 
-use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::chart::{
@@ -59,11 +58,7 @@ fn assignments(list: &[ast::Stmt], found: &mut BTreeMap<Symbol, Span>) {
         {
             found.entry(name.id.clone()).or_insert(stmt.span);
         }
-        for part in stmt.kind.parts() {
-            if let ast::Part::List(list) = part {
-                assignments(list, found);
-            }
-        }
+        stmt.kind.lists().for_each(|list| assignments(list, found));
     }
 }
 
@@ -116,7 +111,7 @@ impl<'a> Elaborator<'a> {
             items.push(Item::Action(Action { name, body: always, meta: Meta::default() }));
         }
         items.extend(actions);
-        self.elements(&build, sfc, &mut items);
+        self.elements(&build, &sfc.elements, &mut items);
         items
     }
 
@@ -134,24 +129,16 @@ impl<'a> Elaborator<'a> {
     }
 
     fn declare_steps(&mut self, build: &mut Build, sfc: &Sfc) {
-        for element in &sfc.elements {
+        for element in sfc.all_elements() {
             let name = match element {
                 Element::Step(step) => &step.name,
-                Element::Macro(step) => {
-                    self.declare_steps(build, &step.body);
-                    &step.name
-                }
+                Element::Macro(step) => &step.name,
                 Element::Transition(_) => continue,
             };
-            let key = name.id.clone();
             let full = self.full(name);
-            if build.steps.insert(key.clone(), full.clone()).is_some() {
-                self.twice("step", name);
-                continue;
-            }
-            let names = &mut self.frames[build.frame].names;
-            if let Entry::Vacant(free) = names.entry(key) {
-                free.insert(Binding::Step(full));
+            let is_new = build.steps.insert(name.id.clone(), full.clone()).is_none();
+            if is_new && self.own(build.frame, &name.id).is_none() {
+                self.bind(build.frame, &name.id, Binding::Step(full));
             } else {
                 self.twice("step", name);
             }
@@ -166,24 +153,17 @@ impl<'a> Elaborator<'a> {
         items: &mut Vec<Item>,
         always: &mut Vec<Stmt>,
     ) {
-        let mut uses: BTreeMap<Symbol, (Ident, BTreeSet<Qualifier>)> = BTreeMap::new();
-        let mut order = Vec::new();
-        collect(sfc, &mut |one| {
-            let key = one.action.id.clone();
-            let entry = uses.entry(key.clone()).or_insert_with(|| {
-                order.push(key);
-                (one.action.clone(), BTreeSet::new())
-            });
-            entry.1.insert(one.qualifier);
-        });
-        for key in order {
-            let Some((name, qualifiers)) = uses.get(&key) else { continue };
-            if let Some(action) = build.actions.get(&key) {
-                build.targets.insert(key, Target::Named(action.clone()));
-                continue;
-            }
-            let target = self.boolean_action(build, name, qualifiers, items, always);
-            build.targets.insert(key, target);
+        let mut uses: BTreeMap<&Symbol, BTreeSet<Qualifier>> = BTreeMap::new();
+        for one in sfc.uses() {
+            uses.entry(&one.action.id).or_default().insert(one.qualifier);
+        }
+        for one in sfc.uses() {
+            let Some(qualifiers) = uses.remove(&one.action.id) else { continue };
+            let target = match build.actions.get(&one.action.id) {
+                Some(action) => Target::Named(action.clone()),
+                None => self.boolean_action(build, &one.action, &qualifiers, items, always),
+            };
+            build.targets.insert(one.action.id.clone(), target);
         }
     }
 
@@ -282,8 +262,8 @@ impl<'a> Elaborator<'a> {
         None
     }
 
-    fn elements(&mut self, build: &Build, sfc: &Sfc, items: &mut Vec<Item>) {
-        for element in &sfc.elements {
+    fn elements(&mut self, build: &Build, elements: &[Element], items: &mut Vec<Item>) {
+        for element in elements {
             match element {
                 Element::Step(step) => {
                     let item = self.step(build, step);
@@ -478,15 +458,4 @@ fn role(role: Role, is_initial: bool) -> StepRole {
 fn item(target: &str, how: ActionHow, span: Span) -> StepItem {
     let target = Name::new(target, span);
     StepItem { kind: StepItemKind::Action { target, arguments: None, how, condition: None }, span }
-}
-
-/// Calls `visit` on every use of an action.
-pub(super) fn collect(sfc: &Sfc, visit: &mut dyn FnMut(&ast::Use)) {
-    for element in &sfc.elements {
-        match element {
-            Element::Step(step) => step.uses.iter().for_each(&mut *visit),
-            Element::Macro(inner) => collect(&inner.body, visit),
-            Element::Transition(_) => {}
-        }
-    }
 }

@@ -230,15 +230,9 @@ impl Elaborator<'_> {
 
     /// The minimum number of statements to which a list expands.
     fn weight(&self, frame: FrameId, list: &[ast::Stmt]) -> usize {
-        let sum = |lists: &mut dyn Iterator<Item = usize>| lists.fold(1, usize::saturating_add);
         let each = list.iter().map(|stmt| match &stmt.kind {
-            ast::StmtKind::If { arms, otherwise } => {
-                let inside = arms.iter().map(|(_, list)| self.weight(frame, list));
-                sum(&mut inside.chain([self.weight(frame, otherwise)]))
-            }
-            ast::StmtKind::Case { arms, otherwise, .. } => {
-                let inside = arms.iter().map(|(_, list)| self.weight(frame, list));
-                sum(&mut inside.chain([self.weight(frame, otherwise)]))
+            kind @ (ast::StmtKind::If { .. } | ast::StmtKind::Case { .. }) => {
+                kind.lists().map(|list| self.weight(frame, list)).fold(1, usize::saturating_add)
             }
             ast::StmtKind::For { from, to, by, body, .. } => {
                 let step = by.as_ref().map_or(Some(1), |by| self.known(frame, by));

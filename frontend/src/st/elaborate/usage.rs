@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::st::ast::{Arg, Body, Element, Expr, ExprKind, Part, Pou, Section, Sfc, Stmt, StmtKind};
+use crate::st::ast::{Arg, Element, Expr, ExprKind, Part, Pou, Section, Stmt, StmtKind};
 use crate::st::symbol::Symbol;
 
 /// The uses of names.
@@ -43,13 +43,16 @@ pub(super) type Params = Vec<Parameter>;
 /// Collects the uses in a unit. `params` returns the parameters of an instance by its name.
 pub(super) fn of(pou: &Pou, params: &dyn Fn(&Symbol) -> Params) -> Usage {
     let mut walk = Walk { usage: Usage::default(), params };
-    match &pou.body {
-        Body::Statements(list) => {
-            walk.list(list);
-            pou.actions.iter().for_each(|action| walk.list(&action.body));
+    for element in pou.elements() {
+        for one in element.uses() {
+            walk.usage.actions.insert(one.action.id.clone());
+            one.duration.iter().for_each(|duration| walk.expr(duration));
         }
-        Body::Sfc(sfc) => walk.sfc(sfc),
+        if let Element::Transition(transition) = element {
+            walk.expr(&transition.condition);
+        }
     }
+    pou.lists().into_iter().for_each(|list| walk.list(list));
     for var in &pou.vars {
         if var.section == Section::External {
             walk.usage.read.insert(var.name.id.clone());
@@ -72,25 +75,6 @@ struct Walk<'w> {
 }
 
 impl Walk<'_> {
-    fn sfc(&mut self, sfc: &Sfc) {
-        for element in &sfc.elements {
-            match element {
-                Element::Step(step) => {
-                    for one in &step.uses {
-                        self.usage.actions.insert(one.action.id.clone());
-                        one.duration.iter().for_each(|duration| self.expr(duration));
-                    }
-                }
-                Element::Transition(transition) => self.expr(&transition.condition),
-                Element::Macro(inner) => self.sfc(&inner.body),
-            }
-        }
-        for action in &sfc.actions {
-            self.list(&action.body);
-        }
-        self.list(&sfc.always);
-    }
-
     fn list(&mut self, list: &[Stmt]) {
         for stmt in list {
             self.stmt(stmt);
@@ -186,23 +170,11 @@ impl Walk<'_> {
                 if let ExprKind::Name(name) = &inner.kind {
                     self.usage.fields.insert((name.id.clone(), field.id.clone()));
                 }
-                self.expr(inner);
             }
-            ExprKind::Bit(inner, _) | ExprKind::Not(inner) | ExprKind::Neg(inner) => {
-                self.expr(inner);
-            }
-            ExprKind::Index(inner, indices) => {
-                self.expr(inner);
-                indices.iter().for_each(|index| self.expr(index));
-            }
-            ExprKind::Binary(_, a, b) => {
-                self.expr(a);
-                self.expr(b);
-            }
-            ExprKind::And(all) | ExprKind::Or(all) => all.iter().for_each(|one| self.expr(one)),
-            ExprKind::Call(_, arguments) => self.arguments(arguments, &Params::new()),
+            ExprKind::Call(_, arguments) => return self.arguments(arguments, &Params::new()),
             _ => {}
         }
+        expr.children().into_iter().for_each(|one| self.expr(one));
     }
 }
 
