@@ -215,7 +215,7 @@ impl Reader<'_, '_> {
             "ST" => self.statements(inner, unit),
             "IL" => {
                 let mapped = self.content(inner);
-                il::statements(&mapped, self.nesting, unit)
+                self.parsed(&mapped, unit, il::statements)
             }
             "LD" | "FBD" => network::statements(self, inner, unit),
             "SFC" => {

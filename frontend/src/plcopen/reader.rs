@@ -118,39 +118,50 @@ impl<'t> Reader<'_, 't> {
         Mapped::formatted(self.file, self.text, node)
     }
 
+    /// Parses a body or a part of one, and records in the unit what is not supported.
+    pub(super) fn parsed<T>(
+        &mut self,
+        mapped: &Mapped<'_>,
+        unit: &mut Unit,
+        read: impl FnOnce(&mut Parser<'_>) -> T,
+    ) -> T {
+        let places = Places::Mapped(mapped);
+        let mut parser = Parser::new(&mapped.text, places, self.findings, self.nesting);
+        parser.is_body = true;
+        let found = read(&mut parser);
+        unit.refused.append(&mut parser.refused);
+        found
+    }
+
     /// Parses structured text in an element.
     pub(super) fn statements(&mut self, node: Node<'_, '_>, unit: &mut Unit) -> Vec<Stmt> {
         let mapped = self.content(node);
-        let mut parser =
-            Parser::new(&mapped.text, Places::Mapped(&mapped), self.findings, self.nesting);
-        parser.is_body = true;
-        let mut list = parser.statements();
-        while parser.kind(0) != Kind::End {
-            parser.expected("a statement");
-            parser.advance();
-            list.extend(parser.statements());
-        }
-        unit.refused.append(&mut parser.refused);
-        list
+        self.parsed(&mapped, unit, |parser| {
+            let mut list = parser.statements();
+            while parser.kind(0) != Kind::End {
+                parser.expected("a statement");
+                parser.advance();
+                list.extend(parser.statements());
+            }
+            list
+        })
     }
 
     /// Parses an expression in an element. As in a condition, `:=` before it and `;` after it are allowed.
     pub(super) fn expression(&mut self, mapped: &Mapped<'_>, unit: &mut Unit) -> Option<Expr> {
-        let mut parser =
-            Parser::new(&mapped.text, Places::Mapped(mapped), self.findings, self.nesting);
-        parser.is_body = true;
-        // `name := condition;`
-        if parser.kind(0) == Kind::Word && parser.kind(1) == Kind::Assign {
-            parser.advance();
-        }
-        parser.take(Kind::Assign);
-        let expr = parser.expression().ok();
-        parser.take(Kind::Semicolon);
-        if expr.is_some() && parser.kind(0) != Kind::End {
-            parser.expected("the end of the expression");
-        }
-        unit.refused.append(&mut parser.refused);
-        expr
+        self.parsed(mapped, unit, |parser| {
+            // `name := condition;`
+            if parser.kind(0) == Kind::Word && parser.kind(1) == Kind::Assign {
+                parser.advance();
+            }
+            parser.take(Kind::Assign);
+            let expr = parser.expression().ok();
+            parser.take(Kind::Semicolon);
+            if expr.is_some() && parser.kind(0) != Kind::End {
+                parser.expected("the end of the expression");
+            }
+            expr
+        })
     }
 
     pub(super) fn expression_in(&mut self, node: Node<'_, '_>, unit: &mut Unit) -> Option<Expr> {

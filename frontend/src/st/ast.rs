@@ -377,6 +377,28 @@ pub(crate) enum Op {
     Power,
 }
 
+impl Op {
+    /// The operator that a standard function or instruction with this name, in capitals, applies.
+    pub(crate) fn named(word: &str) -> Option<Self> {
+        Some(match word {
+            "XOR" => Op::Xor,
+            "EQ" => Op::Eq,
+            "NE" => Op::Ne,
+            "LT" => Op::Lt,
+            "LE" => Op::Le,
+            "GT" => Op::Gt,
+            "GE" => Op::Ge,
+            "ADD" => Op::Add,
+            "SUB" => Op::Sub,
+            "MUL" => Op::Mul,
+            "DIV" => Op::Div,
+            "MOD" => Op::Mod,
+            "EXPT" => Op::Power,
+            _ => return None,
+        })
+    }
+}
+
 /// An argument of a call.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Arg {
@@ -514,6 +536,12 @@ impl Expr {
             ExprKind::Call(_, arguments) => arguments.iter().map(|one| &one.value).collect(),
             _ => Vec::new(),
         }
+    }
+
+    /// Whether the expression reads the variable with this name, in capitals.
+    pub(crate) fn reads(&self, variable: &str) -> bool {
+        matches!(&self.kind, ExprKind::Name(name) if name.id == *variable)
+            || self.children().into_iter().any(|one| one.reads(variable))
     }
 
     /// The variable at the root of an access.

@@ -80,7 +80,7 @@ impl Parser<'_> {
         Ok(height + 1)
     }
 
-    fn prefix(&mut self) -> Parse<Expr> {
+    pub(crate) fn prefix(&mut self) -> Parse<Expr> {
         match self.kind(0) {
             Kind::Minus => self.negative(),
             Kind::Plus => {
@@ -276,7 +276,7 @@ impl Parser<'_> {
     }
 
     /// Parses the arguments of a call; `height` becomes that of the call.
-    pub(super) fn arguments(&mut self) -> Parse<Vec<Arg>> {
+    pub(crate) fn arguments(&mut self) -> Parse<Vec<Arg>> {
         self.expect(Kind::Open, "`(`")?;
         let mut arguments = Vec::new();
         let mut height = 1;
@@ -410,14 +410,14 @@ impl Parser<'_> {
 
 /// A binary operator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Infix {
+pub(crate) enum Infix {
     And,
     Or,
     Op(Op),
 }
 
 /// Combines two operands. In a chain of AND or OR, which is flat, it appends the right one.
-fn joined(op: Infix, left: Expr, right: Expr, is_chain: bool) -> Expr {
+pub(crate) fn joined(op: Infix, left: Expr, right: Expr, is_chain: bool) -> Expr {
     let span = left.span.to(right.span);
     let kind = match (op, left.kind) {
         (Infix::And, ExprKind::And(mut all)) if is_chain => {

@@ -130,6 +130,13 @@ impl<'a> Elaborator<'a> {
         let pou = self.unit(index);
         let Body::Sfc(chart) = &pou.body else { return Err(ErrorReported) };
         let arguments = self.named_arguments(index, arguments, span)?;
+        if let Some(enable) = arguments.iter().find(|one| one.is_for("EN") || one.is_for("ENO")) {
+            return Err(self.refused(
+                &format!("EN or ENO in a call of `{}`, a block with a chart", pou.name),
+                enable.value.span,
+                "a chart runs in every scan: give it an input that its transitions test",
+            ));
+        }
         let prefix = self.objects[object].prefix.clone();
         self.check_chart(pou, &prefix, usage, span)?;
         let inside = self.objects[object].frame;

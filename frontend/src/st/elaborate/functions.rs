@@ -257,22 +257,7 @@ impl Elaborator<'_> {
         span: Span,
     ) -> Result<Outcome<Value>, Vec<Value>> {
         let n = values.len();
-        let op = match key {
-            "ADD" => Op::Add,
-            "MUL" => Op::Mul,
-            "XOR" => Op::Xor,
-            "SUB" => Op::Sub,
-            "DIV" => Op::Div,
-            "MOD" => Op::Mod,
-            "EXPT" => Op::Power,
-            "NE" => Op::Ne,
-            "GT" => Op::Gt,
-            "GE" => Op::Ge,
-            "EQ" => Op::Eq,
-            "LE" => Op::Le,
-            "LT" => Op::Lt,
-            _ => return Err(values),
-        };
+        let Some(op) = Op::named(key) else { return Err(values) };
         let is_chain = matches!(op, Op::Add | Op::Mul | Op::Xor);
         let is_ordered = matches!(op, Op::Gt | Op::Ge | Op::Eq | Op::Le | Op::Lt);
         if n < 2 || n > 2 && !is_chain && !is_ordered {
