@@ -5,9 +5,8 @@ use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::{Name, Span};
 
-use super::context::{Elaborator, Outcome};
+use super::context::{Binding, Elaborator, FrameId, GLOBALS, Object, ObjectKind, Outcome, Place};
 use super::prelude;
-use super::scope::{Binding, FrameId, GLOBALS, Object, ObjectKind, Place};
 use super::types::Ty;
 use super::value::{Kind, Time, Value, leaf};
 use crate::codes;

@@ -13,8 +13,7 @@ use grafsynth_ir::chart::Expr;
 use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::expr::{CompareOp, ExprKind};
 
-use super::context::{Elaborator, MAX_NODES, Outcome};
-use super::scope::{Binding, FrameId};
+use super::context::{Binding, Elaborator, FrameId, MAX_NODES, Outcome};
 use super::types::Ty;
 use super::value::{Kind, Value, nodes};
 use crate::st::ast::{self, Op};

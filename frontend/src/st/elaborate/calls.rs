@@ -6,9 +6,8 @@ use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
-use super::context::{Elaborator, Outcome, bodies_of};
+use super::context::{Binding, Elaborator, FrameId, Object, ObjectKind, Outcome, bodies_of};
 use super::prelude;
-use super::scope::{Binding, FrameId, Object, ObjectKind};
 use super::types::Ty;
 use super::usage::Params;
 use super::value::{Kind, Time, Value, mentions, reads_only};

@@ -17,9 +17,8 @@ use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
 use super::calls::argument;
-use super::context::{Elaborator, Outcome, bodies_of};
+use super::context::{Binding, Elaborator, FrameId, ObjectKind, Outcome, bodies_of};
 use super::jump_elimination::{self, Leaves};
-use super::scope::{Binding, FrameId, ObjectKind};
 use super::usage::Usage;
 use super::value::{Value, reads_only};
 use crate::st::ast::{self, Arg, Body, Pou, Section, StmtKind};

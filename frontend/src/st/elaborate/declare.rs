@@ -6,9 +6,8 @@ use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::Meta;
 
-use super::context::Elaborator;
+use super::context::{Binding, Elaborator, FrameId, GLOBALS, Object, ObjectKind, Place};
 use super::prelude;
-use super::scope::{Binding, FrameId, GLOBALS, Object, ObjectKind, Place};
 use super::types::Ty;
 use super::usage::Usage;
 use super::value::{Kind, Time, Value, leaf};

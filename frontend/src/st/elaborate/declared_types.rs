@@ -6,8 +6,7 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::expr::ExprKind;
 
-use super::context::{Elaborator, Outcome};
-use super::scope::FrameId;
+use super::context::{Elaborator, FrameId, Outcome};
 use super::types::{Ty, WIDEST, integer, length, zero};
 use super::value::{Kind, Value};
 use crate::codes;

@@ -6,8 +6,7 @@ use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind};
 
 use super::bits::BitOp;
-use super::context::{Elaborator, Outcome};
-use super::scope::FrameId;
+use super::context::{Elaborator, FrameId, Outcome};
 use super::types::Ty;
 use super::value::{Kind, Time, Value};
 use crate::codes;

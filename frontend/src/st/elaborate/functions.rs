@@ -3,8 +3,7 @@
 use grafsynth_ir::Span;
 use grafsynth_ir::diag::{Diagnostic, ErrorReported, counted};
 
-use super::context::{Elaborator, MAX_NODES, Outcome};
-use super::scope::{FrameId, ObjectKind};
+use super::context::{Elaborator, FrameId, MAX_NODES, ObjectKind, Outcome};
 use super::types::{Ty, integer, wrapping};
 use super::value::{Kind, Value, nodes, select};
 use crate::codes;

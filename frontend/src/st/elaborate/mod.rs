@@ -46,7 +46,7 @@ pub(crate) fn design(library: &Library) -> (Option<Design>, Vec<Diagnostic>) {
     // Enumeration values are visible everywhere.
     for def in &library.types {
         if matches!(def.ty.kind, TypeKind::Enum(_)) {
-            let _ = elaborator.ty(scope::GLOBALS, &def.ty);
+            let _ = elaborator.ty(context::GLOBALS, &def.ty);
         }
     }
     let design = elaborator.design();

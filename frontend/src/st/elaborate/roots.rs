@@ -7,8 +7,7 @@ use grafsynth_ir::diag::{Diagnostic, Severity};
 use grafsynth_ir::net::{Meta, Policy};
 use grafsynth_ir::{Name, Span};
 
-use super::context::Elaborator;
-use super::scope::{Frame, GLOBALS};
+use super::context::{Elaborator, Frame, GLOBALS};
 use super::usage::{self, Usage};
 use crate::codes;
 use crate::st::ast::{Body, Element, Pou, PouKind};

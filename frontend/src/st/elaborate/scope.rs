@@ -15,80 +15,10 @@
 //! An instance does not see the names of the unit that declares it. All frames of units and instances therefore have the same outer frame,
 //! the globals. Names are the same if their symbols are the same ([`crate::st::symbol`]).
 
-use std::collections::BTreeMap;
-
-use grafsynth_ir::Name;
-use grafsynth_ir::chart::Expr;
-use grafsynth_ir::diag::ErrorReported;
-
-use super::context::{Elaborator, Outcome};
-use super::types::Ty;
+use super::context::{Binding, Elaborator, Frame, FrameId, GLOBALS, Outcome};
 use super::value::Value;
-use crate::st::ast::{Flag, TypeKind};
+use crate::st::ast::TypeKind;
 use crate::st::symbol::{Ident, Symbol};
-
-pub(super) type FrameId = usize;
-
-/// The frame of the global variables.
-pub(super) const GLOBALS: FrameId = 0;
-
-/// The names of one unit or instance.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Frame {
-    pub(super) names: BTreeMap<Symbol, Binding>,
-    /// The flags of the jumps that are being eliminated.
-    pub(super) flags: BTreeMap<Flag, Binding>,
-    /// The chart variables that store flags, by flag and by offset of the statement.
-    pub(super) jumps: BTreeMap<(Flag, u32), Place>,
-}
-
-/// The object that a name or an expression refers to.
-#[derive(Debug, Clone)]
-pub(super) enum Binding {
-    /// A constant, or the current value of a variable in a function.
-    Value(Value),
-    Place(Place),
-    Object(usize),
-    Step(Name),
-    /// The declaration was refused.
-    Broken,
-}
-
-impl Binding {
-    /// The object, unless its declaration was refused.
-    pub(super) fn declared(self) -> Outcome<Binding> {
-        if matches!(self, Binding::Broken) { Err(ErrorReported) } else { Ok(self) }
-    }
-}
-
-/// A variable of a chart, or one of its elements.
-#[derive(Debug, Clone)]
-pub(super) struct Place {
-    pub(super) name: Name,
-    /// Index of the chart that declares it.
-    pub(super) chart: usize,
-    pub(super) index: Option<Expr>,
-    pub(super) ty: Ty,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum ObjectKind {
-    /// A function block, by its index among the units.
-    Block(usize),
-    Struct,
-}
-
-/// An instance of a function block, or a structure.
-#[derive(Debug, Clone)]
-pub(super) struct Object {
-    pub(super) kind: ObjectKind,
-    pub(super) frame: FrameId,
-    /// The name of the instance in the chart.
-    pub(super) prefix: String,
-    /// Whether an initial value, a call or an assignment has given a value to PT of a timer.
-    pub(super) has_preset: bool,
-    pub(super) n_calls: usize,
-}
 
 impl Elaborator<'_> {
     pub(super) fn new_frame(&mut self) -> FrameId {

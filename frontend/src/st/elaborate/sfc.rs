@@ -10,8 +10,7 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::net::{Meta, Qualifier};
 use grafsynth_ir::{Name, Span};
 
-use super::context::{Elaborator, bodies_of};
-use super::scope::{Binding, FrameId, Place};
+use super::context::{Binding, Elaborator, FrameId, Place, bodies_of};
 use super::types::Ty;
 use super::value::{Kind, Time, leaf};
 use crate::codes;

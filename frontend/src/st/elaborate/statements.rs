@@ -7,9 +7,8 @@ use grafsynth_ir::expr::{CompareOp, ExprKind};
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
-use super::context::{BUDGET, Elaborator, Outcome};
+use super::context::{BUDGET, Binding, Elaborator, FrameId, Outcome, Place};
 use super::jump_elimination::{self, Leaves};
-use super::scope::{Binding, FrameId, Place};
 use super::types::Ty;
 use super::value::{Kind, Time, Value};
 use crate::codes;

@@ -19,8 +19,7 @@ use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
-use super::context::{Elaborator, Outcome};
-use super::scope::{Binding, FrameId, Place};
+use super::context::{Binding, Elaborator, FrameId, Outcome, Place};
 use super::types::{Ty, WIDEST};
 use super::usage::Usage;
 use super::value::{Kind, Time, Value, Values, select};

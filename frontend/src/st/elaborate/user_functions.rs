@@ -6,9 +6,8 @@ use grafsynth_ir::Span;
 use grafsynth_ir::chart::Expr;
 use grafsynth_ir::diag::{Diagnostic, ErrorReported, counted};
 
-use super::context::{Elaborator, MAX_CALLS, MAX_NODES, Outcome};
+use super::context::{Binding, Elaborator, Frame, FrameId, MAX_CALLS, MAX_NODES, Outcome};
 use super::jump_elimination;
-use super::scope::{Binding, Frame, FrameId};
 use super::types::Ty;
 use super::value::{Value, nodes, select};
 use crate::codes;
