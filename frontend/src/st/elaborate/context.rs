@@ -184,7 +184,7 @@ impl<'a> Elaborator<'a> {
             };
         }
         for (index, pou) in elaborator.units.iter().enumerate().skip(library.pous.len()) {
-            elaborator.blocks.insert(pou.name.id.clone(), index);
+            elaborator.blocks.entry(pou.name.id.clone()).or_insert(index);
         }
         elaborator
     }

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | expression, target of an assignment | the unit or instance: its variables and steps; the globals; the values of the enumerations |
 //! | `a.b` | `b` in the instance or structure `a`, or `X` and `T` of the step `a`; if nothing is named `a`: an enumeration `a`, the globals (`a` names their list) |
-//! | type | elementary types; types of the library; function blocks, in which a standard block hides one of the library |
+//! | type | elementary types; types of the library; function blocks of the library; standard function blocks |
 //! | `a();` | an instance; an action of the unit; a function; a program, which is refused |
 //! | `a.b();` | an action `b` of the block of the instance `a`; an instance `b` in it |
 //! | `a()` in an expression | a function of the library; an instance, which is refused; a standard function |
