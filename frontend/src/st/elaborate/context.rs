@@ -172,14 +172,14 @@ impl<'a> Elaborator<'a> {
         }
         let mut seen = BTreeSet::new();
         for (index, pou) in library.pous.iter().enumerate() {
-            let key = pou.name.id.clone();
+            let key = &pou.name.id;
             if !seen.insert(key.clone()) {
                 elaborator.declared_twice(&pou.name);
                 continue;
             }
             match pou.kind {
-                PouKind::FunctionBlock => elaborator.blocks.insert(key, index),
-                PouKind::Function(_) => elaborator.functions.insert(key, index),
+                PouKind::FunctionBlock => elaborator.blocks.insert(key.clone(), index),
+                PouKind::Function(_) => elaborator.functions.insert(key.clone(), index),
                 PouKind::Program => None,
             };
         }

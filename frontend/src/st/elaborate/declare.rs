@@ -26,9 +26,9 @@ fn label_of(var: &Var) -> String {
 impl<'a> Elaborator<'a> {
     /// Declares a variable of a chart (`is_top`) or of the instance with this frame.
     pub(super) fn declare(&mut self, frame: FrameId, var: &'a Var, usage: &Usage, is_top: bool) {
-        let key = var.name.id.clone();
+        let key = &var.name.id;
         if var.section == Section::External {
-            if self.own(GLOBALS, &key).is_some() {
+            if self.own(GLOBALS, key).is_some() {
                 return;
             }
             self.report(
@@ -47,7 +47,7 @@ impl<'a> Elaborator<'a> {
             Ty::Time => Some(self.declare_time(frame, var, &name, usage, is_top)),
             Ty::Block(_) | Ty::Struct(_) => {
                 let init = self.fields_of(var);
-                let within = Within { outer: frame, usage, key: &key, init: &init, depth: 0 };
+                let within = Within { outer: frame, usage, key, init: &init, depth: 0 };
                 let object = self.instance(&ty, &name, &within);
                 Some(object.map_or(Binding::Broken, Binding::Object))
             }
@@ -61,7 +61,7 @@ impl<'a> Elaborator<'a> {
             Ty::Bool | Ty::Int { .. } | Ty::Array(..) => None,
         };
         if let Some(binding) = binding {
-            self.bind(frame, &key, binding);
+            self.bind(frame, key, binding);
         }
     }
 
@@ -100,9 +100,9 @@ impl<'a> Elaborator<'a> {
 
     /// Declares a variable of the chart itself. Its section, its address and its uses in the unit decide its kind.
     pub(super) fn declare_top(&mut self, frame: FrameId, var: &'a Var, ty: &Ty, usage: &Usage) {
-        let key = var.name.id.clone();
-        let is_assigned = usage.assigned.contains(&key);
-        let is_action = usage.actions.contains(&key);
+        let key = &var.name.id;
+        let is_assigned = usage.assigned.contains(key);
+        let is_action = usage.actions.contains(key);
         let area = var.address.as_ref().and_then(|address| address.id.chars().nth(1));
         let meta = Meta { span: var.name.span, label: label_of(var), ..Meta::default() };
         // A chart omits the sign before an address.
@@ -120,7 +120,7 @@ impl<'a> Elaborator<'a> {
             };
         if var.section == Section::Input && (is_assigned || is_action) {
             self.assigned_input(var);
-            self.bind(frame, &key, Binding::Broken);
+            self.bind(frame, key, Binding::Broken);
             return;
         }
         let is_output = var.section == Section::Output
@@ -130,12 +130,12 @@ impl<'a> Elaborator<'a> {
             self.inputs.insert(name.text.clone());
             let kind = DeclarationKind::Input { ty: simple, synchronous: false };
             self.items.push(Item::Declaration(Declaration { name, kind, meta }));
-            self.bind(frame, &key, Binding::Place(place));
+            self.bind(frame, key, Binding::Place(place));
             return;
         }
         if is_input && !is_output {
             self.refused("arrays as inputs", var.name.span, "declare one input for each element");
-            self.bind(frame, &key, Binding::Broken);
+            self.bind(frame, key, Binding::Broken);
             return;
         }
         // Other charts cannot name an action, so a global that is an action becomes a variable that actions write.
@@ -144,19 +144,19 @@ impl<'a> Elaborator<'a> {
             && *ty == Ty::Bool
             && (var.section != Section::Global || self.chart_names.len() == 1);
         if let (true, Some(simple)) = (is_output, ty.simple()) {
-            if !is_assigned && !is_action && usage.read.contains(&key) {
+            if !is_assigned && !is_action && usage.read.contains(key) {
                 // No statement assigns the variable, so it keeps its initial value.
                 let zero = || match simple {
                     Type::Bool => Value::constant(false, var.name.span),
                     Type::Int { .. } => Value::int(simple.saturate(0), var.name.span),
                 };
                 let value = values.first().cloned().map_or_else(zero, Value::literal);
-                self.bind(frame, &key, Binding::Value(value));
+                self.bind(frame, key, Binding::Value(value));
             } else {
-                self.bind(frame, &key, Binding::Place(place));
+                self.bind(frame, key, Binding::Place(place));
             }
             if is_flag {
-                self.flags.insert(key, name.text.clone());
+                self.flags.insert(key.clone(), name.text.clone());
             }
             let init = if is_flag { None } else { values.into_iter().next() };
             let kind = DeclarationKind::Output {
@@ -171,11 +171,11 @@ impl<'a> Elaborator<'a> {
         }
         if is_flag {
             self.flags.insert(key.clone(), name.text.clone());
-            self.bind(frame, &key, Binding::Place(place));
+            self.bind(frame, key, Binding::Place(place));
             self.items.push(Item::Action(Action { name, body: Vec::new(), meta }));
             return;
         }
-        self.declare_var(frame, &key, name, ty, values, meta);
+        self.declare_var(frame, key, name, ty, values, meta);
     }
 
     pub(super) fn assigned_input(&mut self, var: &Var) {
@@ -226,24 +226,24 @@ impl<'a> Elaborator<'a> {
     /// Declares a field of a structure.
     fn field_of(&mut self, frame: FrameId, field: &Var, name: &Name, within: &Within<'_>) {
         let ty = self.ty(within.outer, &field.ty);
-        let key = field.name.id.clone();
+        let key = &field.name.id;
         let full = Name::new(format!("{name}.{}", field.name), field.name.span);
         let binding = match &ty {
             Ty::Bool | Ty::Int { .. } | Ty::Array(..) => {
-                let values = match within.init(&key).or(field.init.as_ref()) {
+                let values = match within.init(key).or(field.init.as_ref()) {
                     Some(init) => self.initial(within.outer, &ty, init).unwrap_or_default(),
                     None => Vec::new(),
                 };
-                return self.declare_var(frame, &key, full, &ty, values, Meta::default());
+                return self.declare_var(frame, key, full, &ty, values, Meta::default());
             }
             Ty::Block(_) | Ty::Struct(_) => {
                 let (usage, depth) = (&Usage::default(), within.depth + 1);
-                let inner = Within { usage, key: &key, init: &[], depth, ..*within };
+                let inner = Within { usage, key, init: &[], depth, ..*within };
                 self.instance(&ty, &full, &inner).map_or(Binding::Broken, Binding::Object)
             }
             Ty::Time | Ty::Broken => Binding::Broken,
         };
-        self.bind(frame, &key, binding);
+        self.bind(frame, key, binding);
     }
 
     /// Declares the variables of an instance of a function block.
@@ -316,11 +316,11 @@ impl<'a> Elaborator<'a> {
         inner: &Usage,
         within: &Within<'_>,
     ) {
-        let key = var.name.id.clone();
+        let key = &var.name.id;
         if var.section == Section::External {
-            if self.own(GLOBALS, &key).is_none() {
+            if self.own(GLOBALS, key).is_none() {
                 self.unknown("global variable", &var.name, &[], "add it to a VAR_GLOBAL block");
-                self.bind(frame, &key, Binding::Broken);
+                self.bind(frame, key, Binding::Broken);
             }
             return;
         }
@@ -329,34 +329,34 @@ impl<'a> Elaborator<'a> {
         let binding = match &ty {
             Ty::Broken => Binding::Broken,
             Ty::Time if var.section == Section::Input => {
-                Binding::Value(self.first_time(frame, var, &key, within))
+                Binding::Value(self.first_time(frame, var, key, within))
             }
             // The parameter is bound to a variable when the block is called.
             Ty::Time if var.section == Section::InOut => return,
             Ty::Time => self.declare_time(frame, var, &full, inner, false),
             Ty::Block(_) | Ty::Struct(_) => {
                 let (init, depth) = (&self.fields_of(var), within.depth + 1);
-                let inner = Within { outer: frame, usage: inner, key: &key, init, depth };
+                let inner = Within { outer: frame, usage: inner, key, init, depth };
                 self.instance(&ty, &full, &inner).map_or(Binding::Broken, Binding::Object)
             }
             Ty::Bool | Ty::Int { .. } if var.is_constant => self.declare_constant(frame, var, &ty),
             Ty::Bool | Ty::Int { .. } | Ty::Array(..) => {
                 let is_bound_by_calls = var.section == Section::InOut
                     || var.section == Section::Input
-                        && !within.omits(&key)
-                        && !inner.assigned.contains(&key);
+                        && !within.omits(key)
+                        && !inner.assigned.contains(key);
                 if is_bound_by_calls {
                     return;
                 }
-                let values = match (within.init(&key), &self.init_of(var)) {
+                let values = match (within.init(key), &self.init_of(var)) {
                     (Some(init), _) => self.initial(within.outer, &ty, init).unwrap_or_default(),
                     (None, Some(init)) => self.initial(frame, &ty, init).unwrap_or_default(),
                     (None, None) => Vec::new(),
                 };
-                return self.declare_var(frame, &key, full, &ty, values, Meta::default());
+                return self.declare_var(frame, key, full, &ty, values, Meta::default());
             }
         };
-        self.bind(frame, &key, binding);
+        self.bind(frame, key, binding);
     }
 
     /// The value of a TIME input before the first call, which binds the input to its argument.

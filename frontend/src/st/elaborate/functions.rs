@@ -52,8 +52,8 @@ impl Elaborator<'_> {
         arguments: &[Arg],
         span: Span,
     ) -> Outcome<Value> {
-        let key = name.id.clone();
-        if let Some(index) = self.functions.get(&key).copied() {
+        let key = &name.id;
+        if let Some(index) = self.functions.get(key).copied() {
             return self.run_function(frame, index, arguments, span);
         }
         if let Some(object) = self.object(frame, &name.id) {
@@ -62,7 +62,7 @@ impl Elaborator<'_> {
         let named = arguments.iter().filter_map(|one| one.name.as_ref());
         if let Some(unknown) = named.clone().find(|name| !is_parameter(&name.id)) {
             let unknown = unknown.clone();
-            let known = if is_like_and(&key) {
+            let known = if is_like_and(key) {
                 "IN1, IN2 and so on".to_owned()
             } else {
                 STANDARD_PARAMETERS.to_owned()
@@ -87,7 +87,7 @@ impl Elaborator<'_> {
             order.sort_by_key(rank);
             values = order.into_iter().map(|index| values[index].clone()).collect();
         }
-        let value = self.standard(&key, name, values, span)?;
+        let value = self.standard(key, name, values, span)?;
         // ABS and similar functions duplicate their operand, so nested calls would grow exponentially.
         if nodes(&value.expr, MAX_NODES) >= MAX_NODES {
             return Err(self.too_much(span));

@@ -279,15 +279,15 @@ impl Elaborator<'_> {
         }
         let mut seen = BTreeSet::new();
         for var in &library.globals {
-            let key = var.name.id.clone();
+            let key = &var.name.id;
             if !seen.insert(key.clone()) {
                 self.declared_twice(&var.name);
                 continue;
             }
             if var.is_constant
-                || all.assigned.contains(&key)
-                || all.actions.contains(&key)
-                || all.read.contains(&key)
+                || all.assigned.contains(key)
+                || all.actions.contains(key)
+                || all.read.contains(key)
             {
                 self.declare(GLOBALS, var, &all, true);
             }

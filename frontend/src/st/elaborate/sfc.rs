@@ -82,8 +82,8 @@ impl<'a> Elaborator<'a> {
         }
         self.declare_steps(&mut build, sfc);
         for action in &sfc.actions {
-            let key = action.name.id.clone();
-            if build.actions.insert(key, self.full(&action.name).text).is_some() {
+            let full = self.full(&action.name).text;
+            if build.actions.insert(action.name.id.clone(), full).is_some() {
                 self.twice("action", &action.name);
             }
         }

@@ -231,8 +231,8 @@ impl Elaborator<'_> {
         usage: &Usage,
         is_top: bool,
     ) -> Binding {
-        let key = var.name.id.clone();
-        let is_assigned = usage.assigned.contains(&key);
+        let key = &var.name.id;
+        let is_assigned = usage.assigned.contains(key);
         let is_input =
             is_top && matches!(var.section, Section::Input | Section::InOut | Section::External);
         let start = match &self.init_of(var) {
@@ -264,7 +264,7 @@ impl Elaborator<'_> {
             return Binding::Broken;
         }
         let values =
-            self.assigned_times(frame, start, usage.times.get(&key).map_or(&[], Vec::as_slice));
+            self.assigned_times(frame, start, usage.times.get(key).map_or(&[], Vec::as_slice));
         let ends = values.as_ref().and_then(|all| Some((all.first()? / UNIT, all.last()? / UNIT)));
         let (lo, hi) = ends.filter(|(lo, hi)| WIDEST.0 <= *lo && *hi <= WIDEST.1).unwrap_or(WIDEST);
         let ty = Type::Int { lo, hi };

@@ -87,7 +87,7 @@ impl Elaborator<'_> {
         let mut position = 0;
         for var in &pou.vars {
             let ty = self.ty(inside, &var.ty);
-            let key = var.name.id.clone();
+            let key = &var.name.id;
             let mut value = self.first_value(inside, var, &ty)?;
             if matches!(var.section, Section::InOut | Section::Output) {
                 return Err(self.refused(
@@ -99,7 +99,7 @@ impl Elaborator<'_> {
             if var.section == Section::Input {
                 let given = arguments
                     .iter()
-                    .find(|one| one.is_for(&key))
+                    .find(|one| one.is_for(key))
                     .or_else(|| arguments.get(position).filter(|one| one.name.is_none()));
                 position += 1;
                 if let Some(argument) = given {
@@ -108,7 +108,7 @@ impl Elaborator<'_> {
                 }
             }
             types.insert(key.clone(), ty);
-            self.bind(inside, &key, Binding::Value(value));
+            self.bind(inside, key, Binding::Value(value));
         }
         if arguments.len() > position {
             return Err(self.report(
