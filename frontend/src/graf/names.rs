@@ -5,7 +5,8 @@ use itertools::Itertools as _;
 
 use super::lexer::is_word;
 use super::parser::RESERVED;
-use super::steps::{CLAUSES, DONE, SINK};
+use super::steps::{CLAUSES, DONE};
+use super::token::SINK;
 
 /// The position of a name. It decides which words would be read as keywords.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

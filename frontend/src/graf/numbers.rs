@@ -4,8 +4,7 @@
 //! use, so a quick first pass over the tokens collects the names that are declared as integers. It does not report or keep anything else.
 
 use super::lexer::Lexer;
-use super::steps::SINK;
-use super::token::{Kind, Token};
+use super::token::{Kind, SINK, Token};
 
 /// The names that a source declares as integers (inputs, outputs, variables, extern conditions, timers, constants).
 #[derive(Debug, Clone, Default)]

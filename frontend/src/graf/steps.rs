@@ -34,9 +34,6 @@ pub(crate) const QUALIFIERS: [(&str, Qualifier, bool); 12] = [
 pub(crate) const CLAUSES: &[&str] =
     &["on", "when", "after", "priority", "restart", "deadline", "do", "req"];
 
-/// The target of a transition that activates no step, unless a step has this name.
-pub(crate) const SINK: &str = "sink";
-
 /// Prefix of the event for the completion of a state.
 pub(crate) const DONE: &str = "done.state.";
 

@@ -1,5 +1,8 @@
 //! Tokens of the chart language.
 
+/// The target of a transition that activates no step, unless a step has this name.
+pub(crate) const SINK: &str = "sink";
+
 /// A token: its kind and its byte range. It takes 12 bytes, so lookahead is cheap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Token {

@@ -5,8 +5,8 @@ use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::diag::{Diagnostic, nearest};
 
 use super::parser::{Parse, Parser, short};
-use super::steps::{CLAUSES, SINK};
-use super::token::Kind;
+use super::steps::CLAUSES;
+use super::token::{Kind, SINK};
 use crate::codes;
 
 impl Parser<'_> {

@@ -1,160 +1,18 @@
 //! Translates instruction lists to statements: each instruction reads and changes an accumulator.
+//!
+//! Operands and the arguments of `CAL` are expressions of structured text on the line of the instruction, and the same parser reads them.
 
-use grafsynth_ir::Name;
+use grafsynth_ir::Span;
 
-use super::reader::Unit;
 use crate::codes;
-use crate::st::ast::{Arg, Expr, ExprKind, Op, Stmt, StmtKind};
-use crate::st::lexer::{Kind, LexError, Places, Token, tokens};
-use crate::st::parse_expr::{duration, number};
-use crate::xml::Mapped;
+use crate::st::ast::{Expr, ExprKind, Op, Refusal, Stmt, StmtKind};
+use crate::st::lexer::{Kind, Token};
+use crate::st::parse::{Parse, Parser};
+use crate::st::parse_expr::{Infix, joined};
+use crate::st::symbol::{Symbol, spells};
 
-/// Maximum number of consecutive fields in one operand.
-const MAX_FIELDS: u32 = 64;
 /// Maximum number of nodes in all copies of the accumulator: each ST instruction copies its value and keeps it.
 const MAX_COPIED: usize = 200_000;
-
-struct List<'a> {
-    mapped: &'a Mapped<'a>,
-    tokens: Vec<Token>,
-    at: usize,
-}
-
-impl List<'_> {
-    fn peek(&self) -> Token {
-        let end = self.mapped.text.len();
-        self.tokens.get(self.at).copied().unwrap_or(Token { kind: Kind::End, start: end, end })
-    }
-
-    fn slice(&self, token: Token) -> &str {
-        self.mapped.text.get(token.start..token.end).unwrap_or("")
-    }
-
-    fn span(&self, token: Token) -> grafsynth_ir::Span {
-        Places::Mapped(self.mapped).span(token.start, token.end)
-    }
-
-    /// Whether a token is on the same line as the one before it.
-    fn on_line(&self, before: usize, token: Token) -> bool {
-        token.kind != Kind::End
-            && !self.mapped.text.get(before..token.start).unwrap_or("\n").contains('\n')
-    }
-
-    /// Parses a variable, field or literal.
-    fn operand(&mut self) -> Option<Expr> {
-        let mut token = self.peek();
-        // The type prefix is redundant: `INT#5`, `BOOL#TRUE`.
-        let mut is_bool = false;
-        if token.kind == Kind::Typed {
-            is_bool = self.slice(token).eq_ignore_ascii_case("BOOL#");
-            self.at += 1;
-            token = self.peek();
-        }
-        let negative = token.kind == Kind::Minus;
-        if negative {
-            self.at += 1;
-            token = self.peek();
-        }
-        let span = self.span(token);
-        let text = self.slice(token).to_owned();
-        let kind = match token.kind {
-            Kind::Number => {
-                let value = number(&text)?;
-                match is_bool {
-                    true => ExprKind::Bool(value != 0),
-                    false => ExprKind::Int(if negative { -value } else { value }),
-                }
-            }
-            Kind::Time => ExprKind::Time(duration(text.split_once('#')?.1)?),
-            Kind::Word if text.eq_ignore_ascii_case("TRUE") => ExprKind::Bool(true),
-            Kind::Word if text.eq_ignore_ascii_case("FALSE") => ExprKind::Bool(false),
-            Kind::Word => ExprKind::Name(Name::new(text, span)),
-            Kind::Address => ExprKind::Address(text),
-            _ => return None,
-        };
-        self.at += 1;
-        let mut expr = Expr::new(kind, span);
-        let mut levels = 0;
-        while self.peek().kind == Kind::Dot {
-            levels += 1;
-            if levels > MAX_FIELDS {
-                return None;
-            }
-            self.at += 1;
-            let token = self.peek();
-            if token.kind != Kind::Word {
-                return None;
-            }
-            let field = Name::new(self.slice(token), self.span(token));
-            let span = expr.span.to(field.span);
-            self.at += 1;
-            expr = Expr::new(ExprKind::Field(Box::new(expr), field), span);
-        }
-        Some(expr)
-    }
-
-    /// Skips the rest of the line of a token.
-    fn skip_line(&mut self, token: Token) {
-        while self.on_line(token.end, self.peek()) {
-            self.at += 1;
-        }
-    }
-
-    /// Parses `(IN := a, Q => b)` after an instance, or nothing.
-    fn arguments(&mut self, unit: &mut Unit) -> Vec<Arg> {
-        let mut arguments = Vec::new();
-        if self.peek().kind != Kind::Open {
-            return arguments;
-        }
-        let open = self.peek();
-        self.at += 1;
-        loop {
-            let name = self.peek();
-            match name.kind {
-                Kind::Close => {
-                    self.at += 1;
-                    return arguments;
-                }
-                Kind::Comma => {
-                    self.at += 1;
-                    continue;
-                }
-                Kind::End => {
-                    let span = self.span(open);
-                    unit.mistake(
-                        codes::ST_UNEXPECTED,
-                        "unclosed parenthesis",
-                        span,
-                        "close it with `)`",
-                    );
-                    return arguments;
-                }
-                _ => {}
-            }
-            self.at += 1;
-            let sign = self.peek().kind;
-            let is_argument = name.kind == Kind::Word && matches!(sign, Kind::Assign | Kind::Arrow);
-            if is_argument {
-                self.at += 1;
-                let named = Some(Name::new(self.slice(name), self.span(name)));
-                if let Some(value) = self.operand() {
-                    let is_output = sign == Kind::Arrow;
-                    arguments.push(Arg { name: named, value, is_output, is_negated: false });
-                    continue;
-                }
-            }
-            let (span, text) = (self.span(name), self.slice(name).to_owned());
-            unit.refuse(
-                format!("the argument `{text}` of CAL"),
-                span,
-                "write `NAME := value`, with a variable or a constant",
-            );
-            while !matches!(self.peek().kind, Kind::Comma | Kind::Close | Kind::End) {
-                self.at += 1;
-            }
-        }
-    }
-}
 
 /// A value, with the height of its expression tree and the number of nodes in it.
 #[derive(Debug, Clone)]
@@ -165,286 +23,242 @@ struct Held {
 }
 
 impl Held {
-    /// An operand, which has only a few nodes.
-    fn operand(expr: Expr) -> Self {
-        Held { expr, height: 1, size: 1 }
-    }
-
-    fn not(self, span: grafsynth_ir::Span) -> Self {
+    fn not(self, span: Span) -> Self {
         let expr = Expr::new(ExprKind::Not(Box::new(self.expr)), span);
         Held { expr, height: self.height + 1, size: self.size + 1 }
     }
+
+    /// Applies an operator to the accumulator and its operand. AND and OR extend a list of the same kind, which may have any length.
+    fn combined(self, op: Infix, right: Held) -> Self {
+        let is_flat = matches!(
+            (op, &self.expr.kind),
+            (Infix::And, ExprKind::And(_)) | (Infix::Or, ExprKind::Or(_))
+        );
+        let above = u32::from(!is_flat);
+        let height = (self.height + above).max(right.height + 1);
+        let size = self.size + right.size + 1;
+        Held { expr: joined(op, self.expr, right.expr, is_flat), height, size }
+    }
 }
 
-/// Applies an operator to the accumulator and its operand. AND and OR extend a list of the same kind, which may have any length.
-fn combine(word: &str, left: Held, right: Held) -> Option<Held> {
-    let span = left.expr.span.to(right.expr.span);
+/// The operator of an instruction, and whether the instruction negates its operand.
+fn operator(word: &str) -> Option<(Infix, bool)> {
     let (base, is_negated) = match word {
         "ANDN" | "ORN" | "XORN" => (&word[..word.len() - 1], true),
-        "&" => ("AND", false),
-        "&N" => ("AND", true),
-        other => (other, false),
+        _ => (word, false),
     };
-    let right = if is_negated { right.not(span) } else { right };
-    let size = left.size + right.size + 1;
-    let (flat, apart) = (left.height.max(right.height + 1), left.height.max(right.height) + 1);
-    let (kind, height) = match (base, left.expr.kind) {
-        ("AND", ExprKind::And(mut all)) => {
-            all.push(right.expr);
-            (ExprKind::And(all), flat)
-        }
-        ("OR", ExprKind::Or(mut all)) => {
-            all.push(right.expr);
-            (ExprKind::Or(all), flat)
-        }
-        (base, kind) => {
-            let left = Expr::new(kind, left.expr.span);
-            let kind = match base {
-                "AND" => ExprKind::And(vec![left, right.expr]),
-                "OR" => ExprKind::Or(vec![left, right.expr]),
-                base => ExprKind::Binary(operator(base)?, Box::new(left), Box::new(right.expr)),
-            };
-            (kind, apart)
-        }
+    let op = match base {
+        "AND" | "&" => Infix::And,
+        "OR" => Infix::Or,
+        _ => Infix::Op(Op::named(base).filter(|op| *op != Op::Power)?),
     };
-    Some(Held { expr: Expr::new(kind, span), height, size })
+    Some((op, is_negated))
 }
 
-fn operator(word: &str) -> Option<Op> {
-    Some(match word {
-        "XOR" => Op::Xor,
-        "ADD" => Op::Add,
-        "SUB" => Op::Sub,
-        "MUL" => Op::Mul,
-        "DIV" => Op::Div,
-        "MOD" => Op::Mod,
-        "GT" => Op::Gt,
-        "GE" => Op::Ge,
-        "EQ" => Op::Eq,
-        "NE" => Op::Ne,
-        "LE" => Op::Le,
-        "LT" => Op::Lt,
-        _ => return None,
-    })
+struct List<'l, 'p> {
+    parser: &'l mut Parser<'p>,
+    out: Vec<Stmt>,
+    accumulator: Option<Held>,
+    /// Operations that wait for a closing parenthesis: the instruction and the value before it.
+    waiting: Vec<(Symbol, Option<Held>)>,
+    n_copied: usize,
 }
 
-/// Whether an expression reads a variable, whose name is in capitals.
-fn mentions(expr: &Expr, root: &str) -> bool {
-    match &expr.kind {
-        ExprKind::Name(name) => name.text.to_uppercase() == root,
-        ExprKind::Field(inner, _)
-        | ExprKind::Bit(inner, _)
-        | ExprKind::Not(inner)
-        | ExprKind::Neg(inner) => mentions(inner, root),
-        ExprKind::Index(inner, indices) => {
-            mentions(inner, root) || indices.iter().any(|one| mentions(one, root))
-        }
-        ExprKind::Binary(_, a, b) => mentions(a, root) || mentions(b, root),
-        ExprKind::And(all) | ExprKind::Or(all) => all.iter().any(|one| mentions(one, root)),
-        ExprKind::Call(_, arguments) => arguments.iter().any(|one| mentions(&one.value, root)),
-        _ => false,
-    }
-}
-
-/// The statements of an instruction list. Records unsupported parts. No value exceeds `limit` levels.
-pub(super) fn statements(mapped: &Mapped<'_>, limit: u32, unit: &mut Unit) -> Vec<Stmt> {
-    let read = tokens(&mapped.text);
-    for error in &read.errors {
-        let (start, end, message, help) = match error {
-            LexError::Character(start, end) => {
-                let shown = mapped.text.get(*start..*end).unwrap_or("").escape_debug();
-                (*start, *end, format!("unexpected character `{shown}`"), "remove it".to_owned())
-            }
-            LexError::Unclosed(start, end, what) => {
-                (*start, *end, format!("unclosed {what}"), "close it".to_owned())
-            }
-            LexError::Foreign(start, end, instead) => {
-                let shown = mapped.text.get(*start..*end).unwrap_or("");
-                let message = format!("unknown operator `{shown}`");
-                (*start, *end, message, format!("write `{instead}`"))
-            }
-        };
-        let span = Places::Mapped(mapped).span(start, end);
-        unit.mistake(codes::ST_UNEXPECTED, message, span, &help);
-    }
-    let mut list = List { mapped, tokens: read.tokens, at: 0 };
-    let mut out = Vec::new();
-    let mut accumulator: Option<Held> = None;
-    let mut n_copied = 0;
-    // Operations that wait for a closing parenthesis: the operator and the value before it.
-    let mut waiting: Vec<(String, Option<Held>)> = Vec::new();
-    loop {
-        let token = list.peek();
-        let span = list.span(token);
-        if accumulator.as_ref().is_some_and(|held| held.height > limit) {
-            accumulator = None;
-            unit.refuse(
-                format!("an instruction list with a value of more than {limit} levels"),
-                span,
-                "store parts of it in variables",
-            );
-        }
+/// The statements of an instruction list. Records unsupported parts. No value exceeds the nesting limit of the parser.
+pub(super) fn statements(parser: &mut Parser<'_>) -> Vec<Stmt> {
+    let (out, waiting) = (Vec::new(), Vec::new());
+    let mut list = List { parser, out, accumulator: None, waiting, n_copied: 0 };
+    while list.parser.kind(0) != Kind::End && list.n_copied <= MAX_COPIED {
+        let token = list.parser.advance();
+        list.limit(token);
         match token.kind {
-            Kind::End if waiting.is_empty() => return out,
-            Kind::End => {
-                unit.mistake(
-                    codes::ST_UNEXPECTED,
-                    "unclosed parenthesis",
-                    span,
-                    "close it with `)`",
-                );
-                return out;
-            }
-            Kind::Close => {
-                list.at += 1;
-                let Some((word, before)) = waiting.pop() else {
-                    unit.mistake(codes::ST_UNEXPECTED, "unmatched `)`", span, "remove it");
-                    continue;
-                };
-                accumulator = match (before, accumulator.take()) {
-                    (Some(before), Some(inside)) => combine(&word, before, inside),
-                    (None, inside) if word == "LD" => inside,
-                    (None, _) | (Some(_), None) => None,
-                };
-                if accumulator.is_none() {
-                    unit.mistake(
-                        codes::ST_UNEXPECTED,
-                        format!("the instruction {word} with a parenthesis needs two values"),
-                        span,
-                        "load a value before and inside the parenthesis",
-                    );
-                }
-                continue;
-            }
-            Kind::Word | Kind::Ampersand => {}
+            Kind::Close => list.close(token),
+            Kind::Word | Kind::Ampersand => list.instruction(token),
             _ => {
-                let sign = list.slice(token).to_owned();
-                unit.refuse(
-                    format!("the sign `{sign}` in an instruction list"),
-                    span,
-                    "write one instruction per line, followed by one operand",
-                );
-                list.at += 1;
-                continue;
+                let sign = list.parser.slice(token);
+                let what = format!("the sign `{sign}` in an instruction list");
+                let help = "write one instruction per line, followed by one operand";
+                list.parser.refuse(what, list.parser.span(token), help);
             }
         }
-        let word = list.slice(token).to_uppercase();
-        list.at += 1;
-        let next = list.peek();
-        if next.kind == Kind::Colon {
-            unit.refuse("a label in an instruction list", span, "use structured text with IF");
-            list.at += 1;
-            continue;
+    }
+    if !list.waiting.is_empty() {
+        list.mistake("unclosed parenthesis", list.parser.here(), "close it with `)`");
+    }
+    list.out
+}
+
+impl List<'_, '_> {
+    fn mistake(&mut self, message: impl Into<String>, span: Span, help: &str) {
+        if self.parser.refused.len() < 10_000 {
+            let refusal = Refusal::mistake(codes::ST_UNEXPECTED, message, span, help);
+            self.parser.refused.push(refusal);
         }
-        if list.on_line(token.end, next) && next.kind == Kind::Open && word != "CAL" {
-            list.at += 1;
-            waiting.push((word, accumulator.take()));
-            // `AND( a` begins with a load.
-            if list.on_line(next.end, list.peek()) {
-                accumulator = list.operand().map(Held::operand);
-            }
-            continue;
+    }
+
+    /// Drops a value that is too high for the recursion of later passes.
+    fn limit(&mut self, token: Token) {
+        let limit = self.parser.limit;
+        if self.accumulator.take_if(|held| held.height > limit).is_some() {
+            let what = format!("an instruction list with a value of more than {limit} levels");
+            self.parser.refuse(what, self.parser.span(token), "store parts of it in variables");
         }
-        let operand = |list: &mut List<'_>| {
-            let is_here = list.on_line(token.end, list.peek());
-            if is_here { list.operand().map(Held::operand) } else { None }
+    }
+
+    /// Ends an operation with a parenthesis.
+    fn close(&mut self, token: Token) {
+        let span = self.parser.span(token);
+        let Some((word, before)) = self.waiting.pop() else {
+            return self.mistake("unmatched `)`", span, "remove it");
         };
-        match word.as_str() {
-            "LD" | "LDN" => {
-                accumulator = operand(&mut list);
-                if accumulator.is_none() {
-                    unit.mistake(
-                        codes::ST_UNEXPECTED,
-                        format!("the instruction {word} needs a variable or a constant"),
-                        span,
-                        "write the operand after the instruction",
-                    );
-                    list.skip_line(token);
-                }
-                if word == "LDN" {
-                    accumulator = accumulator.take().map(|value| value.not(span));
-                }
-            }
-            "NOT" if accumulator.is_none() => {
-                unit.mistake(
-                    codes::ST_UNEXPECTED,
-                    "the instruction NOT needs a value",
-                    span,
-                    "load a value first",
-                );
-            }
-            "NOT" => {
-                accumulator = accumulator.take().map(|value| value.not(span));
-            }
-            "ST" | "STN" | "S" | "R" => {
-                let (Some(held), Some(target)) = (accumulator.take(), operand(&mut list)) else {
-                    unit.mistake(
-                        codes::ST_UNEXPECTED,
-                        format!("the instruction {word} needs a value and a variable"),
-                        span,
-                        "load a value first, and write the variable after the instruction",
-                    );
-                    list.skip_line(token);
-                    continue;
-                };
-                n_copied += held.size;
-                if n_copied > MAX_COPIED {
-                    unit.refuse(
-                        "an instruction list that stores a long value too often",
-                        span,
-                        "load the variable that holds the value",
-                    );
-                    return out;
-                }
-                let target = target.expr;
-                let assign =
-                    |value| Stmt { kind: StmtKind::Assign { target: target.clone(), value }, span };
-                // The accumulator keeps its value. If the value was computed here, the variable replaces it.
-                let root = target.root().map(|name| name.text.to_uppercase()).unwrap_or_default();
-                let is_changed = mentions(&held.expr, &root);
-                let value = held.expr.clone();
-                accumulator = match word.as_str() {
-                    _ if !is_changed => Some(held),
-                    "ST" => Some(Held::operand(target.clone())),
-                    "STN" => Some(Held::operand(target.clone()).not(span)),
-                    _ => None,
-                };
-                match word.as_str() {
-                    "ST" => out.push(assign(value)),
-                    "STN" => out.push(assign(Expr::new(ExprKind::Not(Box::new(value)), span))),
-                    which => {
-                        let set = assign(Expr::new(ExprKind::Bool(which == "S"), span));
-                        let kind =
-                            StmtKind::If { arms: vec![(value, vec![set])], otherwise: Vec::new() };
-                        out.push(Stmt { kind, span });
-                    }
-                }
-            }
-            "CAL" => {
-                let Some(Held { expr: target, .. }) = operand(&mut list) else {
-                    unit.mistake(
-                        codes::ST_UNEXPECTED,
-                        "the instruction CAL needs an instance",
-                        span,
-                        "write the instance name after CAL",
-                    );
-                    list.skip_line(token);
-                    continue;
-                };
-                let arguments = list.arguments(unit);
-                out.push(Stmt { kind: StmtKind::Call { target, arguments }, span });
-            }
-            _ => {
-                let right = operand(&mut list);
-                accumulator = match (accumulator.take(), right) {
-                    (Some(left), Some(right)) => combine(&word, left, right),
-                    _ => None,
-                };
-                if accumulator.is_none() {
-                    unit.refuse(format!("the instruction {word}"), span, "use structured text");
-                    list.skip_line(token);
-                }
-            }
+        self.accumulator = match (before, self.accumulator.take()) {
+            (Some(before), Some(inside)) => operator(&word).map(|(op, is_negated)| {
+                before.combined(op, if is_negated { inside.not(span) } else { inside })
+            }),
+            (None, inside) if word == "LD" => inside,
+            (None, _) | (Some(_), None) => None,
+        };
+        if self.accumulator.is_none() {
+            let message = format!("the instruction {word} with a parenthesis needs two values");
+            self.mistake(message, span, "load a value before and inside the parenthesis");
         }
+    }
+
+    /// Whether two tokens are on the same line.
+    fn on_line(&self, first: Token, second: Token) -> bool {
+        let between = self.parser.text.get(first.end..second.start).unwrap_or("\n");
+        second.kind != Kind::End && !between.contains('\n')
+    }
+
+    fn skip_line(&mut self, mut token: Token) {
+        while self.on_line(token, self.parser.peek(0)) {
+            token = self.parser.advance();
+        }
+    }
+
+    /// Parses the operand of the instruction at `token`, if there is one.
+    fn operand(&mut self, token: Token) -> Parse<Option<Held>> {
+        let is_sign = |one: &Token| {
+            matches!(one.kind, Kind::Plus | Kind::Minus | Kind::Exclamation)
+                || spells(self.parser.slice(*one), "NOT")
+        };
+        let first = (0..).map(|ahead| self.parser.peek(ahead)).find(|one| !is_sign(one));
+        if !first.is_some_and(|first| self.on_line(token, first)) {
+            return Ok(None);
+        }
+        let before = self.parser.at;
+        let expr = self.parser.prefix().inspect_err(|_| self.skip_line(token))?;
+        Ok(Some(Held { expr, height: self.parser.height, size: self.parser.at - before }))
+    }
+
+    fn instruction(&mut self, token: Token) {
+        let word = Symbol::of(self.parser.slice(token));
+        let (next, span) = (self.parser.peek(0), self.parser.span(token));
+        if next.kind == Kind::Colon {
+            let help = "use structured text with IF";
+            self.parser.refuse("a label in an instruction list", span, help);
+            self.parser.advance();
+            return;
+        }
+        if self.on_line(token, next) && next.kind == Kind::Open && word != "CAL" {
+            self.parser.advance();
+            self.waiting.push((word, self.accumulator.take()));
+            // `AND( a` begins with a load.
+            self.accumulator = self.operand(next).ok().flatten();
+            return;
+        }
+        let missing = match word.as_str() {
+            "NOT" => {
+                self.accumulator = self.accumulator.take().map(|value| value.not(span));
+                self.accumulator.is_none().then_some(("a value", "load a value first"))
+            }
+            "LD" | "LDN" => self.load(token, word == "LDN"),
+            "ST" | "STN" | "S" | "R" => self.store(token, &word),
+            "CAL" => self.call(token),
+            _ => self.operate(token, &word),
+        };
+        if let Some((what, help)) = missing {
+            self.mistake(format!("the instruction {word} needs {what}"), span, help);
+            self.skip_line(token);
+        }
+    }
+
+    // Each instruction returns what it lacks, and the help.
+
+    fn load(&mut self, token: Token, is_negated: bool) -> Option<(&'static str, &'static str)> {
+        self.accumulator = self.operand(token).ok()?;
+        let Some(value) = self.accumulator.take() else {
+            return Some(("a variable or a constant", "write the operand after the instruction"));
+        };
+        let span = self.parser.span(token);
+        self.accumulator = Some(if is_negated { value.not(span) } else { value });
+        None
+    }
+
+    fn operate(&mut self, token: Token, word: &Symbol) -> Option<(&'static str, &'static str)> {
+        let left = self.accumulator.take();
+        let Some((op, is_negated)) = operator(word) else {
+            let what = format!("the instruction {word}");
+            self.parser.refuse(what, self.parser.span(token), "use structured text");
+            self.skip_line(token);
+            return None;
+        };
+        let (Some(left), Some(right)) = (left, self.operand(token).ok()?) else {
+            let help = "load a value first, and write the operand after the instruction";
+            return Some(("two values", help));
+        };
+        let right = if is_negated { right.not(self.parser.span(token)) } else { right };
+        self.accumulator = Some(left.combined(op, right));
+        None
+    }
+
+    fn store(&mut self, token: Token, word: &str) -> Option<(&'static str, &'static str)> {
+        let span = self.parser.span(token);
+        let held = self.accumulator.take();
+        let (Some(held), Some(target)) = (held, self.operand(token).ok()?) else {
+            let help = "load a value first, and write the variable after the instruction";
+            return Some(("a value and a variable", help));
+        };
+        self.n_copied += held.size;
+        if self.n_copied > MAX_COPIED {
+            let what = "an instruction list that stores a long value too often";
+            self.parser.refuse(what, span, "load the variable that holds the value");
+            return None;
+        }
+        let assign = |value| StmtKind::Assign { target: target.expr.clone(), value };
+        let value = held.expr.clone();
+        let kind = match word {
+            "ST" => assign(value),
+            "STN" => assign(Expr::new(ExprKind::Not(Box::new(value)), span)),
+            _ => {
+                let set = assign(Expr::new(ExprKind::Bool(word == "S"), span));
+                let arms = vec![(value, vec![Stmt { kind: set, span }])];
+                StmtKind::If { arms, otherwise: Vec::new() }
+            }
+        };
+        self.out.push(Stmt { kind, span });
+        // The accumulator keeps its value. If the value was computed here, the variable replaces it.
+        let is_changed = target.expr.root().is_some_and(|root| held.expr.reads(&root.id));
+        self.accumulator = match word {
+            _ if !is_changed => Some(held),
+            "ST" => Some(target),
+            "STN" => Some(target.not(span)),
+            _ => None,
+        };
+        None
+    }
+
+    fn call(&mut self, token: Token) -> Option<(&'static str, &'static str)> {
+        let span = self.parser.span(token);
+        let Some(target) = self.operand(token).ok()? else {
+            return Some(("an instance", "write the instance name after CAL"));
+        };
+        let (target, arguments) = match target.expr {
+            Expr { kind: ExprKind::Call(name, arguments), .. } => (Expr::name(name), arguments),
+            target if self.parser.kind(0) == Kind::Open => (target, self.parser.arguments().ok()?),
+            target => (target, Vec::new()),
+        };
+        self.out.push(Stmt { kind: StmtKind::Call { target, arguments }, span });
+        None
     }
 }

@@ -5,12 +5,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use grafsynth_ir::{Name, Span};
+use grafsynth_ir::Span;
 use roxmltree::Node;
 
 use super::reader::{Reader, Unit, child, children, constant, is_set, tag};
 use crate::codes;
 use crate::st::ast::{Arg, Expr, ExprKind, Stmt, StmtKind};
+use crate::st::symbol::{Ident, Symbol, spells};
 
 /// The elements of a network by their numbers.
 pub(super) struct Network<'a, 'd> {
@@ -213,11 +214,11 @@ fn with_edge(
     let base = value.root().map_or_else(|| "edge".to_owned(), |root| root.text.clone());
     let name = unit.edge(&base, is_rising, span);
     let argument =
-        Arg { name: Some(Name::new("CLK", span)), value, is_output: false, is_negated: false };
+        Arg { name: Some(Ident::new("CLK", span)), value, is_output: false, is_negated: false };
     let target = Expr::name(name);
     let kind = StmtKind::Call { target: target.clone(), arguments: vec![argument] };
     list.push(Stmt { kind, span });
-    Expr::new(ExprKind::Field(Box::new(target), Name::new("Q", span)), span)
+    Expr::new(ExprKind::Field(Box::new(target), Ident::new("Q", span)), span)
 }
 
 /// The input of an element: the OR of its wires; `None` if a part of it could not be read.
@@ -391,9 +392,12 @@ fn block_output(
         Some(instance) => {
             call(reader, network, node, unit, list);
             let field = parameter.filter(|one| !one.is_empty()).or(first).unwrap_or("Q");
-            Expr::new(ExprKind::Field(Box::new(Expr::name(instance)), Name::new(field, span)), span)
+            Expr::new(
+                ExprKind::Field(Box::new(Expr::name(instance)), Ident::new(field, span)),
+                span,
+            )
         }
-        None if parameter.is_some_and(|one| one.eq_ignore_ascii_case("ENO")) => {
+        None if parameter.is_some_and(|one| spells(one, "ENO")) => {
             unit.refuse("ENO of a function", span, "draw it without EN and ENO");
             return None;
         }
@@ -432,7 +436,7 @@ fn arguments(
                 value = Expr::new(ExprKind::Not(Box::new(value)), span);
             }
             let name = reader.name(variable, "formalParameter");
-            if !named && name.as_ref().is_some_and(|name| name.text.eq_ignore_ascii_case("EN")) {
+            if !named && name.as_ref().is_some_and(|name| name.id == "EN") {
                 if matches!(value.kind, ExprKind::Bool(true)) {
                     continue;
                 }
@@ -517,9 +521,7 @@ pub(super) fn condition(
             "coil" => child(**node, "variable"),
             _ => None,
         };
-        written
-            .and_then(|one| one.text())
-            .is_some_and(|text| text.trim().eq_ignore_ascii_case(name))
+        written.and_then(|one| one.text()).is_some_and(|text| Symbol::of(text.trim()) == *name)
     });
     let span = reader.span(body);
     let Some(sink) =

@@ -14,6 +14,7 @@ use crate::st::ast::{
 use crate::st::lexer::Places;
 use crate::st::parse::Parser;
 use crate::st::parse_expr::duration;
+use crate::st::symbol::{Ident, Symbol};
 
 impl Reader<'_, '_> {
     pub(super) fn project(&mut self, root: Node<'_, '_>) -> Library {
@@ -214,7 +215,7 @@ impl Reader<'_, '_> {
             "ST" => self.statements(inner, unit),
             "IL" => {
                 let mapped = self.content(inner);
-                il::statements(&mapped, self.nesting, unit)
+                self.parsed(&mapped, unit, il::statements)
             }
             "LD" | "FBD" => network::statements(self, inner, unit),
             "SFC" => {
@@ -299,11 +300,11 @@ impl Reader<'_, '_> {
         let Some(inner) = node.children().find(Node::is_element) else {
             // A type written as text is already reported; the uses of the variable are valid.
             let text = super::markup::type_name(node)?;
-            return Some(TypeRef { kind: TypeKind::Named(text.to_owned()), span: self.span(node) });
+            return Some(TypeRef::named(text, self.span(node)));
         };
         let span = self.span(inner);
         let kind = match tag(inner) {
-            "derived" => TypeKind::Named(self.name(inner, "name")?.text),
+            "derived" => TypeKind::Named(self.name(inner, "name")?),
             "array" => {
                 let mut ranges = Vec::new();
                 for dimension in children(inner, "dimension") {
@@ -340,9 +341,9 @@ impl Reader<'_, '_> {
                 self.vars(inner, Section::Local, &mut fields, unit);
                 TypeKind::Struct(fields)
             }
-            "string" | "wstring" => TypeKind::Refused(tag(inner).to_uppercase()),
+            "string" | "wstring" => TypeKind::Refused(Symbol::of(tag(inner)).to_string()),
             "pointer" => TypeKind::Refused("POINTER types".to_owned()),
-            name => TypeKind::Named(name.to_owned()),
+            name => TypeKind::Named(Ident::new(name, span)),
         };
         Some(TypeRef { kind, span })
     }

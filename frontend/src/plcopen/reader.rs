@@ -1,13 +1,14 @@
 //! Shared functions for all parts of a project: elements, names, and embedded structured text.
 
 use grafsynth_ir::diag::{Code, Diagnostic};
-use grafsynth_ir::{FileId, Name, Span};
+use grafsynth_ir::{FileId, Span};
 use roxmltree::Node;
 
 use crate::graf::parser::Findings;
-use crate::st::ast::{Expr, ExprKind, Refusal, Section, Stmt, TypeKind, TypeRef, Var};
+use crate::st::ast::{Expr, ExprKind, Refusal, Section, Stmt, TypeRef, Var};
 use crate::st::lexer::{Kind, Places};
 use crate::st::parse::Parser;
+use crate::st::symbol::Ident;
 use crate::xml::{self, Mapped};
 
 pub(super) struct Reader<'r, 't> {
@@ -47,24 +48,23 @@ impl Unit {
     }
 
     /// Declares a new instance of R_TRIG or F_TRIG.
-    pub(super) fn edge(&mut self, base: &str, is_rising: bool, span: Span) -> Name {
+    pub(super) fn edge(&mut self, base: &str, is_rising: bool, span: Span) -> Ident {
         let word = if is_rising { "rise" } else { "fall" };
         let mut n = 1;
         let name = loop {
-            let name =
-                format!("{base}_{word}{}", if n > 1 { n.to_string() } else { String::new() });
-            if self.vars.iter().all(|var| !var.name.text.eq_ignore_ascii_case(&name)) {
+            let number = if n > 1 { n.to_string() } else { String::new() };
+            let name = Ident::new(format!("{base}_{word}{number}"), span);
+            if self.vars.iter().all(|var| var.name.id != name.id) {
                 break name;
             }
             n += 1;
         };
         let ty = if is_rising { "R_TRIG" } else { "F_TRIG" };
-        let name = Name::new(name, span);
         self.vars.push(Var {
             name: name.clone(),
             section: Section::Local,
             is_constant: false,
-            ty: TypeRef { kind: TypeKind::Named(ty.to_owned()), span },
+            ty: TypeRef::named(ty, span),
             init: None,
             address: None,
             label: String::new(),
@@ -102,11 +102,11 @@ impl<'t> Reader<'_, 't> {
     }
 
     /// The trimmed name in an attribute.
-    pub(super) fn name(&self, node: Node<'_, '_>, attribute: &str) -> Option<Name> {
+    pub(super) fn name(&self, node: Node<'_, '_>, attribute: &str) -> Option<Ident> {
         let found = node.attributes().find(|one| one.name() == attribute)?;
         let mapped = Mapped::value(self.file, self.text, found).trimmed();
         let span = mapped.whole();
-        (!mapped.text.is_empty()).then(|| Name::new(mapped.text.clone(), span))
+        (!mapped.text.is_empty()).then(|| Ident::new(mapped.text.clone(), span))
     }
 
     pub(super) fn report(&mut self, make: impl FnOnce() -> Diagnostic) {
@@ -118,39 +118,50 @@ impl<'t> Reader<'_, 't> {
         Mapped::formatted(self.file, self.text, node)
     }
 
+    /// Parses a body or a part of one, and records in the unit what is not supported.
+    pub(super) fn parsed<T>(
+        &mut self,
+        mapped: &Mapped<'_>,
+        unit: &mut Unit,
+        read: impl FnOnce(&mut Parser<'_>) -> T,
+    ) -> T {
+        let places = Places::Mapped(mapped);
+        let mut parser = Parser::new(&mapped.text, places, self.findings, self.nesting);
+        parser.is_body = true;
+        let found = read(&mut parser);
+        unit.refused.append(&mut parser.refused);
+        found
+    }
+
     /// Parses structured text in an element.
     pub(super) fn statements(&mut self, node: Node<'_, '_>, unit: &mut Unit) -> Vec<Stmt> {
         let mapped = self.content(node);
-        let mut parser =
-            Parser::new(&mapped.text, Places::Mapped(&mapped), self.findings, self.nesting);
-        parser.is_body = true;
-        let mut list = parser.statements();
-        while parser.kind(0) != Kind::End {
-            parser.expected("a statement");
-            parser.advance();
-            list.extend(parser.statements());
-        }
-        unit.refused.append(&mut parser.refused);
-        list
+        self.parsed(&mapped, unit, |parser| {
+            let mut list = parser.statements();
+            while parser.kind(0) != Kind::End {
+                parser.expected("a statement");
+                parser.advance();
+                list.extend(parser.statements());
+            }
+            list
+        })
     }
 
     /// Parses an expression in an element. As in a condition, `:=` before it and `;` after it are allowed.
     pub(super) fn expression(&mut self, mapped: &Mapped<'_>, unit: &mut Unit) -> Option<Expr> {
-        let mut parser =
-            Parser::new(&mapped.text, Places::Mapped(mapped), self.findings, self.nesting);
-        parser.is_body = true;
-        // `name := condition;`
-        if parser.kind(0) == Kind::Word && parser.kind(1) == Kind::Assign {
-            parser.advance();
-        }
-        parser.take(Kind::Assign);
-        let expr = parser.expression().ok();
-        parser.take(Kind::Semicolon);
-        if expr.is_some() && parser.kind(0) != Kind::End {
-            parser.expected("the end of the expression");
-        }
-        unit.refused.append(&mut parser.refused);
-        expr
+        self.parsed(mapped, unit, |parser| {
+            // `name := condition;`
+            if parser.kind(0) == Kind::Word && parser.kind(1) == Kind::Assign {
+                parser.advance();
+            }
+            parser.take(Kind::Assign);
+            let expr = parser.expression().ok();
+            parser.take(Kind::Semicolon);
+            if expr.is_some() && parser.kind(0) != Kind::End {
+                parser.expected("the end of the expression");
+            }
+            expr
+        })
     }
 
     pub(super) fn expression_in(&mut self, node: Node<'_, '_>, unit: &mut Unit) -> Option<Expr> {

@@ -3,9 +3,9 @@
 use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
 
+use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::net::Qualifier;
-use grafsynth_ir::{Name, Span};
 use roxmltree::Node;
 
 use super::network::{self, Network};
@@ -16,6 +16,7 @@ use crate::st::ast::{
 };
 use crate::st::parse_expr::duration;
 use crate::st::parse_sfc::qualifier;
+use crate::st::symbol::{Ident, Symbol};
 
 /// Attributes in which CODESYS stores the actions of a step: while it is active, when it is entered, when it is left.
 const STEP_ACTIONS: [(&str, Qualifier); 3] =
@@ -36,179 +37,320 @@ impl<'a, 'd: 'a> Drawing<'a, 'd> {
     }
 }
 
+/// The chart of a unit or macro-step while it is read.
+struct Chart<'c, 'r, 't, 'a, 'd> {
+    reader: &'c mut Reader<'r, 't>,
+    pou: Node<'a, 'd>,
+    unit: &'c mut Unit,
+    drawing: Drawing<'a, 'd>,
+    /// The diagram around the chart, which computes conditions.
+    network: Network<'a, 'd>,
+    sfc: Sfc,
+}
+
 /// Reads the chart of a unit or macro-step.
-pub(super) fn chart(
+pub(super) fn chart<'a, 'd: 'a>(
     reader: &mut Reader<'_, '_>,
-    pou: Node<'_, '_>,
-    body: Node<'_, '_>,
+    pou: Node<'a, 'd>,
+    body: Node<'a, 'd>,
     unit: &mut Unit,
 ) -> Sfc {
     let mut drawing = Drawing { nodes: BTreeMap::new(), order: Vec::new() };
     for node in body.children().filter(Node::is_element) {
         // Some tools omit the number of a step and give only its position.
-        let id = node.attribute("localId").map(str::to_owned);
-        if let Some(id) = id {
-            drawing.nodes.entry(id).or_insert(node);
+        if let Some(id) = node.attribute("localId") {
+            drawing.nodes.entry(id.to_owned()).or_insert(node);
         }
         drawing.order.push(node);
     }
-    let mut sfc = Sfc::default();
-    let mut always = Vec::new();
-    let mut network = Network::of(body);
-    let uses = uses(reader, &drawing, unit, &mut sfc.actions);
-    let mut transitions: Vec<(Node<'_, '_>, Transition)> = Vec::new();
-    let mut leads_to: BTreeMap<String, Vec<Name>> = BTreeMap::new();
-    // Steps with a wire that bypasses the transition after them.
-    let mut miswired: BTreeSet<String> = BTreeSet::new();
-    for node in drawing.order.clone() {
-        let target = match tag(node) {
-            "step" | "macroStep" => reader.name(node, "name"),
-            "jumpStep" => reader.name(node, "targetName"),
-            _ => continue,
-        };
-        let Some(target) = target else {
-            let span = reader.span(node);
-            reader.report(|| {
-                Diagnostic::error(codes::PLC_CHART, format!("<{}> without a name", tag(node)))
-                    .at(span, "")
-                    .help("give it the name of the step that it leads to: name=\"..\" of a <step>, targetName=\"..\" of a <jumpStep>")
-            });
-            continue;
-        };
-        for transition in feeders(&drawing, node) {
-            leads_to.entry(transition).or_default().push(target.clone());
-        }
-        for step in wired_steps(&drawing, node) {
-            let from = step.attribute("name").unwrap_or("?").to_owned();
-            let (step_span, to) = (reader.span(step), target.text.clone());
-            let place = node
-                .descendants()
-                .find(|one| one.is_element() && tag(*one) == "connection")
-                .map_or_else(|| reader.span(node), |wire| reader.span(wire));
-            miswired.insert(from.clone());
-            reader.report(|| {
-                Diagnostic::error(
-                    codes::PLC_CHART,
-                    format!("step `{to}` is connected to step `{from}` without a transition between them"),
-                )
-                .at(place, format!("leads from step `{from}` to `{to}`"))
-                .at(step_span, format!("step `{from}`"))
-                .help("connect the lower step to a transition: write the localId of the transition as this refLocalId")
-            });
-        }
+    let (network, sfc) = (Network::of(body), Sfc::default());
+    let mut chart = Chart { reader, pou, unit, drawing, network, sfc };
+    let uses = chart.uses();
+    let transitions = chart.transitions();
+    chart.elements(body, uses, transitions);
+    chart.report_unused();
+    chart.sfc
+}
+
+impl<'a, 'd: 'a> Chart<'_, '_, '_, 'a, 'd> {
+    /// The elements with one of these names, in the order of the file.
+    fn all(&self, names: &[&str]) -> Vec<Node<'a, 'd>> {
+        self.drawing.order.iter().copied().filter(|node| names.contains(&tag(*node))).collect()
     }
-    for node in drawing.order.clone() {
-        if tag(node) != "transition" {
-            continue;
+
+    /// The targets of each transition, by its number, and the steps with a wire that bypasses the transition after them.
+    fn targets(&mut self) -> (BTreeMap<String, Vec<Ident>>, BTreeSet<&'a str>) {
+        let mut leads_to: BTreeMap<String, Vec<Ident>> = BTreeMap::new();
+        let mut miswired = BTreeSet::new();
+        for node in self.all(&["step", "macroStep", "jumpStep"]) {
+            let attribute = if is_step(node) { "name" } else { "targetName" };
+            let Some(target) = self.reader.name(node, attribute) else {
+                let span = self.reader.span(node);
+                self.reader.report(|| {
+                    Diagnostic::error(codes::PLC_CHART, format!("<{}> without a name", tag(node)))
+                        .at(span, "")
+                        .help("give it the name of the step that it leads to: name=\"..\" of a <step>, targetName=\"..\" of a <jumpStep>")
+                });
+                continue;
+            };
+            for transition in feeders(&self.drawing, node) {
+                leads_to.entry(transition).or_default().push(target.clone());
+            }
+            for step in self.drawing.before(node).into_iter().filter(|one| is_step(*one)) {
+                let from = step.attribute("name").unwrap_or("?");
+                let (step_span, to) = (self.reader.span(step), &target.text);
+                let mut wires = node.descendants().filter(|one| one.is_element());
+                let wire = wires.find(|one| tag(*one) == "connection").unwrap_or(node);
+                let place = self.reader.span(wire);
+                miswired.insert(from);
+                self.reader.report(|| {
+                    Diagnostic::error(
+                        codes::PLC_CHART,
+                        format!("step `{to}` is connected to step `{from}` without a transition between them"),
+                    )
+                    .at(place, format!("leads from step `{from}` to `{to}`"))
+                    .at(step_span, format!("step `{from}`"))
+                    .help("connect the lower step to a transition: write the localId of the transition as this refLocalId")
+                });
+            }
         }
-        let span = reader.span(node);
-        let from = sources(reader, &drawing, node);
-        let is_bypassed = from.iter().any(|step| miswired.contains(&step.text));
-        let to =
-            node.attribute("localId").and_then(|id| leads_to.get(id).cloned()).unwrap_or_default();
-        if from.is_empty() || to.is_empty() {
-            if to.is_empty() && is_bypassed {
-                // The wire that bypasses it is already reported.
+        (leads_to, miswired)
+    }
+
+    /// The transitions by the numbers of their nodes. Competing transitions are exchanged so that they are sorted from left to right.
+    fn transitions(&mut self) -> BTreeMap<usize, Transition> {
+        let (leads_to, miswired) = self.targets();
+        let mut transitions: Vec<(Node<'a, 'd>, Transition)> = Vec::new();
+        for node in self.all(&["transition"]) {
+            let span = self.reader.span(node);
+            let from = sources(self.reader, &self.drawing, node);
+            let is_bypassed = from.iter().any(|step| miswired.contains(step.text.as_str()));
+            let to = node.attribute("localId").and_then(|id| leads_to.get(id).cloned());
+            let to = to.unwrap_or_default();
+            if from.is_empty() || to.is_empty() {
+                if to.is_empty() && is_bypassed {
+                    // The wire that bypasses it is already reported.
+                    continue;
+                }
+                let (side, help) = if from.is_empty() {
+                    ("above", "connect its connectionPointIn to a step")
+                } else {
+                    ("below", "connect the connectionPointIn of a step or jump to this transition")
+                };
+                self.reader.report(|| {
+                    let message = format!("this transition has no step {side} it");
+                    Diagnostic::error(codes::PLC_CHART, message).at(span, "").help(help)
+                });
                 continue;
             }
-            let (side, help) = if from.is_empty() {
-                ("above", "connect its connectionPointIn to a step")
-            } else {
-                ("below", "connect the connectionPointIn of a step or jump to this transition")
-            };
-            reader.report(|| {
-                Diagnostic::error(
-                    codes::PLC_CHART,
-                    format!("this transition has no step {side} it"),
+            let condition = self.condition(node);
+            let priority = priority(self.reader, node);
+            let Some(condition) = condition else { continue };
+            let label = documentation(node);
+            let restart = label.contains(RESTART);
+            let label = label.replace(RESTART, "").trim().to_owned();
+            let name = transition_name(self.reader, node);
+            let transition =
+                Transition { name, from, to, priority, restart, condition, label, span };
+            transitions.push((node, transition));
+        }
+        left_to_right(&self.drawing, &mut transitions);
+        transitions
+            .into_iter()
+            .map(|(node, transition)| (node.id().get_usize(), transition))
+            .collect()
+    }
+
+    /// Adds the steps, macro-steps and transitions in the order of the file.
+    fn elements(
+        &mut self,
+        body: Node<'a, 'd>,
+        uses: BTreeMap<&'a str, Vec<Use>>,
+        mut transitions: BTreeMap<usize, Transition>,
+    ) {
+        let roles = roles(&self.drawing, body);
+        for node in self.drawing.order.clone() {
+            if let Some(transition) = transitions.remove(&node.id().get_usize()) {
+                self.sfc.elements.push(Element::Transition(transition));
+            }
+            if !is_step(node) {
+                continue;
+            }
+            let Some(name) = self.reader.name(node, "name") else { continue };
+            let span = self.reader.span(node);
+            let role = roles.get(&name.text).copied().unwrap_or_default();
+            if tag(node) == "step" {
+                let id = node.attribute("localId").unwrap_or("");
+                let mut uses = uses.get(id).cloned().unwrap_or_default();
+                uses.extend(step_actions(self.reader, node));
+                let (is_initial, label) = (is_set(node, "initialStep"), documentation(node));
+                let step = Step { name, is_initial, uses, label, role, span };
+                self.sfc.elements.push(Element::Step(step));
+                continue;
+            }
+            match child(node, "body").and_then(|body| child(body, "SFC")) {
+                Some(inner) if node.ancestors().count() < 64 => {
+                    let inner = chart(self.reader, self.pou, inner, self.unit);
+                    self.sfc.actions.extend(inner.actions);
+                    self.sfc.always.extend(inner.always);
+                    let step = MacroStep { name, body: inner.elements, role, span };
+                    self.sfc.elements.push(Element::Macro(step));
+                }
+                Some(_) | None => {
+                    let what = "a macro-step without a chart in it";
+                    self.unit.refuse(what, span, "draw its chart inside it");
+                }
+            }
+        }
+    }
+
+    /// Reports elements with an effect that no condition uses.
+    fn report_unused(&mut self) {
+        for node in &self.drawing.order {
+            if !network::is_sink(*node) || self.network.is_called(*node) {
+                continue;
+            }
+            let (span, what) = (self.reader.span(*node), tag(*node));
+            self.reader.report(|| {
+                Diagnostic::warning(
+                    codes::ST_LEFT_OUT,
+                    format!("<{what}> on the page of a chart is ignored: no condition uses it"),
                 )
                 .at(span, "")
-                .help(help)
+                .help("move it into an action")
             });
-            continue;
         }
-        let condition = condition(reader, pou, &mut network, node, unit, &mut always);
-        let priority = priority(reader, node);
-        let Some(condition) = condition else { continue };
-        let label = documentation(node);
-        let restart = label.contains(RESTART);
-        let label = label.replace(RESTART, "").trim().to_owned();
-        let transition = Transition {
-            name: transition_name(reader, node),
-            from,
-            to,
-            priority,
-            restart,
-            condition,
-            label,
-            span,
+    }
+
+    /// The actions of each step, by the number of the step.
+    fn uses(&mut self) -> BTreeMap<&'a str, Vec<Use>> {
+        let mut found: BTreeMap<&'a str, Vec<Use>> = BTreeMap::new();
+        for block in self.all(&["actionBlock"]) {
+            let mut steps = self.drawing.before(block);
+            steps.retain(|node| tag(*node) == "step");
+            let owner = steps.first().and_then(|step| step.attribute("name")).unwrap_or("action");
+            if steps.is_empty() {
+                let span = self.reader.span(block);
+                self.reader.report(|| {
+                    let message = "this action block is connected to no step";
+                    let finding = Diagnostic::error(codes::PLC_CHART, message).at(span, "");
+                    finding.help("connect it to a step")
+                });
+            }
+            for action in children(block, "action") {
+                let Some(one) = self.action_use(action, owner) else { continue };
+                for step in &steps {
+                    let id = step.attribute("localId").unwrap_or("");
+                    found.entry(id).or_default().push(one.clone());
+                }
+            }
+        }
+        found
+    }
+
+    fn action_use(&mut self, node: Node<'a, 'd>, owner: &str) -> Option<Use> {
+        let span = self.reader.span(node);
+        let written = node.attribute("qualifier").unwrap_or("N");
+        let Some(qualifier) = qualifier(written) else {
+            self.reader.report(|| {
+                Diagnostic::error(codes::PLC_CHART, format!("unknown qualifier `{written}`"))
+                    .at(span, "")
+                    .help("write N, R, S, L, D, P, P0, P1, SD, DS or SL")
+            });
+            return None;
         };
-        transitions.push((node, transition));
+        let action = match (child(node, "reference"), child(node, "inline")) {
+            (Some(reference), _) => self.reader.name(reference, "name"),
+            (None, Some(inline)) => Some(self.inline_action(inline, owner, span)),
+            (None, None) => None,
+        };
+        let Some(action) = action else {
+            let help = "add a <reference> to a variable or an action";
+            self.unit.mistake(codes::PLC_CHART, "an action has no name", span, help);
+            return None;
+        };
+        if node.attribute("indicator").is_some_and(|one| !one.trim().is_empty()) {
+            self.reader.report(|| {
+                Diagnostic::warning(codes::ST_LEFT_OUT, "the indicator variable is ignored")
+                    .at(span, "has no effect")
+                    .help("remove it; to see when the action runs, read its Boolean variable")
+            });
+        }
+        let duration = time(self.reader, node, span);
+        Some(Use { action, qualifier, duration, span })
     }
-    left_to_right(&drawing, &mut transitions);
-    let mut kept: BTreeMap<usize, Transition> = transitions
-        .into_iter()
-        .map(|(node, transition)| (node.id().get_usize(), transition))
-        .collect();
-    let entries = roles(&drawing, body);
-    for node in drawing.order.clone() {
-        match tag(node) {
-            "step" => {
-                let Some(name) = reader.name(node, "name") else { continue };
-                let key = node.attribute("localId").unwrap_or("").to_owned();
-                let mut list = uses.get(&key).cloned().unwrap_or_default();
-                list.extend(step_actions(reader, node));
-                sfc.elements.push(Element::Step(Step {
-                    is_initial: is_set(node, "initialStep"),
-                    uses: list,
-                    label: documentation(node),
-                    role: entries.get(&name.text).copied().unwrap_or_default(),
-                    span: reader.span(node),
-                    name,
-                }));
-            }
-            "macroStep" => {
-                let Some(name) = reader.name(node, "name") else { continue };
-                let span = reader.span(node);
-                match child(node, "body").and_then(|body| child(body, "SFC")) {
-                    Some(inner) if node.ancestors().count() < 64 => {
-                        let body = chart(reader, pou, inner, unit);
-                        sfc.actions.extend(body.actions.iter().cloned());
-                        always.extend(body.always.iter().cloned());
-                        let role = entries.get(&name.text).copied().unwrap_or_default();
-                        sfc.elements.push(Element::Macro(MacroStep { name, body, role, span }));
-                    }
-                    Some(_) | None => {
-                        unit.refuse(
-                            "a macro-step without a chart in it",
-                            span,
-                            "draw its chart inside it",
-                        );
-                    }
-                }
-            }
-            "transition" => {
-                // Competing transitions keep their positions in the list, but are sorted from left to right.
-                if let Some(transition) = kept.remove(&node.id().get_usize()) {
-                    sfc.elements.push(Element::Transition(transition));
-                }
-            }
-            _ => {}
+
+    /// Adds an inline action with an unused name.
+    fn inline_action(&mut self, inline: Node<'a, 'd>, owner: &str, span: Span) -> Ident {
+        let body = self.reader.list(inline, self.unit);
+        let own = self.reader.name(inline, "name").map(|name| name.text);
+        let base = own.unwrap_or_else(|| format!("{owner}_inline"));
+        let mut name = Ident::new(base.as_str(), span);
+        let mut n = 2;
+        while self.sfc.actions.iter().any(|one| one.name.id == name.id) {
+            name = Ident::new(format!("{base}_{n}"), span);
+            n += 1;
+        }
+        let action = Action { name: name.clone(), body, label: String::new(), span };
+        self.sfc.actions.push(action);
+        name
+    }
+
+    /// The condition of a transition.
+    fn condition(&mut self, node: Node<'a, 'd>) -> Option<Expr> {
+        let span = self.reader.span(node);
+        let Some(written) = child(node, "condition") else {
+            self.reader.report(|| {
+                Diagnostic::error(codes::PLC_CHART, "missing transition condition")
+                    .at(span, "")
+                    .help("add a condition; TRUE fires as soon as the preceding steps are active")
+            });
+            return None;
+        };
+        let value = if let Some(reference) = child(written, "reference") {
+            let name = self.reader.name(reference, "name")?;
+            self.named_condition(name)?
+        } else if let Some(inline) = child(written, "inline") {
+            self.body_condition(inline, "")?
+        } else {
+            let always = &mut self.sfc.always;
+            network::incoming(self.reader, &mut self.network, written, self.unit, always)?
+        };
+        if is_set(written, "negated") {
+            return Some(Expr::new(ExprKind::Not(Box::new(value)), span));
+        }
+        Some(value)
+    }
+
+    /// The condition with this name: a transition of the unit or a Boolean variable.
+    fn named_condition(&mut self, name: Ident) -> Option<Expr> {
+        let lists = children(self.pou, "transitions");
+        let found = lists
+            .flat_map(|list| children(list, "transition"))
+            .find(|one| one.attribute("name").is_some_and(|other| Symbol::of(other) == name.id));
+        match found {
+            Some(transition) => self.body_condition(child(transition, "body")?, &name.text),
+            None => Some(Expr::name(name)),
         }
     }
-    let lost = |node: &&Node<'_, '_>| network::is_sink(**node) && !network.is_called(**node);
-    for node in drawing.order.iter().filter(lost) {
-        let (span, what) = (reader.span(*node), tag(*node));
-        reader.report(|| {
-            Diagnostic::warning(
-                codes::ST_LEFT_OUT,
-                format!("<{what}> on the page of a chart is ignored: no condition uses it"),
-            )
-            .at(span, "")
-            .help("move it into an action")
-        });
+
+    /// The condition that a body in any language computes.
+    fn body_condition(&mut self, body: Node<'a, 'd>, name: &str) -> Option<Expr> {
+        let inner = body.children().find(|one| one.is_element() && tag(*one) != "documentation")?;
+        match tag(inner) {
+            "ST" => self.reader.expression_in(inner, self.unit),
+            "LD" | "FBD" => {
+                let always = &mut self.sfc.always;
+                network::condition(self.reader, inner, name, self.unit, always)
+            }
+            other => {
+                let span = self.reader.span(inner);
+                let what = format!("a condition in {other}");
+                self.unit.refuse(what, span, "use ST, LD or FBD");
+                None
+            }
+        }
     }
-    sfc.always = always;
-    sfc
 }
 
 /// The priority of a transition; `None` if it is missing or invalid.
@@ -230,7 +372,7 @@ fn priority(reader: &mut Reader<'_, '_>, node: Node<'_, '_>) -> Option<u32> {
 pub(super) const RESTART: &str = "{grafsynth restart}";
 
 /// The name of a transition: its own name or that of its inline condition.
-fn transition_name(reader: &Reader<'_, '_>, node: Node<'_, '_>) -> Option<Name> {
+fn transition_name(reader: &Reader<'_, '_>, node: Node<'_, '_>) -> Option<Ident> {
     reader.name(node, "name").or_else(|| {
         let inline = child(child(node, "condition")?, "inline")?;
         reader.name(inline, "name")
@@ -255,8 +397,8 @@ fn sources(
     reader: &mut Reader<'_, '_>,
     drawing: &Drawing<'_, '_>,
     node: Node<'_, '_>,
-) -> Vec<Name> {
-    let mut found: Vec<Name> = Vec::new();
+) -> Vec<Ident> {
+    let mut found: Vec<Ident> = Vec::new();
     let mut seen = BTreeSet::new();
     let mut next: Vec<String> = node.attribute("localId").map(str::to_owned).into_iter().collect();
     while let Some(id) = next.pop() {
@@ -286,16 +428,11 @@ fn sources(
         }
     }
     // Sorts the steps in the order of the chart.
-    let place = |name: &Name| {
+    let place = |name: &Ident| {
         drawing.order.iter().position(|node| node.attribute("name") == Some(&name.text))
     };
     found.sort_by_key(|name| place(name));
     found
-}
-
-/// The steps that are wired to a step or jump without a transition between them.
-fn wired_steps<'a, 't>(drawing: &Drawing<'a, 't>, node: Node<'a, 't>) -> Vec<Node<'a, 't>> {
-    drawing.before(node).into_iter().filter(|one| is_step(*one)).collect()
 }
 
 /// The transitions that lead to a step or jump.
@@ -418,93 +555,6 @@ fn roles(drawing: &Drawing<'_, '_>, body: Node<'_, '_>) -> BTreeMap<String, Role
     roles
 }
 
-/// The actions of each step, by the number of the step. Inline actions get generated names.
-fn uses(
-    reader: &mut Reader<'_, '_>,
-    drawing: &Drawing<'_, '_>,
-    unit: &mut Unit,
-    actions: &mut Vec<Action>,
-) -> BTreeMap<String, Vec<Use>> {
-    let mut found: BTreeMap<String, Vec<Use>> = BTreeMap::new();
-    for block in drawing.order.iter().filter(|node| tag(**node) == "actionBlock") {
-        let steps: Vec<Node<'_, '_>> =
-            drawing.before(*block).into_iter().filter(|node| tag(*node) == "step").collect();
-        let owner =
-            steps.first().and_then(|step| step.attribute("name")).unwrap_or("action").to_owned();
-        if steps.is_empty() {
-            let span = reader.span(*block);
-            reader.report(|| {
-                Diagnostic::error(codes::PLC_CHART, "this action block is connected to no step")
-                    .at(span, "")
-                    .help("connect it to a step")
-            });
-        }
-        for action in children(*block, "action") {
-            let span = reader.span(action);
-            let written = action.attribute("qualifier").unwrap_or("N");
-            let Some(qualifier) = qualifier(written) else {
-                let written = written.to_owned();
-                reader.report(|| {
-                    Diagnostic::error(codes::PLC_CHART, format!("unknown qualifier `{written}`"))
-                        .at(span, "")
-                        .help("write N, R, S, L, D, P, P0, P1, SD, DS or SL")
-                });
-                continue;
-            };
-            let name = match (child(action, "reference"), child(action, "inline")) {
-                (Some(reference), _) => reader.name(reference, "name"),
-                (None, Some(inline)) => {
-                    let body = reader.list(inline, unit);
-                    let base = match reader.name(inline, "name") {
-                        Some(name) => name.text,
-                        None => format!("{owner}_inline"),
-                    };
-                    let taken = |name: &str, actions: &[Action]| {
-                        actions.iter().any(|one| one.name.text.eq_ignore_ascii_case(name))
-                    };
-                    let mut text = base.clone();
-                    let mut n = 2;
-                    while taken(&text, actions) {
-                        text = format!("{base}_{n}");
-                        n += 1;
-                    }
-                    let name = Name::new(text, span);
-                    actions.push(Action { name: name.clone(), body, label: String::new(), span });
-                    Some(name)
-                }
-                (None, None) => None,
-            };
-            let Some(name) = name else {
-                unit.mistake(
-                    codes::PLC_CHART,
-                    "an action has no name",
-                    span,
-                    "add a <reference> to a variable or an action",
-                );
-                continue;
-            };
-            if action.attribute("indicator").is_some_and(|one| !one.trim().is_empty()) {
-                reader.report(|| {
-                    Diagnostic::warning(codes::ST_LEFT_OUT, "the indicator variable is ignored")
-                        .at(span, "has no effect")
-                        .help("remove it; to see when the action runs, read its Boolean variable")
-                });
-            }
-            let time = time(reader, action, span);
-            for step in &steps {
-                let key = step.attribute("localId").unwrap_or("").to_owned();
-                found.entry(key).or_default().push(Use {
-                    action: name.clone(),
-                    qualifier,
-                    duration: time.clone(),
-                    span,
-                });
-            }
-        }
-    }
-    found
-}
-
 /// The duration of an action: a time, or the name of a variable or constant.
 fn time(reader: &mut Reader<'_, '_>, action: Node<'_, '_>, span: Span) -> Option<Expr> {
     let name = reader.name(action, "duration")?;
@@ -529,82 +579,9 @@ fn step_actions(reader: &Reader<'_, '_>, step: Node<'_, '_>) -> Vec<Use> {
         };
         let text = attribute.text().unwrap_or("").trim();
         if !text.is_empty() {
-            let action = Name::new(text, span);
+            let action = Ident::new(text, span);
             uses.push(Use { action, qualifier: *qualifier, duration: None, span });
         }
     }
     uses
-}
-
-fn condition(
-    reader: &mut Reader<'_, '_>,
-    pou: Node<'_, '_>,
-    network: &mut Network<'_, '_>,
-    node: Node<'_, '_>,
-    unit: &mut Unit,
-    always: &mut Vec<crate::st::ast::Stmt>,
-) -> Option<Expr> {
-    let span = reader.span(node);
-    let Some(written) = child(node, "condition") else {
-        reader.report(|| {
-            Diagnostic::error(codes::PLC_CHART, "missing transition condition")
-                .at(span, "")
-                .help("add a condition; TRUE fires as soon as the preceding steps are active")
-        });
-        return None;
-    };
-    let value = if let Some(reference) = child(written, "reference") {
-        let name = reader.name(reference, "name")?;
-        named_condition(reader, pou, &name, unit, always)?
-    } else if let Some(inline) = child(written, "inline") {
-        body_condition(reader, inline, "", unit, always)?
-    } else {
-        network::incoming(reader, network, written, unit, always)?
-    };
-    if is_set(written, "negated") {
-        return Some(Expr::new(ExprKind::Not(Box::new(value)), span));
-    }
-    Some(value)
-}
-
-/// The condition with this name: a transition of the unit or a Boolean variable.
-fn named_condition(
-    reader: &mut Reader<'_, '_>,
-    pou: Node<'_, '_>,
-    name: &Name,
-    unit: &mut Unit,
-    always: &mut Vec<crate::st::ast::Stmt>,
-) -> Option<Expr> {
-    let found = children(pou, "transitions")
-        .flat_map(|list| children(list, "transition").collect::<Vec<_>>())
-        .find(|one| {
-            one.attribute("name").is_some_and(|other| other.eq_ignore_ascii_case(&name.text))
-        });
-    match found {
-        Some(transition) => {
-            let body = child(transition, "body")?;
-            body_condition(reader, body, &name.text, unit, always)
-        }
-        None => Some(Expr::name(name.clone())),
-    }
-}
-
-/// The condition that a body in any language computes.
-fn body_condition(
-    reader: &mut Reader<'_, '_>,
-    body: Node<'_, '_>,
-    name: &str,
-    unit: &mut Unit,
-    always: &mut Vec<crate::st::ast::Stmt>,
-) -> Option<Expr> {
-    let inner = body.children().find(|one| one.is_element() && tag(*one) != "documentation")?;
-    match tag(inner) {
-        "ST" => reader.expression_in(inner, unit),
-        "LD" | "FBD" => network::condition(reader, inner, name, unit, always),
-        other => {
-            let span = reader.span(inner);
-            unit.refuse(format!("a condition in {other}"), span, "use ST, LD or FBD");
-            None
-        }
-    }
 }

@@ -177,8 +177,9 @@ fn variable(out: &mut String, var: &Var) {
     );
 }
 
-/// Positions and numbers of the elements.
+/// The chart while it is written, with the positions and numbers of its elements.
 struct Page<'p> {
+    out: &'p mut String,
     program: &'p Program,
     steps: BTreeMap<&'p str, usize>,
     /// Row and column of each step.
@@ -190,6 +191,27 @@ impl Page<'_> {
     fn number(&mut self) -> usize {
         self.next += 1;
         self.next
+    }
+
+    /// Writes an element with its position, its attributes after the number, and its content.
+    fn element(
+        &mut self,
+        kind: &str,
+        id: usize,
+        attributes: &str,
+        (x, y): (usize, usize),
+        content: &str,
+    ) {
+        let _ = writeln!(
+            self.out,
+            "            <{kind} localId=\"{id}\"{attributes}><position x=\"{x}\" y=\"{y}\"/>{content}</{kind}>"
+        );
+    }
+
+    /// The row and column of the first step that a transition leaves.
+    fn above(&self, transition: &items::Transition) -> (usize, usize) {
+        let step = transition.from.first().and_then(|step| self.steps.get(step.as_str()));
+        step.map_or((0, 0), |step| self.places[*step])
     }
 }
 
@@ -247,6 +269,9 @@ fn places(program: &Program, steps: &BTreeMap<&str, usize>) -> Vec<(usize, usize
         .collect()
 }
 
+/// The outgoing end of a wire.
+const OUT: &str = "<connectionPointOut/>";
+
 fn point(id: usize) -> String {
     format!("<connectionPointIn><connection refLocalId=\"{id}\"/></connectionPointIn>")
 }
@@ -256,29 +281,21 @@ fn chart(out: &mut String, program: &Program) {
         program.steps.iter().enumerate().map(|(index, step)| (step.name.as_str(), index)).collect();
     let places = places(program, &steps);
     let n_steps = program.steps.len();
-    let mut page = Page { program, steps, places, next: n_steps + program.transitions.len() };
+    let mut page = Page { out, program, steps, places, next: n_steps + program.transitions.len() };
     let transition_id = |index: usize| n_steps + index + 1;
-    let ports = divergences(out, &mut page);
+    let ports = divergences(&mut page);
     // The elements that lead to each step, and the element before the step itself.
     let mut arriving: Vec<Vec<usize>> = vec![Vec::new(); n_steps];
     let mut jumps = Vec::new();
     for (index, transition) in program.transitions.iter().enumerate() {
-        let (row, column) = transition
-            .from
-            .first()
-            .and_then(|step| page.steps.get(step.as_str()))
-            .map_or((0, 0), |step| page.places[*step]);
+        let (row, column) = page.above(transition);
         let mut port = transition_id(index);
         if transition.to.len() > 1 {
             port = page.number();
             let outs = "<connectionPointOut formalParameter=\"\"/>".repeat(transition.to.len());
-            let _ = writeln!(
-                out,
-                "            <simultaneousDivergence localId=\"{port}\"><position x=\"{}\" y=\"{}\"/>{}{outs}</simultaneousDivergence>",
-                column * COLUMN,
-                row * ROW + 130,
-                point(transition_id(index))
-            );
+            let content = format!("{}{outs}", point(transition_id(index)));
+            let at = (column * COLUMN, row * ROW + 130);
+            page.element("simultaneousDivergence", port, "", at, &content);
         }
         for target in &transition.to {
             let Some(&step) = page.steps.get(target.as_str()) else { continue };
@@ -297,68 +314,50 @@ fn chart(out: &mut String, program: &Program) {
             many => {
                 let id = page.number();
                 let ins: String = many.iter().map(|one| point(*one)).collect();
-                let _ = writeln!(
-                    out,
-                    "            <selectionConvergence localId=\"{id}\"><position x=\"{}\" y=\"{}\"/>{ins}<connectionPointOut/></selectionConvergence>",
-                    column * COLUMN,
-                    row * ROW - 20
-                );
+                let at = (column * COLUMN, row * ROW - 20);
+                page.element("selectionConvergence", id, "", at, &format!("{ins}{OUT}"));
                 point(id)
             }
         };
         let initial = if step.is_initial { " initialStep=\"true\"" } else { "" };
-        let _ = writeln!(
-            out,
-            "            <step localId=\"{}\" height=\"30\" width=\"100\" name={}{initial}><position x=\"{}\" y=\"{}\"/>{before}<connectionPointOut formalParameter=\"\"/><connectionPointOutAction formalParameter=\"\"/>{}</step>",
-            index + 1,
-            attribute(&step.name),
-            column * COLUMN,
-            row * ROW,
+        let size = format!(" height=\"30\" width=\"100\" name={}{initial}", attribute(&step.name));
+        let content = format!(
+            "{before}<connectionPointOut formalParameter=\"\"/><connectionPointOutAction formalParameter=\"\"/>{}",
             documentation(&step.label)
         );
+        page.element("step", index + 1, &size, (column * COLUMN, row * ROW), &content);
         if !step.uses.is_empty() {
-            let id = page.number();
-            action_block(out, id, index + 1, step, (column * COLUMN + 110, row * ROW));
+            let (id, at) = (page.number(), (column * COLUMN + 110, row * ROW));
+            let size = format!(" height=\"{}\" width=\"120\"", 30 * step.uses.len());
+            page.element("actionBlock", id, &size, at, &actions(index + 1, step));
         }
     }
     for (index, transition) in program.transitions.iter().enumerate() {
-        let (row, column) = transition
-            .from
-            .first()
-            .and_then(|step| page.steps.get(step.as_str()))
-            .map_or((0, 0), |step| page.places[*step]);
+        let (row, column) = page.above(transition);
         let (port, place) = ports.get(index).copied().unwrap_or((0, 0));
         let priority = transition.priority.map_or(String::new(), |n| format!(" priority=\"{n}\""));
         let name = transition.name.as_deref().unwrap_or("");
-        let condition = [transition.condition.clone()];
-        let _ = writeln!(
-            out,
-            "            <transition localId=\"{}\" height=\"2\" width=\"20\"{priority}><position x=\"{}\" y=\"{}\"/>{}<connectionPointOut/><condition><inline name={}>{}</inline></condition>{}</transition>",
-            transition_id(index),
-            column * COLUMN + place * 40,
-            row * ROW + 100,
+        let condition = structured(std::slice::from_ref(&transition.condition));
+        let content = format!(
+            "{}{OUT}<condition><inline name={}>{condition}</inline></condition>{}",
             point(port),
             attribute(name),
-            structured(&condition),
             documentation(&transition_label(transition))
         );
+        let size = format!(" height=\"2\" width=\"20\"{priority}");
+        let at = (column * COLUMN + place * 40, row * ROW + 100);
+        page.element("transition", transition_id(index), &size, at, &content);
     }
     for (port, target, column, row) in jumps {
         let id = page.number();
-        let _ = writeln!(
-            out,
-            "            <jumpStep localId=\"{id}\" height=\"13\" width=\"12\" targetName={}><position x=\"{}\" y=\"{}\"/>{}</jumpStep>",
-            attribute(&target),
-            column * COLUMN,
-            row * ROW + 140,
-            point(port)
-        );
+        let size = format!(" height=\"13\" width=\"12\" targetName={}", attribute(&target));
+        page.element("jumpStep", id, &size, (column * COLUMN, row * ROW + 140), &point(port));
     }
 }
 
 /// Writes divergences below steps and convergences above transitions. Returns, for each transition, the element that it is wired to and its
 /// index among the transitions of its step.
-fn divergences(out: &mut String, page: &mut Page<'_>) -> Vec<(usize, usize)> {
+fn divergences(page: &mut Page<'_>) -> Vec<(usize, usize)> {
     let program = page.program;
     let mut leaving: Vec<Vec<usize>> = vec![Vec::new(); program.steps.len()];
     for (index, transition) in program.transitions.iter().enumerate() {
@@ -377,13 +376,8 @@ fn divergences(out: &mut String, page: &mut Page<'_>) -> Vec<(usize, usize)> {
         let id = page.number();
         let (row, column) = page.places[step];
         let outs = "<connectionPointOut formalParameter=\"\"/>".repeat(transitions.len());
-        let _ = writeln!(
-            out,
-            "            <selectionDivergence localId=\"{id}\"><position x=\"{}\" y=\"{}\"/>{}{outs}</selectionDivergence>",
-            column * COLUMN,
-            row * ROW + 60,
-            point(step + 1)
-        );
+        let at = (column * COLUMN, row * ROW + 60);
+        page.element("selectionDivergence", id, "", at, &format!("{}{outs}", point(step + 1)));
         port_of.push(id);
     }
     let mut ports = Vec::new();
@@ -406,30 +400,16 @@ fn divergences(out: &mut String, page: &mut Page<'_>) -> Vec<(usize, usize)> {
         let id = page.number();
         let (row, column) = page.places.get(first).copied().unwrap_or((0, 0));
         let ins: String = sources.iter().map(|step| point(port_of[*step])).collect();
-        let _ = writeln!(
-            out,
-            "            <simultaneousConvergence localId=\"{id}\"><position x=\"{}\" y=\"{}\"/>{ins}<connectionPointOut/></simultaneousConvergence>",
-            column * COLUMN + place * 40,
-            row * ROW + 80
-        );
+        let at = (column * COLUMN + place * 40, row * ROW + 80);
+        page.element("simultaneousConvergence", id, "", at, &format!("{ins}{OUT}"));
         ports.push((id, place));
     }
     ports
 }
 
-fn action_block(
-    out: &mut String,
-    id: usize,
-    step: usize,
-    drawn: &items::Step,
-    (x, y): (usize, usize),
-) {
-    let _ = writeln!(
-        out,
-        "            <actionBlock localId=\"{id}\" height=\"{}\" width=\"120\"><position x=\"{x}\" y=\"{y}\"/>{}",
-        30 * drawn.uses.len(),
-        point(step)
-    );
+/// The content of the action block of a step.
+fn actions(step: usize, drawn: &items::Step) -> String {
+    let mut out = format!("{}\n", point(step));
     for (index, one) in drawn.uses.iter().enumerate() {
         let duration = one
             .duration
@@ -443,5 +423,6 @@ fn action_block(
             attribute(&one.action)
         );
     }
-    out.push_str("            </actionBlock>\n");
+    out.push_str("            ");
+    out
 }

@@ -8,6 +8,7 @@ use std::collections::BTreeSet;
 use grafsynth_ir::diag::{Code, Diagnostic};
 use grafsynth_ir::{Name, Span};
 
+use super::symbol::{Ident, Symbol};
 use crate::codes;
 
 /// The contents of a whole source.
@@ -20,22 +21,22 @@ pub(crate) struct Library {
     /// `PROGRAM g WITH t : gravel` of a configuration.
     pub(crate) programs: Vec<Instance>,
     pub(crate) tasks: Vec<Task>,
-    /// Names, in capitals, whose declarations have syntax errors: their uses are not errors of their own.
-    pub(crate) lost: BTreeSet<String>,
+    /// Names whose declarations have syntax errors: their uses are not errors of their own.
+    pub(crate) lost: BTreeSet<Symbol>,
 }
 
 /// An instance of a program in a resource.
 #[derive(Debug, Clone)]
 pub(crate) struct Instance {
-    pub(crate) name: Name,
-    pub(crate) task: Option<Name>,
-    pub(crate) program: Name,
+    pub(crate) name: Ident,
+    pub(crate) task: Option<Ident>,
+    pub(crate) program: Ident,
 }
 
 /// `TASK t(INTERVAL := T#10ms, PRIORITY := 0)`
 #[derive(Debug, Clone)]
 pub(crate) struct Task {
-    pub(crate) name: Name,
+    pub(crate) name: Ident,
     /// Interval in nanoseconds.
     pub(crate) interval: Option<u64>,
 }
@@ -51,7 +52,7 @@ pub(crate) enum PouKind {
 #[derive(Debug, Clone)]
 pub(crate) struct Pou {
     pub(crate) kind: PouKind,
-    pub(crate) name: Name,
+    pub(crate) name: Ident,
     pub(crate) vars: Vec<Var>,
     pub(crate) body: Body,
     /// Actions of a unit without a chart (PLCopen only): lists that statements call by name.
@@ -60,6 +61,29 @@ pub(crate) struct Pou {
     pub(crate) options: Options,
     /// Unsupported parts of the unit.
     pub(crate) refused: Vec<Refusal>,
+}
+
+impl Pou {
+    /// The lists of statements in the unit.
+    pub(crate) fn lists(&self) -> Vec<&[Stmt]> {
+        let (main, in_chart) = match &self.body {
+            Body::Statements(list) => (list, [].as_slice()),
+            Body::Sfc(sfc) => (&sfc.always, sfc.actions.as_slice()),
+        };
+        let actions = in_chart.iter().chain(&self.actions).map(|action| action.body.as_slice());
+        actions.chain([main.as_slice()]).collect()
+    }
+
+    /// The elements of its chart, including those in macro-steps.
+    pub(crate) fn elements(&self) -> Vec<&Element> {
+        if let Body::Sfc(sfc) = &self.body { sfc.all_elements() } else { Vec::new() }
+    }
+
+    /// The names that the unit declares itself.
+    pub(crate) fn own_names(&self) -> BTreeSet<&Symbol> {
+        let vars = self.vars.iter().filter(|var| var.section != Section::External);
+        vars.map(|var| &var.name.id).collect()
+    }
 }
 
 /// Settings of a chart, from pragmas.
@@ -123,13 +147,13 @@ pub(crate) enum Section {
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Var {
-    pub(crate) name: Name,
+    pub(crate) name: Ident,
     pub(crate) section: Section,
     pub(crate) is_constant: bool,
     pub(crate) ty: TypeRef,
     pub(crate) init: Option<Init>,
     /// `%IX0.0`
-    pub(crate) address: Option<Name>,
+    pub(crate) address: Option<Ident>,
     /// The comment after the declaration.
     pub(crate) label: String,
 }
@@ -140,14 +164,31 @@ pub(crate) struct TypeRef {
     pub(crate) span: Span,
 }
 
+impl TypeRef {
+    /// The type with this name.
+    pub(crate) fn named(name: &str, span: Span) -> Self {
+        TypeRef { kind: TypeKind::Named(Ident::new(name, span)), span }
+    }
+
+    /// The name of a type that is not written out.
+    pub(crate) fn name(&self) -> Option<&Ident> {
+        if let TypeKind::Named(name) = &self.kind { Some(name) } else { None }
+    }
+
+    /// Whether it is the name of this type, in capitals.
+    pub(crate) fn is_named(&self, name: &str) -> bool {
+        self.name().is_some_and(|own| own.id == *name)
+    }
+}
+
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum TypeKind {
-    Named(String),
+    Named(Ident),
     /// `INT (0..9)`
-    Subrange(String, Box<(Expr, Expr)>),
+    Subrange(Ident, Box<(Expr, Expr)>),
     Array(Vec<(Expr, Expr)>, Box<TypeRef>),
     /// `(red, green := 5)`
-    Enum(Vec<(Name, Option<Expr>)>),
+    Enum(Vec<(Ident, Option<Expr>)>),
     Struct(Vec<Var>),
     /// `STRING[10]`, `POINTER TO INT`: unsupported; the name for messages.
     Refused(String),
@@ -155,7 +196,7 @@ pub(crate) enum TypeKind {
 
 #[derive(Debug, Clone)]
 pub(crate) struct TypeDef {
-    pub(crate) name: Name,
+    pub(crate) name: Ident,
     pub(crate) ty: TypeRef,
     pub(crate) init: Option<Init>,
 }
@@ -167,7 +208,7 @@ pub(crate) enum Init {
     /// `[1, 2(0), 3]`: values, each with its number of repetitions.
     List(Vec<(Option<Expr>, Init)>, Span),
     /// `(PT := T#3s)`
-    Fields(Vec<(Name, Init)>, Span),
+    Fields(Vec<(Ident, Init)>, Span),
 }
 
 #[derive(Debug, Clone, Default)]
@@ -179,6 +220,28 @@ pub(crate) struct Sfc {
     pub(crate) always: Vec<Stmt>,
 }
 
+impl Sfc {
+    /// The elements in source order, each macro-step after those in its body.
+    pub(crate) fn all_elements(&self) -> Vec<&Element> {
+        fn add<'e>(elements: &'e [Element], found: &mut Vec<&'e Element>) {
+            for element in elements {
+                if let Element::Macro(step) = element {
+                    add(&step.body, found);
+                }
+                found.push(element);
+            }
+        }
+        let mut found = Vec::new();
+        add(&self.elements, &mut found);
+        found
+    }
+
+    /// The uses of actions in its steps.
+    pub(crate) fn uses(&self) -> impl Iterator<Item = &Use> {
+        self.all_elements().into_iter().flat_map(Element::uses)
+    }
+}
+
 #[derive(Debug, Clone)]
 pub(crate) enum Element {
     Step(Step),
@@ -186,9 +249,16 @@ pub(crate) enum Element {
     Macro(MacroStep),
 }
 
+impl Element {
+    /// The actions of a step.
+    pub(crate) fn uses(&self) -> &[Use] {
+        if let Element::Step(step) = self { &step.uses } else { &[] }
+    }
+}
+
 #[derive(Debug, Clone)]
 pub(crate) struct Step {
-    pub(crate) name: Name,
+    pub(crate) name: Ident,
     pub(crate) is_initial: bool,
     pub(crate) uses: Vec<Use>,
     pub(crate) label: String,
@@ -209,8 +279,8 @@ pub(crate) enum Role {
 /// A macro-step with its body (PLCopen only).
 #[derive(Debug, Clone)]
 pub(crate) struct MacroStep {
-    pub(crate) name: Name,
-    pub(crate) body: Sfc,
+    pub(crate) name: Ident,
+    pub(crate) body: Vec<Element>,
     pub(crate) role: Role,
     pub(crate) span: Span,
 }
@@ -218,7 +288,7 @@ pub(crate) struct MacroStep {
 /// The use of an action in a step.
 #[derive(Debug, Clone)]
 pub(crate) struct Use {
-    pub(crate) action: Name,
+    pub(crate) action: Ident,
     pub(crate) qualifier: grafsynth_ir::net::Qualifier,
     pub(crate) duration: Option<Expr>,
     pub(crate) span: Span,
@@ -226,9 +296,9 @@ pub(crate) struct Use {
 
 #[derive(Debug, Clone)]
 pub(crate) struct Transition {
-    pub(crate) name: Option<Name>,
-    pub(crate) from: Vec<Name>,
-    pub(crate) to: Vec<Name>,
+    pub(crate) name: Option<Ident>,
+    pub(crate) from: Vec<Ident>,
+    pub(crate) to: Vec<Ident>,
     pub(crate) priority: Option<u32>,
     /// `{grafsynth restart}`
     pub(crate) restart: bool,
@@ -239,7 +309,7 @@ pub(crate) struct Transition {
 
 #[derive(Debug, Clone)]
 pub(crate) struct Action {
-    pub(crate) name: Name,
+    pub(crate) name: Ident,
     pub(crate) body: Vec<Stmt>,
     pub(crate) label: String,
     pub(crate) span: Span,
@@ -257,20 +327,20 @@ pub(crate) enum ExprKind {
     Int(i64),
     /// Duration in nanoseconds.
     Time(i64),
-    Name(Name),
-    Field(Box<Expr>, Name),
+    Name(Ident),
+    Field(Box<Expr>, Ident),
     /// `x.3`
     Bit(Box<Expr>, u32),
     Index(Box<Expr>, Vec<Expr>),
     /// `%IX0.0`
-    Address(String),
+    Address(Ident),
     Not(Box<Expr>),
     Neg(Box<Expr>),
     Binary(Op, Box<Expr>, Box<Expr>),
     /// A chain of one operator. It is a list instead of nested pairs, so it may have any length.
     And(Vec<Expr>),
     Or(Vec<Expr>),
-    Call(Name, Vec<Arg>),
+    Call(Ident, Vec<Arg>),
     /// A flag that jump elimination introduces; it has no textual form.
     Flag(Flag),
     /// `1.5`, `'text'`: unsupported; the name for messages.
@@ -307,15 +377,44 @@ pub(crate) enum Op {
     Power,
 }
 
+impl Op {
+    /// The operator that a standard function or instruction with this name, in capitals, applies.
+    pub(crate) fn named(word: &str) -> Option<Self> {
+        Some(match word {
+            "XOR" => Op::Xor,
+            "EQ" => Op::Eq,
+            "NE" => Op::Ne,
+            "LT" => Op::Lt,
+            "LE" => Op::Le,
+            "GT" => Op::Gt,
+            "GE" => Op::Ge,
+            "ADD" => Op::Add,
+            "SUB" => Op::Sub,
+            "MUL" => Op::Mul,
+            "DIV" => Op::Div,
+            "MOD" => Op::Mod,
+            "EXPT" => Op::Power,
+            _ => return None,
+        })
+    }
+}
+
 /// An argument of a call.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Arg {
-    pub(crate) name: Option<Name>,
+    pub(crate) name: Option<Ident>,
     pub(crate) value: Expr,
     /// `=>`
     pub(crate) is_output: bool,
     /// `NOT q => x`
     pub(crate) is_negated: bool,
+}
+
+impl Arg {
+    /// Whether the argument is for the parameter with this name, in capitals.
+    pub(crate) fn is_for(&self, parameter: &str) -> bool {
+        self.name.as_ref().is_some_and(|name| name.id == *parameter)
+    }
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -348,7 +447,7 @@ pub(crate) enum StmtKind {
         otherwise: Vec<Stmt>,
     },
     For {
-        var: Name,
+        var: Ident,
         from: Expr,
         to: Expr,
         by: Option<Expr>,
@@ -376,6 +475,12 @@ pub(crate) enum Part<'a> {
 }
 
 impl StmtKind {
+    /// The statement lists of an IF, CASE or loop.
+    pub(crate) fn lists(&self) -> impl Iterator<Item = &[Stmt]> {
+        let list = |part| if let Part::List(list) = part { Some(list) } else { None };
+        self.parts().into_iter().filter_map(list)
+    }
+
     /// The conditions, selectors, bounds and statement lists of an IF, CASE or loop, in source order; empty for other statements.
     pub(crate) fn parts(&self) -> Vec<Part<'_>> {
         match self {
@@ -413,13 +518,34 @@ impl Expr {
         Expr { kind, span }
     }
 
-    pub(crate) fn name(name: Name) -> Self {
+    pub(crate) fn name(name: Ident) -> Self {
         let span = name.span;
         Expr::new(ExprKind::Name(name), span)
     }
 
+    /// The operands, indices and arguments.
+    pub(crate) fn children(&self) -> Vec<&Expr> {
+        match &self.kind {
+            ExprKind::Field(inner, _)
+            | ExprKind::Bit(inner, _)
+            | ExprKind::Not(inner)
+            | ExprKind::Neg(inner) => vec![inner],
+            ExprKind::Index(inner, indices) => [&**inner].into_iter().chain(indices).collect(),
+            ExprKind::Binary(_, a, b) => vec![a, b],
+            ExprKind::And(all) | ExprKind::Or(all) => all.iter().collect(),
+            ExprKind::Call(_, arguments) => arguments.iter().map(|one| &one.value).collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Whether the expression reads the variable with this name, in capitals.
+    pub(crate) fn reads(&self, variable: &str) -> bool {
+        matches!(&self.kind, ExprKind::Name(name) if name.id == *variable)
+            || self.children().into_iter().any(|one| one.reads(variable))
+    }
+
     /// The variable at the root of an access.
-    pub(crate) fn root(&self) -> Option<&Name> {
+    pub(crate) fn root(&self) -> Option<&Ident> {
         if let ExprKind::Name(name) = &self.kind {
             return Some(name);
         }

@@ -2,6 +2,7 @@
 
 use grafsynth_ir::{FileId, Span};
 
+use super::symbol::Symbol;
 use crate::xml::Mapped;
 
 /// Maps positions in the text to spans in the source.
@@ -347,7 +348,7 @@ impl Lexer<'_> {
         if self.byte(0) != b'#' {
             return Some(Kind::Word);
         }
-        let word = rest[..length].to_ascii_uppercase();
+        let word = Symbol::of(&rest[..length]);
         if matches!(word.as_str(), "T" | "TIME" | "LT" | "LTIME" | "LTIME_" | "TIME_") {
             self.at += 1;
             if self.byte(0) == b'-' {

@@ -5,34 +5,25 @@ use std::collections::{BTreeMap, BTreeSet};
 use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
 
-use super::ast::{
-    Arg, Body, Element, Expr, ExprKind, Library, Part, Pou, Section, Sfc, Stmt, StmtKind, TypeKind,
-};
+use super::ast::{Arg, Body, Element, Expr, ExprKind, Library, Part, Pou, Section, Stmt, StmtKind};
 use super::elaborate::standard_block;
+use super::symbol::{Ident, Symbol};
 use crate::codes;
 
 /// All warnings for the units of a library.
 pub(super) fn lints(library: &Library) -> Vec<Diagnostic> {
     let mut out = Vec::new();
     for pou in &library.pous {
-        let mut lists: Vec<&[Stmt]> = Vec::new();
-        match &pou.body {
-            Body::Statements(list) => lists.push(list),
-            Body::Sfc(sfc) => lists_of(sfc, &mut lists),
-        }
-        lists.extend(pou.actions.iter().map(|action| action.body.as_slice()));
+        let lists = pou.lists();
         // Variables that other names may refer to.
-        let aliases: BTreeSet<String> = pou
+        let aliases: BTreeSet<Symbol> = pou
             .vars
             .iter()
             .filter(|var| {
                 var.section == Section::InOut
-                    || var
-                        .address
-                        .as_ref()
-                        .is_some_and(|it| it.text.to_uppercase().starts_with("%M"))
+                    || var.address.as_ref().is_some_and(|it| it.id.starts_with("%M"))
             })
-            .map(|var| var.name.text.to_uppercase())
+            .map(|var| var.name.id.clone())
             .collect();
         lists.iter().for_each(|list| overwritten(list, &aliases, &mut out));
         not_called(library, pou, &lists, &mut out);
@@ -40,38 +31,16 @@ pub(super) fn lints(library: &Library) -> Vec<Diagnostic> {
     out
 }
 
-fn lists_of<'a>(sfc: &'a Sfc, out: &mut Vec<&'a [Stmt]>) {
-    out.extend(sfc.actions.iter().map(|action| action.body.as_slice()));
-    out.push(&sfc.always);
-    for element in &sfc.elements {
-        if let Element::Macro(inner) = element {
-            lists_of(&inner.body, out);
-        }
-    }
-}
-
-fn conditions_of<'a>(sfc: &'a Sfc, out: &mut Vec<&'a Expr>) {
-    for element in &sfc.elements {
-        match element {
-            Element::Transition(transition) => out.push(&transition.condition),
-            Element::Step(step) => {
-                out.extend(step.uses.iter().filter_map(|one| one.duration.as_ref()));
-            }
-            Element::Macro(inner) => conditions_of(&inner.body, out),
-        }
-    }
-}
-
 /// Reports assignments that a later one in the same list overwrites, if nothing between them can read the value or leave the list.
-fn overwritten(list: &[Stmt], aliases: &BTreeSet<String>, out: &mut Vec<Diagnostic>) {
-    let mut open: BTreeMap<String, (Span, &Expr)> = BTreeMap::new();
+fn overwritten(list: &[Stmt], aliases: &BTreeSet<Symbol>, out: &mut Vec<Diagnostic>) {
+    let mut open: BTreeMap<Symbol, (Span, &Expr)> = BTreeMap::new();
     for stmt in list {
         let mut seen = Mentions::default();
         match &stmt.kind {
             StmtKind::Assign { target, value } => {
                 seen.expr(value);
                 if let ExprKind::Name(name) = &target.kind {
-                    let key = name.text.to_uppercase();
+                    let key = name.id.clone();
                     forget(&mut open, &seen);
                     if aliases.contains(&key) {
                         continue;
@@ -98,27 +67,10 @@ fn overwritten(list: &[Stmt], aliases: &BTreeSet<String>, out: &mut Vec<Diagnost
                 }
                 seen.expr(target);
             }
-            StmtKind::If { arms, otherwise } => {
-                for (_, list) in arms {
-                    overwritten(list, aliases, out);
-                }
-                overwritten(otherwise, aliases, out);
+            kind => {
+                kind.lists().for_each(|list| overwritten(list, aliases, out));
                 seen.stmt(stmt);
             }
-            StmtKind::Case { arms, otherwise, .. } => {
-                for (_, list) in arms {
-                    overwritten(list, aliases, out);
-                }
-                overwritten(otherwise, aliases, out);
-                seen.stmt(stmt);
-            }
-            StmtKind::For { body, .. }
-            | StmtKind::While { body, .. }
-            | StmtKind::Repeat { body, .. } => {
-                overwritten(body, aliases, out);
-                seen.stmt(stmt);
-            }
-            _ => seen.stmt(stmt),
         }
         forget(&mut open, &seen);
     }
@@ -144,7 +96,7 @@ fn shown(expr: &Expr, is_inner: bool) -> Option<String> {
 
 /// Removes assignments that are read or may be read: a call can read every variable that its unit can access, and after a jump the value is
 /// final.
-fn forget<T>(open: &mut BTreeMap<String, T>, seen: &Mentions) {
+fn forget<T>(open: &mut BTreeMap<Symbol, T>, seen: &Mentions) {
     if seen.leaves || !seen.called.is_empty() || seen.has_function {
         open.clear();
     } else {
@@ -156,24 +108,28 @@ fn forget<T>(open: &mut BTreeMap<String, T>, seen: &Mentions) {
 fn not_called(library: &Library, pou: &Pou, lists: &[&[Stmt]], out: &mut Vec<Diagnostic>) {
     let mut seen = Mentions::default();
     lists.iter().flat_map(|list| list.iter()).for_each(|stmt| seen.stmt(stmt));
-    let mut used_as_actions: BTreeSet<String> = BTreeSet::new();
-    if let Body::Sfc(sfc) = &pou.body {
-        let mut conditions = Vec::new();
-        conditions_of(sfc, &mut conditions);
-        conditions.into_iter().for_each(|one| seen.expr(one));
-        actions_of(sfc, &mut used_as_actions);
+    let mut used_as_actions: BTreeSet<&Symbol> = BTreeSet::new();
+    for element in pou.elements() {
+        used_as_actions.extend(element.uses().iter().map(|one| &one.action.id));
+        element
+            .uses()
+            .iter()
+            .filter_map(|one| one.duration.as_ref())
+            .for_each(|one| seen.expr(one));
+        if let Element::Transition(transition) = element {
+            seen.expr(&transition.condition);
+        }
     }
     for var in &pou.vars {
-        let key = var.name.text.to_uppercase();
-        let TypeKind::Named(ty) = &var.ty.kind else { continue };
-        let ty = ty.to_uppercase();
-        let Some(block) = standard_block(&ty) else { continue };
+        let key = var.name.id.clone();
+        let Some(ty) = var.ty.name().map(|name| &name.id) else { continue };
+        let Some(block) = standard_block(ty) else { continue };
         let names = |section| {
             let vars = block.vars.iter().filter(move |var| var.section == section);
             vars.map(|var| var.name.text.as_str())
         };
-        let is_own = library.pous.iter().any(|pou| pou.name.text.to_uppercase() == ty)
-            || library.types.iter().any(|def| def.name.text.to_uppercase() == ty);
+        let is_own = library.pous.iter().any(|pou| pou.name.id == *ty)
+            || library.types.iter().any(|def| def.name.id == *ty);
         let is_passed = seen.whole.contains(&key) || used_as_actions.contains(&key);
         if is_own
             || is_passed
@@ -183,7 +139,7 @@ fn not_called(library: &Library, pou: &Pou, lists: &[&[Stmt]], out: &mut Vec<Dia
             continue;
         }
         let read = seen.fields.iter().find(|(name, field, _)| {
-            *name == key && names(Section::Output).any(|one| field.eq_ignore_ascii_case(one))
+            *name == key && names(Section::Output).any(|one| field.id == *one)
         });
         let Some((_, field, span)) = read else { continue };
         let name = &var.name;
@@ -212,29 +168,17 @@ fn not_called(library: &Library, pou: &Pou, lists: &[&[Stmt]], out: &mut Vec<Dia
     }
 }
 
-fn actions_of(sfc: &Sfc, out: &mut BTreeSet<String>) {
-    for element in &sfc.elements {
-        match element {
-            Element::Step(step) => {
-                out.extend(step.uses.iter().map(|one| one.action.text.to_uppercase()));
-            }
-            Element::Macro(inner) => actions_of(&inner.body, out),
-            Element::Transition(_) => {}
-        }
-    }
-}
-
-/// The names in statements and expressions, in capitals.
+/// The names in statements and expressions.
 #[derive(Debug, Default)]
 struct Mentions {
     /// All variables, read or assigned.
-    names: BTreeSet<String>,
+    names: BTreeSet<Symbol>,
     /// Variables that are used without a field.
-    whole: BTreeSet<String>,
+    whole: BTreeSet<Symbol>,
     /// Fields with their spans.
-    fields: Vec<(String, String, Span)>,
+    fields: Vec<(Symbol, Ident, Span)>,
     /// Names at the beginning of calls: the called instance, action or function.
-    called: BTreeSet<String>,
+    called: BTreeSet<Symbol>,
     /// Whether an expression calls a function.
     has_function: bool,
     /// Whether RETURN, EXIT or CONTINUE is used.
@@ -254,7 +198,7 @@ impl Mentions {
             }
             StmtKind::Call { target, arguments } => {
                 if let Some(root) = target.root() {
-                    self.called.insert(root.text.to_uppercase());
+                    self.called.insert(root.id.clone());
                 }
                 self.arguments(arguments);
             }
@@ -264,7 +208,7 @@ impl Mentions {
             | StmtKind::While { .. }
             | StmtKind::Repeat { .. }) => {
                 if let StmtKind::For { var, .. } = kind {
-                    self.names.insert(var.text.to_uppercase());
+                    self.names.insert(var.id.clone());
                 }
                 for part in kind.parts() {
                     match part {
@@ -286,36 +230,20 @@ impl Mentions {
     fn expr(&mut self, expr: &Expr) {
         match &expr.kind {
             ExprKind::Name(name) => {
-                let key = name.text.to_uppercase();
+                let key = name.id.clone();
                 self.whole.insert(key.clone());
                 self.names.insert(key);
             }
             ExprKind::Field(inner, field) => {
                 if let ExprKind::Name(name) = &inner.kind {
-                    let key = name.text.to_uppercase();
-                    self.fields.push((key.clone(), field.text.clone(), expr.span));
-                    self.names.insert(key);
-                } else {
-                    self.expr(inner);
+                    self.fields.push((name.id.clone(), field.clone(), expr.span));
+                    self.names.insert(name.id.clone());
+                    return;
                 }
             }
-            ExprKind::Bit(inner, _) | ExprKind::Not(inner) | ExprKind::Neg(inner) => {
-                self.expr(inner);
-            }
-            ExprKind::Index(inner, indices) => {
-                self.expr(inner);
-                indices.iter().for_each(|index| self.expr(index));
-            }
-            ExprKind::Binary(_, a, b) => {
-                self.expr(a);
-                self.expr(b);
-            }
-            ExprKind::And(all) | ExprKind::Or(all) => all.iter().for_each(|one| self.expr(one)),
-            ExprKind::Call(_, arguments) => {
-                self.has_function = true;
-                self.arguments(arguments);
-            }
+            ExprKind::Call(..) => self.has_function = true,
             _ => {}
         }
+        expr.children().into_iter().for_each(|one| self.expr(one));
     }
 }

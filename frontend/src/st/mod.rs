@@ -27,6 +27,7 @@ pub(crate) mod parse_expr;
 pub(crate) mod parse_sfc;
 mod parse_stmt;
 mod parse_units;
+pub(crate) mod symbol;
 pub(crate) mod write;
 
 use grafsynth_ir::FileId;

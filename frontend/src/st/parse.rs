@@ -4,12 +4,13 @@
 
 use std::collections::BTreeSet;
 
+use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::diag::ErrorReported;
-use grafsynth_ir::{Name, Span};
 
 use super::ast::Refusal;
 use super::lexer::{Kind, LexError, Places, Token, Tokens, tokens};
+use super::symbol::{Ident, Symbol, spells};
 use crate::codes;
 use crate::graf::parser::Findings;
 
@@ -72,7 +73,7 @@ pub(crate) struct Parser<'a> {
     /// Whether the text is a single body, in which the keywords of charts are names.
     pub(crate) is_body: bool,
     /// Names whose declarations have syntax errors.
-    pub(crate) lost: BTreeSet<String>,
+    pub(crate) lost: BTreeSet<Symbol>,
 }
 
 impl<'a> Parser<'a> {
@@ -173,14 +174,14 @@ impl<'a> Parser<'a> {
     }
 
     /// The word at this lookahead in capitals; empty if it is not a word.
-    pub(crate) fn word(&self, ahead: usize) -> String {
+    pub(crate) fn word(&self, ahead: usize) -> Symbol {
         let token = self.peek(ahead);
-        if token.kind == Kind::Word { self.slice(token).to_uppercase() } else { String::new() }
+        Symbol::of(if token.kind == Kind::Word { self.slice(token) } else { "" })
     }
 
     pub(crate) fn is(&self, word: &str) -> bool {
         let token = self.peek(0);
-        token.kind == Kind::Word && self.slice(token).eq_ignore_ascii_case(word)
+        token.kind == Kind::Word && spells(self.slice(token), word)
     }
 
     pub(crate) fn advance(&mut self) -> Token {
@@ -224,8 +225,8 @@ impl<'a> Parser<'a> {
         self.places.span(start, end)
     }
 
-    pub(crate) fn name_of(&self, token: Token) -> Name {
-        Name::new(self.slice(token), self.span(token))
+    pub(crate) fn name_of(&self, token: Token) -> Ident {
+        Ident::new(self.slice(token), self.span(token))
     }
 
     // Findings
@@ -283,7 +284,7 @@ impl<'a> Parser<'a> {
         if self.take_word(word) { Ok(()) } else { Err(self.expected(&format!("`{word}`"))) }
     }
 
-    pub(crate) fn name(&mut self, what: &str) -> Parse<Name> {
+    pub(crate) fn name(&mut self, what: &str) -> Parse<Ident> {
         if self.kind(0) == Kind::Word && !self.is_reserved(&self.word(0)) {
             let token = self.advance();
             return Ok(self.name_of(token));
@@ -346,7 +347,7 @@ impl<'a> Parser<'a> {
 
     /// Recovers from an error in a statement that began at the token `start`: skips to its end, including the end of each list that it opened.
     pub(crate) fn skip_statement_from(&mut self, start: usize) {
-        let depth = |token: Token, text: &str| match text.to_ascii_uppercase().as_str() {
+        let depth = |token: Token, text: &str| match Symbol::of(text).as_str() {
             _ if token.kind != Kind::Word => 0,
             "IF" | "CASE" | "FOR" | "WHILE" | "REPEAT" => 1,
             "END_IF" | "END_CASE" | "END_FOR" | "END_WHILE" | "END_REPEAT" => -1,
@@ -376,7 +377,7 @@ impl<'a> Parser<'a> {
         if let Some(token) = self.list.tokens.get(at)
             && token.kind == Kind::Word
         {
-            let name = self.slice(*token).to_uppercase();
+            let name = Symbol::of(self.slice(*token));
             self.lost.insert(name);
         }
     }

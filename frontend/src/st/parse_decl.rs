@@ -1,11 +1,11 @@
 //! Declarations: variables, types, initial values.
 
-use grafsynth_ir::Name;
 use grafsynth_ir::diag::Diagnostic;
 
 use super::ast::{Expr, Init, Section, TypeDef, TypeKind, TypeRef, Var};
 use super::lexer::Kind;
 use super::parse::{Parse, Parser};
+use super::symbol::Ident;
 use crate::codes;
 
 impl Parser<'_> {
@@ -179,7 +179,7 @@ impl Parser<'_> {
                     self.expression()?;
                     self.expect(close, "the closing bracket")?;
                 }
-                TypeKind::Refused(word)
+                TypeKind::Refused(word.to_string())
             }
             "POINTER" | "REFERENCE" | "REF_TO" => {
                 self.advance();
@@ -189,10 +189,10 @@ impl Parser<'_> {
             }
             _ if self.kind(0) == Kind::Open => self.enumeration()?,
             _ => {
-                let mut name = self.name("a type")?.text;
+                let mut name = self.name("a type")?;
                 // `lib.TON`: a type of a library is known by its last name.
                 while self.take(Kind::Dot) {
-                    name = self.name("a type")?.text;
+                    name = self.name("a type")?;
                 }
                 if self.take(Kind::Open) {
                     let range = self.range()?;
@@ -270,7 +270,7 @@ impl Parser<'_> {
         if self.kind(0) == Kind::Open && self.kind(1) == Kind::Word && self.kind(2) == Kind::Assign
         {
             self.advance();
-            let mut fields: Vec<(Name, Init)> = Vec::new();
+            let mut fields: Vec<(Ident, Init)> = Vec::new();
             loop {
                 let name = self.name("a field")?;
                 self.expect(Kind::Assign, "`:=`")?;

@@ -10,6 +10,7 @@ use grafsynth_ir::diag::Diagnostic;
 use super::ast::{Arg, Expr, ExprKind, Op};
 use super::lexer::{Kind, Token};
 use super::parse::{Parse, Parser};
+use super::symbol::{Ident, Symbol};
 use crate::codes;
 
 impl Parser<'_> {
@@ -79,7 +80,7 @@ impl Parser<'_> {
         Ok(height + 1)
     }
 
-    fn prefix(&mut self) -> Parse<Expr> {
+    pub(crate) fn prefix(&mut self) -> Parse<Expr> {
         match self.kind(0) {
             Kind::Minus => self.negative(),
             Kind::Plus => {
@@ -152,7 +153,7 @@ impl Parser<'_> {
             }
             Kind::Address => {
                 self.advance();
-                Ok(Expr::new(ExprKind::Address(self.slice(token).to_owned()), span))
+                Ok(Expr::new(ExprKind::Address(self.name_of(token)), span))
             }
             Kind::Word => match self.word(0).as_str() {
                 "TRUE" => {
@@ -218,7 +219,7 @@ impl Parser<'_> {
         }
     }
 
-    fn called(&mut self, start: usize, name: grafsynth_ir::Name) -> Parse<Expr> {
+    fn called(&mut self, start: usize, name: Ident) -> Parse<Expr> {
         let arguments = self.arguments()?;
         Ok(Expr::new(ExprKind::Call(name, arguments), self.span_from(start)))
     }
@@ -254,7 +255,7 @@ impl Parser<'_> {
     }
 
     /// Parses a name after a dot, which may be a reserved word.
-    fn field(&mut self) -> Parse<grafsynth_ir::Name> {
+    fn field(&mut self) -> Parse<Ident> {
         if self.kind(0) == Kind::Word {
             let token = self.advance();
             return Ok(self.name_of(token));
@@ -275,7 +276,7 @@ impl Parser<'_> {
     }
 
     /// Parses the arguments of a call; `height` becomes that of the call.
-    pub(super) fn arguments(&mut self) -> Parse<Vec<Arg>> {
+    pub(crate) fn arguments(&mut self) -> Parse<Vec<Arg>> {
         self.expect(Kind::Open, "`(`")?;
         let mut arguments = Vec::new();
         let mut height = 1;
@@ -338,7 +339,7 @@ impl Parser<'_> {
     fn typed(&mut self) -> Parse<Expr> {
         let start = self.peek(0).start;
         let prefix = self.advance();
-        let ty = self.slice(prefix).trim_end_matches('#').to_ascii_uppercase();
+        let ty = Symbol::of(self.slice(prefix).trim_end_matches('#'));
         let token = self.peek(0);
         let negative = self.take(Kind::Minus);
         let token = if negative { self.peek(0) } else { token };
@@ -409,14 +410,14 @@ impl Parser<'_> {
 
 /// A binary operator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Infix {
+pub(crate) enum Infix {
     And,
     Or,
     Op(Op),
 }
 
 /// Combines two operands. In a chain of AND or OR, which is flat, it appends the right one.
-fn joined(op: Infix, left: Expr, right: Expr, is_chain: bool) -> Expr {
+pub(crate) fn joined(op: Infix, left: Expr, right: Expr, is_chain: bool) -> Expr {
     let span = left.span.to(right.span);
     let kind = match (op, left.kind) {
         (Infix::And, ExprKind::And(mut all)) if is_chain => {

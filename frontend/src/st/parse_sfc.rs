@@ -1,12 +1,12 @@
 //! Parser of sequential function charts in text: steps, transitions, actions.
 
-use grafsynth_ir::Name;
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::net::Qualifier;
 
 use super::ast::{Action, Element, Role, Sfc, Step, Transition, Use};
 use super::lexer::Kind;
 use super::parse::{Parse, Parser};
+use super::symbol::{Ident, Symbol, spells};
 use crate::codes;
 
 /// The action qualifiers with their names.
@@ -26,7 +26,7 @@ pub(crate) const QUALIFIERS: [(&str, Qualifier); 11] = [
 
 /// The qualifier with this name.
 pub(crate) fn qualifier(text: &str) -> Option<Qualifier> {
-    QUALIFIERS.iter().find(|(name, _)| name.eq_ignore_ascii_case(text)).map(|(_, one)| *one)
+    QUALIFIERS.iter().find(|(name, _)| spells(text, name)).map(|(_, one)| *one)
 }
 
 impl Parser<'_> {
@@ -154,7 +154,7 @@ impl Parser<'_> {
                     Some(one) => found = one,
                     None => {
                         let span = self.span(token);
-                        let near = nearest(&text.to_uppercase(), QUALIFIERS.map(|(name, _)| name))
+                        let near = nearest(&Symbol::of(text), QUALIFIERS.map(|(name, _)| name))
                             .map(str::to_owned);
                         self.report(|| {
                             let finding = Diagnostic::error(
@@ -204,7 +204,7 @@ impl Parser<'_> {
     fn transition(&mut self) -> Parse<Transition> {
         let start = self.peek(0).start;
         self.advance();
-        let mut name: Option<Name> = None;
+        let mut name: Option<Ident> = None;
         if !self.is("FROM") && self.kind(0) == Kind::Word {
             name = Some(self.name("the name of the transition")?);
         }
@@ -278,7 +278,7 @@ impl Parser<'_> {
         Ok(Transition { name, from, to, priority, restart, condition, label, span })
     }
 
-    fn steps(&mut self) -> Parse<Vec<Name>> {
+    fn steps(&mut self) -> Parse<Vec<Ident>> {
         if !self.take(Kind::Open) {
             return Ok(vec![self.name("a step")?]);
         }

@@ -279,12 +279,12 @@ impl Parser<'_> {
             loop {
                 let key = self.name("`INTERVAL` or `PRIORITY`")?;
                 self.expect(Kind::Assign, "`:=`")?;
-                if key.text.eq_ignore_ascii_case("INTERVAL") && self.kind(0) == Kind::Time {
+                if key.id == "INTERVAL" && self.kind(0) == Kind::Time {
                     let token = self.advance();
                     interval = self.time(token).and_then(|ns| u64::try_from(ns).ok());
                 } else {
                     self.expression()?;
-                    if !key.text.eq_ignore_ascii_case("PRIORITY") {
+                    if key.id != "PRIORITY" {
                         self.findings.report(|| {
                             Diagnostic::warning(
                                 codes::ST_LEFT_OUT,

@@ -45,13 +45,13 @@ const LONG: usize = 80;
 
 /// The bounds of the figures. Lower them with the figures; raise one only with a reason in the commit.
 const BOUNDS: [(&str, usize); 9] = [
-    ("code lines of frontend", 36_800),
+    ("code lines of frontend", 36_450),
     ("code lines of c and backend-c", 28_800),
     ("code lines of ir", 19_800),
     ("code lines of driver", 10_550),
     ("code lines of all crates", 146_700),
-    ("functions above 80 lines", 116),
-    ("circles of files", 4),
+    ("functions above 80 lines", 112),
+    ("circles of files", 3),
     ("lines that list variants", 600),
     ("text tests on emitted C", 31),
 ];

@@ -5,56 +5,42 @@ use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::{Name, Span};
 
-use super::context::{Access, Binding, Elaborator, FrameId, Object, ObjectKind, Outcome, Place};
+use super::context::{Binding, Elaborator, FrameId, GLOBALS, Object, ObjectKind, Outcome, Place};
 use super::prelude;
 use super::types::Ty;
-use super::usage::upper;
 use super::value::{Kind, Time, Value, leaf};
 use crate::codes;
 use crate::st::ast::{self, Op};
-
-/// The object that a name at `span` refers to.
-fn accessed(binding: Binding, span: Span) -> Outcome<Access> {
-    match binding {
-        Binding::Value(value) => {
-            Ok(Access::Value(Value { expr: Expr::new(value.expr.kind, span), kind: value.kind }))
-        }
-        Binding::Place(place) => Ok(Access::Place(place)),
-        Binding::Object(object) => Ok(Access::Object(object)),
-        Binding::Step(step) => Ok(Access::Step(step)),
-        Binding::Broken => Err(ErrorReported),
-    }
-}
+use crate::st::symbol::{Ident, Symbol};
 
 impl Elaborator<'_> {
     /// Resolves a name, a field or an element.
-    pub(super) fn access(&mut self, frame: FrameId, syntax: &ast::Expr) -> Outcome<Access> {
+    pub(super) fn access(&mut self, frame: FrameId, syntax: &ast::Expr) -> Outcome<Binding> {
         let span = syntax.span;
         match &syntax.kind {
-            ast::ExprKind::Name(name) => self.named_access(frame, name),
-            ast::ExprKind::Address(address) => self.address(address, span),
+            ast::ExprKind::Name(name) => self.resolve(frame, name),
+            ast::ExprKind::Address(address) => self.address(address),
             ast::ExprKind::Flag(flag) => {
                 let binding = self.frames[frame].flags.get(flag).cloned();
-                binding.map_or(Err(ErrorReported), |binding| accessed(binding, span))
+                match binding.unwrap_or(Binding::Broken).declared()? {
+                    Binding::Value(value) => Ok(Binding::Value(value.seen_at(span))),
+                    binding => Ok(binding),
+                }
             }
             ast::ExprKind::Field(inner, field) => {
                 // `color.red` and `globals.x`: the name of a list before a name.
                 if let ast::ExprKind::Name(list) = &inner.kind
-                    && self.lookup(frame, &list.text).is_none()
                     && let Some(found) = self.qualified(frame, list, field)
                 {
                     return found;
                 }
                 match self.access(frame, inner)? {
-                    Access::Object(object) => self.field(object, field),
-                    Access::Step(step) => self.step_field(&step, field),
-                    Access::Place(_) | Access::Value(_) => Err(self.unknown(
-                        "field",
-                        &field.text,
-                        field.span,
-                        &[],
-                        "not a structure, block or step",
-                    )),
+                    Binding::Object(object) => self.field(object, field),
+                    Binding::Step(step) => self.step_field(&step, field),
+                    Binding::Place(_) | Binding::Value(_) => {
+                        Err(self.unknown("field", field, &[], "not a structure, block or step"))
+                    }
+                    Binding::Broken => Err(ErrorReported),
                 }
             }
             ast::ExprKind::Index(inner, indices) => self.indexed(frame, inner, indices, span),
@@ -78,96 +64,51 @@ impl Elaborator<'_> {
         inner: &ast::Expr,
         indices: &[ast::Expr],
         span: Span,
-    ) -> Outcome<Access> {
+    ) -> Outcome<Binding> {
         let values = self.values(frame, indices.iter())?;
         match self.access(frame, inner)? {
-            Access::Place(place) => self.element(place, values, span),
-            Access::Value(_) | Access::Object(_) | Access::Step(_) => {
+            Binding::Place(place) => self.element(place, values, span),
+            Binding::Value(_) | Binding::Object(_) | Binding::Step(_) => {
                 Err(self.type_error("not an array", inner.span))
             }
+            Binding::Broken => Err(ErrorReported),
         }
     }
 
-    fn named_access(&mut self, frame: FrameId, name: &Name) -> Outcome<Access> {
-        let span = self.at(name.span);
-        if let Some(binding) = self.lookup(frame, &name.text) {
-            // A standard block reads an argument, which has a place of its own.
-            return match (binding, self.call_site) {
-                (Binding::Value(value), Some(_)) => Ok(Access::Value(value)),
-                (binding, _) => accessed(binding, span),
-            };
-        }
-        if let Some(value) = self.enumerated.get(&upper(&name.text)) {
-            return Ok(Access::Value(Value::int(*value, span)));
-        }
-        let candidates = self.candidates(frame);
-        Err(self.unknown("variable", &name.text, span, &candidates, "declare it in a VAR block"))
-    }
-
-    /// Resolves `list.name`, if `list` is an enumeration or the name of a list of globals.
-    fn qualified(&mut self, frame: FrameId, list: &Name, name: &Name) -> Option<Outcome<Access>> {
-        let is_enum = self
-            .types
-            .get(&upper(&list.text))
-            .is_some_and(|def| matches!(def.ty.kind, ast::TypeKind::Enum(_)));
-        if is_enum {
-            return Some(self.named_access(frame, name));
-        }
-        let globals = self.globals;
-        if self.lookup(globals, &name.text).is_some() {
-            return Some(self.named_access(globals, name));
-        }
-        None
-    }
-
-    fn field(&mut self, object: usize, field: &Name) -> Outcome<Access> {
-        let frame = self.objects[object].frame;
+    pub(super) fn field(&mut self, object: usize, field: &Ident) -> Outcome<Binding> {
         if let Some(value) = self.elapsed(object, field) {
-            return value.map(Access::Value);
+            return value.map(Binding::Value);
         }
-        match self.frames[frame].names.get(&upper(&field.text)).cloned() {
-            Some(Binding::Place(place)) => Ok(Access::Place(place)),
-            Some(Binding::Value(value)) => Ok(Access::Value(value)),
-            Some(Binding::Object(inner)) => Ok(Access::Object(inner)),
-            Some(Binding::Broken) => Err(ErrorReported),
-            // A step of a chart that was called earlier.
-            Some(Binding::Step(step)) => Ok(Access::Step(step)),
-            None => {
-                let known: Vec<String> = self.frames[frame].names.keys().cloned().collect();
-                let what = match self.objects[object].kind {
-                    ObjectKind::Struct => "field",
-                    ObjectKind::Block(_) => "variable of the block",
-                };
-                Err(self.unknown(
-                    what,
-                    &field.text,
-                    field.span,
-                    &known,
-                    "use one of the names that it declares",
-                ))
-            }
+        let frame = self.objects[object].frame;
+        if let Some(binding) = self.own(frame, &field.id) {
+            return binding.clone().declared();
         }
+        let known: Vec<String> = self.frames[frame].names.keys().map(Symbol::to_string).collect();
+        let what = match self.objects[object].kind {
+            ObjectKind::Struct => "field",
+            ObjectKind::Block(_) => "variable of the block",
+        };
+        Err(self.unknown(what, field, &known, "use one of the names that it declares"))
     }
 
     /// The time of a timer as other units see it; `None` for other fields.
-    pub(super) fn elapsed(&mut self, object: usize, field: &Name) -> Option<Outcome<Value>> {
+    pub(super) fn elapsed(&mut self, object: usize, field: &Ident) -> Option<Outcome<Value>> {
         let ObjectKind::Block(index) = self.objects[object].kind else { return None };
         if !self.is_standard(index) {
             return None;
         }
         let pou = self.unit(index);
-        let key = upper(&field.text);
-        let var = pou.vars.iter().find(|var| var.name.text == key)?;
+        let var = pou.vars.iter().find(|var| var.name.id == field.id)?;
         let (running, limit) = prelude::clock(var)?;
         let Some(limit) = limit else {
             return Some(Err(self.refused(
-                &format!("{key} of {}", pou.name),
+                &format!("{} of {}", field.id, pou.name),
                 field.span,
                 "read ET of a TON, or a step's time",
             )));
         };
         let Object { frame, prefix, has_preset, .. } = self.objects[object].clone();
-        let preset = self.frames[frame].names.get(&limit.text).filter(|_| has_preset);
+        let preset = self.own(frame, &limit.id).filter(|_| has_preset);
         let Some(Binding::Value(Value { kind: Kind::Time(Time::Constant(ns)), .. })) = preset
         else {
             return Some(Err(self.report(
@@ -180,38 +121,36 @@ impl Elaborator<'_> {
             )));
         };
         let limit = *ns;
-        let part = |part: &Name| {
+        let part = |part: &Ident| {
             leaf(Name::new(format!("{prefix}.{part}"), field.span).into(), field.span)
         };
         let kind = Kind::Time(Time::Elapsed { running: Box::new(part(running)), limit });
         Some(Ok(Value { expr: part(&var.name), kind }))
     }
 
-    fn step_field(&mut self, step: &Name, field: &Name) -> Outcome<Access> {
+    fn step_field(&mut self, step: &Name, field: &Ident) -> Outcome<Binding> {
         let span = step.span.to(field.span);
         let part = |text: &str| Path { names: vec![step.clone(), Name::new(text, field.span)] };
-        match upper(&field.text).as_str() {
-            "X" => Ok(Access::Value(Value::bool(leaf(part("active"), span)))),
+        match field.id.as_str() {
+            "X" => Ok(Binding::Value(Value::bool(leaf(part("active"), span)))),
             "T" => {
-                let is_left = self.leaving.contains(&upper(&step.text));
+                let is_left = self.leaving.contains(&step.text);
                 // The time of a step that is certainly active needs no memory.
                 let path = part(if is_left { "t" } else { "T" });
-                Ok(Access::Value(Value { expr: leaf(path, span), kind: Kind::Time(Time::Running) }))
+                Ok(Binding::Value(Value {
+                    expr: leaf(path, span),
+                    kind: Kind::Time(Time::Running),
+                }))
             }
-            other => {
+            _ => {
                 let candidates = ["X".to_owned(), "T".to_owned()];
-                Err(self.unknown(
-                    "part of a step",
-                    other,
-                    field.span,
-                    &candidates,
-                    "a step has X (active) and T (time)",
-                ))
+                let help = "a step has X (active) and T (time)";
+                Err(self.unknown("part of a step", field, &candidates, help))
             }
         }
     }
 
-    fn element(&mut self, place: Place, indices: Vec<Value>, span: Span) -> Outcome<Access> {
+    fn element(&mut self, place: Place, indices: Vec<Value>, span: Span) -> Outcome<Binding> {
         let Ty::Array(bounds, element) = place.ty.clone() else {
             return Err(self.type_error("not an array", span));
         };
@@ -247,14 +186,14 @@ impl Elaborator<'_> {
             });
         }
         let index = index.map(|index| index.expr);
-        Ok(Access::Place(Place { index, ty: *element, ..place }))
+        Ok(Binding::Place(Place { index, ty: *element, ..place }))
     }
 
     /// The value of a resolved object.
-    pub(super) fn read(&mut self, access: Access, span: Span) -> Outcome<Value> {
+    pub(super) fn read(&mut self, access: Binding, span: Span) -> Outcome<Value> {
         match access {
-            Access::Value(value) => Ok(value),
-            Access::Place(place) => {
+            Binding::Value(value) => Ok(value),
+            Binding::Place(place) => {
                 let path = self.path(&place, span);
                 let values = if place.ty == Ty::Time { self.values_of(&place) } else { None };
                 let name = Leaf::Name(path);
@@ -273,10 +212,11 @@ impl Elaborator<'_> {
                     )),
                 }
             }
-            Access::Object(_) => {
+            Binding::Broken => Err(ErrorReported),
+            Binding::Object(_) => {
                 Err(self.type_error("expected a value, found a block or a structure", span))
             }
-            Access::Step(step) => Err(self.report(
+            Binding::Step(step) => Err(self.report(
                 Diagnostic::error(
                     codes::ST_TYPE,
                     format!("step `{step}` cannot be used as a value"),
@@ -289,18 +229,13 @@ impl Elaborator<'_> {
     }
 
     /// Resolves an address, which denotes an input or output without a name.
-    fn address(&mut self, address: &str, span: Span) -> Outcome<Access> {
-        let key = upper(address);
-        if let Some(binding) = self.lookup(self.globals, &key) {
-            return match binding {
-                Binding::Place(place) => Ok(Access::Place(place)),
-                Binding::Value(value) => Ok(Access::Value(value)),
-                Binding::Object(_) | Binding::Step(_) | Binding::Broken => Err(ErrorReported),
-            };
+    fn address(&mut self, address: &Ident) -> Outcome<Binding> {
+        if let Some(binding) = self.own(GLOBALS, &address.id) {
+            return binding.clone().declared();
         }
         Err(self.refused(
             &format!("the direct address `{address}`"),
-            span,
+            address.span,
             "declare a variable at this address, as in `m AT %IX0.0 : BOOL;`",
         ))
     }

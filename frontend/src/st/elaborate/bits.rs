@@ -13,7 +13,7 @@ use grafsynth_ir::chart::Expr;
 use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::expr::{CompareOp, ExprKind};
 
-use super::context::{Access, Elaborator, FrameId, MAX_NODES, Outcome};
+use super::context::{Binding, Elaborator, FrameId, MAX_NODES, Outcome};
 use super::types::Ty;
 use super::value::{Kind, Value, nodes};
 use crate::st::ast::{self, Op};
@@ -322,7 +322,7 @@ impl Elaborator<'_> {
         out: &mut grafsynth_ir::chart::Block,
     ) -> Outcome<()> {
         let place = self.place(frame, inner)?;
-        let present = self.read(Access::Place(place.clone()), inner.span)?;
+        let present = self.read(Binding::Place(place.clone()), inner.span)?;
         let set = self.fit(value, &Ty::Bool, "a bit")?.expr;
         let most = match range(&present) {
             Some((0, most)) if bit < bits(most) && most == full(bits(most)) => most,

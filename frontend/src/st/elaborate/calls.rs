@@ -6,15 +6,14 @@ use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
-use super::context::{
-    Access, Binding, Elaborator, FrameId, Object, ObjectKind, Outcome, bodies_of,
-};
+use super::context::{Binding, Elaborator, FrameId, Object, ObjectKind, Outcome, bodies_of};
 use super::prelude;
 use super::types::Ty;
-use super::usage::upper;
-use super::value::{Kind, Time, Value, mentions};
+use super::usage::Params;
+use super::value::{Kind, Time, Value, mentions, reads_only};
 use crate::codes;
 use crate::st::ast::{self, Arg, Body, Section};
+use crate::st::symbol::Ident;
 
 impl Elaborator<'_> {
     pub(super) fn call(
@@ -26,7 +25,7 @@ impl Elaborator<'_> {
         out: &mut Block,
     ) -> Outcome<()> {
         if let ast::ExprKind::Name(name) = &target.kind
-            && self.lookup(frame, &name.text).is_none()
+            && self.lookup(frame, &name.id).is_none()
         {
             return self.call_by_name(frame, name, arguments, span, out);
         }
@@ -35,7 +34,7 @@ impl Elaborator<'_> {
         {
             return done;
         }
-        let Access::Object(object) = self.access(frame, target)? else {
+        let Binding::Object(object) = self.access(frame, target)? else {
             return Err(self.report(
                 Diagnostic::error(codes::ST_CALL, "not a function block")
                     .at(target.span, "called here")
@@ -50,28 +49,18 @@ impl Elaborator<'_> {
             ));
         };
         let arguments = self.named_arguments(index, arguments, span)?;
-        let enable = arguments
-            .iter()
-            .find(|one| {
-                !one.is_output && one.name.as_ref().is_some_and(|name| upper(&name.text) == "EN")
-            })
-            .map(|one| self.condition(frame, &one.value));
-        let enable = enable.transpose()?;
+        let enable = arguments.iter().find(|one| !one.is_output && one.is_for("EN"));
+        let enable = enable.map(|one| self.condition(frame, &one.value)).transpose()?;
         let mut list = Block::new();
-        self.check_arguments(index, &arguments)?;
         self.call_block(frame, object, index, &arguments, span, &mut list)?;
         for argument in arguments.iter().filter(|one| one.is_output) {
-            let Some(name) = &argument.name else { continue };
-            if upper(&name.text) == "ENO" {
+            if argument.is_for("ENO") {
                 let value = enable.clone().unwrap_or_else(|| Expr::bool(true));
                 let place = self.place(frame, &argument.value)?;
                 self.assign(&place, Value::bool(value), span, out)?;
-                continue;
+            } else {
+                self.pass_output(frame, object, argument, &mut list)?;
             }
-            let value = self.output_of(object, name)?;
-            let value = if argument.is_negated { Value::bool(value.expr.not()) } else { value };
-            let place = self.place(frame, &argument.value)?;
-            self.assign(&place, value, argument.value.span, &mut list)?;
         }
         match enable {
             Some(condition) => {
@@ -83,34 +72,47 @@ impl Elaborator<'_> {
         Ok(())
     }
 
+    /// Assigns an output of an instance to the variable that a call gives for it.
+    pub(super) fn pass_output(
+        &mut self,
+        frame: FrameId,
+        object: usize,
+        argument: &Arg,
+        out: &mut Block,
+    ) -> Outcome<()> {
+        let Some(name) = &argument.name else { return Ok(()) };
+        let output = self.field(object, name)?;
+        let value = self.read(output, name.span)?;
+        let value = if argument.is_negated { Value::bool(value.expr.not()) } else { value };
+        let place = self.place(frame, &argument.value)?;
+        self.assign(&place, value, argument.value.span, out)
+    }
+
     /// Expands `instance.action();`: runs a list of the instance's block on its variables. Returns `None` if the block has no such action.
     fn call_action_of(
         &mut self,
         frame: FrameId,
         instance: &ast::Expr,
-        name: &Name,
+        name: &Ident,
         arguments: &[Arg],
         span: Span,
         out: &mut Block,
     ) -> Option<Outcome<()>> {
-        let key = upper(&name.text);
-        let root = instance.root()?;
-        let Some(Binding::Object(_)) = self.lookup(frame, &root.text) else { return None };
-        let Ok(Access::Object(object)) = self.access(frame, instance) else { return None };
+        self.object(frame, &instance.root()?.id)?;
+        let Ok(Binding::Object(object)) = self.access(frame, instance) else { return None };
         let ObjectKind::Block(index) = self.objects[object].kind else { return None };
         let pou = self.unit(index);
-        let in_chart = match &pou.body {
-            Body::Sfc(chart) => chart.actions.as_slice(),
-            Body::Statements(_) => &[],
-        };
-        if in_chart.iter().any(|one| upper(&one.name.text) == key) {
+        let is_called = |one: &&ast::Action| one.name.id == name.id;
+        if let Body::Sfc(chart) = &pou.body
+            && chart.actions.iter().any(|one| is_called(&one))
+        {
             return Some(Err(self.refused(
                 &format!("a call of `{name}`, an action of a function block with a chart"),
                 span,
                 "make the block the design, or make it a program that runs in parallel",
             )));
         }
-        let action = pou.actions.iter().find(|one| upper(&one.name.text) == key)?;
+        let action = pou.actions.iter().find(is_called)?;
         if !arguments.is_empty() {
             return Some(Err(self.refused(
                 &format!("a call of the action `{name}` with arguments"),
@@ -120,7 +122,7 @@ impl Elaborator<'_> {
         }
         let inside = self.objects[object].frame;
         let outside = std::mem::replace(&mut self.bodies, bodies_of(&pou.actions));
-        let done = self.call_body(inside, &key, name, &action.body, span, out);
+        let done = self.call_body(inside, Some(name), name, &action.body, span, out);
         self.bodies = outside;
         Some(done)
     }
@@ -129,14 +131,14 @@ impl Elaborator<'_> {
     fn call_body(
         &mut self,
         frame: FrameId,
-        key: &str,
-        name: &Name,
+        action: Option<&Ident>,
+        name: &Ident,
         list: &[ast::Stmt],
         span: Span,
         out: &mut Block,
     ) -> Outcome<()> {
         // Expanding a body that calls itself would never end.
-        let key = (frame, key.to_owned());
+        let key = (frame, action.map(|one| one.id.clone()));
         if self.open_bodies.contains(&key) {
             return Err(self.report(
                 Diagnostic::error(codes::ST_CALL, format!("{name} calls itself"))
@@ -155,22 +157,21 @@ impl Elaborator<'_> {
     fn call_by_name(
         &mut self,
         frame: FrameId,
-        name: &Name,
+        name: &Ident,
         arguments: &[Arg],
         span: Span,
         out: &mut Block,
     ) -> Outcome<()> {
-        let key = upper(&name.text);
-        if let Some(list) = self.bodies.get(&key).cloned()
+        if let Some(list) = self.bodies.get(&name.id).copied()
             && arguments.is_empty()
         {
-            return self.call_body(frame, &key, name, &list, span, out);
+            return self.call_body(frame, Some(name), name, list, span, out);
         }
-        if self.functions.contains_key(&key) {
+        if self.functions.contains_key(&name.id) {
             // The value is not used, but its arguments must still be checked.
             return self.call_function(frame, name, arguments, span).map(|_| ());
         }
-        if self.library.pous.iter().any(|pou| upper(&pou.name.text) == key) {
+        if self.library.pous.iter().any(|pou| pou.name.id == name.id) {
             return Err(self.refused(
                 &format!("a call of the program `{name}`"),
                 span,
@@ -178,16 +179,10 @@ impl Elaborator<'_> {
             ));
         }
         let candidates = self.candidates(frame);
-        Err(self.unknown(
-            "function block",
-            &name.text,
-            name.span,
-            &candidates,
-            "declare an instance of it",
-        ))
+        Err(self.unknown("function block", name, &candidates, "declare an instance of it"))
     }
 
-    /// Labels every argument, positional or named, with the main name of its parameter.
+    /// Labels every argument, positional or named, with the main name of its parameter, and checks that there is one.
     pub(super) fn named_arguments(
         &mut self,
         index: usize,
@@ -214,66 +209,43 @@ impl Elaborator<'_> {
             ));
         }
         let mut named = Vec::new();
+        let mut failed = Ok(());
         for (place, argument) in arguments.iter().enumerate() {
             let mut argument = argument.clone();
-            match &mut argument.name {
+            let (main, span) = match &argument.name {
                 None => {
                     argument.is_output = params[place].section == Section::Output;
-                    argument.name = Some(Name::new(&params[place].name, argument.value.span));
+                    (params.get(place), argument.value.span)
                 }
-                Some(name) => {
-                    let key = upper(&name.text);
-                    if let Some(main) = params.iter().find(|one| one.second == Some(&key)) {
-                        name.text.clone_from(&main.name);
-                    }
-                }
+                Some(name) => (params.iter().find(|one| one.second == Some(&name.id)), name.span),
+            };
+            if let Some(main) = main {
+                argument.name = Some(Ident::new(main.id.as_str(), span));
             }
+            failed = failed.and(self.check_argument(&argument, &params));
             named.push(argument);
         }
-        Ok(named)
+        failed.map(|()| named)
     }
 
-    /// Checks that every argument names a parameter.
-    pub(super) fn check_arguments(&mut self, index: usize, arguments: &[Arg]) -> Outcome<()> {
-        let params = self.parameters(index);
-        let mut failed = Ok(());
-        for argument in arguments {
-            let Some(name) = &argument.name else { continue };
-            let key = upper(&name.text);
-            let wanted = if argument.is_output { Section::Output } else { Section::Input };
-            let known: Vec<String> = params
-                .iter()
-                .filter(|one| one.section == wanted || one.section == Section::InOut)
-                .map(|one| one.name.clone())
-                .collect();
-            if !known.contains(&key) && !matches!(key.as_str(), "EN" | "ENO") {
-                let what =
-                    if argument.is_output { "output of the block" } else { "input of the block" };
-                let help = match params.iter().find(|one| one.is(&key)) {
-                    None => "the block has no such parameter".to_owned(),
-                    Some(_) if argument.is_output => {
-                        format!("it is an input: write `{name} := value`")
-                    }
-                    Some(_) => format!("it is an output: write `{name} => variable`"),
-                };
-                failed = Err(self.unknown(what, &name.text, name.span, &known, &help));
-            }
+    /// Reports an argument that names no parameter of its direction.
+    fn check_argument(&mut self, argument: &Arg, params: &Params) -> Outcome<()> {
+        let Some(name) = &argument.name else { return Ok(()) };
+        let (wanted, what) = match argument.is_output {
+            true => (Section::Output, "output of the block"),
+            false => (Section::Input, "input of the block"),
+        };
+        let known = params.iter().filter(|one| [wanted, Section::InOut].contains(&one.section));
+        let known: Vec<String> = known.map(|one| one.id.to_string()).collect();
+        if known.iter().any(|one| name.id == **one) || matches!(name.id.as_str(), "EN" | "ENO") {
+            return Ok(());
         }
-        failed
-    }
-
-    pub(super) fn output_of(&mut self, object: usize, name: &Name) -> Outcome<Value> {
-        let frame = self.objects[object].frame;
-        if let Some(value) = self.elapsed(object, name) {
-            return value;
-        }
-        match self.frames[frame].names.get(&upper(&name.text)).cloned() {
-            Some(Binding::Place(place)) => self.read(Access::Place(place), name.span),
-            Some(Binding::Value(value)) => Ok(value),
-            Some(Binding::Object(_) | Binding::Step(_) | Binding::Broken) | None => {
-                Err(ErrorReported)
-            }
-        }
+        let help = match params.iter().find(|one| one.is(&name.id)) {
+            None => "the block has no such parameter".to_owned(),
+            Some(_) if argument.is_output => format!("it is an input: write `{name} := value`"),
+            Some(_) => format!("it is an output: write `{name} => variable`"),
+        };
+        Err(self.unknown(what, name, &known, &help))
     }
 
     /// Expands a call of a function block: inserts its body with the variables of the instance.
@@ -322,17 +294,15 @@ impl Elaborator<'_> {
         }
         let bodies = std::mem::replace(&mut self.bodies, bodies_of(&pou.actions));
         let site = std::mem::replace(&mut self.call_site, is_standard.then_some(span));
-        let done = self.call_body(inside, "", &pou.name, body, span, out);
+        let done = self.call_body(inside, None, &pou.name, body, span, out);
         (self.bodies, self.call_site) = (bodies, site);
         if is_standard {
             // Only the statements of this call read its arguments; PT of a timer stays known.
-            let inputs = pou.vars.iter().filter(|var| var.section == Section::Input);
-            for var in inputs {
-                let names = &mut self.frames[inside].names;
+            for var in pou.vars.iter().filter(|var| var.section == Section::Input) {
                 if let Some(Binding::Value(Value { kind: Kind::Bool | Kind::Int(..), .. })) =
-                    names.get(&var.name.text)
+                    self.own(inside, &var.name.id)
                 {
-                    names.remove(&var.name.text);
+                    self.frames[inside].names.remove(&var.name.id);
                 }
             }
         }
@@ -341,10 +311,10 @@ impl Elaborator<'_> {
 
     /// Binds an input of a standard block if the input has no variable and the call has no argument for it.
     fn omitted(&mut self, inside: FrameId, var: &ast::Var, span: Span) -> Outcome<()> {
-        if !self.frames[inside].names.contains_key(&var.name.text) {
+        if self.own(inside, &var.name.id).is_none() {
             let ty = self.ty(inside, &var.ty);
             let value = Binding::Value(self.zero_value(&ty, span)?);
-            self.frames[inside].names.insert(var.name.text.clone(), value);
+            self.bind(inside, &var.name.id, value);
         }
         Ok(())
     }
@@ -366,7 +336,7 @@ impl Elaborator<'_> {
     }
 
     /// The value of an argument for an input.
-    fn input(
+    pub(super) fn input(
         &mut self,
         frame: FrameId,
         object: usize,
@@ -387,16 +357,10 @@ impl Elaborator<'_> {
         argument: Option<&Arg>,
         span: Span,
     ) -> Outcome<()> {
-        let key = upper(&var.name.text);
         if let Some(argument) = argument {
-            let binding = match self.access(frame, &argument.value)? {
-                Access::Place(place) => Binding::Place(place),
-                Access::Object(object) => Binding::Object(object),
-                Access::Value(value) => Binding::Value(value),
-                Access::Step(step) => Binding::Step(step),
-            };
-            self.frames[inside].names.insert(key, binding);
-        } else if !self.frames[inside].names.contains_key(&key) {
+            let binding = self.access(frame, &argument.value)?;
+            self.bind(inside, &var.name.id, binding);
+        } else if self.own(inside, &var.name.id).is_none() {
             return Err(self.report(
                 Diagnostic::error(
                     codes::ST_CALL,
@@ -420,8 +384,7 @@ impl Elaborator<'_> {
         out: &mut Block,
     ) -> Outcome<()> {
         let Object { frame: inside, prefix, .. } = self.objects[object].clone();
-        let key = upper(&var.name.text);
-        match self.frames[inside].names.get(&key).cloned() {
+        match self.own(inside, &var.name.id).cloned() {
             Some(Binding::Place(place)) => return self.assign(&place, value, span, out),
             Some(Binding::Value(_)) | None => {}
             Some(Binding::Object(_) | Binding::Step(_) | Binding::Broken) => {
@@ -438,10 +401,10 @@ impl Elaborator<'_> {
             let declared = if is_standard { span } else { var.name.span };
             let name = Name::new(format!("{prefix}.{}", var.name), declared);
             let place = self.new_var(name, ty, Vec::new(), Meta::default());
-            self.frames[inside].names.insert(key, Binding::Place(place.clone()));
+            self.bind(inside, &var.name.id, Binding::Place(place.clone()));
             return self.assign(&place, value, span, out);
         }
-        self.frames[inside].names.insert(key, Binding::Value(value));
+        self.bind(inside, &var.name.id, Binding::Value(value));
         Ok(())
     }
 
@@ -483,7 +446,7 @@ impl Elaborator<'_> {
         span: Span,
         out: &mut Block,
     ) -> Outcome<()> {
-        let binding = self.frames[inside].names.get(&upper(&var.name.text)).cloned();
+        let binding = self.own(inside, &var.name.id).cloned();
         let Some(Binding::Place(place)) = binding else { return Ok(()) };
         match place.ty.simple().filter(|_| place.index.is_none()) {
             Some(Type::Bool) => self.assign(&place, Value::constant(false, span), span, out),
@@ -496,26 +459,17 @@ impl Elaborator<'_> {
 
     /// Whether a value cannot change within a scan: constants, inputs, steps.
     fn is_steady(&self, value: &Value) -> bool {
-        let mut steady = true;
-        for leaf in value.expr.leaves() {
-            if let grafsynth_ir::chart::Leaf::Name(path) = leaf {
-                let first = path.names.first().map(|name| upper(&name.text)).unwrap_or_default();
-                steady &= path.names.len() > 1
-                    && path
-                        .names
-                        .last()
-                        .is_some_and(|last| matches!(last.text.as_str(), "active" | "t" | "T"))
-                    || self.inputs.contains(&first);
-            }
-        }
-        steady
+        let is_step = |last: &Name| matches!(last.text.as_str(), "active" | "t" | "T");
+        reads_only(value, |names| {
+            names.len() > 1 && names.last().is_some_and(is_step)
+                || names.first().is_some_and(|name| self.inputs.contains(&name.text))
+        })
     }
 }
 
 /// The argument that a call gives for an input or in-out parameter.
-fn argument<'c>(arguments: &'c [Arg], var: &ast::Var) -> Option<&'c Arg> {
-    arguments.iter().find(|one| {
-        (!one.is_output || var.section == Section::InOut)
-            && one.name.as_ref().is_some_and(|name| upper(&name.text) == upper(&var.name.text))
-    })
+pub(super) fn argument<'c>(arguments: &'c [Arg], var: &ast::Var) -> Option<&'c Arg> {
+    arguments
+        .iter()
+        .find(|one| (!one.is_output || var.section == Section::InOut) && one.is_for(&var.name.id))
 }

@@ -16,11 +16,13 @@ use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
+use super::calls::argument;
 use super::context::{Binding, Elaborator, FrameId, ObjectKind, Outcome, bodies_of};
 use super::jump_elimination::{self, Leaves};
-use super::usage::{Usage, upper};
-use super::value::Value;
+use super::usage::Usage;
+use super::value::{Value, reads_only};
 use crate::st::ast::{self, Arg, Body, Pou, Section, StmtKind};
+use crate::st::symbol::Symbol;
 
 /// The parts of a program without a chart.
 struct Pieces {
@@ -110,7 +112,7 @@ impl<'a> Elaborator<'a> {
     fn calls_chart(&self, frame: FrameId, stmt: &ast::Stmt) -> Option<(usize, usize)> {
         let StmtKind::Call { target, .. } = &stmt.kind else { return None };
         let ast::ExprKind::Name(name) = &target.kind else { return None };
-        let Some(Binding::Object(object)) = self.lookup(frame, &name.text) else { return None };
+        let object = self.object(frame, &name.id)?;
         let ObjectKind::Block(index) = self.objects[object].kind else { return None };
         matches!(self.unit(index).body, Body::Sfc(_)).then_some((object, index))
     }
@@ -127,17 +129,18 @@ impl<'a> Elaborator<'a> {
         let pou = self.unit(index);
         let Body::Sfc(chart) = &pou.body else { return Err(ErrorReported) };
         let arguments = self.named_arguments(index, arguments, span)?;
-        self.check_arguments(index, &arguments)?;
+        if let Some(enable) = arguments.iter().find(|one| one.is_for("EN") || one.is_for("ENO")) {
+            return Err(self.refused(
+                &format!("EN or ENO in a call of `{}`, a block with a chart", pou.name),
+                enable.value.span,
+                "a chart runs in every scan: give it an input that its transitions test",
+            ));
+        }
         let prefix = self.objects[object].prefix.clone();
         self.check_chart(pou, &prefix, usage, span)?;
         let inside = self.objects[object].frame;
         for var in &pou.vars {
-            let key = upper(&var.name.text);
-            let given = arguments.iter().find(|one| {
-                one.name.as_ref().is_some_and(|name| upper(&name.text) == key)
-                    && (!one.is_output || var.section == Section::InOut)
-            });
-            let Some(argument) = given else { continue };
+            let Some(argument) = argument(&arguments, var) else { continue };
             if var.section == Section::InOut {
                 return Err(self.refused(
                     "in-out parameters of blocks with charts",
@@ -145,11 +148,8 @@ impl<'a> Elaborator<'a> {
                     "use inputs and outputs",
                 ));
             }
-            let value = self.value(frame, &argument.value)?;
-            let ty = self.ty(inside, &var.ty);
-            let value = self.fit(value, &ty, &var.name.text)?;
-            let is_bound =
-                matches!(self.frames[inside].names.get(&key), None | Some(Binding::Value(_)));
+            let (_, value) = self.input(frame, object, var, argument)?;
+            let is_bound = matches!(self.own(inside, &var.name.id), None | Some(Binding::Value(_)));
             if !is_bound || !self.is_input(&value) {
                 return Err(self.refused(
                     &format!("`{}` of `{prefix}` as an expression that changes within a scan", var.name),
@@ -157,7 +157,7 @@ impl<'a> Elaborator<'a> {
                     "the chart runs at the beginning of the scan: pass only inputs of the program and constants",
                 ));
             }
-            self.frames[inside].names.insert(key, Binding::Value(value));
+            self.bind(inside, &var.name.id, Binding::Value(value));
         }
         let outside = std::mem::take(&mut self.bodies);
         let before = std::mem::replace(&mut self.prefix, format!("{prefix}."));
@@ -165,11 +165,7 @@ impl<'a> Elaborator<'a> {
         (self.bodies, self.prefix) = (outside, before);
         pieces.items.extend(items);
         for argument in arguments.iter().filter(|one| one.is_output) {
-            let Some(name) = &argument.name else { continue };
-            let value = self.output_of(object, name)?;
-            let value = if argument.is_negated { Value::bool(value.expr.not()) } else { value };
-            let place = self.place(frame, &argument.value)?;
-            self.assign(&place, value, argument.value.span, &mut pieces.open)?;
+            self.pass_output(frame, object, argument, &mut pieces.open)?;
         }
         Ok(())
     }
@@ -183,7 +179,7 @@ impl<'a> Elaborator<'a> {
                 "make the block the design, or move the settings to the program",
             ));
         }
-        if usage.assigned.contains(&upper(prefix)) {
+        if usage.assigned.contains(&Symbol::of(prefix)) {
             return Err(self.refused(
                 &format!("assignments to variables of `{prefix}`, a block with a chart"),
                 span,
@@ -191,12 +187,9 @@ impl<'a> Elaborator<'a> {
             ));
         }
         let inner = self.usage(pou);
-        let is_own = |name: &str| {
-            let mut vars = pou.vars.iter().filter(|var| var.section != Section::External);
-            vars.any(|var| upper(&var.name.text) == name)
-        };
-        let shared = self.library.globals.iter().map(|var| upper(&var.name.text)).find(|name| {
-            !is_own(name) && inner.read.contains(name) && usage.assigned.contains(name)
+        let own = pou.own_names();
+        let shared = self.library.globals.iter().map(|var| &var.name.id).find(|name| {
+            !own.contains(name) && inner.read.contains(*name) && usage.assigned.contains(*name)
         });
         if let Some(shared) = shared {
             return Err(self.refused(
@@ -213,16 +206,6 @@ impl<'a> Elaborator<'a> {
 
     /// Whether a value contains only inputs and constants, so that it does not change within a scan.
     fn is_input(&self, value: &Value) -> bool {
-        let mut is_input = true;
-        for leaf in value.expr.leaves() {
-            if let grafsynth_ir::chart::Leaf::Name(path) = leaf {
-                let [name] = path.names.as_slice() else {
-                    is_input = false;
-                    continue;
-                };
-                is_input &= self.inputs.contains(&upper(&name.text));
-            }
-        }
-        is_input
+        reads_only(value, |names| names.len() == 1 && self.inputs.contains(&names[0].text))
     }
 }

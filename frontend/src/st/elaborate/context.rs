@@ -10,10 +10,11 @@ use grafsynth_ir::{Name, Span};
 
 use super::prelude;
 use super::types::{Ty, length};
-use super::usage::{Parameter, Params, upper};
+use super::usage::{Parameter, Params};
 use super::value::Value;
 use crate::codes;
 use crate::st::ast::{Action, Flag, Library, Pou, PouKind, Refusal, Section, Stmt, TypeDef, Var};
+use crate::st::symbol::{Ident, Symbol};
 
 /// Maximum number of statements and expressions after expansion of all units.
 pub(super) const BUDGET: usize = 500_000;
@@ -24,20 +25,23 @@ pub(super) const MAX_NODES: usize = 4_000;
 pub(super) const MAX_CALLS: usize = 32;
 
 pub(super) type Outcome<T> = Result<T, ErrorReported>;
+
 pub(super) type FrameId = usize;
 
-/// The names of one unit or instance, in capitals.
+/// The frame of the global variables.
+pub(super) const GLOBALS: FrameId = 0;
+
+/// The names of one unit or instance.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Frame {
-    pub(super) names: BTreeMap<String, Binding>,
+    pub(super) names: BTreeMap<Symbol, Binding>,
     /// The flags of the jumps that are being eliminated.
     pub(super) flags: BTreeMap<Flag, Binding>,
     /// The chart variables that store flags, by flag and by offset of the statement.
     pub(super) jumps: BTreeMap<(Flag, u32), Place>,
-    pub(super) parent: Option<FrameId>,
 }
 
-/// The meaning of a name.
+/// The object that a name or an expression refers to.
 #[derive(Debug, Clone)]
 pub(super) enum Binding {
     /// A constant, or the current value of a variable in a function.
@@ -49,13 +53,11 @@ pub(super) enum Binding {
     Broken,
 }
 
-/// The object that an expression refers to.
-#[derive(Debug, Clone)]
-pub(super) enum Access {
-    Value(Value),
-    Place(Place),
-    Object(usize),
-    Step(Name),
+impl Binding {
+    /// The object, unless its declaration was refused.
+    pub(super) fn declared(self) -> Outcome<Binding> {
+        if matches!(self, Binding::Broken) { Err(ErrorReported) } else { Ok(self) }
+    }
 }
 
 /// A variable of a chart, or one of its elements.
@@ -91,48 +93,47 @@ pub(super) struct Elaborator<'a> {
     pub(super) library: &'a Library,
     /// The units of the library, then the standard function blocks.
     units: Vec<&'a Pou>,
-    pub(super) types: BTreeMap<String, &'a TypeDef>,
+    pub(super) types: BTreeMap<Symbol, &'a TypeDef>,
     /// Function blocks and functions by name, as indices in the library.
-    pub(super) blocks: BTreeMap<String, usize>,
-    pub(super) functions: BTreeMap<String, usize>,
-    pub(super) enumerated: BTreeMap<String, i64>,
+    pub(super) blocks: BTreeMap<Symbol, usize>,
+    pub(super) functions: BTreeMap<Symbol, usize>,
+    pub(super) enumerated: BTreeMap<Symbol, i64>,
     pub(super) found: Vec<Diagnostic>,
     pub(super) frames: Vec<Frame>,
-    pub(super) globals: FrameId,
     pub(super) objects: Vec<Object>,
     /// Items of the current chart.
     pub(super) items: Vec<Item>,
     pub(super) chart: usize,
     pub(super) chart_names: Vec<Name>,
-    /// Names of the current chart in capitals.
-    pub(super) taken: BTreeSet<String>,
-    /// Inputs of the current chart.
+    /// Names of the current chart.
+    pub(super) taken: BTreeSet<Symbol>,
+    /// Inputs of the current chart, by their names in it.
     pub(super) inputs: BTreeSet<String>,
     /// Booleans that are used only as actions, with their names in the chart.
-    pub(super) flags: BTreeMap<String, String>,
+    pub(super) flags: BTreeMap<Symbol, String>,
     /// Bodies of actions that statements may call.
-    pub(super) bodies: BTreeMap<String, Vec<Stmt>>,
-    /// Bodies that are being expanded: the frame of their variables, and the name in capitals; `None` for the unit's own.
-    pub(super) open_bodies: Vec<(FrameId, String)>,
+    pub(super) bodies: BTreeMap<&'a Symbol, &'a [Stmt]>,
+    /// Bodies that are being expanded: the frame of their variables, and the name of the action; `None` for the unit's own.
+    pub(super) open_bodies: Vec<(FrameId, Option<Symbol>)>,
     /// Prefix for the names of steps, transitions and actions: the instance whose chart is being expanded.
     pub(super) prefix: String,
     /// Whether the current unit is a program without a chart, which may call blocks with charts.
     pub(super) may_call_charts: bool,
-    /// Steps that the current transition leaves.
+    /// Steps that the current transition leaves, by their names in the chart.
     pub(super) leaving: BTreeSet<String>,
     /// The call of a standard block that is being expanded.
     pub(super) call_site: Option<Span>,
     /// Functions that are being evaluated.
     pub(super) calls: Vec<usize>,
-    pub(super) narrowed: BTreeSet<String>,
-    /// Possible values, in nanoseconds, of TIME variables that are assigned only constants; by chart and name in capitals.
+    pub(super) narrowed: BTreeSet<Symbol>,
+    /// Possible values, in nanoseconds, of TIME variables that are assigned only constants; by chart and name in it.
     pub(super) time_values: BTreeMap<(usize, String), BTreeSet<i64>>,
     pub(super) spent: usize,
 }
 
-/// The callable bodies of a unit, by name in capitals.
-pub(super) fn bodies_of(actions: &[Action]) -> BTreeMap<String, Vec<Stmt>> {
-    actions.iter().map(|action| (upper(&action.name.text), action.body.clone())).collect()
+/// The callable bodies of a unit.
+pub(super) fn bodies_of(actions: &[Action]) -> BTreeMap<&Symbol, &[Stmt]> {
+    actions.iter().map(|action| (&action.name.id, action.body.as_slice())).collect()
 }
 
 impl<'a> Elaborator<'a> {
@@ -146,7 +147,6 @@ impl<'a> Elaborator<'a> {
             enumerated: BTreeMap::new(),
             found: Vec::new(),
             frames: vec![Frame::default()],
-            globals: 0,
             objects: Vec::new(),
             items: Vec::new(),
             chart: 0,
@@ -166,25 +166,25 @@ impl<'a> Elaborator<'a> {
             spent: 0,
         };
         for def in &library.types {
-            if elaborator.types.insert(upper(&def.name.text), def).is_some() {
+            if elaborator.types.insert(def.name.id.clone(), def).is_some() {
                 elaborator.declared_twice(&def.name);
             }
         }
         let mut seen = BTreeSet::new();
         for (index, pou) in library.pous.iter().enumerate() {
-            let key = upper(&pou.name.text);
+            let key = &pou.name.id;
             if !seen.insert(key.clone()) {
                 elaborator.declared_twice(&pou.name);
                 continue;
             }
             match pou.kind {
-                PouKind::FunctionBlock => elaborator.blocks.insert(key, index),
-                PouKind::Function(_) => elaborator.functions.insert(key, index),
+                PouKind::FunctionBlock => elaborator.blocks.insert(key.clone(), index),
+                PouKind::Function(_) => elaborator.functions.insert(key.clone(), index),
                 PouKind::Program => None,
             };
         }
         for (index, pou) in elaborator.units.iter().enumerate().skip(library.pous.len()) {
-            elaborator.blocks.insert(pou.name.text.clone(), index);
+            elaborator.blocks.entry(pou.name.id.clone()).or_insert(index);
         }
         elaborator
     }
@@ -206,10 +206,10 @@ impl<'a> Elaborator<'a> {
     /// The parameters of a block in the order of a positional call.
     pub(super) fn parameters(&self, index: usize) -> Params {
         let parameter = |var: &Var| {
-            let name = upper(&var.name.text);
-            let second = self.is_standard(index).then(|| prelude::second_name(&name)).flatten();
+            let id = var.name.id.clone();
+            let second = self.is_standard(index).then(|| prelude::second_name(&id)).flatten();
             matches!(var.section, Section::Input | Section::Output | Section::InOut)
-                .then_some(Parameter { name, second, section: var.section })
+                .then_some(Parameter { id, second, section: var.section })
         };
         self.unit(index).vars.iter().filter_map(parameter).collect()
     }
@@ -232,7 +232,7 @@ impl<'a> Elaborator<'a> {
         self.report(Refusal::unsupported(what, span, help).diagnostic())
     }
 
-    pub(super) fn declared_twice(&mut self, name: &Name) {
+    pub(super) fn declared_twice(&mut self, name: &Ident) {
         self.report(
             Diagnostic::error(codes::ST_DUPLICATE, format!("`{name}` is declared twice"))
                 .at(name.span, "again here")
@@ -243,23 +243,22 @@ impl<'a> Elaborator<'a> {
     pub(super) fn unknown(
         &mut self,
         what: &str,
-        name: &str,
-        span: Span,
+        name: &Ident,
         candidates: &[String],
         help: &str,
     ) -> ErrorReported {
         // Its declaration has an error, which the parser reported.
-        if self.library.lost.contains(&upper(name)) {
+        if self.library.lost.contains(&name.id) {
             return ErrorReported;
         }
         let finding = Diagnostic::error(codes::ST_UNKNOWN_NAME, format!("unknown {what} `{name}`"))
-            .at(span, "not declared");
+            .at(name.span, "not declared");
         // A file with thousands of unknown names has no simple typing errors, so the search for similar names stops.
         let near = (self.found.len() < 200)
-            .then(|| nearest(&upper(name), candidates.iter().map(String::as_str)))
+            .then(|| nearest(&name.id, candidates.iter().map(String::as_str)))
             .flatten();
         self.report(match near {
-            Some(near) => finding.help(format!("did you mean `{near}`?")).fix(span, near),
+            Some(near) => finding.help(format!("did you mean `{near}`?")).fix(name.span, near),
             None => finding.help(help),
         })
     }
@@ -287,32 +286,7 @@ impl<'a> Elaborator<'a> {
         )
     }
 
-    // Names
-
-    pub(super) fn new_frame(&mut self, parent: Option<FrameId>) -> FrameId {
-        self.frames.push(Frame { parent, ..Frame::default() });
-        self.frames.len() - 1
-    }
-
-    pub(super) fn lookup(&self, frame: FrameId, name: &str) -> Option<Binding> {
-        let key = upper(name);
-        let mut next = Some(frame);
-        while let Some(frame) = next {
-            if let Some(binding) = self.frames[frame].names.get(&key) {
-                return Some(binding.clone());
-            }
-            next = self.frames[frame].parent;
-        }
-        None
-    }
-
-    pub(super) fn candidates(&self, frame: FrameId) -> Vec<String> {
-        let mut all: Vec<String> = self.frames[frame].names.keys().cloned().collect();
-        if let Some(parent) = self.frames[frame].parent {
-            all.extend(self.frames[parent].names.keys().cloned());
-        }
-        all
-    }
+    // Names in the chart
 
     /// The path to a variable, relative to the current chart.
     pub(super) fn path(&self, place: &Place, span: Span) -> Path {
@@ -328,25 +302,25 @@ impl<'a> Elaborator<'a> {
     pub(super) fn free_name(&mut self, base: &str) -> String {
         let mut name = base.to_owned();
         let mut n = 2;
-        while !self.taken.insert(upper(&name)) {
+        while !self.taken.insert(Symbol::of(&name)) {
             name = format!("{base}_{n}");
             n += 1;
         }
         name
     }
 
-    /// Declares a variable of the chart, which `frame` knows as `key`.
+    /// Declares a variable of the chart, which `frame` knows as `id`.
     pub(super) fn declare_var(
         &mut self,
         frame: FrameId,
-        key: &str,
+        id: &Symbol,
         name: Name,
         ty: &Ty,
         init: Vec<Expr>,
         meta: Meta,
     ) {
         let place = self.new_var(name, ty, init, meta);
-        self.frames[frame].names.insert(key.to_owned(), Binding::Place(place));
+        self.bind(frame, id, Binding::Place(place));
     }
 
     /// Declares a variable of the chart.

@@ -6,20 +6,19 @@ use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::Meta;
 
-use super::context::{Binding, Elaborator, FrameId, Object, ObjectKind, Place};
+use super::context::{Binding, Elaborator, FrameId, GLOBALS, Object, ObjectKind, Place};
 use super::prelude;
 use super::types::Ty;
-use super::usage::{Usage, upper};
+use super::usage::Usage;
 use super::value::{Kind, Time, Value, leaf};
 use crate::codes;
 use crate::st::ast::{self, Body, Section, Var};
+use crate::st::symbol::{Ident, Symbol};
 
 /// The comment of a declaration, after its address.
 fn label_of(var: &Var) -> String {
     match &var.address {
-        Some(address) => {
-            format!("{} {}", address.text.to_ascii_uppercase(), var.label).trim_end().to_owned()
-        }
+        Some(address) => format!("{} {}", address.id, var.label).trim_end().to_owned(),
         None => var.label.clone(),
     }
 }
@@ -27,9 +26,9 @@ fn label_of(var: &Var) -> String {
 impl<'a> Elaborator<'a> {
     /// Declares a variable of a chart (`is_top`) or of the instance with this frame.
     pub(super) fn declare(&mut self, frame: FrameId, var: &'a Var, usage: &Usage, is_top: bool) {
-        let key = upper(&var.name.text);
+        let key = &var.name.id;
         if var.section == Section::External {
-            if self.lookup(self.globals, &key).is_some() {
+            if self.own(GLOBALS, key).is_some() {
                 return;
             }
             self.report(
@@ -42,13 +41,13 @@ impl<'a> Elaborator<'a> {
             );
         }
         let ty = self.ty(frame, &var.ty);
-        let name = var.name.clone();
+        let name = var.name.name();
         let binding = match &ty {
             Ty::Broken => Some(Binding::Broken),
             Ty::Time => Some(self.declare_time(frame, var, &name, usage, is_top)),
             Ty::Block(_) | Ty::Struct(_) => {
                 let init = self.fields_of(var);
-                let within = Within { outer: frame, usage, key: &key, init: &init, depth: 0 };
+                let within = Within { outer: frame, usage, key, init: &init, depth: 0 };
                 let object = self.instance(&ty, &name, &within);
                 Some(object.map_or(Binding::Broken, Binding::Object))
             }
@@ -62,7 +61,7 @@ impl<'a> Elaborator<'a> {
             Ty::Bool | Ty::Int { .. } | Ty::Array(..) => None,
         };
         if let Some(binding) = binding {
-            self.frames[frame].names.insert(key, binding);
+            self.bind(frame, key, binding);
         }
     }
 
@@ -71,11 +70,10 @@ impl<'a> Elaborator<'a> {
         if var.init.is_some() {
             return var.init.clone();
         }
-        let ast::TypeKind::Named(name) = &var.ty.kind else { return None };
-        self.types.get(&upper(name))?.init.clone()
+        self.types.get(&var.ty.name()?.id)?.init.clone()
     }
 
-    pub(super) fn fields_of(&self, var: &Var) -> Vec<(Name, ast::Init)> {
+    pub(super) fn fields_of(&self, var: &Var) -> Vec<(Ident, ast::Init)> {
         match self.init_of(var) {
             Some(ast::Init::Fields(fields, _)) => fields,
             Some(ast::Init::Value(_) | ast::Init::List(..)) | None => Vec::new(),
@@ -102,11 +100,10 @@ impl<'a> Elaborator<'a> {
 
     /// Declares a variable of the chart itself. Its section, its address and its uses in the unit decide its kind.
     pub(super) fn declare_top(&mut self, frame: FrameId, var: &'a Var, ty: &Ty, usage: &Usage) {
-        let key = upper(&var.name.text);
-        let is_assigned = usage.assigned.contains(&key);
-        let is_action = usage.actions.contains(&key);
-        let address = var.address.as_ref().map(|address| address.text.to_ascii_uppercase());
-        let area = address.as_deref().and_then(|address| address.chars().nth(1));
+        let key = &var.name.id;
+        let is_assigned = usage.assigned.contains(key);
+        let is_action = usage.actions.contains(key);
+        let area = var.address.as_ref().and_then(|address| address.id.chars().nth(1));
         let meta = Meta { span: var.name.span, label: label_of(var), ..Meta::default() };
         // A chart omits the sign before an address.
         let name = Name::new(var.name.text.trim_start_matches('%'), var.name.span);
@@ -123,22 +120,22 @@ impl<'a> Elaborator<'a> {
             };
         if var.section == Section::Input && (is_assigned || is_action) {
             self.assigned_input(var);
-            self.frames[frame].names.insert(key, Binding::Broken);
+            self.bind(frame, key, Binding::Broken);
             return;
         }
         let is_output = var.section == Section::Output
             || (matches!(var.section, Section::Local | Section::Global) && area == Some('Q'));
         let place = Place { name: name.clone(), chart: self.chart, index: None, ty: ty.clone() };
         if let (true, Some(simple)) = (is_input, ty.simple()) {
-            self.inputs.insert(upper(&name.text));
+            self.inputs.insert(name.text.clone());
             let kind = DeclarationKind::Input { ty: simple, synchronous: false };
             self.items.push(Item::Declaration(Declaration { name, kind, meta }));
-            self.frames[frame].names.insert(key, Binding::Place(place));
+            self.bind(frame, key, Binding::Place(place));
             return;
         }
         if is_input && !is_output {
             self.refused("arrays as inputs", var.name.span, "declare one input for each element");
-            self.frames[frame].names.insert(key, Binding::Broken);
+            self.bind(frame, key, Binding::Broken);
             return;
         }
         // Other charts cannot name an action, so a global that is an action becomes a variable that actions write.
@@ -147,19 +144,19 @@ impl<'a> Elaborator<'a> {
             && *ty == Ty::Bool
             && (var.section != Section::Global || self.chart_names.len() == 1);
         if let (true, Some(simple)) = (is_output, ty.simple()) {
-            if !is_assigned && !is_action && usage.read.contains(&key) {
+            if !is_assigned && !is_action && usage.read.contains(key) {
                 // No statement assigns the variable, so it keeps its initial value.
                 let zero = || match simple {
                     Type::Bool => Value::constant(false, var.name.span),
                     Type::Int { .. } => Value::int(simple.saturate(0), var.name.span),
                 };
                 let value = values.first().cloned().map_or_else(zero, Value::literal);
-                self.frames[frame].names.insert(key.clone(), Binding::Value(value));
+                self.bind(frame, key, Binding::Value(value));
             } else {
-                self.frames[frame].names.insert(key.clone(), Binding::Place(place));
+                self.bind(frame, key, Binding::Place(place));
             }
             if is_flag {
-                self.flags.insert(key, name.text.clone());
+                self.flags.insert(key.clone(), name.text.clone());
             }
             let init = if is_flag { None } else { values.into_iter().next() };
             let kind = DeclarationKind::Output {
@@ -174,11 +171,11 @@ impl<'a> Elaborator<'a> {
         }
         if is_flag {
             self.flags.insert(key.clone(), name.text.clone());
-            self.frames[frame].names.insert(key, Binding::Place(place));
+            self.bind(frame, key, Binding::Place(place));
             self.items.push(Item::Action(Action { name, body: Vec::new(), meta }));
             return;
         }
-        self.declare_var(frame, &key, name, ty, values, meta);
+        self.declare_var(frame, key, name, ty, values, meta);
     }
 
     pub(super) fn assigned_input(&mut self, var: &Var) {
@@ -210,7 +207,7 @@ impl<'a> Elaborator<'a> {
             Ty::Struct(_) => ObjectKind::Struct,
             Ty::Bool | Ty::Int { .. } | Ty::Time | Ty::Array(..) | Ty::Broken => return None,
         };
-        let frame = self.new_frame(Some(self.globals));
+        let frame = self.new_frame();
         let object = self.objects.len();
         let prefix = name.text.clone();
         self.objects.push(Object { kind, frame, prefix, has_preset: false, n_calls: 0 });
@@ -229,35 +226,35 @@ impl<'a> Elaborator<'a> {
     /// Declares a field of a structure.
     fn field_of(&mut self, frame: FrameId, field: &Var, name: &Name, within: &Within<'_>) {
         let ty = self.ty(within.outer, &field.ty);
-        let key = upper(&field.name.text);
+        let key = &field.name.id;
         let full = Name::new(format!("{name}.{}", field.name), field.name.span);
         let binding = match &ty {
             Ty::Bool | Ty::Int { .. } | Ty::Array(..) => {
-                let values = match within.init(&key).or(field.init.as_ref()) {
+                let values = match within.init(key).or(field.init.as_ref()) {
                     Some(init) => self.initial(within.outer, &ty, init).unwrap_or_default(),
                     None => Vec::new(),
                 };
-                return self.declare_var(frame, &key, full, &ty, values, Meta::default());
+                return self.declare_var(frame, key, full, &ty, values, Meta::default());
             }
             Ty::Block(_) | Ty::Struct(_) => {
                 let (usage, depth) = (&Usage::default(), within.depth + 1);
-                let inner = Within { usage, key: &key, init: &[], depth, ..*within };
+                let inner = Within { usage, key, init: &[], depth, ..*within };
                 self.instance(&ty, &full, &inner).map_or(Binding::Broken, Binding::Object)
             }
             Ty::Time | Ty::Broken => Binding::Broken,
         };
-        self.frames[frame].names.insert(key, binding);
+        self.bind(frame, key, binding);
     }
 
     /// Declares the variables of an instance of a function block.
     fn members(&mut self, object: usize, index: usize, name: &Name, within: &Within<'_>) {
         let frame = self.objects[object].frame;
         let pou = self.unit(index);
-        let is_called = self.may_call_charts && within.depth == 0 && within.outer != self.globals;
+        let is_called = self.may_call_charts && within.depth == 0 && within.outer != GLOBALS;
         if matches!(pou.body, Body::Sfc(_)) && !is_called {
             // Its call is refused; uses of its variables are not reported again.
             for var in &pou.vars {
-                self.frames[frame].names.insert(upper(&var.name.text), Binding::Broken);
+                self.bind(frame, &var.name.id, Binding::Broken);
             }
             return;
         }
@@ -272,22 +269,22 @@ impl<'a> Elaborator<'a> {
             return;
         }
         let params = self.parameters(index);
-        let main = |(name, init): &(Name, ast::Init)| {
-            let one = params.iter().find(|one| one.is(&upper(&name.text)))?;
-            Some((Name::new(&one.name, name.span), init.clone()))
+        let main = |(name, init): &(Ident, ast::Init)| {
+            let one = params.iter().find(|one| one.is(&name.id))?;
+            Some((Ident::new(one.id.as_str(), name.span), init.clone()))
         };
         let init: Vec<_> = within.init.iter().filter_map(main).collect();
         let within = &Within { init: &init, ..*within };
         // The condition of a timer is a variable of the chart.
         let clocks = pou.vars.iter().filter_map(prelude::clock);
-        inner.assigned.extend(clocks.map(|(running, _)| running.text.clone()));
+        inner.assigned.extend(clocks.map(|(running, _)| running.id.clone()));
         for var in &pou.vars {
             if let Some((running, _)) = prelude::clock(var) {
                 self.declare_timer(frame, var, running, name);
                 continue;
             }
-            if var.ty.kind == ast::TypeKind::Named("TIME".to_owned()) {
-                self.objects[object].has_preset = within.init(&var.name.text).is_some();
+            if var.ty.is_named("TIME") {
+                self.objects[object].has_preset = within.init(&var.name.id).is_some();
             }
             // Everything in a standard block is at the declaration of the instance.
             let mut var = var.clone();
@@ -297,8 +294,8 @@ impl<'a> Elaborator<'a> {
     }
 
     /// Declares a timer of an instance of a standard block.
-    fn declare_timer(&mut self, frame: FrameId, var: &Var, running: &Name, instance: &Name) {
-        let full = |part: &Name| Name::new(format!("{instance}.{part}"), instance.span);
+    fn declare_timer(&mut self, frame: FrameId, var: &Var, running: &Ident, instance: &Name) {
+        let full = |part: &Ident| Name::new(format!("{instance}.{part}"), instance.span);
         let condition = leaf(full(running).into(), instance.span);
         self.items.push(Item::Declaration(Declaration {
             name: full(&var.name),
@@ -307,7 +304,7 @@ impl<'a> Elaborator<'a> {
         }));
         let expr = leaf(full(&var.name).into(), instance.span);
         let value = Value { expr, kind: Kind::Time(Time::Running) };
-        self.frames[frame].names.insert(var.name.text.clone(), Binding::Value(value));
+        self.bind(frame, &var.name.id, Binding::Value(value));
     }
 
     /// Declares a variable of an instance of a function block.
@@ -319,17 +316,11 @@ impl<'a> Elaborator<'a> {
         inner: &Usage,
         within: &Within<'_>,
     ) {
-        let key = upper(&var.name.text);
+        let key = &var.name.id;
         if var.section == Section::External {
-            if self.lookup(self.globals, &key).is_none() {
-                self.unknown(
-                    "global variable",
-                    &var.name.text,
-                    var.name.span,
-                    &[],
-                    "add it to a VAR_GLOBAL block",
-                );
-                self.frames[frame].names.insert(key, Binding::Broken);
+            if self.own(GLOBALS, key).is_none() {
+                self.unknown("global variable", &var.name, &[], "add it to a VAR_GLOBAL block");
+                self.bind(frame, key, Binding::Broken);
             }
             return;
         }
@@ -338,34 +329,34 @@ impl<'a> Elaborator<'a> {
         let binding = match &ty {
             Ty::Broken => Binding::Broken,
             Ty::Time if var.section == Section::Input => {
-                Binding::Value(self.first_time(frame, var, &key, within))
+                Binding::Value(self.first_time(frame, var, key, within))
             }
             // The parameter is bound to a variable when the block is called.
             Ty::Time if var.section == Section::InOut => return,
             Ty::Time => self.declare_time(frame, var, &full, inner, false),
             Ty::Block(_) | Ty::Struct(_) => {
                 let (init, depth) = (&self.fields_of(var), within.depth + 1);
-                let inner = Within { outer: frame, usage: inner, key: &key, init, depth };
+                let inner = Within { outer: frame, usage: inner, key, init, depth };
                 self.instance(&ty, &full, &inner).map_or(Binding::Broken, Binding::Object)
             }
             Ty::Bool | Ty::Int { .. } if var.is_constant => self.declare_constant(frame, var, &ty),
             Ty::Bool | Ty::Int { .. } | Ty::Array(..) => {
                 let is_bound_by_calls = var.section == Section::InOut
                     || var.section == Section::Input
-                        && !within.omits(&key)
-                        && !inner.assigned.contains(&key);
+                        && !within.omits(key)
+                        && !inner.assigned.contains(key);
                 if is_bound_by_calls {
                     return;
                 }
-                let values = match (within.init(&key), &self.init_of(var)) {
+                let values = match (within.init(key), &self.init_of(var)) {
                     (Some(init), _) => self.initial(within.outer, &ty, init).unwrap_or_default(),
                     (None, Some(init)) => self.initial(frame, &ty, init).unwrap_or_default(),
                     (None, None) => Vec::new(),
                 };
-                return self.declare_var(frame, &key, full, &ty, values, Meta::default());
+                return self.declare_var(frame, key, full, &ty, values, Meta::default());
             }
         };
-        self.frames[frame].names.insert(key, binding);
+        self.bind(frame, key, binding);
     }
 
     /// The value of a TIME input before the first call, which binds the input to its argument.
@@ -386,23 +377,23 @@ struct Within<'w> {
     outer: FrameId,
     /// How the unit uses its names; it knows the instance as `key`.
     usage: &'w Usage,
-    key: &'w str,
+    key: &'w Symbol,
     /// The initial values of the instance.
-    init: &'w [(Name, ast::Init)],
+    init: &'w [(Ident, ast::Init)],
     depth: usize,
 }
 
 impl Within<'_> {
     /// Whether an input needs a variable: a call omits it, or it is read or assigned outside of calls.
-    fn omits(&self, input: &str) -> bool {
+    fn omits(&self, input: &Symbol) -> bool {
         let mut calls = self.usage.calls.get(self.key).into_iter().flatten();
         calls.any(|given| !given.contains(input))
-            || self.usage.fields.contains(&(self.key.to_owned(), input.to_owned()))
+            || self.usage.fields.contains(&(self.key.clone(), input.clone()))
     }
 
     /// The initial value of a variable.
     fn init(&self, key: &str) -> Option<&ast::Init> {
         let mut init = self.init.iter();
-        init.find(|(name, _)| upper(&name.text) == key).map(|(_, init)| init)
+        init.find(|(name, _)| name.id == *key).map(|(_, init)| init)
     }
 }

@@ -1,17 +1,17 @@
 //! The types that declarations name, and initial values.
 
+use grafsynth_ir::Span;
 use grafsynth_ir::chart::Expr;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::expr::ExprKind;
-use grafsynth_ir::{Name, Span};
 
 use super::context::{Elaborator, FrameId, Outcome};
 use super::types::{Ty, WIDEST, integer, length, zero};
-use super::usage::upper;
 use super::value::{Kind, Value};
 use crate::codes;
 use crate::st::ast::{self, Init, TypeKind, TypeRef};
+use crate::st::symbol::{Ident, Symbol};
 
 impl Elaborator<'_> {
     /// Resolves a type reference.
@@ -29,12 +29,12 @@ impl Elaborator<'_> {
             return Ty::Broken;
         }
         match &syntax.kind {
-            TypeKind::Named(name) => self.named(frame, name, syntax.span, depth),
+            TypeKind::Named(name) => self.named(frame, name, depth),
             TypeKind::Subrange(base, range) => {
                 let (lo, hi) =
                     (self.constant_int(frame, &range.0), self.constant_int(frame, &range.1));
                 let (Ok(lo), Ok(hi)) = (lo, hi) else { return Ty::Broken };
-                let fits = integer(&upper(base))
+                let fits = integer(&base.id)
                     .is_some_and(|(least, most)| least <= lo && lo <= hi && hi <= most);
                 if !fits || lo < WIDEST.0 || hi > WIDEST.1 {
                     self.report(
@@ -98,7 +98,7 @@ impl Elaborator<'_> {
     }
 
     /// Declares enumeration values as constants, which are visible everywhere.
-    fn enumeration(&mut self, frame: FrameId, values: &[(Name, Option<ast::Expr>)]) -> Ty {
+    fn enumeration(&mut self, frame: FrameId, values: &[(Ident, Option<ast::Expr>)]) -> Ty {
         let (mut lo, mut hi, mut next) = (i64::MAX, i64::MIN, 0);
         for (name, value) in values {
             if let Some(value) = value {
@@ -107,7 +107,7 @@ impl Elaborator<'_> {
                     Err(_) => return Ty::Broken,
                 }
             }
-            self.enumerated.insert(upper(&name.text), next);
+            self.enumerated.insert(name.id.clone(), next);
             (lo, hi) = (lo.min(next), hi.max(next));
             next = next.saturating_add(1);
         }
@@ -117,15 +117,15 @@ impl Elaborator<'_> {
         Ty::Int { lo, hi, wraps: false }
     }
 
-    fn named(&mut self, frame: FrameId, name: &str, span: Span, depth: usize) -> Ty {
-        let key = upper(name);
-        if key == "BOOL" {
+    fn named(&mut self, frame: FrameId, name: &Ident, depth: usize) -> Ty {
+        let (key, span) = (&name.id, name.span);
+        if *key == "BOOL" {
             return Ty::Bool;
         }
         if matches!(key.as_str(), "TIME" | "LTIME") {
             return Ty::Time;
         }
-        if let Some((lo, hi)) = integer(&key) {
+        if let Some((lo, hi)) = integer(key) {
             if lo < WIDEST.0 || hi > WIDEST.1 {
                 let narrow = (lo.max(WIDEST.0), hi.min(WIDEST.1));
                 if self.narrowed.insert(key.clone()) {
@@ -142,10 +142,10 @@ impl Elaborator<'_> {
             }
             return Ty::Int { lo, hi, wraps: true };
         }
-        if let Some(def) = self.types.get(&key).copied() {
+        if let Some(def) = self.types.get(key).copied() {
             return self.ty_within(frame, &def.ty, depth + 1);
         }
-        if let Some(&index) = self.blocks.get(&key) {
+        if let Some(&index) = self.blocks.get(key) {
             return Ty::Block(index);
         }
         let known = [
@@ -165,19 +165,18 @@ impl Elaborator<'_> {
             "LDT",
         ];
         if known.contains(&key.as_str()) {
-            self.refused(&key, span, "use BOOL, an integer type or TIME");
+            self.refused(key, span, "use BOOL, an integer type or TIME");
         } else {
             let candidates: Vec<String> = self
                 .types
                 .keys()
                 .chain(self.blocks.keys())
-                .cloned()
+                .map(Symbol::to_string)
                 .chain(["BOOL", "INT", "DINT", "TIME"].map(str::to_owned))
                 .collect();
             self.unknown(
                 "type",
                 name,
-                span,
                 &candidates,
                 "the file declares no type or function block of this name",
             );

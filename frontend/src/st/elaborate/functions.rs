@@ -1,14 +1,14 @@
 //! Functions: standard functions become operators; user-defined functions are evaluated by running their bodies on expressions.
 
+use grafsynth_ir::Span;
 use grafsynth_ir::diag::{Diagnostic, ErrorReported, counted};
-use grafsynth_ir::{Name, Span};
 
-use super::context::{Binding, Elaborator, FrameId, MAX_NODES, ObjectKind, Outcome};
+use super::context::{Elaborator, FrameId, MAX_NODES, ObjectKind, Outcome};
 use super::types::{Ty, integer, wrapping};
-use super::usage::upper;
 use super::value::{Kind, Value, nodes, select};
 use crate::codes;
 use crate::st::ast::{self, Arg, Op};
+use crate::st::symbol::{Ident, Symbol};
 
 /// Whether this name, in capitals, is a parameter of a standard function.
 fn is_parameter(name: &str) -> bool {
@@ -48,21 +48,21 @@ impl Elaborator<'_> {
     pub(super) fn call_function(
         &mut self,
         frame: FrameId,
-        name: &Name,
+        name: &Ident,
         arguments: &[Arg],
         span: Span,
     ) -> Outcome<Value> {
-        let key = upper(&name.text);
-        if let Some(index) = self.functions.get(&key).copied() {
+        let key = &name.id;
+        if let Some(index) = self.functions.get(key).copied() {
             return self.run_function(frame, index, arguments, span);
         }
-        if let Some(Binding::Object(object)) = self.lookup(frame, &name.text) {
+        if let Some(object) = self.object(frame, &name.id) {
             return Err(self.instance_in_expression(object, name, arguments, span));
         }
         let named = arguments.iter().filter_map(|one| one.name.as_ref());
-        if let Some(unknown) = named.clone().find(|name| !is_parameter(&upper(&name.text))) {
+        if let Some(unknown) = named.clone().find(|name| !is_parameter(&name.id)) {
             let unknown = unknown.clone();
-            let known = if is_like_and(&key) {
+            let known = if is_like_and(key) {
                 "IN1, IN2 and so on".to_owned()
             } else {
                 STANDARD_PARAMETERS.to_owned()
@@ -73,8 +73,8 @@ impl Elaborator<'_> {
         // `SEL(G := c, IN0 := a, IN1 := b)` in any order.
         if arguments.iter().all(|one| one.name.is_some()) && arguments.len() > 1 {
             // Inputs in numerical order: IN2 comes before IN10.
-            let rank = |argument: &Arg| {
-                let text = argument.name.as_ref().map(|name| upper(&name.text)).unwrap_or_default();
+            let rank = |index: &usize| {
+                let text = arguments[*index].name.as_ref().map_or("", |name| name.id.as_str());
                 let first = ["EN", "G", "K", "MN"].iter().position(|known| *known == text);
                 let (place, number) = match (first, text.strip_prefix("IN")) {
                     (Some(place), _) => (place, None),
@@ -84,10 +84,10 @@ impl Elaborator<'_> {
                 (place, number, text)
             };
             let mut order: Vec<usize> = (0..arguments.len()).collect();
-            order.sort_by_key(|index| rank(&arguments[*index]));
+            order.sort_by_key(rank);
             values = order.into_iter().map(|index| values[index].clone()).collect();
         }
-        let value = self.standard(&key, name, values, span)?;
+        let value = self.standard(key, name, values, span)?;
         // ABS and similar functions duplicate their operand, so nested calls would grow exponentially.
         if nodes(&value.expr, MAX_NODES) >= MAX_NODES {
             return Err(self.too_much(span));
@@ -100,7 +100,7 @@ impl Elaborator<'_> {
     fn instance_in_expression(
         &mut self,
         object: usize,
-        name: &Name,
+        name: &Ident,
         arguments: &[Arg],
         span: Span,
     ) -> ErrorReported {
@@ -124,13 +124,10 @@ impl Elaborator<'_> {
         )
         .at(span, "called in an expression");
         let given = |wanted: &str| {
-            let one = arguments
-                .iter()
-                .find(|one| one.name.as_ref().is_some_and(|name| upper(&name.text) == wanted));
-            one.map(|one| &one.value.kind)
+            arguments.iter().find(|one| one.is_for(wanted)).map(|one| &one.value.kind)
         };
         let step = match given("IN") {
-            Some(ast::ExprKind::Field(inner, field)) if upper(&field.text) == "X" => inner.root(),
+            Some(ast::ExprKind::Field(inner, field)) if field.id == "X" => inner.root(),
             _ => None,
         };
         let limit = match given("PT") {
@@ -141,7 +138,7 @@ impl Elaborator<'_> {
             Some(ast::ExprKind::Name(name)) => name.text.clone(),
             _ => "T#3s".to_owned(),
         };
-        let is_delay = self.is_standard(index) && matches!(ty.text.as_str(), "TON" | "TON_TIME");
+        let is_delay = self.is_standard(index) && matches!(ty.id.as_str(), "TON" | "TON_TIME");
         let call = format!("call `{name}(..)` in a statement and read `{name}.{output}` here");
         let help = match step.filter(|_| is_delay) {
             Some(step) => {
@@ -155,8 +152,8 @@ impl Elaborator<'_> {
     /// Reports an unknown parameter of a function; `known` lists its parameters.
     pub(super) fn no_parameter(
         &mut self,
-        function: &Name,
-        unknown: &Name,
+        function: &Ident,
+        unknown: &Ident,
         known: &str,
     ) -> ErrorReported {
         self.report(
@@ -176,7 +173,7 @@ impl Elaborator<'_> {
     fn standard(
         &mut self,
         key: &str,
-        name: &Name,
+        name: &Ident,
         values: Vec<Value>,
         span: Span,
     ) -> Outcome<Value> {
@@ -259,22 +256,7 @@ impl Elaborator<'_> {
         span: Span,
     ) -> Result<Outcome<Value>, Vec<Value>> {
         let n = values.len();
-        let op = match key {
-            "ADD" => Op::Add,
-            "MUL" => Op::Mul,
-            "XOR" => Op::Xor,
-            "SUB" => Op::Sub,
-            "DIV" => Op::Div,
-            "MOD" => Op::Mod,
-            "EXPT" => Op::Power,
-            "NE" => Op::Ne,
-            "GT" => Op::Gt,
-            "GE" => Op::Ge,
-            "EQ" => Op::Eq,
-            "LE" => Op::Le,
-            "LT" => Op::Lt,
-            _ => return Err(values),
-        };
+        let Some(op) = Op::named(key) else { return Err(values) };
         let is_chain = matches!(op, Op::Add | Op::Mul | Op::Xor);
         let is_ordered = matches!(op, Op::Gt | Op::Ge | Op::Eq | Op::Le | Op::Lt);
         if n < 2 || n > 2 && !is_chain && !is_ordered {
@@ -316,7 +298,7 @@ impl Elaborator<'_> {
         chosen.ok_or(ErrorReported)
     }
 
-    fn no_function(&mut self, key: &str, name: &Name, n: usize) -> ErrorReported {
+    fn no_function(&mut self, key: &str, name: &Ident, n: usize) -> ErrorReported {
         const KNOWN: [&str; 28] = [
             "ADD",
             "SUB",
@@ -376,15 +358,10 @@ impl Elaborator<'_> {
         let candidates: Vec<String> = KNOWN
             .iter()
             .map(|name| (*name).to_owned())
-            .chain(self.functions.keys().cloned())
+            .chain(self.functions.keys().map(Symbol::to_string))
             .collect();
-        self.unknown(
-            "function",
-            &name.text,
-            name.span,
-            &candidates,
-            "the file declares no function of this name",
-        )
+        let help = "the file declares no function of this name";
+        self.unknown("function", name, &candidates, help)
     }
 
     fn fold(

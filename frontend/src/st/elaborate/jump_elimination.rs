@@ -12,10 +12,11 @@
 //! A flag is false between scans, so it needs no register in a circuit. RETURN in a loop first leaves all loops. If every branch except one
 //! ends in RETURN, the following statements move into that branch, and no flag is needed.
 
-use grafsynth_ir::{Name, Span};
+use grafsynth_ir::Span;
 
 use super::context::{Elaborator, Outcome};
 use crate::st::ast::{Expr, ExprKind, Flag, Stmt, StmtKind};
+use crate::st::symbol::Ident;
 
 /// Maximum number of consecutive IFs with RETURN that are nested instead of guarded by a flag.
 const MAX_NESTED: usize = 8;
@@ -41,11 +42,8 @@ fn has_one(stmt: &Stmt, what: Leaves) -> bool {
         StmtKind::Return => what == Leaves::Return,
         StmtKind::Exit => what == Leaves::Exit,
         StmtKind::Continue => what == Leaves::Continue,
-        StmtKind::If { arms, otherwise } => {
-            arms.iter().any(|(_, list)| has(list, what)) || has(otherwise, what)
-        }
-        StmtKind::Case { arms, otherwise, .. } => {
-            arms.iter().any(|(_, list)| has(list, what)) || has(otherwise, what)
+        kind @ (StmtKind::If { .. } | StmtKind::Case { .. }) => {
+            kind.lists().any(|list| has(list, what))
         }
         StmtKind::For { body, .. }
         | StmtKind::While { body, .. }
@@ -155,7 +153,7 @@ fn flush(
 
 /// The body of a loop over `var` without EXIT and CONTINUE. EXIT sets [`Flag::Left`] and CONTINUE sets [`Flag::Skipped`]. EXIT also
 /// assigns the current value of the loop variable to [`Flag::Variable`].
-pub(super) fn round(body: &[Stmt], var: &Name) -> Vec<Stmt> {
+pub(super) fn round(body: &[Stmt], var: &Ident) -> Vec<Stmt> {
     let (exits, skips) = (has(body, Leaves::Exit), has(body, Leaves::Continue));
     if !exits && !skips {
         return body.to_vec();

@@ -9,7 +9,7 @@
 //!
 //! All mistakes in a file are found. Unsupported features are reported by name; everything else is still checked.
 //!
-//! `types`, `value` and `usage` are data. `context` is the state that all parts share; each part adds methods to it, and `roots` is the
+//! `types`, `value` and `usage` are data. `scope` contains the rules that find what a name refers to. `context` is the state that all parts share; each part adds methods to it, and `roots` is the
 //! entry point.
 
 mod access;
@@ -24,6 +24,7 @@ mod functions;
 mod jump_elimination;
 mod prelude;
 mod roots;
+mod scope;
 mod sfc;
 mod statements;
 mod times;
@@ -45,7 +46,7 @@ pub(crate) fn design(library: &Library) -> (Option<Design>, Vec<Diagnostic>) {
     // Enumeration values are visible everywhere.
     for def in &library.types {
         if matches!(def.ty.kind, TypeKind::Enum(_)) {
-            let _ = elaborator.ty(elaborator.globals, &def.ty);
+            let _ = elaborator.ty(context::GLOBALS, &def.ty);
         }
     }
     let design = elaborator.design();

@@ -9,7 +9,7 @@
 use std::sync::LazyLock;
 
 use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::{FileId, Name, Span};
+use grafsynth_ir::{FileId, Span};
 
 use super::types::{INTEGERS, WIDEST};
 use crate::graf::Limits;
@@ -17,6 +17,7 @@ use crate::graf::parser::Findings;
 use crate::st::ast::{Expr, ExprKind, Init, Pou, TypeKind, Var};
 use crate::st::lexer::Places;
 use crate::st::parse::Parser;
+use crate::st::symbol::Ident;
 
 /// Inputs of standard blocks that have two names; the second name is the first in each pair.
 const SECOND_NAMES: [(&str, &str); 5] =
@@ -31,7 +32,7 @@ pub(super) fn blocks() -> &'static [Pou] {
 
 /// The standard block with this name, which is in capitals.
 pub(crate) fn block(name: &str) -> Option<&'static Pou> {
-    blocks().iter().find(|pou| pou.name.text == name)
+    blocks().iter().find(|pou| pou.name.id == *name)
 }
 
 /// The second name of an input of a standard block, if it has one. Both are in capitals.
@@ -40,7 +41,7 @@ pub(super) fn second_name(input: &str) -> Option<&'static str> {
 }
 
 /// The operands of a declaration with ELAPSED: the variable that must be true, and the upper limit.
-pub(super) fn clock(var: &Var) -> Option<(&Name, Option<&Name>)> {
+pub(super) fn clock(var: &Var) -> Option<(&Ident, Option<&Ident>)> {
     let Some(Init::Value(Expr { kind: ExprKind::Call(name, arguments), .. })) = &var.init else {
         return None;
     };
@@ -61,7 +62,7 @@ fn read() -> (Vec<Pou>, Vec<Diagnostic>) {
 /// Copies of a block, one for each of its names: a counter has one for each integer type.
 fn named(pou: &Pou) -> Vec<Pou> {
     let typed = |suffix: &str| {
-        let name = Name::new(format!("{}{suffix}", pou.name), pou.name.span);
+        let name = Ident::new(format!("{}{suffix}", pou.name), pou.name.span);
         Pou { name, ..pou.clone() }
     };
     if pou.vars.iter().any(|var| clock(var).is_some()) {
@@ -79,13 +80,14 @@ fn named(pou: &Pou) -> Vec<Pou> {
 }
 
 fn is_count(var: &Var) -> bool {
-    var.ty.kind == TypeKind::Named("COUNT".to_owned())
+    var.ty.is_named("COUNT")
 }
 
 fn counter(mut pou: Pou, lo: i64, hi: i64) -> Pou {
     let int = |value| Expr::new(ExprKind::Int(value), Span::default());
     for var in pou.vars.iter_mut().filter(|var| is_count(var)) {
-        var.ty.kind = TypeKind::Subrange("LINT".to_owned(), Box::new((int(lo), int(hi))));
+        var.ty.kind =
+            TypeKind::Subrange(Ident::new("LINT", var.ty.span), Box::new((int(lo), int(hi))));
         if var.is_constant {
             var.init = Some(Init::Value(int(if var.name.text == "LEAST" { lo } else { hi })));
         }

@@ -7,10 +7,11 @@ use grafsynth_ir::diag::{Diagnostic, Severity};
 use grafsynth_ir::net::{Meta, Policy};
 use grafsynth_ir::{Name, Span};
 
-use super::context::{Elaborator, Frame};
-use super::usage::{self, Usage, upper};
+use super::context::{Elaborator, Frame, GLOBALS};
+use super::usage::{self, Usage};
 use crate::codes;
-use crate::st::ast::{Body, Element, Pou, PouKind, Section, TypeKind};
+use crate::st::ast::{Body, Element, Pou, PouKind};
+use crate::st::symbol::{Ident, Symbol};
 
 /// A unit that becomes a chart.
 #[derive(Debug, Clone)]
@@ -67,7 +68,7 @@ impl Elaborator<'_> {
             roots.iter().filter(|root| !failed.contains(&root.pou)).cloned().collect();
         let tick = roots.iter().find_map(|root| root.tick);
         for pou in inner {
-            let name = self.library.pous[*pou].name.clone();
+            let name = self.library.pous[*pou].name.name();
             second.push(Root { pou: *pou, name, tick });
         }
         self.restart();
@@ -81,7 +82,7 @@ impl Elaborator<'_> {
             self.report(finding);
         }
         for pou in failed {
-            let name = self.library.pous[*pou].name.clone();
+            let name = self.library.pous[*pou].name.name();
             let blocks: Vec<&str> =
                 inner.iter().map(|pou| self.library.pous[*pou].name.text.as_str()).collect();
             let blocks = blocks.join(", ");
@@ -115,38 +116,25 @@ impl Elaborator<'_> {
     fn roots(&mut self) -> Vec<Root> {
         let library = self.library;
         let mut roots = Vec::new();
-        let tick_of = |task: Option<&Name>| {
+        let tick_of = |task: Option<&Ident>| {
             let task = task?;
-            library.tasks.iter().find(|one| upper(&one.name.text) == upper(&task.text))?.interval
+            library.tasks.iter().find(|one| one.name.id == task.id)?.interval
         };
         for instance in &library.programs {
-            let found = library.pous.iter().position(|pou| {
-                pou.kind == PouKind::Program
-                    && upper(&pou.name.text) == upper(&instance.program.text)
-            });
+            let found = library
+                .pous
+                .iter()
+                .position(|pou| pou.kind == PouKind::Program && pou.name.id == instance.program.id);
             let Some(pou) = found else {
-                let known: Vec<String> = library
-                    .pous
-                    .iter()
-                    .filter(|pou| pou.kind == PouKind::Program)
-                    .map(|pou| upper(&pou.name.text))
-                    .collect();
-                self.unknown(
-                    "program",
-                    &instance.program.text,
-                    instance.program.span,
-                    &known,
-                    "the file declares no such program",
-                );
+                let programs = library.pous.iter().filter(|pou| pou.kind == PouKind::Program);
+                let known: Vec<String> = programs.map(|pou| pou.name.id.to_string()).collect();
+                let help = "the file declares no such program";
+                self.unknown("program", &instance.program, &known, help);
                 continue;
             };
-            let times = library
-                .programs
-                .iter()
-                .filter(|one| upper(&one.program.text) == upper(&instance.program.text))
-                .count();
-            let name =
-                if times > 1 { instance.name.clone() } else { library.pous[pou].name.clone() };
+            let times =
+                library.programs.iter().filter(|one| one.program.id == instance.program.id).count();
+            let name = if times > 1 { instance.name.name() } else { library.pous[pou].name.name() };
             let task = instance.task.as_ref().or(library.tasks.first().map(|task| &task.name));
             roots.push(Root { pou, name, tick: tick_of(task) });
         }
@@ -172,7 +160,7 @@ impl Elaborator<'_> {
         let tick = library.tasks.iter().find_map(|task| task.interval);
         let all = |kind: fn(&Pou) -> bool| {
             let pous = library.pous.iter().enumerate().filter(move |(_, pou)| kind(pou));
-            pous.map(|(pou, one)| Root { pou, name: one.name.clone(), tick }).collect::<Vec<_>>()
+            pous.map(|(pou, one)| Root { pou, name: one.name.name(), tick }).collect::<Vec<_>>()
         };
         if roots.is_empty() {
             roots = all(|pou| pou.kind == PouKind::Program);
@@ -194,11 +182,7 @@ impl Elaborator<'_> {
         let mut used = BTreeSet::new();
         for pou in &self.library.pous {
             for var in &pou.vars {
-                if let TypeKind::Named(name) = &var.ty.kind
-                    && let Some(block) = self.blocks.get(&upper(name))
-                {
-                    used.insert(*block);
-                }
+                used.extend(var.ty.name().and_then(|name| self.blocks.get(&name.id)));
             }
         }
         used
@@ -211,8 +195,8 @@ impl Elaborator<'_> {
         let mut next = pous.to_vec();
         while let Some(pou) = next.pop() {
             for var in &self.unit(pou).vars {
-                let TypeKind::Named(name) = &var.ty.kind else { continue };
-                let Some(&block) = self.blocks.get(&upper(name)) else { continue };
+                let block = var.ty.name().and_then(|name| self.blocks.get(&name.id));
+                let Some(&block) = block else { continue };
                 if !seen.insert(block) {
                     continue;
                 }
@@ -251,11 +235,8 @@ impl Elaborator<'_> {
     pub(super) fn usage(&self, pou: &Pou) -> Usage {
         usage::of(pou, &|instance| {
             let mut vars = pou.vars.iter().chain(&self.library.globals);
-            let var = vars.find(|var| upper(&var.name.text) == instance);
-            let Some(TypeKind::Named(ty)) = var.map(|var| &var.ty.kind) else {
-                return Vec::new();
-            };
-            let block = self.blocks.get(&upper(ty));
+            let ty = vars.find(|var| var.name.id == *instance).and_then(|var| var.ty.name());
+            let block = ty.and_then(|ty| self.blocks.get(&ty.id));
             block.map(|block| self.parameters(*block)).unwrap_or_default()
         })
     }
@@ -279,17 +260,13 @@ impl Elaborator<'_> {
         // The uses of globals in function blocks are not examined: each function block may read and change all globals.
         for pou in library.pous.iter().filter(|pou| pou.kind != PouKind::Program) {
             let inner = self.usage(pou);
-            let own: BTreeSet<String> = pou
-                .vars
-                .iter()
-                .filter(|var| var.section != Section::External)
-                .map(|var| upper(&var.name.text))
-                .collect();
-            all.assigned.extend(inner.assigned.difference(&own).cloned());
-            for (name, values) in inner.times.iter().filter(|(name, _)| !own.contains(*name)) {
+            let own = pou.own_names();
+            let is_outer = |name: &&Symbol| !own.contains(*name);
+            all.assigned.extend(inner.assigned.iter().filter(is_outer).cloned());
+            for (name, values) in inner.times.iter().filter(|(name, _)| is_outer(name)) {
                 all.times.entry(name.clone()).or_default().extend(values.iter().cloned());
             }
-            all.read.extend(inner.read.difference(&own).cloned());
+            all.read.extend(inner.read.iter().filter(is_outer).cloned());
             all.fields.extend(inner.fields);
         }
         // `list.name` refers to a global variable by the name of its list.
@@ -302,17 +279,17 @@ impl Elaborator<'_> {
         }
         let mut seen = BTreeSet::new();
         for var in &library.globals {
-            let key = upper(&var.name.text);
+            let key = &var.name.id;
             if !seen.insert(key.clone()) {
                 self.declared_twice(&var.name);
                 continue;
             }
             if var.is_constant
-                || all.assigned.contains(&key)
-                || all.actions.contains(&key)
-                || all.read.contains(&key)
+                || all.assigned.contains(key)
+                || all.actions.contains(key)
+                || all.read.contains(key)
             {
-                self.declare(self.globals, var, &all, true);
+                self.declare(GLOBALS, var, &all, true);
             }
         }
     }
@@ -323,15 +300,15 @@ impl Elaborator<'_> {
         for refusal in &pou.refused {
             self.report(refusal.diagnostic());
         }
-        let frame = self.new_frame(Some(self.globals));
+        let frame = self.new_frame();
         self.may_call_charts = matches!(pou.body, Body::Statements(_));
         let mut seen = BTreeSet::new();
         for var in &pou.vars {
-            if !seen.insert(upper(&var.name.text)) {
+            if !seen.insert(var.name.id.clone()) {
                 self.declared_twice(&var.name);
                 continue;
             }
-            self.taken.insert(upper(&var.name.text));
+            self.taken.insert(var.name.id.clone());
             self.declare(frame, var, usage, true);
         }
         let span = pou.name.span;
@@ -353,11 +330,11 @@ impl Elaborator<'_> {
             Body::Sfc(chart) => {
                 for element in &chart.elements {
                     if let Element::Step(step) = element {
-                        self.taken.insert(upper(&step.name.text));
+                        self.taken.insert(step.name.id.clone());
                     }
                 }
                 for action in &chart.actions {
-                    self.taken.insert(upper(&action.name.text));
+                    self.taken.insert(action.name.id.clone());
                 }
                 self.sfc(frame, chart)
             }

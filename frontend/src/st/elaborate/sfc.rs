@@ -1,6 +1,5 @@
 //! Charts: steps with their actions, transitions, and the handling of Booleans that are actions.
 
-use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::chart::{
@@ -11,12 +10,12 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::net::{Meta, Qualifier};
 use grafsynth_ir::{Name, Span};
 
-use super::context::{Access, Binding, Elaborator, FrameId, Place, bodies_of};
+use super::context::{Binding, Elaborator, FrameId, Place, bodies_of};
 use super::types::Ty;
-use super::usage::upper;
 use super::value::{Kind, Time, leaf};
 use crate::codes;
 use crate::st::ast::{self, Element, Role, Sfc};
+use crate::st::symbol::{Ident, Symbol};
 
 /// The meaning of an action that a step uses.
 #[derive(Debug, Clone)]
@@ -36,14 +35,14 @@ enum Target {
 /// The chart of one unit under construction.
 struct Build {
     frame: FrameId,
-    /// Names of actions as they are written, by name in capitals.
-    actions: BTreeMap<String, String>,
-    targets: BTreeMap<String, Target>,
-    steps: BTreeMap<String, Name>,
+    /// Names of actions in the chart.
+    actions: BTreeMap<Symbol, String>,
+    targets: BTreeMap<Symbol, Target>,
+    steps: BTreeMap<Symbol, Name>,
     /// The action that runs in every scan.
     always: Option<String>,
-    /// The first assignment to each variable, by name in capitals.
-    assigned: BTreeMap<String, Span>,
+    /// The first assignment to each variable.
+    assigned: BTreeMap<Symbol, Span>,
 }
 
 /// What can be an action of a step.
@@ -51,18 +50,14 @@ const OTHER_ACTION: &str =
     "write the name of a BOOL variable, or of an `ACTION name: .. END_ACTION` that assigns it";
 
 /// Adds the first assignment in these statements to each variable.
-fn assignments(list: &[ast::Stmt], found: &mut BTreeMap<String, Span>) {
+fn assignments(list: &[ast::Stmt], found: &mut BTreeMap<Symbol, Span>) {
     for stmt in list {
         if let ast::StmtKind::Assign { target, .. } = &stmt.kind
             && let ast::ExprKind::Name(name) = &target.kind
         {
-            found.entry(upper(&name.text)).or_insert(stmt.span);
+            found.entry(name.id.clone()).or_insert(stmt.span);
         }
-        for part in stmt.kind.parts() {
-            if let ast::Part::List(list) = part {
-                assignments(list, found);
-            }
-        }
+        stmt.kind.lists().for_each(|list| assignments(list, found));
     }
 }
 
@@ -70,9 +65,9 @@ fn at(kind: StmtKind, span: Span) -> Stmt {
     Stmt { kind, span }
 }
 
-impl Elaborator<'_> {
+impl<'a> Elaborator<'a> {
     /// The items of a chart after its declarations.
-    pub(super) fn sfc(&mut self, frame: FrameId, sfc: &Sfc) -> Vec<Item> {
+    pub(super) fn sfc(&mut self, frame: FrameId, sfc: &'a Sfc) -> Vec<Item> {
         let mut build = Build {
             frame,
             actions: BTreeMap::new(),
@@ -87,8 +82,8 @@ impl Elaborator<'_> {
         }
         self.declare_steps(&mut build, sfc);
         for action in &sfc.actions {
-            let key = upper(&action.name.text);
-            if build.actions.insert(key, self.full(&action.name).text).is_some() {
+            let full = self.full(&action.name).text;
+            if build.actions.insert(action.name.id.clone(), full).is_some() {
                 self.twice("action", &action.name);
             }
         }
@@ -100,7 +95,7 @@ impl Elaborator<'_> {
         let mut actions = Vec::new();
         for action in &sfc.actions {
             let mut body = Vec::new();
-            self.open_bodies.push((frame, upper(&action.name.text)));
+            self.open_bodies.push((frame, Some(action.name.id.clone())));
             self.body(frame, &action.body, action.name.span, &mut body);
             self.open_bodies.pop();
             let meta = Meta { span: action.span, label: action.label.clone(), ..Meta::default() };
@@ -115,16 +110,16 @@ impl Elaborator<'_> {
             items.push(Item::Action(Action { name, body: always, meta: Meta::default() }));
         }
         items.extend(actions);
-        self.elements(&build, sfc, &mut items);
+        self.elements(&build, &sfc.elements, &mut items);
         items
     }
 
     /// The name of a step, action or transition in the chart.
-    fn full(&self, name: &Name) -> Name {
+    fn full(&self, name: &Ident) -> Name {
         Name::new(format!("{}{name}", self.prefix), name.span)
     }
 
-    fn twice(&mut self, what: &str, name: &Name) {
+    fn twice(&mut self, what: &str, name: &Ident) {
         self.report(
             Diagnostic::error(codes::ST_DUPLICATE, format!("{what} `{name}` is declared twice"))
                 .at(name.span, "again here")
@@ -133,24 +128,16 @@ impl Elaborator<'_> {
     }
 
     fn declare_steps(&mut self, build: &mut Build, sfc: &Sfc) {
-        for element in &sfc.elements {
+        for element in sfc.all_elements() {
             let name = match element {
                 Element::Step(step) => &step.name,
-                Element::Macro(step) => {
-                    self.declare_steps(build, &step.body);
-                    &step.name
-                }
+                Element::Macro(step) => &step.name,
                 Element::Transition(_) => continue,
             };
-            let key = upper(&name.text);
             let full = self.full(name);
-            if build.steps.insert(key.clone(), full.clone()).is_some() {
-                self.twice("step", name);
-                continue;
-            }
-            let names = &mut self.frames[build.frame].names;
-            if let Entry::Vacant(free) = names.entry(key) {
-                free.insert(Binding::Step(full));
+            let is_new = build.steps.insert(name.id.clone(), full.clone()).is_none();
+            if is_new && self.own(build.frame, &name.id).is_none() {
+                self.bind(build.frame, &name.id, Binding::Step(full));
             } else {
                 self.twice("step", name);
             }
@@ -165,37 +152,29 @@ impl Elaborator<'_> {
         items: &mut Vec<Item>,
         always: &mut Vec<Stmt>,
     ) {
-        let mut uses: BTreeMap<String, (Name, BTreeSet<Qualifier>)> = BTreeMap::new();
-        let mut order = Vec::new();
-        collect(sfc, &mut |one| {
-            let key = upper(&one.action.text);
-            let entry = uses.entry(key.clone()).or_insert_with(|| {
-                order.push(key);
-                (one.action.clone(), BTreeSet::new())
-            });
-            entry.1.insert(one.qualifier);
-        });
-        for key in order {
-            let Some((name, qualifiers)) = uses.get(&key) else { continue };
-            if let Some(action) = build.actions.get(&key) {
-                build.targets.insert(key, Target::Named(action.clone()));
-                continue;
-            }
-            let target = self.boolean_action(build, &key, name, qualifiers, items, always);
-            build.targets.insert(key, target);
+        let mut uses: BTreeMap<&Symbol, BTreeSet<Qualifier>> = BTreeMap::new();
+        for one in sfc.uses() {
+            uses.entry(&one.action.id).or_default().insert(one.qualifier);
+        }
+        for one in sfc.uses() {
+            let Some(qualifiers) = uses.remove(&one.action.id) else { continue };
+            let target = match build.actions.get(&one.action.id) {
+                Some(action) => Target::Named(action.clone()),
+                None => self.boolean_action(build, &one.action, &qualifiers, items, always),
+            };
+            build.targets.insert(one.action.id.clone(), target);
         }
     }
 
     fn boolean_action(
         &mut self,
         build: &Build,
-        key: &str,
-        name: &Name,
+        name: &Ident,
         qualifiers: &BTreeSet<Qualifier>,
         items: &mut Vec<Item>,
         always: &mut Vec<Stmt>,
     ) -> Target {
-        if let Some(flag) = self.flags.get(key) {
+        if let Some(flag) = self.flags.get(&name.id) {
             return Target::Named(flag.clone());
         }
         let Some(place) = self.boolean(build, name) else { return Target::Broken };
@@ -207,7 +186,7 @@ impl Elaborator<'_> {
                 format!("`{name}` is used as a step action and also assigned by statements"),
             )
             .at(span, "used as an action");
-            if let Some(assigned) = build.assigned.get(key) {
+            if let Some(assigned) = build.assigned.get(&name.id) {
                 finding = finding.at(*assigned, "assigned here");
             }
             self.report(finding.help(format!(
@@ -259,53 +238,31 @@ impl Elaborator<'_> {
     }
 
     /// The Boolean variable that a step uses as an action.
-    fn boolean(&mut self, build: &Build, name: &Name) -> Option<Place> {
-        let access = match self.lookup(build.frame, &name.text) {
-            Some(Binding::Place(place)) => Access::Place(place),
-            Some(Binding::Value(value)) => Access::Value(value),
+    fn boolean(&mut self, build: &Build, name: &Ident) -> Option<Place> {
+        let message = match self.lookup(build.frame, &name.id) {
+            Some(Binding::Place(place)) if place.ty == Ty::Bool => return Some(place),
+            Some(Binding::Place(_) | Binding::Value(_)) => {
+                format!("`{name}` is not a Boolean variable, so an action cannot set it")
+            }
             Some(Binding::Step(_) | Binding::Object(_)) => {
-                self.report(
-                    Diagnostic::error(
-                        codes::ST_TYPE,
-                        format!("`{name}` is neither an action nor a Boolean variable"),
-                    )
-                    .at(name.span, "used as an action")
-                    .help(OTHER_ACTION),
-                );
-                return None;
+                format!("`{name}` is neither an action nor a Boolean variable")
             }
             Some(Binding::Broken) => return None,
             None => {
                 let mut candidates: Vec<String> = build.actions.values().cloned().collect();
                 candidates.extend(self.candidates(build.frame));
-                self.unknown(
-                    "action",
-                    &name.text,
-                    name.span,
-                    &candidates,
-                    "write `ACTION name: .. END_ACTION`, or declare a BOOL variable",
-                );
+                let help = "write `ACTION name: .. END_ACTION`, or declare a BOOL variable";
+                self.unknown("action", name, &candidates, help);
                 return None;
             }
         };
-        match access {
-            Access::Place(place) if place.ty == Ty::Bool => Some(place),
-            Access::Place(_) | Access::Value(_) | Access::Object(_) | Access::Step(_) => {
-                self.report(
-                    Diagnostic::error(
-                        codes::ST_TYPE,
-                        format!("`{name}` is not a Boolean variable, so an action cannot set it"),
-                    )
-                    .at(name.span, "used as an action")
-                    .help(OTHER_ACTION),
-                );
-                None
-            }
-        }
+        let finding = Diagnostic::error(codes::ST_TYPE, message);
+        self.report(finding.at(name.span, "used as an action").help(OTHER_ACTION));
+        None
     }
 
-    fn elements(&mut self, build: &Build, sfc: &Sfc, items: &mut Vec<Item>) {
-        for element in &sfc.elements {
+    fn elements(&mut self, build: &Build, elements: &[Element], items: &mut Vec<Item>) {
+        for element in elements {
             match element {
                 Element::Step(step) => {
                     let item = self.step(build, step);
@@ -365,7 +322,7 @@ impl Elaborator<'_> {
                 ActionHow::Qualified(qualifier, duration.filter(|_| qualifier.is_timed()))
             }
         };
-        match build.targets.get(&upper(&one.action.text)) {
+        match build.targets.get(&one.action.id) {
             Some(Target::Named(name)) => {
                 let mut made = item(name, how, one.span);
                 if let StepItemKind::Action { target, .. } = &mut made.kind {
@@ -444,33 +401,28 @@ impl Elaborator<'_> {
     }
 
     fn transition(&mut self, build: &Build, transition: &ast::Transition) -> Option<Transition> {
-        let side = |this: &mut Self, names: &[Name]| {
+        let side = |this: &mut Self, names: &[Ident]| {
             let mut paths = Vec::new();
             for name in names {
-                match build.steps.get(&upper(&name.text)) {
+                match build.steps.get(&name.id) {
                     Some(step) => {
                         paths.push(Path::from(Name::new(step.text.clone(), name.span)));
                     }
                     None => {
                         let known: Vec<String> =
                             build.steps.values().map(|step| step.text.clone()).collect();
-                        this.unknown(
-                            "step",
-                            &name.text,
-                            name.span,
-                            &known,
-                            &format!(
-                                "add it: `STEP {}: END_STEP`, or write the name of another step",
-                                name.text
-                            ),
+                        let help = format!(
+                            "add it: `STEP {name}: END_STEP`, or write the name of another step"
                         );
+                        this.unknown("step", name, &known, &help);
                     }
                 }
             }
             paths
         };
         let (sources, targets) = (side(self, &transition.from), side(self, &transition.to));
-        self.leaving = transition.from.iter().map(|name| upper(&self.full(name).text)).collect();
+        let left = sources.iter().flat_map(|path| &path.names);
+        self.leaving = left.map(|name| name.text.clone()).collect();
         let condition = self.condition(build.frame, &transition.condition);
         self.leaving.clear();
         if sources.len() != transition.from.len() || targets.len() != transition.to.len() {
@@ -505,15 +457,4 @@ fn role(role: Role, is_initial: bool) -> StepRole {
 fn item(target: &str, how: ActionHow, span: Span) -> StepItem {
     let target = Name::new(target, span);
     StepItem { kind: StepItemKind::Action { target, arguments: None, how, condition: None }, span }
-}
-
-/// Calls `visit` on every use of an action.
-pub(super) fn collect(sfc: &Sfc, visit: &mut dyn FnMut(&ast::Use)) {
-    for element in &sfc.elements {
-        match element {
-            Element::Step(step) => step.uses.iter().for_each(&mut *visit),
-            Element::Macro(inner) => collect(&inner.body, visit),
-            Element::Transition(_) => {}
-        }
-    }
 }

@@ -7,13 +7,13 @@ use grafsynth_ir::expr::{CompareOp, ExprKind};
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
-use super::context::{Access, BUDGET, Binding, Elaborator, FrameId, Outcome, Place};
+use super::context::{BUDGET, Binding, Elaborator, FrameId, Outcome, Place};
 use super::jump_elimination::{self, Leaves};
 use super::types::Ty;
-use super::usage::upper;
 use super::value::{Kind, Time, Value};
 use crate::codes;
 use crate::st::ast::{self, Flag};
+use crate::st::symbol::Ident;
 
 /// Maximum number of iterations of a loop.
 const MAX_ROUNDS: i64 = 65_536;
@@ -132,7 +132,7 @@ impl Elaborator<'_> {
     fn counted(
         &mut self,
         frame: FrameId,
-        var: &Name,
+        var: &Ident,
         rounds: &Rounds,
         body: &[ast::Stmt],
         span: Span,
@@ -140,7 +140,7 @@ impl Elaborator<'_> {
     ) -> Outcome<()> {
         let target = ast::Expr::name(var.clone());
         let place = self.place(frame, &target)?;
-        let key = upper(&var.text);
+        let key = &var.id;
         let exits = jump_elimination::has(body, Leaves::Exit);
         let left = exits.then(|| self.flag(frame, Flag::Left, &format!("{var}.left"), span));
         let skipped = jump_elimination::has(body, Leaves::Continue)
@@ -157,14 +157,14 @@ impl Elaborator<'_> {
         let bound =
             bound.into_iter().filter_map(|(flag, place)| Some((flag, Binding::Place(place?))));
         self.frames[frame].flags.extend(bound);
-        let outer = self.frames[frame].names.get(&key).cloned();
+        let outer = self.own(frame, key).cloned();
         for value in &rounds.each {
             // Nested loops would run on even after the budget is exhausted.
             if self.spend(span, 1).is_err() {
                 break;
             }
             let value = Value::int(*value, var.span);
-            self.frames[frame].names.insert(key.clone(), Binding::Value(value));
+            self.bind(frame, key, Binding::Value(value));
             self.list(frame, body, out);
             if let Some(skipped) = &skipped {
                 self.assign(skipped, Value::constant(false, span), span, out)?;
@@ -172,12 +172,12 @@ impl Elaborator<'_> {
         }
         self.frames[frame].flags = outside;
         match outer {
-            Some(outer) => self.frames[frame].names.insert(key, outer),
-            None => self.frames[frame].names.remove(&key),
+            Some(outer) => self.bind(frame, key, outer),
+            None => self.frames[frame].names.remove(key),
         };
         let after = Value::int(rounds.after, var.span);
         let Some(left) = left else { return self.assign(&place, after, span, out) };
-        let condition = self.read(Access::Place(left.clone()), span)?.expr.not();
+        let condition = self.read(Binding::Place(left.clone()), span)?.expr.not();
         let mut then = Block::new();
         self.assign(&place, after, span, &mut then)?;
         let kind = StmtKind::If { condition, then, otherwise: Block::new() };
@@ -229,15 +229,9 @@ impl Elaborator<'_> {
 
     /// The minimum number of statements to which a list expands.
     fn weight(&self, frame: FrameId, list: &[ast::Stmt]) -> usize {
-        let sum = |lists: &mut dyn Iterator<Item = usize>| lists.fold(1, usize::saturating_add);
         let each = list.iter().map(|stmt| match &stmt.kind {
-            ast::StmtKind::If { arms, otherwise } => {
-                let inside = arms.iter().map(|(_, list)| self.weight(frame, list));
-                sum(&mut inside.chain([self.weight(frame, otherwise)]))
-            }
-            ast::StmtKind::Case { arms, otherwise, .. } => {
-                let inside = arms.iter().map(|(_, list)| self.weight(frame, list));
-                sum(&mut inside.chain([self.weight(frame, otherwise)]))
+            kind @ (ast::StmtKind::If { .. } | ast::StmtKind::Case { .. }) => {
+                kind.lists().map(|list| self.weight(frame, list)).fold(1, usize::saturating_add)
             }
             ast::StmtKind::For { from, to, by, body, .. } => {
                 let step = by.as_ref().map_or(Some(1), |by| self.known(frame, by));
@@ -268,7 +262,7 @@ impl Elaborator<'_> {
             return Some(value);
         }
         let ast::ExprKind::Name(name) = &expr.kind else { return None };
-        let binding = self.lookup(frame, &name.text)?;
+        let binding = self.lookup(frame, &name.id)?;
         let Binding::Value(Value { kind: Kind::Int(lo, hi), .. }) = binding else { return None };
         (lo == hi).then_some(lo)
     }
@@ -381,26 +375,27 @@ impl Elaborator<'_> {
     /// Resolves the target of an assignment.
     pub(super) fn place(&mut self, frame: FrameId, target: &ast::Expr) -> Outcome<Place> {
         match self.access(frame, target)? {
-            Access::Place(place) if self.inputs.contains(&upper(&place.name.text)) => {
+            Binding::Place(place) if self.inputs.contains(&place.name.text) => {
                 Err(self.report(
                     Diagnostic::error(codes::ST_TYPE, format!("`{}` is an input and cannot be assigned", place.name))
                         .at(target.span, "")
                         .help("assign to a separate variable"),
                 ))
             }
-            Access::Place(place) => Ok(place),
-            Access::Value(value) if matches!(value.kind, Kind::Time(_)) => Err(self.report(
+            Binding::Place(place) => Ok(place),
+            Binding::Broken => Err(ErrorReported),
+            Binding::Value(value) if matches!(value.kind, Kind::Time(_)) => Err(self.report(
                 Diagnostic::error(codes::ST_TIMER, "this TIME variable must be constant")
                     .at(target.span, "assigned here")
                     .help("charts compare times only with constants: choose between steps or timers with constant times"),
             )),
-            Access::Value(_) => Err(self.report(
+            Binding::Value(_) => Err(self.report(
                 Diagnostic::error(codes::ST_TYPE, "a constant, an input or a loop variable cannot be assigned")
                     .at(target.span, "")
                     .help("assign to a separate variable of VAR or VAR_OUTPUT"),
             )),
-            Access::Object(_) => Err(self.type_error("a whole block or structure cannot be assigned", target.span)),
-            Access::Step(_) => Err(self.type_error("a step cannot be assigned", target.span)),
+            Binding::Object(_) => Err(self.type_error("a whole block or structure cannot be assigned", target.span)),
+            Binding::Step(_) => Err(self.type_error("a step cannot be assigned", target.span)),
         }
     }
 
@@ -409,16 +404,16 @@ impl Elaborator<'_> {
         let ast::ExprKind::Field(inner, field) = &target.kind else { return false };
         let Some(Value { kind: Kind::Time(Time::Constant(ns)), .. }) = value else { return false };
         let ast::ExprKind::Name(name) = &inner.kind else { return false };
-        if upper(&field.text) != "PT" {
+        if field.id != "PT" {
             return false;
         }
-        let Some(Binding::Object(object)) = self.lookup(frame, &name.text) else { return false };
+        let Some(object) = self.object(frame, &name.id) else { return false };
         let inside = self.objects[object].frame;
-        if !self.is_standard_object(object) || !self.frames[inside].names.contains_key("PT") {
+        if !self.is_standard_object(object) || self.own(inside, "PT").is_none() {
             return false;
         }
         let given = Binding::Value(Value::time(*ns, target.span));
-        let before = self.frames[inside].names.insert("PT".to_owned(), given);
+        let before = self.bind(inside, &field.id, given);
         let had_preset = std::mem::replace(&mut self.objects[object].has_preset, true);
         let changed = had_preset
             && matches!(before, Some(Binding::Value(Value { kind: Kind::Time(Time::Constant(before)), .. })) if before != *ns);

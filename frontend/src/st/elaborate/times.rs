@@ -21,7 +21,7 @@ use grafsynth_ir::{Name, Span};
 
 use super::context::{Binding, Elaborator, FrameId, Outcome, Place};
 use super::types::{Ty, WIDEST};
-use super::usage::{Usage, upper};
+use super::usage::Usage;
 use super::value::{Kind, Time, Value, Values, select};
 use crate::codes;
 use crate::st::ast::{self, Op, Section, Var};
@@ -231,8 +231,8 @@ impl Elaborator<'_> {
         usage: &Usage,
         is_top: bool,
     ) -> Binding {
-        let key = upper(&var.name.text);
-        let is_assigned = usage.assigned.contains(&key);
+        let key = &var.name.id;
+        let is_assigned = usage.assigned.contains(key);
         let is_input =
             is_top && matches!(var.section, Section::Input | Section::InOut | Section::External);
         let start = match &self.init_of(var) {
@@ -253,7 +253,7 @@ impl Elaborator<'_> {
         let name = name.clone();
         let place = Place { name: name.clone(), chart: self.chart, index: None, ty: Ty::Time };
         if is_input && !is_assigned {
-            self.inputs.insert(upper(&name.text));
+            self.inputs.insert(name.text.clone());
             let ty = Type::Int { lo: 0, hi: WIDEST.1 };
             let kind = DeclarationKind::Input { ty, synchronous: false };
             self.items.push(Item::Declaration(Declaration { name, kind, meta }));
@@ -264,7 +264,7 @@ impl Elaborator<'_> {
             return Binding::Broken;
         }
         let values =
-            self.assigned_times(frame, start, usage.times.get(&key).map_or(&[], Vec::as_slice));
+            self.assigned_times(frame, start, usage.times.get(key).map_or(&[], Vec::as_slice));
         let ends = values.as_ref().and_then(|all| Some((all.first()? / UNIT, all.last()? / UNIT)));
         let (lo, hi) = ends.filter(|(lo, hi)| WIDEST.0 <= *lo && *hi <= WIDEST.1).unwrap_or(WIDEST);
         let ty = Type::Int { lo, hi };
@@ -283,7 +283,7 @@ impl Elaborator<'_> {
             DeclarationKind::Var { ty, len: None, init: vec![init] }
         };
         if let Some(values) = values {
-            self.time_values.insert((self.chart, upper(&name.text)), values);
+            self.time_values.insert((self.chart, name.text.clone()), values);
         }
         self.items.push(Item::Declaration(Declaration { name, kind, meta }));
         Binding::Place(place)
@@ -316,7 +316,7 @@ impl Elaborator<'_> {
             return Some(BTreeSet::from([ns]));
         }
         let ast::ExprKind::Name(name) = &value.kind else { return None };
-        match self.lookup(frame, &name.text)? {
+        match self.lookup(frame, &name.id)? {
             Binding::Value(Value { kind: Kind::Time(Time::Constant(ns)), .. }) => {
                 Some(BTreeSet::from([ns]))
             }
@@ -327,7 +327,7 @@ impl Elaborator<'_> {
 
     /// The possible values of a TIME variable, if they are known.
     pub(super) fn values_of(&self, place: &Place) -> Values {
-        self.time_values.get(&(place.chart, upper(&place.name.text))).cloned()
+        self.time_values.get(&(place.chart, place.name.text.clone())).cloned()
     }
 
     /// Checks a time stored in a TIME variable: it must be one of the values found at its declaration.

@@ -2,33 +2,30 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::st::ast::{Arg, Body, Element, Expr, ExprKind, Part, Pou, Section, Sfc, Stmt, StmtKind};
+use crate::st::ast::{Arg, Element, Expr, ExprKind, Part, Pou, Section, Stmt, StmtKind};
+use crate::st::symbol::Symbol;
 
-/// The uses of names. All names are in capitals.
+/// The uses of names.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Usage {
     /// Variables that statements change.
-    pub(super) assigned: BTreeSet<String>,
+    pub(super) assigned: BTreeSet<Symbol>,
     /// Names that steps use as actions.
-    pub(super) actions: BTreeSet<String>,
+    pub(super) actions: BTreeSet<Symbol>,
     /// Fields of instances that are read or assigned outside of calls.
-    pub(super) fields: BTreeSet<(String, String)>,
+    pub(super) fields: BTreeSet<(Symbol, Symbol)>,
     /// For each instance, the inputs for which each call has an argument.
-    pub(super) calls: BTreeMap<String, Vec<BTreeSet<String>>>,
+    pub(super) calls: BTreeMap<Symbol, Vec<BTreeSet<Symbol>>>,
     /// All names that are read.
-    pub(super) read: BTreeSet<String>,
+    pub(super) read: BTreeSet<Symbol>,
     /// For each variable, the assigned values that are constants, names or choices between them; `None` for any other value.
-    pub(super) times: BTreeMap<String, Vec<Option<Expr>>>,
+    pub(super) times: BTreeMap<Symbol, Vec<Option<Expr>>>,
 }
 
-pub(super) fn upper(text: &str) -> String {
-    text.to_uppercase()
-}
-
-/// A parameter of a function block: an input, output or in-out parameter. Names are in capitals.
+/// A parameter of a function block: an input, output or in-out parameter.
 #[derive(Debug, Clone)]
 pub(super) struct Parameter {
-    pub(super) name: String,
+    pub(super) id: Symbol,
     /// The second name of an input of a standard block.
     pub(super) second: Option<&'static str>,
     pub(super) section: Section,
@@ -36,7 +33,7 @@ pub(super) struct Parameter {
 
 impl Parameter {
     pub(super) fn is(&self, name: &str) -> bool {
-        self.name == name || self.second == Some(name)
+        self.id == *name || self.second == Some(name)
     }
 }
 
@@ -44,18 +41,21 @@ impl Parameter {
 pub(super) type Params = Vec<Parameter>;
 
 /// Collects the uses in a unit. `params` returns the parameters of an instance by its name.
-pub(super) fn of(pou: &Pou, params: &dyn Fn(&str) -> Params) -> Usage {
+pub(super) fn of(pou: &Pou, params: &dyn Fn(&Symbol) -> Params) -> Usage {
     let mut walk = Walk { usage: Usage::default(), params };
-    match &pou.body {
-        Body::Statements(list) => {
-            walk.list(list);
-            pou.actions.iter().for_each(|action| walk.list(&action.body));
+    for element in pou.elements() {
+        for one in element.uses() {
+            walk.usage.actions.insert(one.action.id.clone());
+            one.duration.iter().for_each(|duration| walk.expr(duration));
         }
-        Body::Sfc(sfc) => walk.sfc(sfc),
+        if let Element::Transition(transition) = element {
+            walk.expr(&transition.condition);
+        }
     }
+    pou.lists().into_iter().for_each(|list| walk.list(list));
     for var in &pou.vars {
         if var.section == Section::External {
-            walk.usage.read.insert(upper(&var.name.text));
+            walk.usage.read.insert(var.name.id.clone());
         }
     }
     walk.usage
@@ -64,36 +64,17 @@ pub(super) fn of(pou: &Pou, params: &dyn Fn(&str) -> Params) -> Usage {
 /// The parameter to which an argument at this position in a call belongs.
 fn parameter<'p>(params: &'p Params, place: usize, argument: &Arg) -> Option<&'p Parameter> {
     match &argument.name {
-        Some(name) => params.iter().find(|one| one.is(&upper(&name.text))),
+        Some(name) => params.iter().find(|one| one.is(&name.id)),
         None => params.get(place),
     }
 }
 
 struct Walk<'w> {
     usage: Usage,
-    params: &'w dyn Fn(&str) -> Params,
+    params: &'w dyn Fn(&Symbol) -> Params,
 }
 
 impl Walk<'_> {
-    fn sfc(&mut self, sfc: &Sfc) {
-        for element in &sfc.elements {
-            match element {
-                Element::Step(step) => {
-                    for one in &step.uses {
-                        self.usage.actions.insert(upper(&one.action.text));
-                        one.duration.iter().for_each(|duration| self.expr(duration));
-                    }
-                }
-                Element::Transition(transition) => self.expr(&transition.condition),
-                Element::Macro(inner) => self.sfc(&inner.body),
-            }
-        }
-        for action in &sfc.actions {
-            self.list(&action.body);
-        }
-        self.list(&sfc.always);
-    }
-
     fn list(&mut self, list: &[Stmt]) {
         for stmt in list {
             self.stmt(stmt);
@@ -102,7 +83,7 @@ impl Walk<'_> {
 
     fn target(&mut self, target: &Expr) {
         if let Some(root) = target.root() {
-            self.usage.assigned.insert(upper(&root.text));
+            self.usage.assigned.insert(root.id.clone());
         }
         if let ExprKind::Index(inner, indices) = &target.kind {
             indices.iter().for_each(|index| self.expr(index));
@@ -120,26 +101,26 @@ impl Walk<'_> {
                 self.target(target);
                 if let (Some(root), ExprKind::Name(_)) = (target.root(), &target.kind) {
                     let value = is_listed(value).then(|| value.clone());
-                    self.usage.times.entry(upper(&root.text)).or_default().push(value);
+                    self.usage.times.entry(root.id.clone()).or_default().push(value);
                 }
                 self.expr(value);
             }
             StmtKind::Call { target, arguments } => {
-                let root = target.root().map(|root| upper(&root.text)).unwrap_or_default();
-                let params = (self.params)(&root);
+                let root = target.root().map(|root| root.id.clone());
+                let params = root.as_ref().map(self.params).unwrap_or_default();
                 let inputs = arguments.iter().enumerate().filter(|(_, one)| !one.is_output);
                 let names = inputs.filter_map(|(place, one)| parameter(&params, place, one));
-                let names = names.map(|one| one.name.clone()).collect();
+                let names = names.map(|one| one.id.clone()).collect();
                 self.arguments(arguments, &params);
-                if let ExprKind::Name(_) = target.kind {
-                    self.usage.read.insert(root.clone());
-                    self.usage.calls.entry(root).or_default().push(names);
+                if let ExprKind::Name(instance) = &target.kind {
+                    self.usage.read.insert(instance.id.clone());
+                    self.usage.calls.entry(instance.id.clone()).or_default().push(names);
                 } else {
                     // An action of an instance reads the inputs that a call of the instance would set.
                     if let ExprKind::Field(inner, _) = &target.kind
                         && let ExprKind::Name(instance) = &inner.kind
                     {
-                        let calls = self.usage.calls.entry(upper(&instance.text));
+                        let calls = self.usage.calls.entry(instance.id.clone());
                         calls.or_default().push(BTreeSet::new());
                     }
                     self.expr(target);
@@ -151,7 +132,7 @@ impl Walk<'_> {
             | StmtKind::While { .. }
             | StmtKind::Repeat { .. }) => {
                 if let StmtKind::For { var, .. } = kind {
-                    self.usage.assigned.insert(upper(&var.text));
+                    self.usage.assigned.insert(var.id.clone());
                 }
                 for part in kind.parts() {
                     match part {
@@ -171,7 +152,7 @@ impl Walk<'_> {
             if one.is_output || is_changed {
                 self.target(&one.value);
                 if let Some(root) = one.value.root() {
-                    self.usage.times.entry(upper(&root.text)).or_default().push(None);
+                    self.usage.times.entry(root.id.clone()).or_default().push(None);
                 }
             }
             if !one.is_output {
@@ -183,36 +164,24 @@ impl Walk<'_> {
     fn expr(&mut self, expr: &Expr) {
         match &expr.kind {
             ExprKind::Name(name) => {
-                self.usage.read.insert(upper(&name.text));
+                self.usage.read.insert(name.id.clone());
             }
             ExprKind::Field(inner, field) => {
                 if let ExprKind::Name(name) = &inner.kind {
-                    self.usage.fields.insert((upper(&name.text), upper(&field.text)));
+                    self.usage.fields.insert((name.id.clone(), field.id.clone()));
                 }
-                self.expr(inner);
             }
-            ExprKind::Bit(inner, _) | ExprKind::Not(inner) | ExprKind::Neg(inner) => {
-                self.expr(inner);
-            }
-            ExprKind::Index(inner, indices) => {
-                self.expr(inner);
-                indices.iter().for_each(|index| self.expr(index));
-            }
-            ExprKind::Binary(_, a, b) => {
-                self.expr(a);
-                self.expr(b);
-            }
-            ExprKind::And(all) | ExprKind::Or(all) => all.iter().for_each(|one| self.expr(one)),
-            ExprKind::Call(_, arguments) => self.arguments(arguments, &Params::new()),
+            ExprKind::Call(_, arguments) => return self.arguments(arguments, &Params::new()),
             _ => {}
         }
+        expr.children().into_iter().for_each(|one| self.expr(one));
     }
 }
 
 /// Whether the possible values of an expression can be listed: it is a literal, a name or a choice between such values.
 pub(super) fn is_listed(value: &Expr) -> bool {
     if let ExprKind::Call(name, arguments) = &value.kind {
-        return matches!(upper(&name.text).as_str(), "SEL" | "MUX")
+        return matches!(name.id.as_str(), "SEL" | "MUX")
             && arguments.iter().skip(1).all(|one| is_listed(&one.value));
     }
     matches!(value.kind, ExprKind::Time(_) | ExprKind::Name(_))

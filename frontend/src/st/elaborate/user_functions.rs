@@ -2,17 +2,17 @@
 
 use std::collections::BTreeMap;
 
+use grafsynth_ir::Span;
 use grafsynth_ir::chart::Expr;
 use grafsynth_ir::diag::{Diagnostic, ErrorReported, counted};
-use grafsynth_ir::{Name, Span};
 
 use super::context::{Binding, Elaborator, Frame, FrameId, MAX_CALLS, MAX_NODES, Outcome};
 use super::jump_elimination;
 use super::types::Ty;
-use super::usage::upper;
 use super::value::{Value, nodes, select};
 use crate::codes;
 use crate::st::ast::{self, Arg, Body, Flag, Pou, PouKind, Section, StmtKind, Var};
+use crate::st::symbol::{Ident, Symbol};
 
 impl Elaborator<'_> {
     /// The value of a function call. Runs the body on expressions: both branches of an IF are run, and a choice combines the results.
@@ -24,7 +24,7 @@ impl Elaborator<'_> {
         span: Span,
     ) -> Outcome<Value> {
         if self.calls.contains(&index) || self.calls.len() >= MAX_CALLS {
-            let name = self.library.pous[index].name.clone();
+            let name = &self.library.pous[index].name;
             return Err(self.report(
                 Diagnostic::error(codes::ST_CALL, format!("`{name}` calls itself"))
                     .at(span, "in this call")
@@ -47,12 +47,12 @@ impl Elaborator<'_> {
             self.report(refusal.diagnostic());
         }
         self.check_parameters(pou, arguments)?;
-        let inside = self.new_frame(Some(self.globals));
+        let inside = self.new_frame();
         let result_type = self.ty(inside, result);
-        let mut types: BTreeMap<String, Ty> = BTreeMap::new();
-        types.insert(upper(&pou.name.text), result_type.clone());
+        let mut types: BTreeMap<Symbol, Ty> = BTreeMap::new();
+        types.insert(pou.name.id.clone(), result_type.clone());
         let start = self.zero_value(&result_type, span)?;
-        self.frames[inside].names.insert(upper(&pou.name.text), Binding::Value(start));
+        self.bind(inside, &pou.name.id, Binding::Value(start));
         self.bind_parameters(frame, inside, pou, arguments, span, &mut types)?;
         let Body::Statements(body) = &pou.body else {
             return Err(self.refused(
@@ -68,7 +68,7 @@ impl Elaborator<'_> {
         let done = list.and_then(|(list, _)| self.run(inside, &types, &list));
         self.calls.pop();
         done?;
-        match self.frames[inside].names.get(&upper(&pou.name.text)) {
+        match self.own(inside, &pou.name.id) {
             Some(Binding::Value(value)) => Ok(value.clone()),
             _ => Err(ErrorReported),
         }
@@ -82,12 +82,12 @@ impl Elaborator<'_> {
         pou: &Pou,
         arguments: &[Arg],
         span: Span,
-        types: &mut BTreeMap<String, Ty>,
+        types: &mut BTreeMap<Symbol, Ty>,
     ) -> Outcome<()> {
         let mut position = 0;
         for var in &pou.vars {
             let ty = self.ty(inside, &var.ty);
-            let key = upper(&var.name.text);
+            let key = &var.name.id;
             let mut value = self.first_value(inside, var, &ty)?;
             if matches!(var.section, Section::InOut | Section::Output) {
                 return Err(self.refused(
@@ -99,7 +99,7 @@ impl Elaborator<'_> {
             if var.section == Section::Input {
                 let given = arguments
                     .iter()
-                    .find(|one| one.name.as_ref().is_some_and(|name| upper(&name.text) == key))
+                    .find(|one| one.is_for(key))
                     .or_else(|| arguments.get(position).filter(|one| one.name.is_none()));
                 position += 1;
                 if let Some(argument) = given {
@@ -108,7 +108,7 @@ impl Elaborator<'_> {
                 }
             }
             types.insert(key.clone(), ty);
-            self.frames[inside].names.insert(key, Binding::Value(value));
+            self.bind(inside, key, Binding::Value(value));
         }
         if arguments.len() > position {
             return Err(self.report(
@@ -133,9 +133,9 @@ impl Elaborator<'_> {
 
     /// Checks that each named argument names an input.
     fn check_parameters(&mut self, pou: &Pou, arguments: &[Arg]) -> Outcome<()> {
-        let is_input = |name: &Name| {
+        let is_input = |name: &Ident| {
             let mut inputs = pou.vars.iter().filter(|var| var.section == Section::Input);
-            inputs.any(|var| upper(&var.name.text) == upper(&name.text))
+            inputs.any(|var| var.name.id == name.id)
         };
         let mut named = arguments.iter().filter_map(|one| one.name.as_ref());
         if let Some(unknown) = named.find(|name| !is_input(name)) {
@@ -184,7 +184,7 @@ impl Elaborator<'_> {
     fn run(
         &mut self,
         frame: FrameId,
-        types: &BTreeMap<String, Ty>,
+        types: &BTreeMap<Symbol, Ty>,
         list: &[ast::Stmt],
     ) -> Outcome<()> {
         for stmt in list {
@@ -196,7 +196,7 @@ impl Elaborator<'_> {
     fn run_one(
         &mut self,
         frame: FrameId,
-        types: &BTreeMap<String, Ty>,
+        types: &BTreeMap<Symbol, Ty>,
         stmt: &ast::Stmt,
     ) -> Outcome<()> {
         self.spend(stmt.span, 1)?;
@@ -214,8 +214,7 @@ impl Elaborator<'_> {
                         "use simple variables",
                     ));
                 };
-                let key = upper(&name.text);
-                let Some(ty) = types.get(&key) else {
+                let Some(ty) = types.get(&name.id) else {
                     return Err(self.report(
                         Diagnostic::error(
                             codes::ST_CALL,
@@ -229,7 +228,7 @@ impl Elaborator<'_> {
                 if nodes(&value.expr, MAX_NODES) >= MAX_NODES {
                     return Err(self.too_much(stmt.span));
                 }
-                self.frames[frame].names.insert(key, Binding::Value(value));
+                self.bind(frame, &name.id, Binding::Value(value));
                 Ok(())
             }
             StmtKind::If { arms, otherwise } => {
@@ -245,20 +244,14 @@ impl Elaborator<'_> {
                 self.run_tested(frame, types, &tested, otherwise, stmt.span)
             }
             StmtKind::For { var, from, to, by, body } => {
-                let key = upper(&var.text);
-                if !types.contains_key(&key) {
-                    let candidates: Vec<String> = types.keys().cloned().collect();
-                    return Err(self.unknown(
-                        "variable",
-                        &var.text,
-                        var.span,
-                        &candidates,
-                        "declare it in the function",
-                    ));
+                if !types.contains_key(&var.id) {
+                    let candidates: Vec<String> = types.keys().map(Symbol::to_string).collect();
+                    let help = "declare it in the function";
+                    return Err(self.unknown("variable", var, &candidates, help));
                 }
                 let values = self.loop_values(frame, from, to, by.as_ref(), stmt.span)?;
                 self.count_rounds(frame, &values, body, stmt.span)?;
-                self.run_loop(frame, types, (var, &key), &values, body, stmt.span)
+                self.run_loop(frame, types, var, &values, body, stmt.span)
             }
             StmtKind::While { .. } | StmtKind::Repeat { .. } => Err(self.unbounded(stmt.span)),
             StmtKind::Call { target, .. } => Err(self.refused(
@@ -275,8 +268,8 @@ impl Elaborator<'_> {
     fn run_loop(
         &mut self,
         frame: FrameId,
-        types: &BTreeMap<String, Ty>,
-        (var, key): (&Name, &str),
+        types: &BTreeMap<Symbol, Ty>,
+        var: &Ident,
         rounds: &super::statements::Rounds,
         body: &[ast::Stmt],
         span: Span,
@@ -287,7 +280,7 @@ impl Elaborator<'_> {
         for value in &rounds.each {
             self.spend(span, 1)?;
             let value = Value::int(*value, var.span);
-            self.frames[frame].names.insert(key.to_owned(), Binding::Value(value));
+            self.bind(frame, &var.id, Binding::Value(value));
             self.frames[frame].flags.insert(Flag::Skipped, no(span));
             self.run(frame, types, &body)?;
         }
@@ -301,14 +294,14 @@ impl Elaborator<'_> {
         // RETURN leaves the outer loops too.
         outer.extend(flags.remove_entry(&Flag::Returned));
         *flags = outer;
-        self.frames[frame].names.insert(key.to_owned(), Binding::Value(last));
+        self.bind(frame, &var.id, Binding::Value(last));
         Ok(())
     }
 
     fn run_arms(
         &mut self,
         frame: FrameId,
-        types: &BTreeMap<String, Ty>,
+        types: &BTreeMap<Symbol, Ty>,
         arms: &[(ast::Expr, Vec<ast::Stmt>)],
         otherwise: &[ast::Stmt],
         span: Span,
@@ -331,7 +324,7 @@ impl Elaborator<'_> {
     fn run_guarded(
         &mut self,
         frame: FrameId,
-        types: &BTreeMap<String, Ty>,
+        types: &BTreeMap<Symbol, Ty>,
         flags: &[Flag],
         list: &[ast::Stmt],
         span: Span,
@@ -374,15 +367,15 @@ impl Elaborator<'_> {
     fn merge(
         &mut self,
         frame: FrameId,
-        types: &BTreeMap<String, Ty>,
+        types: &BTreeMap<Symbol, Ty>,
         condition: &Expr,
         then: &Frame,
         span: Span,
     ) -> Outcome<()> {
         for key in types.keys() {
-            let other = self.frames[frame].names.get(key).cloned();
+            let other = self.own(frame, key).cloned();
             if let Some(chosen) = self.merged(condition, then.names.get(key), other, span)? {
-                self.frames[frame].names.insert(key.clone(), chosen);
+                self.bind(frame, key, chosen);
             }
         }
         for (flag, binding) in &then.flags {
@@ -415,7 +408,7 @@ impl Elaborator<'_> {
     fn run_tested(
         &mut self,
         frame: FrameId,
-        types: &BTreeMap<String, Ty>,
+        types: &BTreeMap<Symbol, Ty>,
         arms: &[(Expr, &[ast::Stmt])],
         otherwise: &[ast::Stmt],
         span: Span,

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use grafsynth_ir::Span;
 use grafsynth_ir::chart::{Expr, Leaf, Path};
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind};
+use grafsynth_ir::{Name, Span};
 
 /// An expression of the chart, with the known facts about its value.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -62,6 +62,11 @@ impl Value {
     pub(super) fn time(ns: i64, span: Span) -> Self {
         let leaf = Leaf::Duration(u64::try_from(ns).unwrap_or(0));
         Value { expr: Expr::leaf(leaf, span), kind: Kind::Time(Time::Constant(ns)) }
+    }
+
+    /// The same value where it is read.
+    pub(super) fn seen_at(self, span: Span) -> Self {
+        Value { expr: Expr::new(self.expr.kind, span), kind: self.kind }
     }
 
     /// Wraps the value into `lo..hi` by adding or subtracting the size of that range, as two's complement does.
@@ -178,5 +183,13 @@ pub(super) fn mentions(expr: &Expr, prefix: &str) -> bool {
     expr.leaves().any(|leaf| {
         matches!(leaf, Leaf::Name(path)
             if path.names.last().is_some_and(|name| name.text.starts_with(prefix)))
+    })
+}
+
+/// Whether all names in a value, as paths of the chart, satisfy a condition.
+pub(super) fn reads_only(value: &Value, is_allowed: impl Fn(&[Name]) -> bool) -> bool {
+    value.expr.leaves().all(|leaf| match leaf {
+        Leaf::Name(path) => is_allowed(&path.names),
+        _ => true,
     })
 }

@@ -16,6 +16,7 @@ use super::text::{self, Names, duration};
 use crate::codes;
 use crate::graf::write_text::setting_text;
 use crate::st::parse::is_reserved;
+use crate::st::symbol::Symbol;
 
 /// All programs of a design.
 pub(crate) struct Programs {
@@ -146,7 +147,7 @@ struct Maker<'a> {
     lacks: Vec<Lack>,
     /// The names as written, by the names of the chart. Steps and all other objects share one namespace.
     names: BTreeMap<&'a str, String>,
-    taken: BTreeSet<String>,
+    taken: BTreeSet<Symbol>,
     steps: BTreeSet<&'a str>,
     /// Actions with lists; in the target, programs cannot read whether such an action runs (its Q).
     lists: BTreeSet<&'a str>,
@@ -236,7 +237,7 @@ fn programs(design: &Design, target: &'static str) -> Programs {
         };
         let mut program = maker.program(chart, &mut all.tick_ns);
         let mut name = identifier(&chart.name.text);
-        while !taken_charts.insert(name.to_uppercase()) {
+        while !taken_charts.insert(Symbol::of(&name)) {
             name.push('_');
         }
         program.name = name;
@@ -256,8 +257,8 @@ fn identifier(text: &str) -> String {
         out.insert(0, '_');
     }
     // Our reader accepts FROM and TO as names; other tools do not.
-    let upper = out.to_uppercase();
-    if is_reserved(&upper) || matches!(upper.as_str(), "FROM" | "TO") {
+    let word = Symbol::of(&out);
+    if is_reserved(&word) || matches!(word.as_str(), "FROM" | "TO") {
         out.push('_');
     }
     out
@@ -295,7 +296,7 @@ impl<'a> Maker<'a> {
         let base = identifier(&name.text);
         let mut written = base.clone();
         let mut n = 2;
-        while !self.taken.insert(written.to_uppercase()) {
+        while !self.taken.insert(Symbol::of(&written)) {
             written = format!("{base}_{n}");
             n += 1;
         }
@@ -504,7 +505,7 @@ impl<'a> Maker<'a> {
     fn free(&mut self, base: &str) -> String {
         let mut name = base.to_owned();
         let mut n = 2;
-        while !self.taken.insert(name.to_uppercase()) {
+        while !self.taken.insert(Symbol::of(&name)) {
             name = format!("{base}_{n}");
             n += 1;
         }
@@ -742,7 +743,7 @@ impl<'a> Maker<'a> {
         let name = transition.name.as_ref().and_then(|name| {
             let made = format!("{}_{}", from.join("_"), to.join("_"));
             let written = identifier(&name.text);
-            (name.text != made && written == name.text && self.taken.insert(written.to_uppercase()))
+            (name.text != made && written == name.text && self.taken.insert(Symbol::of(&written)))
                 .then_some(written)
         });
         let label = self.label(&transition.meta);
