@@ -3,6 +3,7 @@
 use crate::c::print::{Kind, Node};
 use crate::header::Layout;
 use crate::io::INPUT_BITS;
+use crate::io::Structure;
 use crate::{File, Object};
 use grafsynth_ir::net::InputKind;
 use itertools::Itertools as _;
@@ -156,7 +157,7 @@ impl Layout<'_> {
             let case = Kind::Case(
                 vec![format!("case {upper}_EVENT_{name}:")],
                 vec![
-                    Node::line(self.names.io.put("in->", name, *id, "true")),
+                    Node::line(self.names.io.put(Structure::Behind("in"), name, *id, "true")),
                     Node::line("break;"),
                 ],
             );
@@ -166,7 +167,12 @@ impl Layout<'_> {
         let mut take: Vec<Node> = events
             .iter()
             .map(|(id, _)| {
-                Node::line(self.names.io.put("in->", &self.names.inputs[*id], *id, "false"))
+                Node::line(self.names.io.put(
+                    Structure::Behind("in"),
+                    &self.names.inputs[*id],
+                    *id,
+                    "false",
+                ))
             })
             .collect();
         take.extend([

@@ -8,6 +8,7 @@ use crate::File;
 use crate::c::print::comment_text;
 use crate::cexpr::storage;
 use crate::harness::arguments;
+use crate::io::Structure;
 
 pub(super) fn files(chart: &Chart<'_>) -> Vec<File> {
     let name = chart.name();
@@ -61,7 +62,10 @@ fn head(chart: &Chart<'_>) -> String {
 pub(super) fn sketch(chart: &Chart<'_>) -> String {
     let interface = &chart.package.interface;
     let (name, upper) = (chart.name(), chart.upper());
-    let (inputs, outputs) = (board::inputs(chart, "in."), board::outputs(chart, "out."));
+    let (inputs, outputs) = (
+        board::inputs(chart, Structure::Local("in")),
+        board::outputs(chart, Structure::Local("out")),
+    );
     let has_events = inputs.iter().any(|it| it.is_event);
     let has_pins = inputs.iter().any(|it| !it.is_event);
     let mut text = format!(

@@ -45,6 +45,8 @@ impl Emit<'_> {
         } else {
             self.close_group(&mut group, &mut calls, functions);
         }
+        // The loop of a stable evolution is a function, which contains these statements.
+        self.in_step = !self.stable;
         for (index, machine) in self.plan.machines.iter().enumerate() {
             if machine.is_entered {
                 calls.push(self.deferred(index, machine));
@@ -448,18 +450,11 @@ impl Emit<'_> {
 
     /// Adds the steps that forks deferred for a variable from which they take nothing.
     pub(super) fn deferred(&self, index: usize, machine: &Machine) -> Node {
-        let entry = if self.stable {
-            "scan->"
-        } else if self.locals {
-            ""
-        } else {
-            "scan."
-        };
-        let enter = format!("{entry}enter_{}", self.vars[index]);
+        let enter = self.scan(&format!("enter_{}", self.vars[index]));
         let var = self.var(index);
         let mut body = Vec::new();
         if machine.timer_cap.is_some() {
-            let old = format!("{entry}old_{}", self.vars[index]);
+            let old = self.scan(&format!("old_{}", self.vars[index]));
             let reset = Node::line(format!("self->{} = 0;", self.timers[index]));
             body.push(Node::when(&format!("{enter} != {old}"), vec![reset]));
         }
