@@ -66,7 +66,7 @@ pub fn firmware(all: &[(&Valid<Net>, &Package)]) -> String {
         let prefix = &package.interface.names.prefix;
         let stem = package.stem();
         let mut chart = vec![Node::directive(format!("#include \"{stem}.h\""))];
-        if package.files.iter().any(|file| file.name.ends_with("_user.h")) {
+        if package.interface.has_library {
             chart.push(Node::directive(format!("#include \"{stem}_user.h\"")));
         }
         chart.push(Node::blank());

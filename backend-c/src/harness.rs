@@ -175,11 +175,11 @@ pub fn multi_harness(all: &[(&Valid<Net>, &Package)]) -> String {
     let mut engines: Vec<&crate::File> = Vec::new();
     for file in all.iter().flat_map(|(_, package)| &package.files) {
         let is_new = !engines.iter().any(|known| known.name == file.name);
-        if is_new && file.name.starts_with("grafsynth_") {
+        if is_new && file.kind.is_of_engine() {
             engines.push(file);
         }
     }
-    engines.sort_by_key(|file| file.name.ends_with(".c"));
+    engines.sort_by_key(|file| file.kind.is_source());
     for file in engines {
         push_without_includes(&mut text, &file.text);
     }
@@ -248,7 +248,7 @@ fn push_without_includes(text: &mut String, part: &str) {
 }
 
 fn has_library(package: &Package) -> bool {
-    package.files.iter().any(|file| file.name.ends_with("_user.h"))
+    package.interface.has_library
 }
 
 /// The functions that every harness needs: input of numbers, output of text.

@@ -4,7 +4,7 @@ use crate::c::print::{Kind, Node};
 use crate::header::Layout;
 use crate::io::INPUT_BITS;
 use crate::io::Structure;
-use crate::{File, Object};
+use crate::{File, FileKind, Object};
 use grafsynth_ir::net::InputKind;
 use itertools::Itertools as _;
 
@@ -59,7 +59,7 @@ impl Layout<'_> {
         self.scan(&mut nodes);
         self.handover(&mut nodes);
         nodes.push(Node::directive("#endif"));
-        self.file(format!("{}_port.h", self.names.stem), &nodes, false)
+        self.file(format!("{}_port.h", self.names.stem), &nodes, FileKind::Header)
     }
 
     /// Writes the event ring: interrupts add events, and the loop that calls the chart removes them.

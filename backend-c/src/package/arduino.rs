@@ -12,7 +12,7 @@ use crate::io::Structure;
 
 pub(super) fn files(chart: &Chart<'_>) -> Vec<File> {
     let name = chart.name();
-    let mut files = chart.c_files(|_| "src/");
+    let mut files = chart.c_files("src/", "src/");
     files.push(written("library.properties", properties(chart)));
     files.push(written("keywords.txt", keywords(chart)));
     files.push(written("README.md", chart.readme(&head(chart))));

@@ -217,8 +217,10 @@ impl Emit<'_> {
             transitions.iter().copied().partition(|id| self.plan.owner[*id] == Some(index));
         for id in foreign {
             let body = self.effects(index, id, step);
-            let head = format!("if ({})", self.scan(&self.fire_flag(id)));
-            arms.push(Arm::new(head, body).noted(self.transition_note(id), Object::Transition(id)));
+            let fires = self.scan(&self.fire_flag(id));
+            arms.push(
+                Arm::when(&fires, body).noted(self.transition_note(id), Object::Transition(id)),
+            );
         }
         for id in own {
             for node in self.ask(id, step) {
@@ -237,12 +239,14 @@ impl Emit<'_> {
             }
             if condition.is_true() {
                 settled = Some(
-                    Arm::new("else", body).noted(self.transition_note(id), Object::Transition(id)),
+                    Arm::otherwise(body).noted(self.transition_note(id), Object::Transition(id)),
                 );
                 break;
             }
-            let head = format!("if ({})", condition.text);
-            arms.push(Arm::new(head, body).noted(self.transition_note(id), Object::Transition(id)));
+            arms.push(
+                Arm::when(&condition.text, body)
+                    .noted(self.transition_note(id), Object::Transition(id)),
+            );
         }
         let stays = if lit { self.lights(Some(step)) } else { Vec::new() };
         if arms.is_empty() {
@@ -254,10 +258,7 @@ impl Emit<'_> {
             }
             return nodes;
         }
-        for arm in arms.iter_mut().skip(1) {
-            arm.head = format!("else {}", arm.head);
-        }
-        let settled = settled.or_else(|| (!stays.is_empty()).then(|| Arm::new("else", stays)));
+        let settled = settled.or_else(|| (!stays.is_empty()).then(|| Arm::otherwise(stays)));
         arms.extend(settled.filter(|arm| !arm.body.is_empty()));
         nodes.push(Kind::Block(arms).into());
         nodes

@@ -193,8 +193,7 @@ impl Emit<'_> {
             if head.is_false() {
                 continue;
             }
-            let word = if chain.is_empty() { "if" } else { "else if" };
-            let mut arm = Arm::new(format!("{word} ({})", head.text), vec![statement]);
+            let mut arm = Arm::when(&head.text, vec![statement]);
             arm.objects = vec![Object::Output(output), Object::Step(step)];
             chain.push(arm);
         }
