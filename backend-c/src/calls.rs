@@ -48,11 +48,8 @@ pub(crate) fn either(condition: CExpr, then: Vec<Node>, otherwise: Vec<Node>) ->
         (false, true) => vec![Node::when(&condition.text, then)],
         (false, false) => {
             vec![
-                Kind::Block(vec![
-                    Arm::new(format!("if ({})", condition.text), then),
-                    Arm::new("else", otherwise),
-                ])
-                .into(),
+                Kind::Block(vec![Arm::when(&condition.text, then), Arm::otherwise(otherwise)])
+                    .into(),
             ]
         }
     }

@@ -15,6 +15,7 @@ use crate::c::print::{Kind, Node, Writer};
 use crate::cexpr::storage;
 use crate::harness::{arguments, columns_of_steps};
 use crate::interface::Interface;
+use crate::io::Structure;
 use grafsynth_ir::Valid;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{Driver, InputKind, Net, StepId, VarOrigin};
@@ -65,7 +66,7 @@ pub fn firmware(all: &[(&Valid<Net>, &Package)]) -> String {
         let prefix = &package.interface.names.prefix;
         let stem = package.stem();
         let mut chart = vec![Node::directive(format!("#include \"{stem}.h\""))];
-        if package.files.iter().any(|file| file.name.ends_with("_user.h")) {
+        if package.interface.has_library {
             chart.push(Node::directive(format!("#include \"{stem}_user.h\"")));
         }
         chart.push(Node::blank());
@@ -254,7 +255,8 @@ fn row(net: &Net, interface: &Interface) -> Vec<Node> {
     }
     for (id, output) in net.outputs.iter() {
         if !output.is_extern() {
-            let place = interface.names.io.lamp("out.", &interface.names.outputs[id], id);
+            let place =
+                interface.names.io.lamp(Structure::Local("out"), &interface.names.outputs[id], id);
             nodes.extend(send(&place, output.ty));
         }
     }
@@ -290,7 +292,7 @@ fn inputs(net: &Net, interface: &Interface) -> Vec<Node> {
             format!("in.{name}")
         };
         nodes.push(Node::line(if input.kind != InputKind::Extern && input.ty.is_bool() {
-            interface.names.io.put("in.", name, id, "bench_get() != 0U")
+            interface.names.io.put(Structure::Local("in"), name, id, "bench_get() != 0U")
         } else if input.ty.is_bool() {
             format!("{place} = bench_get() != 0U;")
         } else {

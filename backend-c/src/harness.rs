@@ -13,6 +13,7 @@ use crate::callback_check;
 use crate::cexpr::storage;
 use crate::header::shown;
 use crate::interface::Interface;
+use crate::io::Structure;
 use crate::names::library;
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::{Driver, InputKind, Net, StepId, VarOrigin};
@@ -174,11 +175,11 @@ pub fn multi_harness(all: &[(&Valid<Net>, &Package)]) -> String {
     let mut engines: Vec<&crate::File> = Vec::new();
     for file in all.iter().flat_map(|(_, package)| &package.files) {
         let is_new = !engines.iter().any(|known| known.name == file.name);
-        if is_new && file.name.starts_with("grafsynth_") {
+        if is_new && file.kind.is_of_engine() {
             engines.push(file);
         }
     }
-    engines.sort_by_key(|file| file.name.ends_with(".c"));
+    engines.sort_by_key(|file| file.kind.is_source());
     for file in engines {
         push_without_includes(&mut text, &file.text);
     }
@@ -247,7 +248,7 @@ fn push_without_includes(text: &mut String, part: &str) {
 }
 
 fn has_library(package: &Package) -> bool {
-    package.files.iter().any(|file| file.name.ends_with("_user.h"))
+    package.interface.has_library
 }
 
 /// The functions that every harness needs: input of numbers, output of text.
@@ -397,7 +398,12 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
             )));
         } else if zero != 0 {
             let name = &interface.names.inputs[id];
-            body.push(Node::line(interface.names.io.put("in.", name, id, &zero.to_string())));
+            body.push(Node::line(interface.names.io.put(
+                Structure::Local("in"),
+                name,
+                id,
+                &zero.to_string(),
+            )));
         }
     }
     body.push(Node::line(format!("fputs(\"{}\\n\", stdout);", columns(net, interface).join(","))));
@@ -433,7 +439,12 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
         if input.kind == InputKind::Extern {
             round.push(Node::line(format!("{prefix}_stimulus_{name} = value;")));
         } else {
-            round.push(Node::line(interface.names.io.put("in.", name, id, &value)));
+            round.push(Node::line(interface.names.io.put(
+                Structure::Local("in"),
+                name,
+                id,
+                &value,
+            )));
         }
     }
     round.push(Node::line("(void)value;"));
@@ -604,7 +615,9 @@ fn row(net: &Net, interface: &Interface) -> Vec<Node> {
         let name = &interface.names.inputs[id];
         match input.kind {
             InputKind::Pin | InputKind::Event => {
-                nodes.extend(value(&interface.names.io.read("in.", name, id, input.ty).text));
+                nodes.extend(value(
+                    &interface.names.io.read(Structure::Local("in"), name, id, input.ty).text,
+                ));
             }
             InputKind::Extern => nodes.extend(value(&format!("{prefix}_stimulus_{name}"))),
             InputKind::InternalEvent => {}
@@ -625,7 +638,7 @@ fn row(net: &Net, interface: &Interface) -> Vec<Node> {
     for (id, output) in net.outputs.iter() {
         let name = &interface.names.outputs[id];
         let Driver::Extern { params, .. } = &output.driver else {
-            nodes.extend(value(&interface.names.io.lamp("out.", name, id)));
+            nodes.extend(value(&interface.names.io.lamp(Structure::Local("out"), name, id)));
             continue;
         };
         let calls = format!("{prefix}_calls_{name}");

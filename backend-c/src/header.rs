@@ -6,7 +6,7 @@ use crate::gate;
 use crate::interface::Interface;
 use crate::names::Names;
 use crate::style_output::{Member, StyleOutput, mentions};
-use crate::{File, Io, Object, Options};
+use crate::{File, FileKind, Io, Object, Options};
 use crate::{safe, trace};
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::facts::Facts;
@@ -23,6 +23,9 @@ pub(crate) fn lay_out(
     if options.trace.is_some() {
         trace::add(names, &mut program);
     }
+    let has_library = options.callbacks
+        || net.inputs.values().any(|it| it.kind == InputKind::Extern)
+        || net.outputs.values().any(|it| it.is_extern());
     let interface = Interface {
         names: names.clone(),
         has_instance: !program.instance.is_empty(),
@@ -31,6 +34,7 @@ pub(crate) fn lay_out(
         ticks: program.ticks,
         has_fault: program.has_fault,
         callbacks: options.callbacks,
+        has_library,
         // A chart without state cannot be quiescent.
         gate: options.gate && !program.instance.is_empty(),
         trace: options.trace,
@@ -44,9 +48,6 @@ pub(crate) fn lay_out(
         program.instance.extend(gate::members(&interface));
         program.init.push(Node::line("self->gate = 0U;"));
     }
-    let has_library = options.callbacks
-        || net.inputs.values().any(|it| it.kind == InputKind::Extern)
-        || net.outputs.values().any(|it| it.is_extern());
     let layout = Layout { net, names, program, options, interface: &interface, has_library };
     let (source, marks) = layout.source();
     let mut files = vec![layout.header(), source, layout.port()];
@@ -54,13 +55,14 @@ pub(crate) fn lay_out(
         let mut nodes =
             vec![layout.banner("the tables. Do not edit: they are regenerated from the chart.")];
         nodes.extend(engine.tables.iter().cloned());
-        files.push(layout.file(format!("{}_tables.c", names.stem), &nodes, false));
-        for (name, text) in engine.files {
+        files.push(layout.file(format!("{}_tables.c", names.stem), &nodes, FileKind::Source));
+        for (kind, name, text) in engine.files {
             files.push(File {
                 name: (*name).to_owned(),
                 text: (*text).to_owned(),
                 keep_existing: false,
                 map: Vec::new(),
+                kind: *kind,
             });
         }
     }
@@ -112,9 +114,10 @@ impl Layout<'_> {
         Node::comment(text)
     }
 
-    pub(crate) fn file(&self, name: String, nodes: &[Node], keep_existing: bool) -> File {
+    /// A file of this chart that is rewritten by each build.
+    pub(crate) fn file(&self, name: String, nodes: &[Node], kind: FileKind) -> File {
         let (text, map) = Writer::write(nodes);
-        File { name, text, keep_existing, map }
+        File { name, text, keep_existing: false, map, kind }
     }
 
     // --- NAME.h ----------------------------------------------------------------------------------------------------------------------------
@@ -204,7 +207,7 @@ impl Layout<'_> {
             Node::blank(),
             Node::directive("#endif"),
         ]);
-        self.file(format!("{}.h", self.names.stem), &nodes, false)
+        self.file(format!("{}.h", self.names.stem), &nodes, FileKind::Header)
     }
 
     fn input_struct(&self, nodes: &mut Vec<Node>) {

@@ -13,6 +13,8 @@ pub(crate) struct Interface {
     pub(crate) ticks: Option<Ticks>,
     pub(crate) has_fault: bool,
     pub(crate) callbacks: bool,
+    /// True if the user provides functions: those of the chart, or callbacks.
+    pub(crate) has_library: bool,
     /// True if the quiescence gate precedes the reaction.
     pub(crate) gate: bool,
     /// The number of entries of the trace ring.

@@ -15,6 +15,33 @@ use grafsynth_ir::net::{Input, InputId, InputKind, Net, Output, OutputId};
 /// The bits of one word of inputs.
 pub(crate) const INPUT_BITS: usize = 8;
 
+/// A structure of inputs or outputs, as the code that reads or writes it names it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Structure {
+    /// A local.
+    Local(&'static str),
+    /// The target of a pointer.
+    Behind(&'static str),
+}
+
+impl Structure {
+    /// The text of a member.
+    fn member(self, name: &str) -> String {
+        match self {
+            Structure::Local(local) => format!("{local}.{name}"),
+            Structure::Behind(pointer) => format!("{pointer}->{name}"),
+        }
+    }
+
+    /// The text of the address.
+    fn pointer(self) -> String {
+        match self {
+            Structure::Local(local) => format!("&{local}"),
+            Structure::Behind(pointer) => pointer.to_owned(),
+        }
+    }
+}
+
 /// The location of each input and output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Layout {
@@ -111,24 +138,23 @@ impl Layout {
         Node::line(format!("{lit} = ({})({lit} | {mask});", self.output_type()))
     }
 
-    /// The value of an input; `place` is the structure with its access operator, `in->` or `in.`.
-    pub(crate) fn read(&self, place: &str, name: &str, input: InputId, ty: Type) -> CExpr {
+    /// The value of an input in a structure.
+    pub(crate) fn read(&self, place: Structure, name: &str, input: InputId, ty: Type) -> CExpr {
         match self.inputs[input] {
-            None => CExpr::place(format!("{place}{name}"), ty),
+            None => CExpr::place(place.member(name), ty),
             Some(_) => {
-                let structure = pointer(place);
-                let text = format!("{0}_GET({structure}, {0}_IN_{name})", self.upper);
+                let text = format!("{0}_GET({1}, {0}_IN_{name})", self.upper, place.pointer());
                 CExpr::condition(text, Prec::Atom)
             }
         }
     }
 
     /// Assigns a value to an input.
-    pub(crate) fn put(&self, place: &str, name: &str, input: InputId, value: &str) -> String {
+    pub(crate) fn put(&self, place: Structure, name: &str, input: InputId, value: &str) -> String {
         match self.inputs[input] {
-            None => format!("{place}{name} = {value};"),
+            None => format!("{} = {value};", place.member(name)),
             Some(_) => {
-                format!("{0}_PUT({1}, {0}_IN_{name}, {value});", self.upper, pointer(place))
+                format!("{0}_PUT({1}, {0}_IN_{name}, {value});", self.upper, place.pointer())
             }
         }
     }
@@ -142,10 +168,10 @@ impl Layout {
     }
 
     /// Reads an output back.
-    pub(crate) fn lamp(&self, place: &str, name: &str, output: OutputId) -> String {
+    pub(crate) fn lamp(&self, place: Structure, name: &str, output: OutputId) -> String {
         match self.outputs[output] {
-            None => format!("{place}{name}"),
-            Some(_) => format!("{0}_LIT({1}, {0}_OUT_{name})", self.upper, pointer(place)),
+            None => place.member(name),
+            Some(_) => format!("{0}_LIT({1}, {0}_OUT_{name})", self.upper, place.pointer()),
         }
     }
 
@@ -254,13 +280,5 @@ impl Layout {
         }
         nodes.push(Node::blank());
         nodes
-    }
-}
-
-/// The pointer to a structure, given the prefix that accesses its members: `in` for `in->`, `&in` for `in.`.
-fn pointer(place: &str) -> String {
-    match place.strip_suffix("->") {
-        Some(name) => name.to_string(),
-        None => format!("&{}", place.trim_end_matches('.')),
     }
 }

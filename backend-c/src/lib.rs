@@ -245,6 +245,37 @@ pub struct File {
     pub keep_existing: bool,
     /// For each line (from 1) that comes from the net, its objects.
     pub map: Vec<(u32, Vec<Object>)>,
+    /// What it contains.
+    pub kind: FileKind,
+}
+
+/// The kinds of files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum FileKind {
+    /// A header of a chart.
+    Header,
+    /// C code of a chart.
+    Source,
+    /// A header of an engine, the same for every chart.
+    EngineHeader,
+    /// The C code of an engine, the same for every chart.
+    EngineSource,
+    /// Something else, such as a Makefile or an example.
+    Other,
+}
+
+impl FileKind {
+    /// True for C code that is compiled with a chart.
+    #[must_use]
+    pub fn is_source(self) -> bool {
+        matches!(self, FileKind::Source | FileKind::EngineSource)
+    }
+
+    /// True for a file that is the same for every chart of an engine.
+    #[must_use]
+    pub fn is_of_engine(self) -> bool {
+        matches!(self, FileKind::EngineHeader | FileKind::EngineSource)
+    }
 }
 
 /// A chart in C.

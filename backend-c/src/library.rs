@@ -3,7 +3,7 @@
 use crate::c::print::{Node, comment_text};
 use crate::cexpr::storage;
 use crate::header::{Layout, described};
-use crate::{File, Object};
+use crate::{File, FileKind, Object};
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{Driver, InputKind};
 
@@ -102,7 +102,7 @@ impl Layout<'_> {
             Node::blank(),
             Node::directive("#endif"),
         ]);
-        self.file(format!("{}_user.h", self.names.stem), &nodes, false)
+        self.file(format!("{}_user.h", self.names.stem), &nodes, FileKind::Header)
     }
 
     pub(crate) fn library_stub(&self) -> File {
@@ -130,7 +130,8 @@ impl Layout<'_> {
             nodes.push(Node::blank());
         }
         nodes.pop();
-        self.file(format!("{}_user.c", self.names.stem), &nodes, true)
+        let name = format!("{}_user.c", self.names.stem);
+        File { keep_existing: true, ..self.file(name, &nodes, FileKind::Source) }
     }
 }
 

@@ -3,7 +3,8 @@
 use crate::c::print::{Kind, Node};
 use crate::header::Layout;
 use crate::io::INPUT_BITS;
-use crate::{File, Object};
+use crate::io::Structure;
+use crate::{File, FileKind, Object};
 use grafsynth_ir::net::InputKind;
 use itertools::Itertools as _;
 
@@ -58,7 +59,7 @@ impl Layout<'_> {
         self.scan(&mut nodes);
         self.handover(&mut nodes);
         nodes.push(Node::directive("#endif"));
-        self.file(format!("{}_port.h", self.names.stem), &nodes, false)
+        self.file(format!("{}_port.h", self.names.stem), &nodes, FileKind::Header)
     }
 
     /// Writes the event ring: interrupts add events, and the loop that calls the chart removes them.
@@ -156,7 +157,7 @@ impl Layout<'_> {
             let case = Kind::Case(
                 vec![format!("case {upper}_EVENT_{name}:")],
                 vec![
-                    Node::line(self.names.io.put("in->", name, *id, "true")),
+                    Node::line(self.names.io.put(Structure::Behind("in"), name, *id, "true")),
                     Node::line("break;"),
                 ],
             );
@@ -166,7 +167,12 @@ impl Layout<'_> {
         let mut take: Vec<Node> = events
             .iter()
             .map(|(id, _)| {
-                Node::line(self.names.io.put("in->", &self.names.inputs[*id], *id, "false"))
+                Node::line(self.names.io.put(
+                    Structure::Behind("in"),
+                    &self.names.inputs[*id],
+                    *id,
+                    "false",
+                ))
             })
             .collect();
         take.extend([

@@ -6,7 +6,7 @@ use crate::gate;
 use crate::header::{Layout, shown};
 use crate::safe;
 use crate::style_output::mentions;
-use crate::{File, Object};
+use crate::{File, FileKind, Object};
 use itertools::Itertools as _;
 
 impl Layout<'_> {
@@ -50,7 +50,16 @@ impl Layout<'_> {
         }
         let _ = upper;
         let (text, map, marks) = Writer::write_marked(&nodes);
-        (File { name: format!("{stem}.c"), text, keep_existing: false, map }, marks)
+        (
+            File {
+                name: format!("{stem}.c"),
+                text,
+                keep_existing: false,
+                map,
+                kind: FileKind::Source,
+            },
+            marks,
+        )
     }
 
     fn with_unused(&self, body: Vec<Node>, with_in: bool, with_dt: bool) -> Vec<Node> {

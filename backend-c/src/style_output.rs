@@ -1,10 +1,10 @@
 //! The result of a style: everything that differs between the styles, ready for [`crate::header`] to lay out in files.
 
-use crate::Object;
 use crate::c::print::{Arm, Kind, Node};
 use crate::cexpr::Helpers;
 use crate::range::Range;
 use crate::times::Ticks;
+use crate::{FileKind, Object};
 use grafsynth_ir::IdMap;
 use grafsynth_ir::net::{Step, StepId, VarId};
 use std::collections::{BTreeMap, BTreeSet};
@@ -59,7 +59,7 @@ pub(crate) struct StyleOutput {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Engine {
     /// The engine's own files, the same for every chart, headers first.
-    pub(crate) files: &'static [(&'static str, &'static str)],
+    pub(crate) files: &'static [(FileKind, &'static str, &'static str)],
     /// The maximum number of instructions that one reaction interprets, if the image is a program.
     pub(crate) instructions: Option<u64>,
     /// The file, one of these, that the chart's header includes.

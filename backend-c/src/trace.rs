@@ -195,30 +195,20 @@ pub(crate) fn reader(names: &Names) -> Vec<Node> {
     ];
     let mut arms = Vec::new();
     for (condition, line) in parts {
-        let word = if arms.is_empty() { "if" } else { "else if" };
-        arms.push(Arm::new(format!("{word} ({condition})"), vec![line]));
+        arms.push(Arm::when(&condition, vec![line]));
     }
-    arms.push(Arm::new(
-        "else",
-        vec![
-            Node::line("const uint16_t entry = (uint16_t)((at - 20U) / 6U);"),
-            Node::line("byte = (uint8_t)((at - 20U) % 6U);"),
-            Kind::Block(vec![
-                Arm::new(
-                    "if (byte < 4U)",
-                    vec![Node::line(format!("value = self->{MEMBER}.at[entry];"))],
-                ),
-                Arm::new(
-                    "else",
-                    vec![
-                        Node::line("byte = (uint8_t)(byte - 4U);"),
-                        Node::line(format!("value = self->{MEMBER}.fired[entry];")),
-                    ],
-                ),
-            ])
-            .into(),
-        ],
-    ));
+    arms.push(Arm::otherwise(vec![
+        Node::line("const uint16_t entry = (uint16_t)((at - 20U) / 6U);"),
+        Node::line("byte = (uint8_t)((at - 20U) % 6U);"),
+        Kind::Block(vec![
+            Arm::when("byte < 4U", vec![Node::line(format!("value = self->{MEMBER}.at[entry];"))]),
+            Arm::otherwise(vec![
+                Node::line("byte = (uint8_t)(byte - 4U);"),
+                Node::line(format!("value = self->{MEMBER}.fired[entry];")),
+            ]),
+        ])
+        .into(),
+    ]));
     let body = vec![
         Node::line("uint32_t value;"),
         Node::line("uint8_t byte = (uint8_t)(at % 4U);"),

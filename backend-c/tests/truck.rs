@@ -64,3 +64,13 @@ fn odd_charts_compile_everywhere_too() {
     folder.write(&package);
     compiles_everywhere(&folder, &package);
 }
+
+#[test]
+fn a_chart_that_is_called_like_an_engine_is_printed_once() {
+    let (net, facts) = truck();
+    let options = Options { prefix: Some("grafsynth_truck".to_owned()), ..Options::default() };
+    let package = emit(&net, &facts, &options).expect("the truck can be emitted");
+    let text = grafsynth_backend_c::multi_harness(&[(&net, &package)]);
+    // Once in the header, once in the source.
+    assert_eq!(text.matches("\nvoid grafsynth_truck_step(").count(), 2);
+}

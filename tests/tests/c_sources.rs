@@ -4,7 +4,7 @@
 
 #![allow(clippy::print_stdout, reason = "tests report what they skip")]
 
-use grafsynth_backend_c::{File, emit};
+use grafsynth_backend_c::{File, FileKind, emit};
 use grafsynth_driver::pipeline;
 use grafsynth_engines::{c, tools};
 use grafsynth_frontend::c::{Calls, Group, Options, Parsed, parse_within};
@@ -170,6 +170,7 @@ fn compare(case: &Case, options: &Options, n_calls: u64) {
             text: library,
             keep_existing: false,
             map: Vec::new(),
+            kind: FileKind::Source,
         });
     }
     let Case { source, arguments, original, chart, same, .. } = case;

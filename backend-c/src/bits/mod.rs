@@ -12,6 +12,7 @@ pub(crate) mod outline;
 use crate::c::print::{Arm, Kind, Node};
 use crate::calls::{self, Callee};
 use crate::cexpr::{CExpr, Class, Helpers, Prec, Scope, c_expr, saturated, storage};
+use crate::io::Structure;
 use crate::names::{Names, namer};
 use crate::queries::carriers;
 use crate::style_output::{StyleOutput, mentions, without_unused};
@@ -648,7 +649,7 @@ impl Scope<Leaf> for Reader<'_, '_> {
                 let ty = emit.net.inputs[input].ty;
                 match emit.net.inputs[input].kind {
                     InputKind::Pin | InputKind::Event => {
-                        emit.names.io.read("in->", name, input, ty)
+                        emit.names.io.read(Structure::Behind("in"), name, input, ty)
                     }
                     InputKind::Extern if emit.is_split => {
                         CExpr::place(emit.shared(&format!("cond_{name}")), ty)

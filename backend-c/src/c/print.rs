@@ -55,11 +55,24 @@ pub(crate) enum Kind {
     Braces(String, Vec<Node>, String),
 }
 
+/// The roles of the branches of a [`Kind::Block`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ArmKind {
+    /// The only one, such as a loop.
+    Single,
+    /// A condition: `else` is printed before it unless it is the first branch.
+    Condition,
+    /// All other cases: the last branch.
+    Otherwise,
+}
+
 /// One branch of a [`Kind::Block`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Arm {
-    /// `if (..)`, `else if (..)`, `else`, `switch (..)`, `while (..)`.
+    /// `if (..)`, `switch (..)`, `while (..)`; empty for `else`.
     pub(crate) head: String,
+    /// The role of the branch in its chain.
+    pub(crate) kind: ArmKind,
     /// A comment after the opening brace.
     pub(crate) note: String,
     /// The objects of the net that this branch comes from.
@@ -73,14 +86,35 @@ pub(crate) struct Arm {
 }
 
 impl Arm {
+    /// A block with that text before its brace, such as a loop.
     pub(crate) fn new(head: impl Into<String>, body: Vec<Node>) -> Self {
         Arm {
             head: head.into(),
+            kind: ArmKind::Single,
             note: String::new(),
             objects: Vec::new(),
             body,
             at_most: None,
             task: None,
+        }
+    }
+
+    /// A branch with its condition.
+    pub(crate) fn when(condition: &str, body: Vec<Node>) -> Self {
+        Arm { kind: ArmKind::Condition, ..Arm::new(format!("if ({condition})"), body) }
+    }
+
+    /// The branch for all other cases.
+    pub(crate) fn otherwise(body: Vec<Node>) -> Self {
+        Arm { kind: ArmKind::Otherwise, ..Arm::new("", body) }
+    }
+
+    /// The text before the opening brace of the branch with that index.
+    fn text(&self, index: usize) -> String {
+        match self.kind {
+            ArmKind::Condition if index > 0 => format!("else {}", self.head),
+            ArmKind::Single | ArmKind::Condition => self.head.clone(),
+            ArmKind::Otherwise => "else".to_owned(),
         }
     }
 
@@ -117,7 +151,7 @@ impl Node {
 
     /// `if (condition) { .. }`.
     pub(crate) fn when(condition: &str, body: Vec<Node>) -> Self {
-        Kind::Block(vec![Arm::new(format!("if ({condition})"), body)]).into()
+        Kind::Block(vec![Arm::when(condition, body)]).into()
     }
 
     /// `head { .. }`.
@@ -282,7 +316,7 @@ impl Writer {
                 arm.objects.clone()
             };
             let note = if index == 0 && arm.note.is_empty() { &node.note } else { &arm.note };
-            self.put(&format!("{open}{} {{", arm.head), note, &objects);
+            self.put(&format!("{open}{} {{", arm.text(index)), note, &objects);
             if let Some(rounds) = arm.at_most {
                 self.marks.loops.push((self.line, rounds));
             }
@@ -290,14 +324,14 @@ impl Writer {
                 self.marks.tasks.push((self.line, step, task));
             }
             // The cases of a `switch` have the same indentation as the `switch`.
-            if arm.head.starts_with("switch") {
+            if arm.body.iter().any(|it| matches!(it.kind, Kind::Case(..))) {
                 self.nodes(&arm.body);
             } else {
                 self.indented(&arm.body);
             }
         }
         // A chain ends with an `else`, which shows that no case was forgotten (MISRA-C:2012, rule 15.7).
-        if arms.last().is_some_and(|arm| arm.head.starts_with("else if")) {
+        if arms.len() > 1 && arms.last().is_some_and(|arm| arm.kind == ArmKind::Condition) {
             self.put("} else {", "", &[]);
             self.indented(&[Node::comment("Nothing else happens.")]);
         }
@@ -360,9 +394,9 @@ mod tests {
     #[test]
     fn arms_share_a_line_with_the_closing_brace() {
         let arms = vec![
-            Arm::new("if (a)", vec![Node::line("b();")])
+            Arm::when("a", vec![Node::line("b();")])
                 .noted("t1", Object::Step(grafsynth_ir::Id::from_index(0))),
-            Arm::new("else", vec![Node::line("c();")]),
+            Arm::otherwise(vec![Node::line("c();")]),
         ];
         let (text, map) = Writer::write(&[Kind::Block(arms).into()]);
         assert_eq!(text, "if (a) { /* t1 */\n    b();\n} else {\n    c();\n}\n");

@@ -4,6 +4,7 @@
 use crate::Object;
 use crate::c::print::Node;
 use crate::cexpr::storage;
+use crate::io::Structure;
 use crate::names::Names;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{InputId, InputKind, Net, OutputId};
@@ -30,7 +31,8 @@ pub(super) fn hand_in(
         let value = if reset || input.kind == InputKind::Extern {
             input.ty.saturate(0).to_string()
         } else {
-            let place = names.io.read("in->", &names.inputs[*id], *id, input.ty).text;
+            let place =
+                names.io.read(Structure::Behind("in"), &names.inputs[*id], *id, input.ty).text;
             if input.ty.is_bool() {
                 format!("{place} ? 1 : 0")
             } else {

@@ -24,7 +24,7 @@ use crate::names::Names;
 use crate::refusal::Refusal;
 use crate::style_output::{Engine, Member, StyleOutput};
 use crate::times::{Ticks, step_caps};
-use crate::{Object, Options};
+use crate::{FileKind, Object, Options};
 use grafsynth_ir::net::{
     Driver, Emission, Enter, Evolution, Expr, Input, InputId, InputKind, Leaf, Net, Output, Policy,
     Schedule, StepId, StepKind, Transition, TransitionId, TransitionKind,
@@ -36,12 +36,13 @@ use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The common header with which all engines read images.
-const IMAGE_HEADER: (&str, &str) = ("grafsynth_image.h", include_str!("grafsynth_image.h"));
+const IMAGE_HEADER: (FileKind, &str, &str) =
+    (FileKind::EngineHeader, "grafsynth_image.h", include_str!("grafsynth_image.h"));
 /// The files that are the same for every chart in this style.
-const FILES: [(&str, &str); 3] = [
+const FILES: [(FileKind, &str, &str); 3] = [
     IMAGE_HEADER,
-    ("grafsynth_engine.h", include_str!("grafsynth_engine.h")),
-    ("grafsynth_engine.c", include_str!("grafsynth_engine.c")),
+    (FileKind::EngineHeader, "grafsynth_engine.h", include_str!("grafsynth_engine.h")),
+    (FileKind::EngineSource, "grafsynth_engine.c", include_str!("grafsynth_engine.c")),
 ];
 
 /// The flag of an item that is the initial content of a state, not a state.

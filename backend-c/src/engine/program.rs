@@ -16,7 +16,7 @@ use crate::names::{Names, library, namer};
 use crate::refusal::{Failure, Refusal};
 use crate::style_output::{Engine, StyleOutput, mentions};
 use crate::times::Ticks;
-use crate::{Object, Options, bits};
+use crate::{FileKind, Object, Options, bits};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::lower::program::{
     Marks, ProgramOptions, marked_program, program as reaction_program,
@@ -29,10 +29,10 @@ use grafsynth_ir::{IdMap, Valid};
 use std::collections::BTreeSet;
 
 /// The files that are the same for every chart of this kind.
-pub(crate) const FILES: [(&str, &str); 3] = [
+pub(crate) const FILES: [(FileKind, &str, &str); 3] = [
     super::IMAGE_HEADER,
-    ("grafsynth_program.h", include_str!("grafsynth_program.h")),
-    ("grafsynth_program.c", include_str!("grafsynth_program.c")),
+    (FileKind::EngineHeader, "grafsynth_program.h", include_str!("grafsynth_program.h")),
+    (FileKind::EngineSource, "grafsynth_program.c", include_str!("grafsynth_program.c")),
 ];
 
 /// Bytes before the rows of cells.

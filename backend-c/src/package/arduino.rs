@@ -8,10 +8,11 @@ use crate::File;
 use crate::c::print::comment_text;
 use crate::cexpr::storage;
 use crate::harness::arguments;
+use crate::io::Structure;
 
 pub(super) fn files(chart: &Chart<'_>) -> Vec<File> {
     let name = chart.name();
-    let mut files = chart.c_files(|_| "src/");
+    let mut files = chart.c_files("src/", "src/");
     files.push(written("library.properties", properties(chart)));
     files.push(written("keywords.txt", keywords(chart)));
     files.push(written("README.md", chart.readme(&head(chart))));
@@ -61,7 +62,10 @@ fn head(chart: &Chart<'_>) -> String {
 pub(super) fn sketch(chart: &Chart<'_>) -> String {
     let interface = &chart.package.interface;
     let (name, upper) = (chart.name(), chart.upper());
-    let (inputs, outputs) = (board::inputs(chart, "in."), board::outputs(chart, "out."));
+    let (inputs, outputs) = (
+        board::inputs(chart, Structure::Local("in")),
+        board::outputs(chart, Structure::Local("out")),
+    );
     let has_events = inputs.iter().any(|it| it.is_event);
     let has_pins = inputs.iter().any(|it| !it.is_event);
     let mut text = format!(

@@ -5,6 +5,7 @@ use super::ticks::Ratio;
 use crate::c::print::comment_text;
 use crate::cexpr::storage;
 use crate::harness::arguments;
+use crate::io::Structure;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::InputKind;
 
@@ -24,7 +25,7 @@ pub(super) struct Signal {
 }
 
 /// The inputs in a structure: pins, then events.
-pub(super) fn inputs(chart: &Chart<'_>, place: &'static str) -> Vec<Signal> {
+pub(super) fn inputs(chart: &Chart<'_>, place: Structure) -> Vec<Signal> {
     let names = &chart.package.interface.names;
     let inputs = chart.net.inputs.iter();
     inputs
@@ -44,7 +45,7 @@ pub(super) fn inputs(chart: &Chart<'_>, place: &'static str) -> Vec<Signal> {
 }
 
 /// The outputs that are not functions.
-pub(super) fn outputs(chart: &Chart<'_>, place: &'static str) -> Vec<Signal> {
+pub(super) fn outputs(chart: &Chart<'_>, place: Structure) -> Vec<Signal> {
     let names = &chart.package.interface.names;
     let outputs = chart.net.outputs.iter().filter(|(_, it)| !it.is_extern());
     outputs
@@ -70,7 +71,8 @@ fn described(name: &str, label: &str) -> String {
 pub(super) fn text(chart: &Chart<'_>, folder: &str) -> String {
     let interface = &chart.package.interface;
     let (name, upper) = (chart.name(), chart.upper());
-    let (inputs, outputs) = (inputs(chart, "in."), outputs(chart, "out."));
+    let (inputs, outputs) =
+        (inputs(chart, Structure::Local("in")), outputs(chart, Structure::Local("out")));
     let has_events = inputs.iter().any(|it| it.is_event);
     let mut text = format!(
         "/* {}: the chart on a microcontroller. This file is yours. */\n#include \"{folder}{}.h\"\n",

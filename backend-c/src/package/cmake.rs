@@ -9,7 +9,7 @@ const PROJECT: &str = include_str!("text/CMakeLists.txt");
 pub(super) const VERSION: &str = "1.0.0";
 
 pub(super) fn files(chart: &Chart<'_>) -> Vec<File> {
-    let mut files = chart.c_files(|name| if name.ends_with(".c") { "src/" } else { "include/" });
+    let mut files = chart.c_files("include/", "src/");
     let list = |names: Vec<&str>, folder: &str| -> String {
         names.iter().map(|name| format!("    {folder}{name}\n")).collect()
     };

@@ -4,6 +4,7 @@ use super::Chart;
 use crate::c::print::{Kind, Node, Writer, comment_text};
 use crate::cexpr::storage;
 use crate::harness::{arguments, columns_of_steps, string_text};
+use crate::io::Structure;
 use itertools::Itertools as _;
 
 /// The text; `include` is the path by which it includes `NAME.h`.
@@ -77,9 +78,19 @@ pub(super) fn text(chart: &Chart<'_>, include: &str) -> String {
             // The macro evaluates the value twice.
             let local = format!("bit_{}", names.inputs[*id]);
             round.push(Node::line(format!("const bool {local} = {value};")));
-            round.push(Node::line(names.io.put("in.", &names.inputs[*id], *id, &local)));
+            round.push(Node::line(names.io.put(
+                Structure::Local("in"),
+                &names.inputs[*id],
+                *id,
+                &local,
+            )));
         } else {
-            round.push(Node::line(names.io.put("in.", &names.inputs[*id], *id, &value)));
+            round.push(Node::line(names.io.put(
+                Structure::Local("in"),
+                &names.inputs[*id],
+                *id,
+                &value,
+            )));
         }
     }
     round.push(Node::line("end_line();"));
@@ -136,7 +147,7 @@ fn print_row(chart: &Chart<'_>) -> Vec<Node> {
         ));
     }
     for (id, _) in net.outputs.iter().filter(|(_, it)| !it.is_extern()) {
-        let value = names.io.lamp("out->", &names.outputs[id], id);
+        let value = names.io.lamp(Structure::Behind("out"), &names.outputs[id], id);
         body.push(Node::line(format!("printf(\",%lld\", (long long)({value}));")));
     }
     body.push(Node::line("putchar('\\n');"));

@@ -18,7 +18,7 @@ mod plain;
 mod platformio;
 mod ticks;
 
-use crate::{File, Package, codes};
+use crate::{File, FileKind, Package, codes};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::names::is_unseen;
 use grafsynth_ir::net::{InputKind, Net};
@@ -117,10 +117,10 @@ impl Chart<'_> {
         plain.trim().to_owned()
     }
 
-    /// The C files, each in the folder that `place` returns for its name.
-    fn c_files(&self, place: impl Fn(&str) -> &'static str) -> Vec<File> {
+    /// The C files in a folder for headers and one for sources.
+    fn c_files(&self, headers: &str, sources: &str) -> Vec<File> {
         let moved = |file: &File| File {
-            name: format!("{}{}", place(&file.name), file.name),
+            name: format!("{}{}", if file.kind.is_source() { sources } else { headers }, file.name),
             ..file.clone()
         };
         self.package.files.iter().map(moved).collect()
@@ -128,8 +128,11 @@ impl Chart<'_> {
 
     /// The names of the `.c` files (`true`) or of the headers.
     fn names_of(&self, sources: bool) -> Vec<&str> {
-        let names = self.package.files.iter().map(|file| file.name.as_str());
-        names.filter(|name| name.ends_with(".c") == sources).collect()
+        let files = self.package.files.iter();
+        files
+            .filter(|file| file.kind.is_source() == sources)
+            .map(|file| file.name.as_str())
+            .collect()
     }
 
     /// True for a chart with functions that the user must fill in.
@@ -174,7 +177,13 @@ fn fill(template: &str, values: &[(&str, &str)]) -> String {
 
 /// A file that is rewritten by each build.
 fn written(name: impl Into<String>, text: impl Into<String>) -> File {
-    File { name: name.into(), text: text.into(), keep_existing: false, map: Vec::new() }
+    File {
+        name: name.into(),
+        text: text.into(),
+        keep_existing: false,
+        map: Vec::new(),
+        kind: FileKind::Other,
+    }
 }
 
 /// A file that belongs to the user.

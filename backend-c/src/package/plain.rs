@@ -8,7 +8,7 @@ const MAKEFILE: &str = include_str!("text/Makefile");
 const MEMORY: &str = include_str!("text/cortex-m.ld");
 
 pub(super) fn files(chart: &Chart<'_>) -> Vec<File> {
-    let mut files = chart.c_files(|_| "");
+    let mut files = chart.c_files("", "");
     let makefile = fill(
         MAKEFILE,
         &[

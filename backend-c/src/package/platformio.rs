@@ -1,16 +1,16 @@
 //! A library of PlatformIO: `library.json`, `include/`, `src/`, and an example project for this machine, an Uno and a Blue Pill.
 
 use super::cmake::VERSION;
-use super::{Chart, arduino, host, written, yours};
+use super::{Chart, arduino, fill, host, written, yours};
 use crate::File;
 
 pub(super) fn files(chart: &Chart<'_>) -> Vec<File> {
     let name = chart.name();
-    let mut files = chart.c_files(|name| if name.ends_with(".c") { "src/" } else { "include/" });
+    let mut files = chart.c_files("include/", "src/");
     files.push(written("library.json", manifest(chart)));
     files.push(written("README.md", chart.readme(&head(chart))));
     let example = format!("examples/{name}");
-    files.push(yours(format!("{example}/platformio.ini"), PROJECT.replace("@NAME@", name)));
+    files.push(yours(format!("{example}/platformio.ini"), fill(PROJECT, &[("NAME", name)])));
     files.push(yours(
         format!("{example}/src/arduino.cpp"),
         format!("#include <Arduino.h>\n\n{}", arduino::sketch(chart)),

@@ -35,12 +35,11 @@ impl Ratio {
             multiply => format!("({ty})(({ty})elapsed * {multiply}{suffix})"),
         };
         let count = match self.divide {
-            1 => "    const TYPE ticks = rest;\n\n    rest = 0U;\n".to_owned(),
+            1 => format!("    const {ty} ticks = rest;\n\n    rest = 0U;\n"),
             divide => format!(
-                "    const TYPE ticks = (TYPE)(rest / {divide}{suffix});\n\n    rest = (TYPE)(rest - (TYPE)(ticks * {divide}{suffix}));\n"
+                "    const {ty} ticks = ({ty})(rest / {divide}{suffix});\n\n    rest = ({ty})(rest - ({ty})(ticks * {divide}{suffix}));\n"
             ),
         };
-        let count = count.replace("TYPE", ty);
         format!(
             "/* The ticks of the chart in this time; the remainder counts in the next call. */\n\
              static {0} {name}({elapsed} elapsed)\n{{\n    static {ty} rest = 0U;\n\n    rest = ({ty})(rest + {times});\n{count}    \

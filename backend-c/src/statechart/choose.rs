@@ -11,7 +11,7 @@ use super::tables::Row;
 use super::text::{Case, Function, merged, switch};
 use crate::Object;
 use crate::c::print::Node;
-use crate::cexpr::{CExpr, joined};
+use crate::cexpr::{CExpr, Prec, joined};
 use crate::names::namer;
 use grafsynth_ir::net::{Policy, StepId, TransitionId};
 use std::collections::{BTreeMap, BTreeSet};
@@ -359,20 +359,21 @@ impl Emit<'_> {
     }
 
     /// `variable == P`, perhaps negated; `None` if it is always true.
-    fn stands_on(&self, parallel: StepId, sign: &str) -> Option<String> {
+    fn stands_on(&self, parallel: StepId, sign: &str) -> Option<CExpr> {
         let region = self.plan.region_of[parallel];
         let variable = self.variables[region].as_ref()?;
         let name = self.terminal(region, self.plan.range[parallel].0);
-        Some(format!("self->{variable} {sign} {name}"))
+        Some(CExpr::condition(format!("self->{variable} {sign} {name}"), Prec::Compare))
     }
 
     /// The condition that some region of a parallel state rests; `None` if one always does.
-    fn some_rests(&self, parallel: StepId, check: &Check) -> Option<String> {
+    fn some_rests(&self, parallel: StepId, check: &Check) -> Option<CExpr> {
         let mut all = Vec::new();
         for region in self.plan.regions_in(parallel) {
-            all.push(check.rests.get(region).filter(|_| check.concerned.contains(region))?.clone());
+            let rests = check.rests.get(region).filter(|_| check.concerned.contains(region))?;
+            all.push(CExpr::condition(rests.clone(), Prec::Atom));
         }
-        Some(joined(&all, "||"))
+        Some(CExpr::or(all))
     }
 
     /// The conditions under which the transition that a region has found does not fire.
@@ -383,7 +384,7 @@ impl Emit<'_> {
         check: &Check,
         known: &BTreeSet<String>,
         inner_first: bool,
-    ) -> Vec<String> {
+    ) -> Vec<CExpr> {
         let data = &self.plan.regions[region];
         let taken = &check.taken[&region];
         let highest = candidates
@@ -398,20 +399,13 @@ impl Emit<'_> {
         if inner_first {
             for (parallel, _) in &data.nested {
                 if let Some(rests) = self.some_rests(*parallel, check) {
-                    let rests = if rests.contains("||") {
-                        format!("!({rests})")
-                    } else {
-                        format!("!{rests}")
-                    };
-                    all.push(match self.stands_on(*parallel, "==") {
-                        Some(stands) => format!("(({stands}) && {rests})"),
-                        None => rests,
-                    });
+                    let stands = self.stands_on(*parallel, "==");
+                    all.push(CExpr::and(stands.into_iter().chain([rests.not()])));
                 }
                 if let Some(moved) = check.moved.get(parallel).filter(|it| known.contains(*it))
                     && highest > data.n_still
                 {
-                    all.push(format!("(({moves}) && {moved})"));
+                    all.push(both(&moves, moved));
                 }
             }
         }
@@ -419,12 +413,13 @@ impl Emit<'_> {
             if let Some(left) = check.left.get(parallel).filter(|it| known.contains(*it))
                 && highest > data.n_still
             {
-                all.push(format!("(({moves}) && {left})"));
+                all.push(both(&moves, left));
             }
             if let Some(moved) = check.moved.get(parallel).filter(|it| known.contains(*it))
                 && highest >= *first
             {
-                all.push(format!("(({taken} >= {}) && {moved})", self.number(region, *first)));
+                let reaches = format!("{taken} >= {}", self.number(region, *first));
+                all.push(both(&reaches, moved));
             }
         }
         all
@@ -442,7 +437,7 @@ impl Emit<'_> {
     fn choose(
         &self,
         region: usize,
-        selected: Option<(Function, Vec<String>)>,
+        selected: Option<(Function, Vec<CExpr>)>,
         check: &Check,
         known: &mut BTreeSet<String>,
         inner_first: bool,
@@ -475,36 +470,28 @@ impl Emit<'_> {
         if let Some(rests) = check.rests.get(&region) {
             let mut all = Vec::new();
             if selected.is_some() {
-                all.push(format!("{} == 0U", check.taken[&region]));
+                let none = format!("{} == 0U", check.taken[&region]);
+                all.push(CExpr::condition(none, Prec::Compare));
             }
             if inner_first {
                 for (parallel, _) in &data.nested {
                     let Some(inner) = self.some_rests(*parallel, check) else { continue };
                     let stands = self.stands_on(*parallel, "!=");
-                    all.push(match stands {
-                        Some(stands) => format!("(({stands}) || {inner})"),
-                        None if inner.contains("||") => format!("({inner})"),
-                        None => inner,
-                    });
+                    all.push(CExpr::or(stands.into_iter().chain([inner])));
                 }
             } else {
-                all.extend(outer_rests.iter().map(|it| (*it).to_owned()));
+                all.extend(outer_rests.iter().map(|it| CExpr::condition(*it, Prec::Atom)));
             }
-            let value = if all.is_empty() { "true".to_owned() } else { joined(&all, "&&") };
+            let value = CExpr::and(all).text;
             body.push(Node::line(format!("const bool {rests} = {value};")).defining(rests));
         }
         let Some((_, drops)) = selected else { return };
         let taken = &check.taken[&region];
         if !drops.is_empty() {
-            let condition = match drops.as_slice() {
-                [only] => only
-                    .strip_prefix('(')
-                    .and_then(|it| it.strip_suffix(')'))
-                    .unwrap_or(only)
-                    .to_owned(),
-                _ => joined(&drops, "||"),
-            };
-            body.push(Node::when(&condition, vec![Node::line(format!("{taken} = 0;"))]));
+            body.push(Node::when(
+                &CExpr::or(drops).text,
+                vec![Node::line(format!("{taken} = 0;"))],
+            ));
         }
         for (parallel, first) in &data.leavers {
             let highest = check.candidates[&region]
@@ -600,6 +587,12 @@ impl Emit<'_> {
             }
         }
     }
+}
+
+/// The condition that the number of a transition fulfils a comparison while a flag is set.
+fn both(comparison: &str, flag: &str) -> CExpr {
+    let comparison = CExpr::condition(comparison, Prec::Compare);
+    CExpr::and([comparison, CExpr::condition(flag, Prec::Atom)])
 }
 
 /// The transitions of a region that one check may take.

@@ -408,9 +408,9 @@ impl Emit<'_> {
         let fired = self.statements.statements(&pieces.fired);
         body.push(
             Kind::Block(vec![
-                Arm::new("if (!fires)", idle),
-                Arm::new("else if (is_full)", too_long),
-                Arm::new("else", fired),
+                Arm::when("!fires", idle),
+                Arm::when("is_full", too_long),
+                Arm::otherwise(fired),
             ])
             .into(),
         );

@@ -361,7 +361,7 @@ impl Walker<'_> {
                 let given: Vec<Code> = arguments.iter().map(|it| self.code(it)).collect();
                 match self.by_name.get(name) {
                     Some(index) => Code::Call(*index, given),
-                    None if name.starts_with("mem") => {
+                    None if matches!(&**name, "memcpy" | "memset" | "memmove" | "memcmp") => {
                         self.lost_op("a call of the C library");
                         Code::Unknown(int)
                     }

@@ -22,13 +22,13 @@ mod tree;
 
 use super::handing::{as_type, clear_words, hand_in, hand_out};
 use super::{Plan, member, shown};
-use crate::Options;
 use crate::c::print::{Arm, Kind, Node};
 use crate::cexpr::Helpers;
 use crate::names::Names;
 use crate::refusal::Refusal;
 use crate::style_output::{Engine, StyleOutput, with_unused};
 use crate::times::Ticks;
+use crate::{FileKind, Options};
 use grafsynth_ir::net::{Enter, Evolution, Net};
 use grafsynth_ir::{IdMap, Span};
 use rules::Rules;
@@ -36,10 +36,17 @@ use std::collections::{BTreeMap, BTreeSet};
 use tree::{Goal, Tree, goals, steps};
 
 /// The files that are the same for every chart in this layout.
-const FILES: [(&str, &str); 2] = [
-    ("grafsynth_btrans.h", include_str!("../grafsynth_btrans.h")),
-    ("grafsynth_btrans.c", include_str!("../grafsynth_btrans.c")),
+const FILES: [(FileKind, &str, &str); 2] = [
+    (FileKind::EngineHeader, "grafsynth_btrans.h", include_str!("../grafsynth_btrans.h")),
+    (FileKind::EngineSource, "grafsynth_btrans.c", include_str!("../grafsynth_btrans.c")),
 ];
+
+/// The C type of the rows of a table.
+#[derive(Clone, Copy)]
+enum Row {
+    Number(&'static str),
+    Structure(&'static str),
+}
 
 type Tabled<T = ()> = Result<T, Refusal>;
 
@@ -89,7 +96,7 @@ pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Tabled<Sty
     histories(&plan, &tree, &mut rules, &mut tables, &mut remembered)?;
     let caps = plan.timers.values().map(|(_, cap)| cap.to_string());
     tables.add(
-        "int32_t",
+        Row::Number("int32_t"),
         "caps",
         "values at which times stop",
         caps.map(|it| (it, String::new())).collect(),
@@ -98,7 +105,7 @@ pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Tabled<Sty
         .vars
         .values()
         .map(|var| (var.init.first().copied().unwrap_or(0).to_string(), var.name.to_string()));
-    tables.add("int32_t", "start", "variables at reset", values.collect());
+    tables.add(Row::Number("int32_t"), "start", "variables at reset", values.collect());
     let mut initial = Vec::new();
     for enter in net.parts.values().flat_map(|part| &part.initial) {
         match enter {
@@ -110,7 +117,7 @@ pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Tabled<Sty
         }
     }
     let n_initial = initial.len();
-    tables.add("uint16_t", "initial", "entered at reset", initial);
+    tables.add(Row::Number("uint16_t"), "initial", "entered at reset", initial);
     if tables.most > usize::from(u16::MAX) - 1 || rules.cases.len() > usize::from(u16::MAX) - 1 {
         return refuse("tables of more than 65534 rows", span);
     }
@@ -154,17 +161,21 @@ impl Tables {
     }
 
     /// Adds a constant array; an empty one gets a row of zeros, because C has no empty arrays.
-    fn add(&mut self, ty: &str, name: &str, title: &str, rows: Vec<(String, String)>) {
+    fn add(&mut self, ty: Row, name: &str, title: &str, rows: Vec<(String, String)>) {
         self.most = self.most.max(rows.len());
         let mut body: Vec<Node> = rows
             .into_iter()
             .map(|(text, note)| Node::line(format!("{text},")).note(note))
             .collect();
         if body.is_empty() {
-            let zero = if ty.starts_with("gb_") { "{ 0U }," } else { "0," };
+            let zero = match ty {
+                Row::Number(_) => "0,",
+                Row::Structure(_) => "{ 0U },",
+            };
             body.push(Node::line(zero));
         }
         let n = body.len();
+        let (Row::Number(ty) | Row::Structure(ty)) = ty;
         let head = format!("static GB_ROM {ty} {}_{name}[{n}] =", self.prefix);
         self.nodes.push(Node::comment(title));
         self.nodes.push(Kind::Braces(head, body, ";".to_owned()).into());
@@ -229,7 +240,7 @@ fn states(plan: &Plan<'_>, tree: &Tree, rules: &mut Rules<'_>, tables: &mut Tabl
     }
     let title =
         "BSTATE: descendant, sibling, ancestor, last descendant, status, timer, entry, exit";
-    tables.add("gb_state_t", "bstate", title, rows);
+    tables.add(Row::Structure("gb_state_t"), "bstate", title, rows);
     Ok(())
 }
 
@@ -276,8 +287,13 @@ fn transitions(
     }
     tables.n_events = index.len();
     let title = "BTRANS: from, to, kind, history, guard, action; sorted by event";
-    tables.add("gb_trans_t", "btrans", title, rows);
-    tables.add("gb_event_t", "bevent", "The index by event: input, first row, rows", index);
+    tables.add(Row::Structure("gb_trans_t"), "btrans", title, rows);
+    tables.add(
+        Row::Structure("gb_event_t"),
+        "bevent",
+        "The index by event: input, first row, rows",
+        index,
+    );
     Ok(())
 }
 
@@ -315,7 +331,7 @@ fn histories(
         rows.push((text, history.name.to_string()));
     }
     let title = "Histories: owner, deep, first bit, default, its rule";
-    tables.add("gb_history_t", "bhistory", title, rows);
+    tables.add(Row::Structure("gb_history_t"), "bhistory", title, rows);
     Ok(())
 }
 

@@ -47,6 +47,8 @@ pub(super) struct Emit<'a> {
     locals: bool,
     /// True for `Evolution::Stable`.
     stable: bool,
+    /// True while code of `NAME_step` is written, where the shared structure is a local; it is a parameter of all other functions.
+    in_step: bool,
     helpers: Helpers,
     /// The data of one reaction: type, name, value at its start or at the start of each micro-step, and a comment.
     scratch: Vec<Scratch>,
@@ -64,10 +66,47 @@ pub(super) struct Emit<'a> {
 struct Scratch {
     ty: &'static str,
     name: String,
-    init: String,
+    init: Init,
     /// True if it is set again in each micro-step.
     each_step: bool,
     note: String,
+}
+
+/// The value that a [`Scratch`] has at first.
+enum Init {
+    /// A condition that is called at the start of the reaction: its call.
+    Call(String),
+    /// A condition that is called when it is first needed: the value before that.
+    Later(String),
+    /// Whether such a condition was called: not yet.
+    NotAsked,
+    /// An edge of an expression, or the first micro-step: it ends with the first micro-step.
+    FirstOnly(CExpr),
+    /// Nothing fired yet.
+    NotFired,
+    /// No step is entered by a fork yet: the code of no step.
+    None(String),
+    /// The value of a variable at the start.
+    Old(String),
+}
+
+impl Init {
+    fn text(&self) -> &str {
+        match self {
+            Init::Call(text) | Init::Later(text) | Init::None(text) | Init::Old(text) => text,
+            Init::NotAsked | Init::NotFired => "false",
+            Init::FirstOnly(value) => &value.text,
+        }
+    }
+
+    /// True if nothing assigns to the value later in a function whose scratch data are locals.
+    fn is_const(&self) -> bool {
+        match self {
+            Init::Call(_) | Init::Old(_) => true,
+            Init::FirstOnly(value) => !value.is_false(),
+            Init::Later(_) | Init::NotAsked | Init::NotFired | Init::None(_) => false,
+        }
+    }
 }
 
 pub(super) fn emit(
@@ -136,6 +175,7 @@ impl<'a> Emit<'a> {
             ticks: cap.map(Ticks::for_cap),
             locals,
             stable,
+            in_step: true,
             helpers: Helpers::default(),
             scratch: Vec::new(),
             masks: masks::Masks::new(),
@@ -156,7 +196,9 @@ impl<'a> Emit<'a> {
         self.plan_scratch();
         let mut functions =
             self.framed.as_mut().map(|it| std::mem::take(&mut it.functions)).unwrap_or_default();
+        self.in_step = false;
         let moves = self.moves(&mut functions);
+        self.in_step = true;
         let step = self.step_body(facts, moves, &mut functions);
         let init = self.init_body(self.fault_possible(facts));
         let mut tables = self.tables.definitions(self);
@@ -216,8 +258,13 @@ impl<'a> Emit<'a> {
         }
     }
 
+    /// How a value within one reaction is read and written in the function that is being written.
     fn scan(&self, name: &str) -> String {
-        if self.locals { name.to_string() } else { format!("scan->{name}") }
+        match (self.locals, self.in_step) {
+            (true, _) => name.to_string(),
+            (false, true) => format!("scan.{name}"),
+            (false, false) => format!("scan->{name}"),
+        }
     }
 
     fn fire_flag(&self, transition: TransitionId) -> String {
@@ -410,14 +457,8 @@ impl<'a> Emit<'a> {
     /// Collects the data of one reaction.
     fn plan_scratch(&mut self) {
         let mut scratch = Vec::new();
-        let mut add = |ty, name: String, init: &str, each_step, note: &str| {
-            scratch.push(Scratch {
-                ty,
-                name,
-                init: init.to_string(),
-                each_step,
-                note: note.to_string(),
-            });
+        let mut add = |ty, name: String, init: Init, each_step, note: &str| {
+            scratch.push(Scratch { ty, name, init, each_step, note: note.to_string() });
         };
         let conditions: Vec<(InputId, Latch)> =
             self.plan.latches.iter().map(|(id, latch)| (*id, *latch)).collect();
@@ -427,14 +468,15 @@ impl<'a> Emit<'a> {
             let call = format!("{name}()");
             match latch {
                 Latch::Always => {
-                    add(ty, format!("cond_{name}"), &call, false, "called once, at the start")
+                    let init = Init::Call(call);
+                    add(ty, format!("cond_{name}"), init, false, "called once, at the start");
                 }
                 Latch::OnDemand => {
-                    add("bool", format!("asked_{name}"), "false", false, "");
+                    add("bool", format!("asked_{name}"), Init::NotAsked, false, "");
                     add(
                         ty,
                         format!("cond_{name}"),
-                        &zero(self.net, id),
+                        Init::Later(zero(self.net, id)),
                         false,
                         "called when first needed",
                     );
@@ -452,11 +494,11 @@ impl<'a> Emit<'a> {
             if rises {
                 let rise =
                     CExpr::and([now.clone(), CExpr::condition(was.clone(), Prec::Atom).not()]);
-                add("bool", format!("rise_{name}"), &rise.text, false, "");
+                add("bool", format!("rise_{name}"), Init::FirstOnly(rise), false, "");
             }
             if falls {
                 let fall = CExpr::and([now.not(), CExpr::condition(was, Prec::Atom)]);
-                add("bool", format!("fall_{name}"), &fall.text, false, "");
+                add("bool", format!("fall_{name}"), Init::FirstOnly(fall), false, "");
             }
         }
         if self.stable {
@@ -464,16 +506,17 @@ impl<'a> Emit<'a> {
                 add(
                     "bool",
                     "first".to_string(),
-                    "true",
+                    Init::FirstOnly(CExpr::bool(true)),
                     false,
                     "events are present in the first micro-step",
                 );
             }
-            add("bool", "fired".to_string(), "false", true, "something fired in this micro-step");
+            let note = "something fired in this micro-step";
+            add("bool", "fired".to_string(), Init::NotFired, true, note);
         }
         for (id, _) in self.net.transitions.iter() {
             if self.plan.is_wide[id] && self.needs_flag(id) {
-                add("bool", self.fire_flag(id), "false", true, &self.transition_note(id));
+                add("bool", self.fire_flag(id), Init::NotFired, true, &self.transition_note(id));
             }
         }
         for (index, machine) in self.plan.machines.iter().enumerate() {
@@ -482,7 +525,7 @@ impl<'a> Emit<'a> {
                 add(
                     Self::state_type(machine),
                     format!("enter_{var}"),
-                    &self.none_code(),
+                    Init::None(self.none_code()),
                     true,
                     "the step that a fork adds",
                 );
@@ -494,7 +537,7 @@ impl<'a> Emit<'a> {
                 add(
                     Self::state_type(machine),
                     format!("old_{var}"),
-                    &value,
+                    Init::Old(value),
                     true,
                     "as it was at the start",
                 );
@@ -541,31 +584,23 @@ impl<'a> Emit<'a> {
     }
 
     /// Sets the data of one reaction, or of one micro-step.
-    fn scratch_values(&self, each_step: bool, in_step: bool) -> Vec<Node> {
+    fn scratch_values(&self, each_step: bool) -> Vec<Node> {
         self.scratch
             .iter()
             .filter(|it| it.each_step == each_step)
             .map(|it| {
-                let init = if in_step { self.in_step(&it.init) } else { it.init.clone() };
+                let init = it.init.text();
                 if self.locals {
-                    // A condition that is called where it is first read gets its value there.
-                    let is_asked_later = it.name.starts_with("cond_") && !it.init.ends_with("()");
-                    let is_const = !it.each_step
-                        && !it.name.starts_with("asked_")
-                        && !it.init.eq("false")
-                        && !is_asked_later;
-                    let qualifier =
-                        if is_const || it.name.starts_with("old_") { "const " } else { "" };
+                    let qualifier = if it.init.is_const() { "const " } else { "" };
                     let node = Node::line(format!("{qualifier}{} {} = {init};", it.ty, it.name))
                         .note(it.note.clone());
-                    if init.ends_with("()") {
-                        node.defining_by(&it.name, format!("(void){init};"))
+                    if let Init::Call(call) = &it.init {
+                        node.defining_by(&it.name, format!("(void){call};"))
                     } else {
                         node.defining(&it.name)
                     }
                 } else {
-                    let access = if in_step { "scan." } else { "scan->" };
-                    Node::line(format!("{access}{} = {init};", it.name))
+                    Node::line(format!("{} = {init};", self.scan(&it.name)))
                 }
             })
             .collect()
@@ -600,9 +635,9 @@ impl<'a> Emit<'a> {
             body.push(Node::line(format!("{ty} {lit} = 0;")).note("the outputs, one bit each"));
         }
         body.extend(self.tables.words(self));
-        body.extend(self.scratch_values(false, true));
+        body.extend(self.scratch_values(false));
         if !self.stable && self.locals {
-            body.extend(self.scratch_values(true, true));
+            body.extend(self.scratch_values(true));
         }
         body.extend(self.timer_updates());
         if let Some(framed) = &mut self.framed {
@@ -610,7 +645,7 @@ impl<'a> Emit<'a> {
             body.append(&mut framed.before);
         }
         if !self.stable && !self.locals {
-            body.extend(self.scratch_values(true, true));
+            body.extend(self.scratch_values(true));
         }
         body.extend(self.outputs(true));
         if self.stable {
@@ -660,19 +695,9 @@ impl<'a> Emit<'a> {
         for edge in self.edges.clone() {
             let now =
                 c_expr(&self.net.edges[edge].expr, &mut Reader { emit: self, place: Place::Free });
-            nodes.push(Node::line(format!(
-                "self->{} = {};",
-                self.names.edges[edge],
-                self.in_step(&now.text)
-            )));
+            nodes.push(Node::line(format!("self->{} = {};", self.names.edges[edge], now.text)));
         }
         nodes
-    }
-
-    /// Adapts a text to the function `NAME_step`, where the shared structure is a local; in all other functions it is a
-    /// parameter.
-    fn in_step(&self, text: &str) -> String {
-        if self.locals { text.to_string() } else { text.replace("scan->", "scan.") }
     }
 
     /// Advances the time of the active steps.
@@ -701,7 +726,9 @@ impl<'a> Emit<'a> {
     fn settle(&mut self, facts: &Facts, moves: Vec<Node>, functions: &mut Vec<Node>) -> Vec<Node> {
         let prefix = &self.names.prefix;
         let Evolution::Stable { limit } = self.net.settings.evolution else { return moves };
-        let mut micro = self.scratch_values(true, false);
+        self.in_step = false;
+        let mut micro = self.scratch_values(true);
+        self.in_step = true;
         if self.options.trace.is_some() {
             micro.push(trace::micro_step());
         }
@@ -722,9 +749,7 @@ impl<'a> Emit<'a> {
         let bound = unsigned(i64::from(limit));
         let mut round = vec![Node::line("++rounds;")];
         for it in &self.scratch {
-            let ends =
-                it.name == "first" || it.name.starts_with("rise_") || it.name.starts_with("fall_");
-            if !it.each_step && ends {
+            if matches!(it.init, Init::FirstOnly(_)) {
                 round.push(Node::line(format!("scan.{} = false;", it.name)));
             }
         }

@@ -45,6 +45,8 @@ impl Emit<'_> {
         } else {
             self.close_group(&mut group, &mut calls, functions);
         }
+        // The loop of a stable evolution is a function, which contains these statements.
+        self.in_step = !self.stable;
         for (index, machine) in self.plan.machines.iter().enumerate() {
             if machine.is_entered {
                 calls.push(self.deferred(index, machine));
@@ -215,8 +217,10 @@ impl Emit<'_> {
             transitions.iter().copied().partition(|id| self.plan.owner[*id] == Some(index));
         for id in foreign {
             let body = self.effects(index, id, step);
-            let head = format!("if ({})", self.scan(&self.fire_flag(id)));
-            arms.push(Arm::new(head, body).noted(self.transition_note(id), Object::Transition(id)));
+            let fires = self.scan(&self.fire_flag(id));
+            arms.push(
+                Arm::when(&fires, body).noted(self.transition_note(id), Object::Transition(id)),
+            );
         }
         for id in own {
             for node in self.ask(id, step) {
@@ -235,12 +239,14 @@ impl Emit<'_> {
             }
             if condition.is_true() {
                 settled = Some(
-                    Arm::new("else", body).noted(self.transition_note(id), Object::Transition(id)),
+                    Arm::otherwise(body).noted(self.transition_note(id), Object::Transition(id)),
                 );
                 break;
             }
-            let head = format!("if ({})", condition.text);
-            arms.push(Arm::new(head, body).noted(self.transition_note(id), Object::Transition(id)));
+            arms.push(
+                Arm::when(&condition.text, body)
+                    .noted(self.transition_note(id), Object::Transition(id)),
+            );
         }
         let stays = if lit { self.lights(Some(step)) } else { Vec::new() };
         if arms.is_empty() {
@@ -252,10 +258,7 @@ impl Emit<'_> {
             }
             return nodes;
         }
-        for arm in arms.iter_mut().skip(1) {
-            arm.head = format!("else {}", arm.head);
-        }
-        let settled = settled.or_else(|| (!stays.is_empty()).then(|| Arm::new("else", stays)));
+        let settled = settled.or_else(|| (!stays.is_empty()).then(|| Arm::otherwise(stays)));
         arms.extend(settled.filter(|arm| !arm.body.is_empty()));
         nodes.push(Kind::Block(arms).into());
         nodes
@@ -448,18 +451,11 @@ impl Emit<'_> {
 
     /// Adds the steps that forks deferred for a variable from which they take nothing.
     pub(super) fn deferred(&self, index: usize, machine: &Machine) -> Node {
-        let entry = if self.stable {
-            "scan->"
-        } else if self.locals {
-            ""
-        } else {
-            "scan."
-        };
-        let enter = format!("{entry}enter_{}", self.vars[index]);
+        let enter = self.scan(&format!("enter_{}", self.vars[index]));
         let var = self.var(index);
         let mut body = Vec::new();
         if machine.timer_cap.is_some() {
-            let old = format!("{entry}old_{}", self.vars[index]);
+            let old = self.scan(&format!("old_{}", self.vars[index]));
             let reset = Node::line(format!("self->{} = 0;", self.timers[index]));
             body.push(Node::when(&format!("{enter} != {old}"), vec![reset]));
         }

@@ -56,17 +56,16 @@ impl Emit<'_> {
                             });
                             let demands = self.demand_all(expressions, &[]);
                             let list = by_step.entry(emission.step).or_default();
-                            list.extend(demands.into_iter().map(|it| self.node_in_step(it)));
-                            let text = self.in_step(&condition.text);
+                            list.extend(demands);
                             list.push(if condition.is_true() {
                                 set
                             } else {
-                                Node::when(&text, vec![set])
+                                Node::when(&condition.text, vec![set])
                             });
                         } else {
                             let demands =
                                 self.demand_all(expressions, std::slice::from_ref(&active));
-                            nodes.extend(demands.into_iter().map(|it| self.node_in_step(it)));
+                            nodes.extend(demands);
                             terms.push(CExpr::and([active, condition]));
                         }
                     }
@@ -75,13 +74,12 @@ impl Emit<'_> {
                         if value.is_true() {
                             nodes.push(light);
                         } else if !value.is_false() {
-                            nodes.push(Node::when(&self.in_step(&value.text), vec![light]));
+                            nodes.push(Node::when(&value.text, vec![light]));
                         }
                         continue;
                     }
                     nodes.push(
-                        Node::line(format!("{name} = {};", self.in_step(&value.text)))
-                            .about(Object::Output(id)),
+                        Node::line(format!("{name} = {};", value.text)).about(Object::Output(id)),
                     );
                 }
                 Driver::Stored(var) if !mealy => {
@@ -113,11 +111,11 @@ impl Emit<'_> {
                         if by_case {
                             let demands = self.demand_all(expressions, &[]);
                             let list = by_step.entry(call.step).or_default();
-                            list.extend(demands.into_iter().map(|it| self.node_in_step(it)));
+                            list.extend(demands);
                         } else {
                             let demands =
                                 self.demand_all(expressions, std::slice::from_ref(&active));
-                            nodes.extend(demands.into_iter().map(|it| self.node_in_step(it)));
+                            nodes.extend(demands);
                         }
                         let condition = call.condition.as_ref().map_or_else(
                             || CExpr::bool(true),
@@ -129,18 +127,16 @@ impl Emit<'_> {
                             .map(|it| c_expr(it, &mut Reader { emit: self, place }))
                             .collect();
                         let statement = self.call(id, values);
-                        let statement = self.node_in_step(statement);
                         let condition = match &emergency {
                             Some(holds) => CExpr::and([holds.clone().not(), condition]),
                             None => condition,
                         };
                         if by_case {
-                            let text = self.in_step(&condition.text);
                             let list = by_step.entry(call.step).or_default();
                             if condition.is_true() {
                                 list.push(statement);
                             } else if !condition.is_false() {
-                                list.push(Node::when(&text, vec![statement]));
+                                list.push(Node::when(&condition.text, vec![statement]));
                             }
                             continue;
                         }
@@ -183,9 +179,7 @@ impl Emit<'_> {
     fn emergency(&mut self) -> Option<CExpr> {
         let emergency = self.net.emergency.as_ref()?;
         let mut reader = Reader { emit: self, place: Place::Free };
-        let mut holds = c_expr(&emergency.condition, &mut reader);
-        holds.text = self.in_step(&holds.text);
-        Some(holds)
+        Some(c_expr(&emergency.condition, &mut reader))
     }
 
     /// A continuous call: once, with the arguments of the first step that requests it.
@@ -203,8 +197,8 @@ impl Emit<'_> {
             if any.is_false() {
                 return Vec::new();
             }
-            let mut node = Node::when(&self.in_step(&any.text), vec![statement.clone()])
-                .about(Object::Output(output));
+            let mut node =
+                Node::when(&any.text, vec![statement.clone()]).about(Object::Output(output));
             node.objects.extend(objects);
             return vec![node];
         }
@@ -212,9 +206,7 @@ impl Emit<'_> {
             if head.is_false() {
                 continue;
             }
-            let word = if chain.is_empty() { "if" } else { "else if" };
-            let mut arm =
-                Arm::new(format!("{word} ({})", self.in_step(&head.text)), vec![statement]);
+            let mut arm = Arm::when(&head.text, vec![statement]);
             arm.objects = vec![Object::Output(output), Object::Step(step)];
             chain.push(arm);
         }
@@ -271,22 +263,6 @@ impl Emit<'_> {
             format!("{} == {}", self.var(machine), self.step_code(step)),
             Prec::Compare,
         )
-    }
-
-    pub(super) fn node_in_step(&self, mut node: Node) -> Node {
-        if self.locals {
-            return node;
-        }
-        if let Kind::Line(text) = &mut node.kind {
-            *text = text.replace("scan->", "scan.");
-        } else if let Kind::Block(arms) = &mut node.kind {
-            for arm in arms {
-                arm.head = arm.head.replace("scan->", "scan.");
-                let body = std::mem::take(&mut arm.body);
-                arm.body = body.into_iter().map(|it| self.node_in_step(it)).collect();
-            }
-        }
-        node
     }
 }
 

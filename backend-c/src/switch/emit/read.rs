@@ -6,6 +6,7 @@ use crate::Object;
 use crate::c::print::Node;
 use crate::calls::{self, Callee};
 use crate::cexpr::{CExpr, Prec, Scope, c_expr, saturated};
+use crate::io::Structure;
 use crate::switch::plan::{Latch, receptivity};
 use crate::times::timer_place;
 use grafsynth_ir::net::{Block, EdgeId, InputKind, Leaf, OutputId, StepId, StmtKind};
@@ -131,9 +132,12 @@ impl Scope<Leaf> for Reader<'_, '_> {
             Leaf::Input(input) => {
                 let name = &self.emit.names.inputs[input];
                 match net.inputs[input].kind {
-                    InputKind::Pin => {
-                        self.emit.names.io.read("in->", name, input, net.inputs[input].ty)
-                    }
+                    InputKind::Pin => self.emit.names.io.read(
+                        Structure::Behind("in"),
+                        name,
+                        input,
+                        net.inputs[input].ty,
+                    ),
                     InputKind::Extern => match self.emit.plan.latches.get(&input) {
                         Some(Latch::InCase) => {
                             CExpr::place(format!("cond_{name}"), net.inputs[input].ty)
@@ -144,8 +148,12 @@ impl Scope<Leaf> for Reader<'_, '_> {
                         ),
                     },
                     InputKind::Event => {
-                        let event =
-                            self.emit.names.io.read("in->", name, input, net.inputs[input].ty);
+                        let event = self.emit.names.io.read(
+                            Structure::Behind("in"),
+                            name,
+                            input,
+                            net.inputs[input].ty,
+                        );
                         if self.emit.stable {
                             CExpr::and([
                                 CExpr::condition(self.emit.scan("first"), Prec::Atom),

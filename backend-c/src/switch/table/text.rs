@@ -3,6 +3,7 @@
 use super::{Bank, Tables, Term, len, mask};
 use crate::Object;
 use crate::c::print::{Arm, Kind, Node};
+use crate::io::Structure;
 use crate::switch::emit::Emit;
 use crate::times::count_type;
 use grafsynth_ir::net::{StepId, TransitionId};
@@ -45,7 +46,12 @@ impl Tables {
                 );
                 for (bit, input) in bank.inputs.iter().enumerate() {
                     let name = &emit.names.inputs[*input];
-                    let read = emit.names.io.read("in->", name, *input, emit.net.inputs[*input].ty);
+                    let read = emit.names.io.read(
+                        Structure::Behind("in"),
+                        name,
+                        *input,
+                        emit.net.inputs[*input].ty,
+                    );
                     let shifted = match bit {
                         // Operands of `|` must not be truth values (MISRA-C:2012, rule 10.1).
                         0 => format!("({ty}){}", read.text),
