@@ -20,6 +20,7 @@ pub mod evidence;
 mod fit_advice;
 pub mod format;
 pub mod forms;
+pub mod fuse_design;
 pub mod ice40;
 pub mod jedec;
 pub mod judge;

@@ -154,7 +154,7 @@ pub fn read(
         Format::Jedec => {
             let (file, more) = grafsynth_backend_pld::jedec::read(texts.main, &source.text);
             found.extend(more);
-            file.and_then(|file| match crate::jedec::design(&file, texts.main) {
+            file.and_then(|file| match crate::fuse_design::design(&file, texts.main) {
                 Ok((design, more)) => {
                     found.extend(more);
                     Some(Design::Logic(Box::new(design)))
