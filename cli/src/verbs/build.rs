@@ -13,7 +13,7 @@ use grafsynth_backend_c::package::Ecosystem;
 use grafsynth_backend_c::{Package, Style, cost};
 use grafsynth_driver::coding::{Encoding, EncodingChoice};
 use grafsynth_driver::ice40::judge;
-use grafsynth_driver::pipeline::{self, BuildOptions, Built, BusyMode, Reset, ResetStyle};
+use grafsynth_driver::pipeline::{self, BuildOptions, Built, BusyMode, CEngine, Reset, ResetStyle};
 use grafsynth_driver::read::Design;
 use grafsynth_driver::report::{self, Note, Outcome, OutputReport};
 use grafsynth_driver::stem::FileStem;
@@ -236,9 +236,12 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
         built.refused.append(&mut rendered.refused);
     }
     found.append(&mut built.found);
-    if let Err(stop) = check_c(session, net, &facts, &options, &mut built) {
+    let engine = HostC { session, net, options: &options };
+    if let Err((name, words)) = pipeline::check_c(net, &facts, &options, &mut built, &engine) {
         session.show(&found);
-        return Err(stop);
+        return Err(Stop::Input(format!(
+            "{name} was not written: the C compiler rejects it\n{words}"
+        )));
     }
     if !built.packages.is_empty() && !options.trusts_code {
         found.extend(trust::left_out(net));
@@ -247,7 +250,7 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
     know(session, net, &built.lines);
     let mut bitstreams = bitstreams(&limits, &mut built);
     if arguments.blob {
-        bitstreams.extend(images(&built));
+        bitstreams.extend(pipeline::images(&built));
     }
     let outcome = built.outcome();
     if session.demands.refuse(&found) {
@@ -416,84 +419,24 @@ fn packages(names: &[String]) -> Result<Vec<Ecosystem>, Stop> {
     Ok(packages)
 }
 
-/// True if an output is this file of a C package, in any folder.
-fn is_file(output: &str, file: &str) -> bool {
-    output.rsplit('/').next() == Some(file)
+/// Compiles C with the compiler of the host, and runs it beside the net.
+struct HostC<'a> {
+    session: &'a Session,
+    net: &'a Valid<Net>,
+    options: &'a BuildOptions,
 }
 
-/// Compares each C package with the net by running it, if there is a compiler: proved if requested and possible, otherwise tested.
-///
-/// # Errors
-/// The compiler rejects a text.
-fn check_c(
-    session: &Session,
-    net: &Valid<Net>,
-    facts: &Facts,
-    options: &BuildOptions,
-    built: &mut Built,
-) -> Result<(), Stop> {
-    let packages = std::mem::take(&mut built.packages);
-    for package in &packages {
-        let name = package
-            .files
-            .iter()
-            .find(|file| file.name.ends_with(".c"))
-            .map_or("c", |file| file.name.as_str());
-        know(session, net, &built.lines);
+impl CEngine for HostC<'_> {
+    fn check(&self, name: &str, package: &Package) -> Result<OutputReport, String> {
+        let BuildOptions { limits, prove, .. } = self.options;
+        let checked = exhaustive::check(name, self.net, package, limits, *prove);
+        checked.map_err(|exhaustive::Refused(words)| words)
+    }
+
+    fn begins(&self, name: &str, lines: &[OutputReport]) {
+        know(self.session, self.net, lines);
         progress::doing(format!("compiling and running {name}"));
-        let checked = exhaustive::check(name, net, package, &options.limits, options.prove);
-        let mut line = match checked {
-            Ok(line) => line,
-            Err(exhaustive::Refused(words)) => {
-                return Err(Stop::Input(format!(
-                    "{name} was not written: the C compiler rejects it\n{words}"
-                )));
-            }
-        };
-        if !options.trusts_code && !net.c_texts().is_empty() {
-            line.notes.push(Note::WithoutForeignCode);
-        }
-        if line.outcome() == Outcome::Refuted {
-            line.notes.push(right_style(net, facts, options, package));
-            built
-                .files
-                .retain(|file| !package.files.iter().any(|own| is_file(&file.name, &own.name)));
-        }
-        built.lines.push(line);
     }
-    built.packages = packages;
-    Ok(())
-}
-
-/// Finds a style that agrees with the chart, to replace the style of a package that does not agree with it.
-fn right_style(net: &Valid<Net>, facts: &Facts, options: &BuildOptions, wrong: &Package) -> Note {
-    for style in [Style::Switch, Style::Bits, Style::Engine] {
-        let c = options.c_for(net, Some(style));
-        let Ok(package) = grafsynth_backend_c::emit(net, facts, &c) else { continue };
-        if package.files == wrong.files {
-            continue;
-        }
-        let checked = exhaustive::check("", net, &package, &options.limits, options.prove);
-        let outcome = checked.map_or(Outcome::Refuted, |line| line.outcome());
-        if outcome != Outcome::Refuted {
-            return Note::OtherStyle { style: style.name(), outcome };
-        }
-    }
-    Note::NoStyle
-}
-
-/// The tables of charts that an engine interprets, except those that were refuted.
-fn images(built: &Built) -> Vec<(String, Vec<u8>)> {
-    let kept = |name: &str| built.files.iter().any(|file| is_file(&file.name, name));
-    built
-        .packages
-        .iter()
-        .filter(|package| !package.image.is_empty())
-        .filter_map(|package| {
-            let stem = package.stem();
-            kept(&format!("{stem}.h")).then(|| (format!("{stem}.bin"), package.image.clone()))
-        })
-        .collect()
 }
 
 /// Makes the bitstreams and reads them back, if the tools are available; returns those that are correct.
