@@ -10,7 +10,7 @@ use crate::context::Medium;
 use crate::jedec::{Written, written};
 use crate::judge::{Judged, judge};
 use crate::logic::LogicDesign;
-use crate::output_report::{Note, OutputFault, OutputProof, OutputReport, OutputVerdict};
+use crate::output_report::{Note, OutputFault, OutputProof, OutputReport};
 use crate::report::chip::{Chip, Made as About};
 use crate::stem::FileStem;
 use grafsynth_backend_pld::fuse::{self, Role, own_roles, shell};
@@ -128,16 +128,7 @@ fn about<'a>(name: &'a str, line: &OutputReport, circuit: &'a Logic) -> About<'a
 }
 
 fn line(name: &str, judged: Judged) -> OutputReport {
-    OutputReport::new(
-        name,
-        match judged {
-            Judged::Equal(by) => OutputVerdict::Proved(OutputProof::Rebuilt(by)),
-            Judged::Different(apart) => {
-                OutputVerdict::Refuted(OutputFault::Rebuilt(Box::new(apart)))
-            }
-            Judged::Open(open) => OutputVerdict::ReadBack(open),
-        },
-    )
+    OutputReport::of_judged(name, judged, OutputProof::Rebuilt, OutputFault::Rebuilt)
 }
 
 /// Adds to a report the pins that are not those given by the order of declarations.

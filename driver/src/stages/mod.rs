@@ -42,3 +42,38 @@ fn written_and_read(context: &BuildContext<'_>) -> Result<(Encoded, ReadBack), V
     let read_back = read_back::read_back(&encoded, written)?;
     Ok((encoded, read_back))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::emit::Written;
+    use super::{emit, encode};
+    use crate::built::BuildOptions;
+    use crate::circuit::{facts, logic};
+    use crate::context::{BuildContext, Medium};
+    use grafsynth_backend_pld::Dialect;
+    use grafsynth_ir::{FileId, lower};
+    use std::rc::Rc;
+
+    #[test]
+    fn the_sums_that_chose_the_codes_are_the_sums_of_the_text() {
+        let text = "chart lamp { input a, b output R initial step off step on { R } off -> on when a on -> off when b }";
+        let parsed = grafsynth_frontend::graf::parse(FileId(0), text);
+        let (net, found) = lower::lower(&parsed.design.expect("a chart"));
+        let net = net.unwrap_or_else(|| panic!("{found:?}"));
+        let options = BuildOptions::default();
+        let facts = facts(&net, &options.limits);
+        let logic = logic(&net, &facts).expect("a circuit");
+        for dialect in [Dialect::Palasm, Dialect::Cupl, Dialect::Galasm] {
+            let medium = Medium::Text(dialect);
+            let (net, facts, logic, options) = (&net, &facts, &logic, &options);
+            let context = BuildContext { net, facts, logic, options, medium };
+            let encoded = encode::encode(&context).expect("codes");
+            let Ok(Written::Text(emitted)) = emit::emit(&context, &encoded) else {
+                panic!("{dialect:?} is not emitted")
+            };
+            let (chosen, printed) = (encoded.equations(), emitted.equations);
+            let (chosen, printed) = (chosen.expect("sums"), printed.expect("sums"));
+            assert!(Rc::ptr_eq(&chosen, &printed), "{dialect:?} is minimised twice");
+        }
+    }
+}
