@@ -123,6 +123,12 @@ impl Equations {
             .collect()
     }
 
+    /// What the device lacks, if pins were left open for that reason.
+    #[must_use]
+    pub fn misfit(&self) -> Option<String> {
+        (!self.has_pins && !self.lacks.is_empty()).then(|| self.lacks.join("; "))
+    }
+
     /// The clock's signal.
     #[must_use]
     pub fn clock(&self) -> Option<&Signal> {

@@ -50,6 +50,7 @@ use grafsynth_ir::logic::Logic;
 use grafsynth_ir::span::{FileId, Span};
 use grafsynth_logic::minimise::Budget;
 pub use rebind::rebind;
+use std::rc::Rc;
 pub use vectors::Vectors;
 
 /// The languages.
@@ -92,6 +93,15 @@ impl Dialect {
             Dialect::Galasm => format!("`{name}.R = ..`"),
             Dialect::Verilog => format!("`{name} <= ..` in `always @(posedge ..)`"),
             Dialect::Blif => format!("`.latch` with the output `{name}`"),
+        }
+    }
+
+    /// True for equations: sums of products, with pins. The other languages describe netlists.
+    #[must_use]
+    pub fn is_flat(self) -> bool {
+        match self {
+            Dialect::Palasm | Dialect::Cupl | Dialect::Galasm => true,
+            Dialect::Verilog | Dialect::Blif => false,
         }
     }
 
@@ -148,7 +158,7 @@ pub enum ResetStyle {
 }
 
 /// A text with its origins.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub struct Emitted {
     /// The language.
     pub dialect: Dialect,
@@ -158,12 +168,10 @@ pub struct Emitted {
     pub bench: Option<String>,
     /// The name given to each pin and flip-flop.
     pub names: Vec<Named>,
-    /// Inputs and outputs that are not on the pins given by the order of declarations.
-    pub moved: Vec<MovedPin>,
-    /// What the device lacks, if pins were left open for that reason.
-    pub lacks: Vec<String>,
     /// The origin of each line.
     pub map: Vec<MapLine>,
+    /// The equations that were printed; `None` for a netlist.
+    pub equations: Option<Rc<Equations>>,
 }
 
 /// A name in the text and the object that it represents.
@@ -219,66 +227,75 @@ pub fn emit(
     dialect: Dialect,
     options: &EmitOptions,
 ) -> Result<Emitted, Vec<Diagnostic>> {
+    emit_from(None, logic, dialect, options)
+}
+
+/// Like [`emit`], with the equations of this circuit in this language if they were made before with these options, so that nothing is minimised again.
+///
+/// # Errors
+/// Like [`emit`].
+pub fn emit_from(
+    known: Option<Rc<Equations>>,
+    logic: &Logic,
+    dialect: Dialect,
+    options: &EmitOptions,
+) -> Result<Emitted, Vec<Diagnostic>> {
     if let Some(vectors) = &options.vectors {
         vectors.check(logic)?;
     }
-    match dialect {
-        Dialect::Palasm | Dialect::Cupl | Dialect::Galasm
-            if logic.outputs.is_empty() && logic.flops.is_empty() =>
-        {
-            let message = format!(
-                "`{}` has no output and no flip-flop, so there is no equation to write in {}",
-                logic.name.text,
-                dialect.name()
-            );
-            let finding = Diagnostic::error(codes::NO_EQUATION, message).help(
-                "add an output to the design, or convert it to `.v` or `.blif`, which need none",
-            );
-            let span = logic.name.span;
-            Err(vec![if span == Default::default() {
-                finding
-            } else {
-                finding.at(span, "no output")
-            }])
-        }
-        Dialect::Palasm | Dialect::Cupl | Dialect::Galasm => {
-            let equations = Equations::new(logic, dialect, options)?;
-            let source = match dialect {
-                Dialect::Palasm => write::palasm::write(&equations, options.vectors.as_ref()),
-                Dialect::Cupl => write::cupl::write(&equations),
-                Dialect::Galasm | Dialect::Verilog | Dialect::Blif => {
-                    write::galasm::write(&equations)
-                }
-            };
-            let names = equations.named(logic);
-            let (moved, lacks) = (equations.moved, equations.lacks);
-            let (text, map) = (source.text, source.map);
-            Ok(Emitted { dialect, text, bench: None, names, moved, lacks, map })
-        }
-        Dialect::Verilog | Dialect::Blif => {
-            let netlist = netlist::Netlist::new(logic, dialect, options);
-            let source = if dialect == Dialect::Verilog {
-                write::verilog::write(logic, &netlist)
-            } else {
-                write::blif::write(logic, &netlist)
-            };
-            let bench = match (&options.vectors, dialect) {
-                (Some(vectors), Dialect::Verilog) => {
-                    Some(write::bench::write(logic, &netlist, vectors))
-                }
-                (Some(_) | None, _) => None,
-            };
-            Ok(Emitted {
-                dialect,
-                text: source.text,
-                bench,
-                names: netlist.named(logic),
-                moved: Vec::new(),
-                lacks: Vec::new(),
-                map: source.map,
-            })
-        }
+    if !dialect.is_flat() {
+        return Ok(emit_netlist(logic, dialect, options));
     }
+    if logic.outputs.is_empty() && logic.flops.is_empty() {
+        return Err(vec![no_equation(logic, dialect)]);
+    }
+    let equations = match known.filter(|known| known.is_enough_for(dialect)) {
+        Some(known) => known,
+        None => Rc::new(Equations::new(logic, dialect, options)?),
+    };
+    let source = match dialect {
+        Dialect::Palasm => write::palasm::write(&equations, options.vectors.as_ref()),
+        Dialect::Cupl => write::cupl::write(&equations),
+        Dialect::Galasm | Dialect::Verilog | Dialect::Blif => write::galasm::write(&equations),
+    };
+    Ok(Emitted {
+        dialect,
+        text: source.text,
+        bench: None,
+        names: equations.named(logic),
+        map: source.map,
+        equations: Some(equations),
+    })
+}
+
+fn emit_netlist(logic: &Logic, dialect: Dialect, options: &EmitOptions) -> Emitted {
+    let netlist = netlist::Netlist::new(logic, dialect, options);
+    let source = if dialect == Dialect::Verilog {
+        write::verilog::write(logic, &netlist)
+    } else {
+        write::blif::write(logic, &netlist)
+    };
+    let vectors = options.vectors.as_ref().filter(|_| dialect == Dialect::Verilog);
+    Emitted {
+        dialect,
+        text: source.text,
+        bench: vectors.map(|vectors| write::bench::write(logic, &netlist, vectors)),
+        names: netlist.named(logic),
+        map: source.map,
+        equations: None,
+    }
+}
+
+fn no_equation(logic: &Logic, dialect: Dialect) -> Diagnostic {
+    let message = format!(
+        "`{}` has no output and no flip-flop, so there is no equation to write in {}",
+        logic.name.text,
+        dialect.name()
+    );
+    let finding = Diagnostic::error(codes::NO_EQUATION, message)
+        .help("add an output to the design, or convert it to `.v` or `.blif`, which need none");
+    let span = logic.name.span;
+    if span == Default::default() { finding } else { finding.at(span, "no output") }
 }
 
 /// The resources that the device of these options lacks for a circuit, whatever its sums are: found by counting, which is fast. `None` if counting

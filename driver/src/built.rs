@@ -67,6 +67,13 @@ pub struct OutputFile {
     pub map: Vec<MapEntry>,
 }
 
+impl OutputFile {
+    /// A file that does not belong to the user, without origins.
+    pub(crate) fn new(name: String, text: String) -> Self {
+        OutputFile { name, text, keep_existing: false, map: Vec::new() }
+    }
+}
+
 /// One line of an output and its origin.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MapEntry {

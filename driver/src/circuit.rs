@@ -79,11 +79,18 @@ pub fn through(
     options: &EmitOptions,
 ) -> Result<Through, Vec<Diagnostic>> {
     let emitted = grafsynth_backend_pld::emit(logic, dialect, options)?;
+    let read_back = read_back(&emitted)?;
+    Ok(Through { emitted, read_back })
+}
+
+/// The circuit that an independent reader finds in a text, with the roles of the emitted circuit.
+pub(crate) fn read_back(emitted: &Emitted) -> Result<Logic, Vec<Diagnostic>> {
     // The text is not a file of the user, so its findings must not refer to one: this number has no source.
-    let (read_back, found) = grafsynth_backend_pld::read(dialect, FileId(u32::MAX), &emitted.text);
+    let file = FileId(u32::MAX);
+    let (read_back, found) = grafsynth_backend_pld::read(emitted.dialect, file, &emitted.text);
     let Some(mut read_back) = read_back.filter(|_| !any_error(&found)) else { return Err(found) };
-    let found = grafsynth_backend_pld::rebind(&mut read_back, &emitted);
-    if any_error(&found) { Err(found) } else { Ok(Through { emitted, read_back }) }
+    let found = grafsynth_backend_pld::rebind(&mut read_back, emitted);
+    if any_error(&found) { Err(found) } else { Ok(read_back) }
 }
 
 /// The options for the back end that come from a net, not from its circuit.

@@ -1,75 +1,42 @@
 //! Notes on a circuit, in addition to its proof: its encoding and don't-cares, its form, whether it is safe and whether the emergency
 //! dominates.
 
-use crate::built::BuildOptions;
 use crate::codes;
-use crate::coding;
-use crate::output_report::{Note, OutputReport};
-use crate::report::chip::Code;
-use grafsynth_backend_pld::{Dialect, EmitOptions};
+use crate::coding::EncodedLogic;
+use crate::output_report::Note;
+use grafsynth_backend_pld::EmitOptions;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Logic, PinRole};
 use grafsynth_ir::net::{Evolution, Net};
-use grafsynth_ir::{Diagnostic, Valid, counted};
+use grafsynth_ir::{Diagnostic, counted};
 use grafsynth_logic::BusyMode;
 use grafsynth_logic::state_assignment::Encoding;
 
-/// The encoding of a circuit for the report page; `None` if no page was requested.
-pub(crate) fn code_of(
-    net: &Net,
-    facts: &Facts,
-    logic: &Logic,
-    coded: &coding::EncodedLogic,
-    options: &BuildOptions,
-    dialect: Dialect,
-    wishes: &EmitOptions,
-) -> Option<Code> {
-    if !options.report {
-        return None;
+/// Whether a circuit that was requested as safe is proved safe after it was read back; if not, the result is open.
+pub(crate) fn safe(logic: &Logic, read_back: &Logic) -> Note {
+    if logic.outputs.values().any(|output| output.role == PinRole::Busy) {
+        return Note::Safe("not made safe: it runs one micro-step per clock".to_owned());
     }
-    let n_groups = coding::groups(net, facts, logic).len();
-    let mut code = Code::of(coded, options.encoding, n_groups, options.safe);
-    code.why_not_one_hot =
-        coding::why_not_one_hot(net, facts, logic, options.encoding, options.safe, dialect, wishes);
-    Some(code)
-}
-
-/// Reports whether a circuit that was requested as safe is proved safe after it was read back; if not, the result is open.
-pub(crate) fn say_safe(line: &mut OutputReport, logic: &Logic, read_back: &Logic) {
-    line.notes.push(if logic.outputs.values().any(|output| output.role == PinRole::Busy) {
-        Note::Safe("not made safe: it runs one micro-step per clock".to_owned())
-    } else {
-        match grafsynth_logic::state_assignment::is_safe(read_back) {
-            Ok(codes) if codes.illegal == 0 => Note::Safe("safe: no code is illegal".to_owned()),
-            Ok(codes) => {
-                let flops = counted(codes.n_flops, "flip-flop", "flip-flops");
-                Note::Safe(match codes.illegal {
-                    1 => format!("safe: the one illegal code of {flops} returns in one clock, proved over all codes"),
-                    n => format!("safe: all {n} illegal codes of {flops} return in one clock, proved over all codes"),
-                })
-            }
-            Err(why) => Note::NotSafe(why),
+    match grafsynth_logic::state_assignment::is_safe(read_back) {
+        Ok(codes) if codes.illegal == 0 => Note::Safe("safe: no code is illegal".to_owned()),
+        Ok(codes) => {
+            let flops = counted(codes.n_flops, "flip-flop", "flip-flops");
+            Note::Safe(match codes.illegal {
+                1 => format!(
+                    "safe: the one illegal code of {flops} returns in one clock, proved over all codes"
+                ),
+                n => format!(
+                    "safe: all {n} illegal codes of {flops} return in one clock, proved over all codes"
+                ),
+            })
         }
-    });
-}
-
-/// Reports whether the emergency dominates in every state of the circuit that was read back; if not, the result is refuted.
-pub(crate) fn say_emergency(
-    line: &mut OutputReport,
-    net: &Valid<Net>,
-    read_back: &Logic,
-    options: &BuildOptions,
-) {
-    if !options.prove {
-        return;
+        Err(why) => Note::NotSafe(why),
     }
-    let Some(found) = grafsynth_verify::dominates(net, read_back, &options.limits) else { return };
-    line.notes.push(Note::Emergency(found));
 }
 
 /// The note on encoding and don't-cares; `None` if each step has its flip-flop and no don't-cares are used.
 pub(crate) fn codes_and_dont_cares(
-    coded: &coding::EncodedLogic,
+    coded: &EncodedLogic,
     emitted: &Logic,
     options: &EmitOptions,
 ) -> Option<String> {

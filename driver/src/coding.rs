@@ -14,6 +14,7 @@ use grafsynth_ir::program::Origin;
 pub use grafsynth_logic::state_assignment::Encoding;
 use grafsynth_logic::state_assignment::{self, Group, Room, TRIES};
 use std::collections::BTreeMap;
+use std::rc::Rc;
 
 /// The requested encoding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -37,12 +38,18 @@ pub struct EncodedLogic {
     pub logic: Logic,
     /// The encoding of its groups.
     pub encoding: Encoding,
+    /// True if every illegal situation must return to the initial one.
+    pub is_safe: bool,
     /// The number of steps without their own flip-flop.
     pub n_coded: usize,
     /// The number of unread inputs that get no pin because the device has too few.
     pub n_unread: usize,
     /// Why an earlier encoding in the order of [`EncodingChoice::Auto`] was not used: what the device lacks for it.
     pub why: Option<String>,
+    /// What the device lacks for one flip-flop for each step, if that was tried.
+    pub one_hot_lacks: Option<String>,
+    /// The equations of the circuit in the language and for the device that it was encoded for, if they were made to see whether it fits.
+    pub equations: Option<Rc<Equations>>,
 }
 
 /// The groups of mutually exclusive steps, by their flip-flops. They are components (joined if they exclude each other), the registers of regions, and steps
@@ -213,7 +220,7 @@ pub fn code(
 /// situation must return to the initial one.
 #[must_use]
 pub fn code_knowing(
-    found: &mut EncodingCache,
+    cache: &mut EncodingCache,
     net: &Net,
     facts: &Facts,
     logic: &Logic,
@@ -221,115 +228,166 @@ pub fn code_knowing(
     dialect: Dialect,
     options: &EmitOptions,
 ) -> EncodedLogic {
-    let is_busy = logic.outputs.values().any(|output| output.role == PinRole::Busy);
-    let heard;
-    let n_inputs = logic.inputs.len();
-    let logic = match device_of(options).filter(|_| needs_pins(dialect)) {
-        // The clock and the supplies have pins too.
-        Some(device)
-            if logic.inputs.len() + logic.outputs.len() + logic.flops.len() + 3
-                > device.n_pins as usize =>
-        {
-            heard = grafsynth_logic::build::without_unread_inputs(logic.clone());
-            &heard
-        }
-        Some(_) | None => logic,
-    };
-    let n_unread = n_inputs - logic.inputs.len();
-    let plain = EncodedLogic {
-        logic: logic.clone(),
-        encoding: Encoding::OneHot,
-        n_coded: 0,
-        n_unread,
-        why: None,
-    };
+    let heard = heard(logic, dialect, options);
+    let n_unread = heard.as_ref().map_or(0, |heard| logic.inputs.len() - heard.inputs.len());
+    let logic = heard.as_ref().unwrap_or(logic);
     let groups = groups(net, facts, logic);
-    if is_busy {
-        return plain;
+    if logic.outputs.values().any(|output| output.role == PinRole::Busy) {
+        return EncodedLogic::new(logic.clone(), Encoding::OneHot, n_unread, safe);
     }
-    let mut known = logic.clone();
     let situations = Situations::of(net, facts, logic);
+    let mut known = logic.clone();
     if let Some(situations) = &situations {
         state_assignment::only(&mut known, &situations.flops, &situations.values);
     }
-    let EncodingCache { made, within, work } = found;
-    let mut made = |encoding: Encoding, tries: usize| {
-        let key = (encoding, tries, safe, n_unread);
-        if let Some(coded) = made.get(&key) {
-            return coded.clone();
-        }
-        let mut logic = state_assignment::recode(&known, &groups, encoding, tries);
-        if encoding == Encoding::Compact
-            && let Some(situations) = &situations
-            && situations.n_bits() + known.flops.len() < logic.flops.len() + situations.flops.len()
-            && let Some(values) = situations.whole()
-            && let Some(flat) =
-                state_assignment::flatten(&known, &net.name.text, &situations.flops, &values, tries)
-            && flat.flops.len() < logic.flops.len()
-        {
-            logic = flat;
-        }
-        let n_coded = logic.decoded.len();
-        let logic = if safe { state_assignment::safe(logic) } else { logic };
-        let coded = EncodedLogic { logic, encoding, n_coded, n_unread, why: None };
-        made.insert(key, coded.clone());
-        coded
-    };
-    let choice = match choice {
-        EncodingChoice::This(encoding) => return made(encoding, TRIES),
-        EncodingChoice::Auto => made(Encoding::OneHot, 0),
-    };
-    if !needs_pins(dialect) || groups.is_empty() {
-        return choice;
+    let coder = Coder { net, logic, known, groups, situations, n_unread, safe };
+    match choice {
+        EncodingChoice::This(encoding) => coder.made(cache, encoding, TRIES),
+        EncodingChoice::Auto => coder.first_that_fits(cache, dialect, options),
     }
-    let Err(mut why) = fits(&choice, options) else { return choice };
-    for encoding in [Encoding::ZeroHot, Encoding::Compact] {
-        let is_whole = encoding == Encoding::Compact
-            && situations.as_ref().is_some_and(|situations| {
-                let n_others = known.flops.len().saturating_sub(situations.flops.len());
-                let most = device_of(options).map_or(0, Device::n_cells);
-                n_others + situations.n_bits() <= most
-            });
-        if !is_whole && !may_fit(logic, &groups, encoding, options) {
-            continue;
-        }
-        let coded = made(encoding, TRIES);
-        match fits(&coded, options) {
-            Ok(()) => return EncodedLogic { why: Some(why), ..coded },
-            Err(lack) => why = lack,
-        }
-    }
-    // If there are enough pins but too few product terms, other codes for the steps may still fit. Logic blocks lack inputs rather than terms.
-    if may_fit(logic, &groups, Encoding::Compact, options)
-        && let Some(device) = device_of(options).filter(|device| device.blocks.is_none())
-        && let room = room(device, &known)
-        && let Some(logic) = within
-            .entry((room.terms.clone(), room.is_by_power_up, n_unread))
-            .or_insert_with(|| {
-                let mut left = MOST_WORK.saturating_sub(*work);
-                let found =
-                    state_assignment::recode_within(&known, &groups, &room, MORE_TRIES, &mut left);
-                *work = MOST_WORK - left;
-                found
-            })
-            .clone()
-    {
-        let n_coded = logic.decoded.len();
-        let logic = if safe { state_assignment::safe(logic) } else { logic };
-        let coded =
-            EncodedLogic { logic, encoding: Encoding::Compact, n_coded, n_unread, why: None };
-        if fits(&coded, options).is_ok() {
-            return EncodedLogic { why: Some(why), ..coded };
-        }
-    }
-    choice
 }
 
-/// True for languages that assign pins.
-fn needs_pins(dialect: Dialect) -> bool {
-    match dialect {
-        Dialect::Palasm | Dialect::Cupl | Dialect::Galasm => true,
-        Dialect::Verilog | Dialect::Blif => false,
+/// The circuit without the inputs that nothing reads, if the device has too few pins for all of its signals.
+fn heard(logic: &Logic, dialect: Dialect, options: &EmitOptions) -> Option<Logic> {
+    let device = device_of(options).filter(|_| dialect.is_flat())?;
+    // The clock and the supplies have pins too.
+    let n_signals = logic.inputs.len() + logic.outputs.len() + logic.flops.len() + 3;
+    (n_signals > device.n_pins as usize)
+        .then(|| grafsynth_logic::build::without_unread_inputs(logic.clone()))
+}
+
+impl EncodedLogic {
+    /// A circuit that was not fitted yet.
+    fn new(logic: Logic, encoding: Encoding, n_unread: usize, is_safe: bool) -> Self {
+        let n_coded = logic.decoded.len();
+        let (why, one_hot_lacks, equations) = (None, None, None);
+        EncodedLogic { logic, encoding, is_safe, n_coded, n_unread, why, one_hot_lacks, equations }
+    }
+
+    /// The circuit to emit: if it must return from every illegal state, these must not be used as don't-cares.
+    #[must_use]
+    pub fn emitted(&self) -> Logic {
+        let mut logic = self.logic.clone();
+        if self.is_safe {
+            logic.unreachable.clear();
+        }
+        logic
+    }
+}
+
+/// Makes the encodings of one circuit.
+struct Coder<'a> {
+    net: &'a Net,
+    logic: &'a Logic,
+    /// The circuit with its unreachable situations.
+    known: Logic,
+    groups: Vec<Group>,
+    situations: Option<Situations>,
+    n_unread: usize,
+    safe: bool,
+}
+
+impl Coder<'_> {
+    /// The circuit in an encoding.
+    fn made(&self, cache: &mut EncodingCache, encoding: Encoding, tries: usize) -> EncodedLogic {
+        let key = (encoding, tries, self.safe, self.n_unread);
+        if let Some(coded) = cache.made.get(&key) {
+            return coded.clone();
+        }
+        let mut logic = state_assignment::recode(&self.known, &self.groups, encoding, tries);
+        let n_flops = logic.flops.len();
+        if let Some(flat) = self.flat(n_flops, tries).filter(|_| encoding == Encoding::Compact) {
+            logic = flat;
+        }
+        let coded = self.finished(logic, encoding);
+        cache.made.insert(key, coded.clone());
+        coded
+    }
+
+    /// One code for whole situations, if it has fewer flip-flops than this.
+    fn flat(&self, n_flops: usize, tries: usize) -> Option<Logic> {
+        let situations = self.situations.as_ref()?;
+        if situations.n_bits() + self.known.flops.len() >= n_flops + situations.flops.len() {
+            return None;
+        }
+        let (values, name) = (situations.whole()?, &self.net.name.text);
+        let flat = state_assignment::flatten(&self.known, name, &situations.flops, &values, tries)?;
+        (flat.flops.len() < n_flops).then_some(flat)
+    }
+
+    fn finished(&self, logic: Logic, encoding: Encoding) -> EncodedLogic {
+        let n_coded = logic.decoded.len();
+        let logic = if self.safe { state_assignment::safe(logic) } else { logic };
+        EncodedLogic { n_coded, ..EncodedLogic::new(logic, encoding, self.n_unread, self.safe) }
+    }
+
+    /// The first encoding that fits the device, in the order of [`EncodingChoice::Auto`]; otherwise one-hot.
+    fn first_that_fits(
+        &self,
+        cache: &mut EncodingCache,
+        dialect: Dialect,
+        options: &EmitOptions,
+    ) -> EncodedLogic {
+        let mut one_hot = self.made(cache, Encoding::OneHot, 0);
+        if !dialect.is_flat() || self.groups.is_empty() {
+            return one_hot;
+        }
+        let Err(lacks) = one_hot.fit(dialect, options) else { return one_hot };
+        one_hot.one_hot_lacks = Some(lacks.clone());
+        let chosen = |coded: EncodedLogic, why: String| EncodedLogic {
+            why: Some(why),
+            one_hot_lacks: one_hot.one_hot_lacks.clone(),
+            ..coded
+        };
+        let mut why = does_not_fit(Encoding::OneHot, &lacks);
+        for encoding in [Encoding::ZeroHot, Encoding::Compact] {
+            let is_whole = encoding == Encoding::Compact && self.may_fit_whole(options);
+            if !is_whole && !may_fit(self.logic, &self.groups, encoding, options) {
+                continue;
+            }
+            let mut coded = self.made(cache, encoding, TRIES);
+            match coded.fit(dialect, options) {
+                Ok(()) => return chosen(coded, why),
+                Err(lacks) => why = does_not_fit(encoding, &lacks),
+            }
+        }
+        let within = self.within(cache, options).map(|logic| {
+            let mut coded = self.finished(logic, Encoding::Compact);
+            coded.fit(dialect, options).map(|()| coded)
+        });
+        match within {
+            Some(Ok(coded)) => chosen(coded, why),
+            Some(Err(_)) | None => one_hot,
+        }
+    }
+
+    /// True if a code for whole situations has few enough flip-flops for the device.
+    fn may_fit_whole(&self, options: &EmitOptions) -> bool {
+        self.situations.as_ref().is_some_and(|situations| {
+            let n_others = self.known.flops.len().saturating_sub(situations.flops.len());
+            n_others + situations.n_bits() <= device_of(options).map_or(0, Device::n_cells)
+        })
+    }
+
+    /// Codes that fit the product terms of the macrocells: if there are enough pins but too few product terms, other codes for the steps may still fit. Logic
+    /// blocks lack inputs rather than terms.
+    fn within(&self, cache: &mut EncodingCache, options: &EmitOptions) -> Option<Logic> {
+        if !may_fit(self.logic, &self.groups, Encoding::Compact, options) {
+            return None;
+        }
+        let device = device_of(options).filter(|device| device.blocks.is_none())?;
+        let room = room(device, &self.known);
+        let EncodingCache { within, work, .. } = cache;
+        let key = (room.terms.clone(), room.is_by_power_up, self.n_unread);
+        let found = within.entry(key).or_insert_with(|| {
+            let mut left = MOST_WORK.saturating_sub(*work);
+            let (known, groups) = (&self.known, &self.groups);
+            let found =
+                state_assignment::recode_within(known, groups, &room, MORE_TRIES, &mut left);
+            *work = MOST_WORK - left;
+            found
+        });
+        found.clone()
     }
 }
 
@@ -354,68 +412,31 @@ fn room(device: &Device, logic: &Logic) -> Room {
     Room { terms, is_by_power_up: device.power_up == PowerUp::ByPolarity }
 }
 
-/// Why this circuit does not have a flip-flop for each step, or why it has them although it does not fit: names what the device lacks.
-/// `None` if it fits, if the user chose the encoding, and for a language without pins.
-#[must_use]
-pub fn why_not_one_hot(
-    net: &Net,
-    facts: &Facts,
-    logic: &Logic,
-    choice: EncodingChoice,
-    safe: bool,
-    dialect: Dialect,
-    options: &EmitOptions,
-) -> Option<String> {
-    match (choice, dialect) {
-        (EncodingChoice::This(_), _) | (_, Dialect::Verilog | Dialect::Blif) => return None,
-        (EncodingChoice::Auto, Dialect::Palasm | Dialect::Cupl | Dialect::Galasm) => {}
-    }
-    let one_hot = EncodingChoice::This(Encoding::OneHot);
-    let coded = code(net, facts, logic, one_hot, safe, dialect, options);
-    if let Some(lack) = too_small(&coded.logic, options) {
-        return Some(lack);
-    }
-    match Equations::new(&coded.logic, Dialect::Palasm, options) {
-        Ok(made) => misfit(&made).map(str::to_owned),
-        Err(found) => found.into_iter().next().map(|finding| finding.message),
+impl EncodedLogic {
+    /// Makes the equations for a language, unless counting shows that the device is too small. The error is what the device lacks.
+    fn fit(&mut self, dialect: Dialect, options: &EmitOptions) -> Result<(), String> {
+        let logic = self.emitted();
+        if let Some(lack) = too_small(&logic, options) {
+            return Err(lack);
+        }
+        let made = Rc::new(Equations::open(&logic, dialect, options).map_err(|found| {
+            found.into_iter().next().map_or_else(String::new, |finding| finding.message)
+        })?);
+        self.equations = Some(made.clone());
+        if made.has_pins { Ok(()) } else { Err(made.lacks.join("; ")) }
     }
 }
 
-/// What a device lacks for equations whose pins were left open.
-#[must_use]
-pub fn misfit(equations: &Equations) -> Option<&str> {
-    let is_misfit = |line: &&String| !equations.has_pins && line.starts_with("does not fit");
-    let line = equations.head.iter().find(is_misfit)?;
-    Some(line.split_once(": ").map_or(line.as_str(), |(_, parts)| parts))
+fn does_not_fit(encoding: Encoding, lacks: &str) -> String {
+    format!("{} does not fit: {lacks}", encoding_name(encoding))
 }
 
-/// The circuit to emit: if it must return from every illegal state, these must not be used as don't-cares.
-#[must_use]
-pub fn emitted(coded: &EncodedLogic, safe: bool) -> Logic {
-    let mut logic = coded.logic.clone();
-    if safe {
-        logic.unreachable.clear();
-    }
-    logic
-}
-
-/// Checks whether the circuit fits the device; the error is what the device lacks.
-fn fits(coded: &EncodedLogic, options: &EmitOptions) -> Result<(), String> {
-    let code = match coded.encoding {
+/// The name of an encoding on the command line.
+pub(crate) fn encoding_name(encoding: Encoding) -> &'static str {
+    match encoding {
         Encoding::OneHot => "one-hot",
         Encoding::ZeroHot => "zero-hot",
         Encoding::Compact => "compact",
-    };
-    if let Some(lack) = too_small(&coded.logic, options) {
-        return Err(format!("{code} does not fit: {lack}"));
-    }
-    match Equations::new(&coded.logic, Dialect::Palasm, options) {
-        Ok(made) if made.has_pins => Ok(()),
-        Ok(made) => Err(format!("{code} does not fit: {}", made.lacks.join("; "))),
-        Err(found) => Err(format!(
-            "{code} does not fit: {}",
-            found.first().map_or("", |finding| finding.message.as_str())
-        )),
     }
 }
 

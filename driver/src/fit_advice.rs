@@ -3,9 +3,9 @@
 //! A change is suggested only if the design was really fitted with it: with new encodings, sums, divisors and pins and, for a fuse map,
 //! down to the fuses. [`MOST_FITS`] bounds the search; devices that are too small in any case are skipped.
 
-use crate::built::BuildOptions;
 use crate::circuit::{emit_options, may_be_free, synchronised};
-use crate::coding::{self, Encoding, EncodingCache, EncodingChoice};
+use crate::coding::{self, Encoding, EncodingCache, EncodingChoice, encoding_name};
+use crate::context::{BuildContext, Medium};
 use grafsynth_backend_pld::codes::DOES_NOT_FIT;
 use grafsynth_backend_pld::device::{Clock, DEVICES, Device, Polarity};
 use grafsynth_backend_pld::equations::Equations;
@@ -13,32 +13,18 @@ use grafsynth_backend_pld::fuse;
 use grafsynth_backend_pld::{Dialect, EmitOptions};
 use grafsynth_ir::diag::Label;
 use grafsynth_ir::expr::{Expr, ExprKind};
-use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Logic, Node, PinRole};
 use grafsynth_ir::net::{InputKind, Leaf, Net};
 use grafsynth_ir::program::Origin;
 use grafsynth_ir::{Diagnostic, Name, Span, counted};
 use grafsynth_logic::build::needed;
 use std::collections::BTreeMap;
+use std::rc::Rc;
 
 /// The maximum number of fits that are tried.
 const MOST_FITS: usize = 16;
 /// The maximum number of suggestions.
 const MOST_NAMED: usize = 3;
-
-/// The design that did not fit.
-#[derive(Clone, Copy)]
-pub(crate) struct BuildContext<'a> {
-    pub(crate) net: &'a Net,
-    pub(crate) facts: &'a Facts,
-    /// The circuit with one flip-flop for each step.
-    pub(crate) logic: &'a Logic,
-    pub(crate) options: &'a BuildOptions,
-    /// The requested language.
-    pub(crate) dialect: Dialect,
-    /// True if a fuse map was requested, not only equations.
-    pub(crate) is_burned: bool,
-}
 
 /// The settings of a trial.
 #[derive(Clone, Copy)]
@@ -90,14 +76,14 @@ fn advice(asked: &BuildContext<'_>, device: &'static Device) -> String {
             continue;
         }
         n_tried += 1;
-        if let Some((coded, n_cells, n_terms)) = asked.fit(trial, &mut known) {
+        if let Some((coded, n_cells, n_terms)) = fit(asked, trial, &mut known) {
             let mut options: Vec<String> = Vec::new();
             named.push(trial.device.name);
             if trial.device != device {
                 options.push(format!("--device {}", trial.device.name));
             }
             if trial.encoding != asked.options.encoding {
-                options.push(format!("--encoding {}", name(coded)));
+                options.push(format!("--encoding {}", encoding_name(coded)));
             }
             if trial.dont_cares != asked.options.dont_cares {
                 options.push("with don't-cares (omit --no-dc)".to_owned());
@@ -106,7 +92,7 @@ fn advice(asked: &BuildContext<'_>, device: &'static Device) -> String {
                 options.push("without the return from illegal situations (omit --safe)".to_owned());
             }
             let code = match trial.encoding {
-                EncodingChoice::Auto => format!(", {}", name(coded)),
+                EncodingChoice::Auto => format!(", {}", encoding_name(coded)),
                 EncodingChoice::This(_) => String::new(),
             };
             fits.push(format!(
@@ -140,14 +126,6 @@ fn advice(asked: &BuildContext<'_>, device: &'static Device) -> String {
     }
 }
 
-fn name(encoding: Encoding) -> &'static str {
-    match encoding {
-        Encoding::OneHot => "one-hot",
-        Encoding::ZeroHot => "zero-hot",
-        Encoding::Compact => "compact",
-    }
-}
-
 /// The trials, the smallest change first: encodings and settings on the same device, then devices, the smallest first, then both.
 fn trials(asked: &BuildContext<'_>, device: &'static Device) -> Vec<Trial> {
     let options = asked.options;
@@ -166,7 +144,7 @@ fn trials(asked: &BuildContext<'_>, device: &'static Device) -> Vec<Trial> {
             .collect(),
     };
     let mut trials: Vec<Trial> = Vec::new();
-    if asked.may_hold(device) {
+    if may_hold(asked, device) {
         trials.extend(codes.iter().map(|&encoding| Trial { encoding, ..same }));
         if !options.dont_cares && may_be_free(asked.net) && !options.safe {
             trials.push(Trial { dont_cares: true, ..same });
@@ -179,7 +157,7 @@ fn trials(asked: &BuildContext<'_>, device: &'static Device) -> Vec<Trial> {
         .iter()
         .filter(|other| {
             // A GAL in place of a PAL is not suggested, because the GAL itself can implement the same designs.
-            **other != *device && !other.name.contains("-as-") && asked.may_hold(other)
+            **other != *device && !other.name.contains("-as-") && may_hold(asked, other)
         })
         .collect();
     // The old PALs come last: they can be programmed only once, and their polarities are fixed.
@@ -194,61 +172,52 @@ fn trials(asked: &BuildContext<'_>, device: &'static Device) -> Vec<Trial> {
     trials
 }
 
-impl BuildContext<'_> {
-    fn device(&self) -> Option<&'static Device> {
-        let own = self.net.board.device.as_ref().map(|name| name.text.as_str());
-        match self.options.device.as_deref().or(own) {
-            Some(name) => Device::find(name),
-            None => Some(Device::default_device()),
-        }
-    }
+/// True if the device has pins for the inputs and macrocells for the outputs; whether everything else fits is not checked.
+fn may_hold(asked: &BuildContext<'_>, device: &Device) -> bool {
+    let (n_inputs, n_outputs) = (asked.logic.inputs.len(), asked.logic.outputs.len());
+    let has_flops = !asked.logic.flops.is_empty();
+    let n_flops = usize::from(has_flops && n_outputs == 0);
+    device.macrocells.len() >= n_outputs + n_flops
+        && n_inputs + n_outputs + usize::from(has_flops) <= device.n_pins as usize - 2
+        && (!has_flops || device.clock != Clock::None)
+        && (device.layout.is_some() || asked.medium.dialect() != Dialect::Galasm)
+}
 
-    /// True if the device has pins for the inputs and macrocells for the outputs; whether everything else fits is not checked.
-    fn may_hold(&self, device: &Device) -> bool {
-        let (n_inputs, n_outputs) = (self.logic.inputs.len(), self.logic.outputs.len());
-        let has_flops = !self.logic.flops.is_empty();
-        let n_flops = usize::from(has_flops && n_outputs == 0);
-        device.macrocells.len() >= n_outputs + n_flops
-            && n_inputs + n_outputs + usize::from(has_flops) <= device.n_pins as usize - 2
-            && (!has_flops || device.clock != Clock::None)
-            && (device.layout.is_some() || !self.is_burned && self.dialect != Dialect::Galasm)
+/// Fits the design with the settings of a trial; returns the encoding, macrocells and product terms.
+fn fit(
+    asked: &BuildContext<'_>,
+    trial: &Trial,
+    known: &mut EncodingCache,
+) -> Option<(Encoding, usize, usize)> {
+    let own = asked.device()?;
+    let mut wishes = EmitOptions {
+        dont_cares: trial.dont_cares,
+        ..emit_options(asked.net, Some(trial.device.name), None)
+    };
+    if trial.device != own {
+        // The pin numbers are for another package.
+        wishes.pins.clear();
     }
-
-    /// Fits the design with the settings of a trial; returns the encoding, macrocells and product terms.
-    fn fit(&self, trial: &Trial, known: &mut EncodingCache) -> Option<(Encoding, usize, usize)> {
-        let own = self.device()?;
-        let mut wishes = EmitOptions {
-            dont_cares: trial.dont_cares,
-            ..emit_options(self.net, Some(trial.device.name), None)
-        };
-        if trial.device != own {
-            // The pin numbers are for another package.
-            wishes.pins.clear();
-        }
-        let coded = coding::code_knowing(
-            known,
-            self.net,
-            self.facts,
-            self.logic,
-            (trial.encoding, trial.safe),
-            Dialect::Palasm,
-            &wishes,
-        );
-        let circuit = coding::emitted(&coded, trial.safe);
-        let (circuit, _) = synchronised(self.net, circuit, self.options.synchronise);
-        if self.is_burned {
-            let (placement, _) = fuse::place(&circuit, &wishes).ok()?;
-            fuse::map(&placement).ok()?;
-            let n_terms = placement.cells.iter().map(|cell| cell.sum.len()).sum();
-            return Some((coded.encoding, placement.cells.len(), n_terms));
-        }
-        let made = Equations::new(&circuit, self.dialect, &wishes).ok()?;
-        if !made.has_pins {
-            return None;
-        }
-        let n_terms = made.equations.iter().map(|equation| equation.products.len()).sum();
-        Some((coded.encoding, made.equations.len(), n_terms))
+    let BuildContext { net, facts, logic, .. } = *asked;
+    let (choice, dialect) = ((trial.encoding, trial.safe), asked.medium.dialect());
+    let coded = coding::code_knowing(known, net, facts, logic, choice, dialect, &wishes);
+    let (circuit, chains) = synchronised(net, coded.emitted(), asked.options.synchronise);
+    let equations = coded.equations.filter(|_| chains.is_empty());
+    if asked.medium == Medium::Fuses {
+        let (placement, _) = fuse::place_from(equations, &circuit, &wishes).ok()?;
+        fuse::map(&placement).ok()?;
+        let n_terms = placement.cells.iter().map(|cell| cell.sum.len()).sum();
+        return Some((coded.encoding, placement.cells.len(), n_terms));
     }
+    let made = match equations {
+        Some(made) => made,
+        None => Rc::new(Equations::new(&circuit, dialect, &wishes).ok()?),
+    };
+    if !made.has_pins {
+        return None;
+    }
+    let n_terms = made.equations.iter().map(|equation| equation.products.len()).sum();
+    Some((coded.encoding, made.equations.len(), n_terms))
 }
 
 /// A time that uses at least half of the registers.

@@ -3,8 +3,8 @@
 //! The Verilog is proved equal to the net as for any FPGA. Other tools convert it to the bitstream; the bitstream is read back as Verilog, and
 //! that is proved equal to the first one. Together, this proves that the bitstream implements the chart.
 
-use crate::judge::{EqualBy, named};
-use crate::output_report::{OutputFault, OutputProof, OutputReport, OutputVerdict};
+use crate::judge::judge_pairs;
+use crate::output_report::{OutputFault, OutputProof, OutputReport};
 use crate::stem::FileStem;
 use grafsynth_backend_pld::ice40::{Package, constraints};
 use grafsynth_backend_pld::{Dialect, Emitted, codes, read};
@@ -12,7 +12,7 @@ use grafsynth_ir::diag::nearest;
 use grafsynth_ir::logic::Logic;
 use grafsynth_ir::{Diagnostic, FileId};
 use grafsynth_verify::Limits;
-use grafsynth_verify::circuits::{Equality, Pairs, circuits};
+use grafsynth_verify::circuits::Pairs;
 
 /// The inputs of the tools.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -95,19 +95,6 @@ pub fn judge(job: &Job, read_back: &str, limits: &Limits) -> OutputReport {
     {
         return OutputReport::refuted(&job.name, OutputFault::PinLost(lost.name.clone()));
     }
-    match circuits(&ours, &theirs, &pairs, limits) {
-        Equality::Enumerated { states, outputs } => {
-            let by = EqualBy::Enumerated { states, outputs };
-            OutputReport::proved(&job.name, OutputProof::Bitstream(by))
-        }
-        Equality::ByFunctions(n) => {
-            let by = EqualBy::Functions(n);
-            OutputReport::proved(&job.name, OutputProof::Bitstream(by))
-        }
-        Equality::Different(apart) => {
-            let apart = Box::new(named(&ours, &theirs, &pairs, &apart));
-            OutputReport::refuted(&job.name, OutputFault::Bitstream(apart))
-        }
-        Equality::Open(open) => OutputReport::new(&job.name, OutputVerdict::ReadBack(open)),
-    }
+    let judged = judge_pairs(&ours, &theirs, &pairs, limits);
+    OutputReport::of_judged(&job.name, judged, OutputProof::Bitstream, OutputFault::Bitstream)
 }

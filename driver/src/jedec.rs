@@ -1,7 +1,6 @@
 //! Maps a circuit to a device: forms and pins, fuses, test vectors, file; and reads all of it back.
 //!
 //! ```text
-//! code        coding::code                 codes of steps, don't-cares
 //! place       backend_pld::fuse::place     forms and pins, each function in its macrocell
 //! map         backend_pld::fuse::map       fuses
 //! vectors     backend_pld::fuse::vectors   what the programmer tests, by the simulator of the fuses
@@ -9,32 +8,26 @@
 //! read        backend_pld::jedec::read     the file without knowledge of its origin; both checksums
 //! decode      backend_pld::fuse::decode    every product of every macrocell as intended
 //! run         backend_pld::fuse::run       the simulator of the fuses, compared with the decoded circuit
-//! prove       verify::equiv                the decoded circuit equal to the net, from power-up
 //! ```
+//! The codes of steps before, and the proof after, are those of every circuit (see the stages).
 
-use crate::built::{BuildOptions, Built, OutputFile};
-use crate::circuit::{delayed_vectors, emit_options, may_be_free, synchronised, unconditional};
-use crate::circuit_notes::{self, code_of, codes_and_dont_cares, say_emergency, say_safe};
+use crate::circuit::{emit_options, may_be_free, unconditional};
 use crate::coding::{self, EncodingChoice};
-use crate::logic::{Fuses, LogicDesign};
-use crate::output_report::{Note, Outcome, OutputReport};
-use crate::report::chip::{Chip, Made};
+use crate::output_report::Note;
 use grafsynth_backend_pld::device::Device;
+use grafsynth_backend_pld::equations::Equations;
 use grafsynth_backend_pld::fuse::vectors::{self, Vector};
 use grafsynth_backend_pld::fuse::{self, FuseMap, Role};
-use grafsynth_backend_pld::jedec::{self, Head, Jedec};
+use grafsynth_backend_pld::jedec::{self, Head};
 use grafsynth_backend_pld::placement::Placement;
-use grafsynth_backend_pld::{Dialect, EmitOptions, Object, Vectors, synchronise};
+use grafsynth_backend_pld::{Dialect, EmitOptions, Object, Vectors};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::Net;
-use grafsynth_ir::{Diagnostic, FileId, Span, Valid, counted, validate};
-use grafsynth_verify::OpenReason;
-use grafsynth_verify::equiv::only_tested;
+use grafsynth_ir::{Diagnostic, FileId, Valid, counted};
+use std::rc::Rc;
 
-/// The maximum number of failed test vector levels that are shown.
-const SHOWN_FAILURES: usize = 6;
 /// The number of clocks for which the device is compared with the decoded circuit, in 64 parallel runs.
 const CLOCKS: usize = 64;
 
@@ -65,6 +58,13 @@ pub fn signature(net: &Net) -> [u8; 8] {
     hash.to_be_bytes()
 }
 
+/// A file, and the intended placement.
+pub(crate) struct FuseText {
+    text: String,
+    placement: Placement,
+    roles: Vec<Role>,
+}
+
 /// Maps a circuit of a net to fuses. The file is made, read back, decoded, compared with the intended placement product by product, and simulated together
 /// with the decoded circuit. The caller must prove that this circuit equals the net. `n_vectors`: the number of test vectors; `None` for a sufficient number.
 ///
@@ -77,7 +77,8 @@ pub fn burn(
     stimulus: Option<&Vectors>,
     n_vectors: Option<usize>,
 ) -> Result<Burned, Vec<Diagnostic>> {
-    burn_as(net, circuit, &emit_options(net, device, None), stimulus, n_vectors)
+    let options = emit_options(net, device, stimulus.cloned());
+    read_back(emit(net, None, circuit, &options, n_vectors)?)
 }
 
 /// Maps a circuit to fuses with the state encoding that a build chooses for the device, and with its don't-cares. The circuit that is read back shows the
@@ -93,53 +94,82 @@ pub fn burn_coded(
     n_vectors: Option<usize>,
 ) -> Result<Burned, Vec<Diagnostic>> {
     let wishes = EmitOptions { dont_cares: may_be_free(net), ..emit_options(net, device, None) };
-    let choice = EncodingChoice::Auto;
     let free = unconditional(net, &grafsynth_verify::Limits::default());
     let facts = free.as_ref().unwrap_or(facts);
-    let coded = coding::code(net, facts, circuit, choice, false, Dialect::Palasm, &wishes);
-    let mut burned = burn_as(net, &coding::emitted(&coded, false), &wishes, None, n_vectors)?;
+    let (choice, dialect) = (EncodingChoice::Auto, Dialect::Galasm);
+    let coded = coding::code(net, facts, circuit, choice, false, dialect, &wishes);
+    let text = emit(net, coded.equations.clone(), &coded.emitted(), &wishes, n_vectors)?;
+    let mut burned = read_back(text)?;
     grafsynth_logic::state_assignment::observe(&coded.logic, &mut burned.logic);
     Ok(burned)
 }
 
-/// [`burn`] with options for the equations: the device, and whether don't-cares are used.
-fn burn_as(
+/// Writes a fuse map. `equations`: those of the circuit for [`Dialect::Galasm`], if they are known.
+pub(crate) fn emit(
     net: &Net,
+    equations: Option<Rc<Equations>>,
     circuit: &Logic,
     options: &EmitOptions,
-    stimulus: Option<&Vectors>,
     n_vectors: Option<usize>,
-) -> Result<Burned, Vec<Diagnostic>> {
-    let (mut placement, roles) = fuse::place(circuit, options)?;
+) -> Result<FuseText, Vec<Diagnostic>> {
+    let (mut placement, roles) = fuse::place_from(equations, circuit, options)?;
     placement.title.clone_from(&net.name.text);
     placement.signature = signature(net).to_vec();
-    let map = fuse::map(&placement)?;
-    let one = |finding: Box<Diagnostic>| vec![*finding];
+    let stimulus = options.vectors.as_ref();
     let first = stimulus.map(|stimulus| levels(circuit, &roles, stimulus)).unwrap_or_default();
-    let n_vectors = n_vectors.unwrap_or_else(|| vectors::enough(&placement));
-    let vectors = vectors::vectors(&map, &placement, &first, n_vectors).map_err(one)?;
-    let text = jedec::write(&map, &head(&placement, &options.notes), &vectors);
-    // From here on only the text counts. It is not a file of the user, so its findings must not refer to one.
-    let (file, found) = jedec::read(FileId(u32::MAX), &text);
+    let text = text(&placement, &options.notes, &first, n_vectors)?;
+    Ok(FuseText { text, placement, roles })
+}
+
+/// The text of a fuse map with its test vectors; `first` are the levels that come first.
+fn text(
+    placement: &Placement,
+    notes: &[String],
+    first: &[Vec<(u32, bool)>],
+    n_vectors: Option<usize>,
+) -> Result<String, Vec<Diagnostic>> {
+    let map = fuse::map(placement)?;
+    let n_vectors = n_vectors.unwrap_or_else(|| vectors::enough(placement));
+    let vectors = vectors::vectors(&map, placement, first, n_vectors).map_err(one)?;
+    Ok(jedec::write(&map, &head(placement, notes), &vectors))
+}
+
+fn one(finding: Box<Diagnostic>) -> Vec<Diagnostic> {
+    vec![*finding]
+}
+
+/// The fuses, products and vectors of a text, which must have the products of the intended placement.
+fn decoded(
+    text: &str,
+    placement: &Placement,
+) -> Result<(FuseMap, Placement, Vec<Vector>), Vec<Diagnostic>> {
+    // The text is not a file of the user, so its findings must not refer to one.
+    let (file, found) = jedec::read(FileId(u32::MAX), text);
     let Some(file) = file.filter(|_| !any_error(&found)) else { return Err(found) };
-    let read = file.fuse_map(Some(placement.device)).map_err(one)?;
-    let mut said = fuse::decode(&read)?;
-    let differences = fuse::differences(&placement, &said);
-    if !differences.is_empty() {
-        return Err(vec![not_as_meant(&differences.join(", "))]);
+    let map = file.fuse_map(Some(placement.device)).map_err(one)?;
+    let said = fuse::decode(&map)?;
+    let differences = fuse::differences(placement, &said);
+    if differences.is_empty() {
+        Ok((map, said, file.vectors))
+    } else {
+        Err(vec![not_as_meant(&differences.join(", "))])
     }
+}
+
+/// Reads a fuse map back: only the text counts.
+pub(crate) fn read_back(written: FuseText) -> Result<Burned, Vec<Diagnostic>> {
+    let FuseText { text, placement, roles } = written;
+    let (map, mut said, vectors) = decoded(&text, &placement)?;
     said.title.clone_from(&placement.title);
     said.pins.clone_from(&placement.pins);
     let logic = fuse::logic(&said, &roles)?;
-    if let Some((at, pin, _)) =
-        vectors::failures(&read, &file.vectors, 1).map_err(one)?.into_iter().next()
-    {
+    if let Some((at, pin, _)) = vectors::failures(&map, &vectors, 1).map_err(one)?.first() {
         return Err(vec![not_as_meant(&format!("pin {pin} in test vector {}", at + 1))]);
     }
-    if let Some(difference) = fuse::run::difference(&read, &logic, &roles, CLOCKS).map_err(one)? {
+    if let Some(difference) = fuse::run::difference(&map, &logic, &roles, CLOCKS).map_err(one)? {
         return Err(vec![not_as_meant(&difference)]);
     }
-    Ok(Burned { text, map: read, placement, roles, logic, vectors: file.vectors })
+    Ok(Burned { text, map, placement, roles, logic, vectors })
 }
 
 fn not_as_meant(what: &str) -> Diagnostic {
@@ -208,99 +238,6 @@ pub(crate) fn other_parts(device: &Device, part: Option<&'static str>) -> &'stat
     }
 }
 
-/// Builds the fuse map of a net; it is returned only if it is not refuted.
-pub(crate) fn build(
-    net: &Valid<Net>,
-    facts: &Facts,
-    logic: &Logic,
-    options: &BuildOptions,
-    built: &mut Built,
-) {
-    let wishes = EmitOptions {
-        dont_cares: options.dont_cares,
-        keep: options.keep_pins.clone(),
-        ..emit_options(net, options.device.as_deref(), None)
-    };
-    // A device uses the same equations as a text for it.
-    let dialect = Dialect::Palasm;
-    let coded = coding::code(net, facts, logic, options.encoding, options.safe, dialect, &wishes);
-    let code = code_of(net, facts, logic, &coded, options, dialect, &wishes);
-    let asked =
-        crate::fit_advice::BuildContext { net, facts, logic, options, dialect, is_burned: true };
-    let logic = &coding::emitted(&coded, options.safe);
-    let (circuit, chains) = synchronised(net, logic.clone(), options.synchronise);
-    let stimulus = options
-        .stimulus
-        .as_ref()
-        .map(|stimulus| delayed_vectors(net, logic, &circuit, &chains, stimulus));
-    let burned = stimulus.transpose().and_then(|stimulus| {
-        let burned = burn_as(net, &circuit, &wishes, stimulus.as_ref(), None)?;
-        let mut read_back = synchronise::strip(burned.logic.clone(), &chains)?;
-        grafsynth_logic::state_assignment::observe(&coded.logic, &mut read_back);
-        Ok((burned, read_back))
-    });
-    let (burned, read_back) = match burned {
-        Ok(burned) => burned,
-        Err(mut found) => {
-            crate::fit_advice::advise(&asked, &mut found);
-            built.found.extend(found);
-            return;
-        }
-    };
-    let name = format!("{}.jed", options.stem_for(net));
-    let mut line = if options.prove {
-        let verdict = grafsynth_verify::equiv(net, facts, &read_back, &options.limits);
-        OutputReport::of_verdict(&name, net, &read_back, verdict)
-    } else {
-        let reasons = vec![OpenReason::NotAsked];
-        let verdict = only_tested(net, &read_back, reasons, &options.limits);
-        OutputReport::of_verdict(&name, net, &read_back, verdict)
-    };
-    line.notes.extend(said(&burned, &name));
-    line.notes.extend(burned.placement.moved.iter().cloned().map(Note::PinMoved));
-    say_emergency(&mut line, net, &read_back, options);
-    if let Some(said) = codes_and_dont_cares(&coded, logic, &wishes) {
-        line.notes.push(Note::Codes(said));
-    }
-    if options.safe {
-        say_safe(&mut line, logic, &read_back);
-    }
-    let outcome = line.outcome();
-    let is_refuted = outcome == Outcome::Refuted;
-    let form = circuit_notes::form(net, facts, logic, options.busy);
-    if let Some(form) = &form {
-        line.notes.push(Note::Form(form.clone()));
-    }
-    if let Some(chain) = chains.first() {
-        let (pins, stages) = (chains.len(), chain.flops.len());
-        line.notes.push(Note::Synchronised { pins, stages });
-    }
-    built.lines.push(line);
-    if let Some(code) = code.filter(|_| !is_refuted) {
-        let made = Made {
-            file: &name,
-            outcome,
-            circuit: &circuit,
-            chains: &chains,
-            code: Some(code),
-            evolution: form,
-            dont_cares: wishes.dont_cares,
-            budget: wishes.budget,
-        };
-        let n_vectors = burned.vectors.len();
-        let (map, placement, roles) = (&burned.map, &burned.placement, &burned.roles);
-        built.chips.push(Chip::burned(made, map, placement, roles, n_vectors));
-    }
-    if !is_refuted {
-        built.files.push(OutputFile {
-            name,
-            text: burned.text,
-            keep_existing: false,
-            map: Vec::new(),
-        });
-    }
-}
-
 fn times(n: usize) -> String {
     match n {
         1 => "once".to_owned(),
@@ -309,7 +246,7 @@ fn times(n: usize) -> String {
 }
 
 /// The notes on a fuse map, in addition to its proof.
-fn said(burned: &Burned, file: &str) -> Vec<Note> {
+pub(crate) fn notes(burned: &Burned, file: &str) -> Vec<Note> {
     let device = burned.placement.device;
     let terms: usize = burned.placement.cells.iter().map(|cell| cell.sum.len()).sum();
     let mut parts = vec![format!(
@@ -349,85 +286,6 @@ fn said(burned: &Burned, file: &str) -> Vec<Note> {
     parts.into_iter().map(Note::Burned).collect()
 }
 
-/// Converts a file to a design: its macrocells, its circuit if it has one, and the findings about it.
-///
-/// # Errors
-/// A device whose fuse map is unknown, and fuses that no data sheet describes.
-pub fn design(file: &Jedec, id: FileId) -> Result<(LogicDesign, Vec<Diagnostic>), Vec<Diagnostic>> {
-    let start = Span::new(id, 0, 0);
-    let placed = |finding: Diagnostic| {
-        if finding.labels.is_empty() { finding.at(start, "this file") } else { finding }
-    };
-    let all = |found: Vec<Diagnostic>| found.into_iter().map(placed).collect::<Vec<_>>();
-    let map = file.fuse_map(None).map_err(|finding| all(vec![*finding]))?;
-    let mut placement = fuse::decode(&map).map_err(all)?;
-    placement.title = title(file).unwrap_or_else(|| map.device.name.to_owned());
-    placement.pins = file
-        .pins()
-        .into_iter()
-        .filter(|named| {
-            (1..map.device.n_pins).contains(&named.pin) && !map.device.is_supply(named.pin)
-        })
-        .collect();
-    placement.pins.sort_by_key(|named| named.pin);
-    placement.pins.dedup_by_key(|named| named.pin);
-    if !placement.pins.is_empty() {
-        // If the file names its pins, a constant on an unnamed pin is a macrocell that the device cannot disable.
-        let whole = placement.clone();
-        placement.cells.retain(|cell| {
-            let is_read = whole.products().any(|product| product.literal(cell.pin).is_some());
-            is_read || !cell.sum.is_empty() || whole.name(cell.pin).is_some()
-        });
-    }
-    let mut found = Vec::new();
-    let mut n_failed = 0;
-    match vectors::failures(&map, &file.vectors, usize::MAX) {
-        Ok(failures) => {
-            let mut failed: Vec<usize> = failures.iter().map(|(at, _, _)| *at).collect();
-            failed.dedup();
-            n_failed = failed.len();
-            for (at, pin, level) in failures.into_iter().take(SHOWN_FAILURES) {
-                let wanted = file.vectors[at].get(pin as usize - 1).map_or('X', |own| own.letter());
-                let message = format!(
-                    "test vector {} expects {wanted} at pin {pin}, but the fuses give {}",
-                    at + 1,
-                    level.letter()
-                );
-                let finding = Diagnostic::warning(fuse::codes::VECTOR_FAILS, message).help(
-                    "correct the letter of the vector if the device does the right thing; otherwise correct the design from which the file was made",
-                );
-                found.push(match file.vector_spans.get(at) {
-                    Some(&span) => finding.at(span, format!("letter {pin} is for pin {pin}")),
-                    None => placed(finding),
-                });
-            }
-        }
-        Err(finding) => found.push(placed(*finding)),
-    }
-    if any_error(&found) {
-        return Err(found);
-    }
-    let (circuit, beyond) = match fuse::logic(&placement, &[]) {
-        Ok(circuit) => (Some(circuit), Vec::new()),
-        Err(why) => (None, all(why)),
-    };
-    let (mut parts, roles) = match &circuit {
-        Some(circuit) => (circuit.clone(), fuse::own_roles(&placement)),
-        None => fuse::shell(&placement),
-    };
-    let interface = validate(crate::logic::interface(&mut parts))?;
-    let logic = circuit.map(|_| parts.clone());
-    let n_vectors = file.vectors.len();
-    let fuses = Some(Fuses { map, parts, roles, n_vectors, n_failed });
-    Ok((LogicDesign { logic, beyond, placement: Ok(placement), interface, fuses }, found))
-}
-
-/// The design name in the head of our files.
-fn title(file: &Jedec) -> Option<String> {
-    let (title, _) = file.head.lines().next()?.split_once(" - fuse map made by")?;
-    Some(title.to_owned())
-}
-
 /// The file of a design as it was written: its own products in its own macrocells, without minimising or moving anything. The file is read back and decoded to
 /// the same products before it is returned.
 ///
@@ -446,18 +304,7 @@ pub(crate) struct Written {
 
 /// [`as_written`] with the contents that were read back.
 pub(crate) fn written(placement: &Placement) -> Result<Written, Vec<Diagnostic>> {
-    let one = |finding: Box<Diagnostic>| vec![*finding];
-    let map = fuse::map(placement)?;
-    let n = vectors::enough(placement);
-    let vectors = vectors::vectors(&map, placement, &[], n).map_err(one)?;
-    let text = jedec::write(&map, &head(placement, &[]), &vectors);
-    let (file, found) = jedec::read(FileId(u32::MAX), &text);
-    let Some(file) = file.filter(|_| !any_error(&found)) else { return Err(found) };
-    let map = file.fuse_map(Some(placement.device)).map_err(one)?;
-    let differences = fuse::differences(placement, &fuse::decode(&map)?);
-    if differences.is_empty() {
-        Ok(Written { text, map, n_vectors: file.vectors.len() })
-    } else {
-        Err(vec![not_as_meant(&differences.join(", "))])
-    }
+    let text = text(placement, &[], &[], None)?;
+    let (map, _, vectors) = decoded(&text, placement)?;
+    Ok(Written { text, map, n_vectors: vectors.len() })
 }

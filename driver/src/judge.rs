@@ -334,13 +334,17 @@ pub fn judge(left: &Logic, right: &Logic, limits: &Limits) -> Judged {
 }
 
 fn judge_as(ours: &Logic, theirs: &Logic, renames: &Renames, limits: &Limits) -> Judged {
-    let pairs = pairs(ours, theirs, renames);
-    match circuits(ours, theirs, &pairs, limits) {
+    judge_pairs(ours, theirs, &pairs(ours, theirs, renames), limits)
+}
+
+/// Compares two circuits at the pins of these pairs.
+pub(crate) fn judge_pairs(ours: &Logic, theirs: &Logic, pairs: &Pairs, limits: &Limits) -> Judged {
+    match circuits(ours, theirs, pairs, limits) {
         Equality::Enumerated { states, outputs } => {
             Judged::Equal(EqualBy::Enumerated { states, outputs })
         }
         Equality::ByFunctions(n) => Judged::Equal(EqualBy::Functions(n)),
-        Equality::Different(apart) => Judged::Different(named(ours, theirs, &pairs, &apart)),
+        Equality::Different(apart) => Judged::Different(named(ours, theirs, pairs, &apart)),
         Equality::Open(why) => Judged::Open(why),
     }
 }
@@ -366,7 +370,7 @@ fn pairs(left: &Logic, right: &Logic, renames: &Renames) -> Pairs {
 }
 
 /// The difference, with the names of the first circuit.
-pub(crate) fn named(left: &Logic, right: &Logic, pairs: &Pairs, apart: &Apart) -> CircuitsApart {
+fn named(left: &Logic, right: &Logic, pairs: &Pairs, apart: &Apart) -> CircuitsApart {
     let inputs = || pairs.inputs.iter().filter_map(|(pin, _)| *pin);
     let values = |row: &Vec<bool>| {
         let values = pairs.inputs.iter().zip(row);

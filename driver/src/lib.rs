@@ -5,6 +5,17 @@
 //! let facts = pipeline::facts(&net, &limits);
 //! let built = pipeline::build(&net, &facts, &targets, &options);     // texts, each read back and proved
 //! ```
+//!
+//! The files of the pipeline, in reading order; each needs only those above it and the data that it names:
+//!
+//! 1. [`read`]: texts to a [`read::Design`], with its libraries, board and properties
+//! 2. `built`: the data of a build: options, files, results; `output_report`: the result for one output
+//! 3. `circuit`, [`coding`]: the circuit of a net, and the codes of its steps for a device
+//! 4. `context`: what all stages of one output know
+//! 5. `stages/encode`, `emit`, `read_back`, `prove`, `describe`: the life of a circuit, one artefact after each;
+//!    `stages/c`: that of C, which an engine of the caller runs
+//! 6. [`pipeline`]: all targets of a build
+//! 7. [`report`]: the page of a build
 
 pub mod automaton;
 mod built;
@@ -14,12 +25,14 @@ mod circuit_notes;
 pub mod codes;
 pub mod coding;
 pub mod compare;
+mod context;
 pub mod convert;
 pub mod diff;
 pub mod evidence;
 mod fit_advice;
 pub mod format;
 pub mod forms;
+pub mod fuse_design;
 pub mod ice40;
 pub mod jedec;
 pub mod judge;
@@ -37,6 +50,7 @@ pub mod ring;
 pub mod rows;
 pub mod run;
 pub mod source;
+mod stages;
 pub mod state_table;
 pub mod stem;
 pub mod target;

@@ -1,7 +1,7 @@
 //! The result for each output: proved, refuted or open, with notes for the user. It remains data until it is printed.
 
 use crate::evidence::Evidence;
-use crate::judge::{CircuitsApart, EqualBy};
+use crate::judge::{CircuitsApart, EqualBy, Judged};
 use crate::run::{logic_trace, net_trace};
 use grafsynth_backend_pld::MovedPin;
 use grafsynth_ir::logic::Logic;
@@ -167,9 +167,7 @@ impl OutputFault {
             OutputFault::Bitstream(apart) | OutputFault::Rebuilt(apart) => {
                 Some(Evidence::of_circuits(apart, first, second))
             }
-            OutputFault::ReadsBackAsAnother
-            | OutputFault::PinLost(_)
-            | OutputFault::NoAnswer(_) => None,
+            _ => None,
         }
     }
 
@@ -186,9 +184,7 @@ impl OutputFault {
                 let traces = apart.traces.as_deref().cloned();
                 traces.map_or(Vec::new(), |(ours, theirs)| vec![(first, ours), (second, theirs)])
             }
-            OutputFault::ReadsBackAsAnother
-            | OutputFault::PinLost(_)
-            | OutputFault::NoAnswer(_) => Vec::new(),
+            _ => Vec::new(),
         }
     }
 
@@ -198,9 +194,7 @@ impl OutputFault {
             OutputFault::Row(fault) => ("chart", fault.of.title()),
             OutputFault::Bitstream(_) => ("Verilog", "bitstream"),
             OutputFault::Rebuilt(_) => ("text", "output"),
-            OutputFault::ReadsBackAsAnother
-            | OutputFault::PinLost(_)
-            | OutputFault::NoAnswer(_) => ("chart", "output"),
+            _ => ("chart", "output"),
         }
     }
 
@@ -215,15 +209,7 @@ impl OutputFault {
             (OutputFault::Rebuilt(a), OutputFault::Rebuilt(b)) => {
                 (&a.output, a.left, &a.inputs, &a.rows) == (&b.output, b.left, &b.inputs, &b.rows)
             }
-            (
-                OutputFault::Row(_)
-                | OutputFault::ReadsBackAsAnother
-                | OutputFault::PinLost(_)
-                | OutputFault::Bitstream(_)
-                | OutputFault::Rebuilt(_)
-                | OutputFault::NoAnswer(_),
-                _,
-            ) => false,
+            (_, _) => false,
         }
     }
 
@@ -235,10 +221,7 @@ impl OutputFault {
             OutputFault::Rebuilt(apart) => {
                 format!("differ from the text: {}", apart.sentence("text", "outputs"))
             }
-            OutputFault::Bitstream(_)
-            | OutputFault::ReadsBackAsAnother
-            | OutputFault::PinLost(_)
-            | OutputFault::NoAnswer(_) => self.to_string(),
+            _ => self.to_string(),
         }
     }
 }
@@ -467,6 +450,21 @@ impl OutputReport {
                 })))
             }
             Verdict::Open(open) => OutputVerdict::ReadBack(open),
+        };
+        OutputReport::new(name, verdict)
+    }
+
+    /// The report for the comparison of a circuit, read back, with the circuit that it was made from.
+    pub(crate) fn of_judged(
+        name: &str,
+        judged: Judged,
+        proof: fn(EqualBy) -> OutputProof,
+        fault: fn(Box<CircuitsApart>) -> OutputFault,
+    ) -> Self {
+        let verdict = match judged {
+            Judged::Equal(by) => OutputVerdict::Proved(proof(by)),
+            Judged::Different(apart) => OutputVerdict::Refuted(fault(Box::new(apart))),
+            Judged::Open(open) => OutputVerdict::ReadBack(open),
         };
         OutputReport::new(name, verdict)
     }

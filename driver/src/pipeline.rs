@@ -1,44 +1,34 @@
-//! From a net to its outputs: the second half of the pipeline, as one explicit list.
+//! From a net to its outputs: the second half of the pipeline. Each target is one call; a circuit goes through the [stages](crate::stages).
 //!
 //! ```text
 //! facts      verify::facts                what is proved about the net
 //! program    ir::lower::program           one reaction as a bounded program
 //! logic      logic::encode                one flip-flop per step
-//! synchronise  backend_pld::synchronise   flip-flops in front of inputs, if asked for
-//! emit       backend_pld::emit            names, products, pins, then text; for a fuse map see crate::jedec
-//! read       backend_pld::read, rebind    the text without knowledge of its origin
-//! strip      reset, synchronise           removes parts that the chart does not have, after a check that they have no other effect
-//! prove      verify::equiv                equal to the net, for every reachable state
+//! circuits   crate::stages                encode, emit, read back, prove, describe
+//! C          crate::stages::c             emit; then check, with an engine that can run C
 //! ```
-//! C is generated from the net and its facts; to compare it needs a compiler, so that is left to the caller ([`Built::packages`]).
 
 pub use crate::built::{BuildOptions, Built, MapEntry, OutputFile, Refusal};
-use crate::circuit::{ENUMERATION_WORK, delayed_vectors, may_be_free, unconditional};
+use crate::circuit::{ENUMERATION_WORK, may_be_free, unconditional};
 pub use crate::circuit::{
     Through, emit_options, facts, logic, logic_as, synchronised, through, vectors,
 };
 pub use crate::circuit_notes::form;
-use crate::circuit_notes::{
-    code_of, codes_and_dont_cares, one_clock_all_the_same, say_emergency, say_safe,
-};
-use crate::coding;
-use crate::fit_advice;
-use crate::output_report::{Note, Outcome, OutputFault, OutputProof, OutputReport};
-use crate::report::chip::{Chip, Made};
+use crate::circuit_notes::one_clock_all_the_same;
+use crate::context::{BuildContext, Medium};
+use crate::output_report::{Note, OutputFault, OutputProof, OutputReport};
+pub use crate::stages::c::{CEngine, check as check_c, images};
+use crate::stages::{self, Described};
 use crate::target::Target;
-use grafsynth_backend_c::File;
 use grafsynth_backend_pld::codes::DOES_NOT_FIT;
-use grafsynth_backend_pld::equations::Equations;
-use grafsynth_backend_pld::{Dialect, EmitOptions, Emitted, Object, synchronise};
+use grafsynth_backend_pld::{Dialect, Emitted};
 pub use grafsynth_backend_pld::{Reset, ResetStyle};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::logic::Logic;
-use grafsynth_ir::net::{Net, Sharing, without_c_texts};
+use grafsynth_ir::net::{Net, Sharing};
 use grafsynth_ir::{Diagnostic, FileId, Valid};
 pub use grafsynth_logic::BusyMode;
-use grafsynth_verify::equiv::only_tested;
-use grafsynth_verify::{Limits, OpenReason};
+use grafsynth_verify::Limits;
 
 /// Errors about variables that the designer declares as not shared with a halted step, although they are (semantics §6). They depend on the
 /// situations, not only on the structure.
@@ -63,96 +53,66 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
     let without = (options.dont_cares && !may_be_free(net))
         .then(|| BuildOptions { dont_cares: false, ..options.clone() });
     let options = without.as_ref().unwrap_or(options);
-    let needs_logic =
-        targets.iter().any(|target| target.dialect().is_some() || *target == Target::Jedec);
+    let needs_logic = targets.iter().any(|target| target.is_circuit());
     let free = if needs_logic { unconditional(net, &options.limits) } else { None };
-    // C may use the facts that depend on assumptions, because every step has its own representation in C.
-    let conditional = facts;
-    let facts = free.as_ref().unwrap_or(facts);
-    let logic = needs_logic.then(|| logic_as(net, facts, options.busy));
-    if let Some(Err(found)) = &logic {
-        built.found.extend(found.iter().cloned());
+    let of_circuit = free.as_ref().unwrap_or(facts);
+    let logic = needs_logic.then(|| logic_as(net, of_circuit, options.busy)).transpose();
+    match &logic {
+        Ok(Some(logic)) => built.found.extend(one_clock_all_the_same(net, logic, options.busy)),
+        Ok(None) => {}
+        Err(found) => built.found.extend(found.iter().cloned()),
     }
-    if let Some(Ok(logic)) = &logic {
-        built.found.extend(one_clock_all_the_same(net, logic, options.busy));
-    }
+    let circuit = |medium: Medium| match &logic {
+        Ok(Some(logic)) => Ok(BuildContext { net, facts: of_circuit, logic, options, medium }),
+        Ok(None) => unreachable!("a circuit is encoded if a target needs one"),
+        Err(found) => Err(found.clone()),
+    };
     // Two targets need Verilog; it is written once.
-    let mut verilog: Option<Option<Emitted>> = None;
-    let mut refuses_verilog = 0..0;
+    let mut verilog: Option<Result<Option<Emitted>, Vec<Diagnostic>>> = None;
     for target in targets {
-        let n_found = built.found.len();
-        match (target, target.dialect(), &logic) {
-            (_, Some(Dialect::Verilog), Some(Ok(logic))) => {
-                let emitted = verilog.get_or_insert_with(|| {
-                    equations(net, facts, logic, Dialect::Verilog, options, &mut built)
-                });
-                if let (Target::Ice40, Some(emitted)) = (target, emitted) {
-                    ice40(net, emitted, options, &mut built);
-                }
-            }
-            (_, Some(dialect), Some(Ok(logic))) => {
-                equations(net, facts, logic, dialect, options, &mut built);
-            }
-            (Target::Jedec, None, Some(Ok(logic))) => {
-                crate::jedec::build(net, facts, logic, options, &mut built);
-            }
-            // The missing circuit was already reported.
-            (_, Some(_), _) | (Target::Jedec, None, _) => {}
-            (Target::C(style), None, _) => {
-                let c = options.c_for(net, *style);
-                match grafsynth_backend_c::emit(net, conditional, &c) {
-                    Ok(package) => {
-                        built.found.extend(package.diagnostics.iter().cloned());
-                        if options.packages.is_empty() {
-                            built.files.extend(c_files(net, &package.files));
-                        }
-                        for ecosystem in &options.packages {
-                            match grafsynth_backend_c::package::files(net, &package, *ecosystem) {
-                                Ok(files) => built.files.extend(c_files(net, &files)),
-                                Err(found) => built.found.extend(found),
-                            }
-                        }
-                        match (options.trusts_code, without_c_texts(net)) {
-                            (true, _) | (false, None) => built.packages.push(package),
-                            (false, Some(bare)) => {
-                                match grafsynth_backend_c::emit(&bare, facts, &c) {
-                                    Ok(package) => built.packages.push(package),
-                                    Err(found) => built.found.extend(found),
-                                }
-                            }
-                        }
-                    }
-                    Err(found) => built.found.extend(found),
-                }
-            }
-            (Target::Net, None, _) => {
-                let text = grafsynth_ir::text::print(net);
-                let name = format!("{}.net", options.stem_for(net));
-                built.lines.push(read_back_net(net, &name, &text));
-                built.files.push(OutputFile { name, text, keep_existing: false, map: Vec::new() });
-            }
-            (Target::Json | Target::Template, None, _) => {
-                crate::template::build(net, *target, options, &mut built);
-            }
-            (Target::Logic(_) | Target::Ice40, None, _) => {
-                unreachable!("a target of logic has a dialect")
-            }
-        }
-        let mut own = n_found..built.found.len();
-        if target.dialect() == Some(Dialect::Verilog) && verilog == Some(None) {
-            if refuses_verilog.is_empty() {
-                refuses_verilog = own.clone();
-            }
-            own = refuses_verilog.clone();
-        }
-        let own = match &logic {
-            Some(Err(found)) if target.is_circuit() => found.as_slice(),
-            Some(_) | None => built.found.get(own).unwrap_or_default(),
+        let medium = match (*target, target.dialect()) {
+            (Target::Jedec, None) => Some(Medium::Fuses),
+            (_, dialect) => dialect.map(Medium::Text),
         };
-        built.refused.extend(Refusal::of(target.name(), own));
+        let found = match (*target, medium) {
+            (_, Some(Medium::Text(Dialect::Verilog))) => {
+                let emitted = verilog.get_or_insert_with(|| {
+                    let context = circuit(Medium::Text(Dialect::Verilog))?;
+                    Ok(add(stages::circuit(&context)?, &mut built))
+                });
+                match (target, emitted) {
+                    (Target::Ice40, Ok(Some(emitted))) => ice40(net, emitted, options, &mut built),
+                    (_, Ok(_)) => Vec::new(),
+                    (_, Err(found)) => found.clone(),
+                }
+            }
+            (_, Some(medium)) => match circuit(medium).and_then(|it| stages::circuit(&it)) {
+                Ok(made) => {
+                    add(made, &mut built);
+                    Vec::new()
+                }
+                Err(found) => found,
+            },
+            // C may use the facts that depend on assumptions, because every step has its own representation in C.
+            (Target::C(style), None) => stages::c::emit(net, facts, style, options, &mut built),
+            (Target::Json | Target::Template, None) => {
+                crate::template::build(net, *target, options, &mut built)
+            }
+            (_, None) => net_text(net, options, &mut built),
+        };
+        built.refused.extend(Refusal::of(target.name(), &found));
+        built.found.extend(found);
     }
     say_once(&mut built);
     built
+}
+
+/// Adds an output to a build; returns its text.
+fn add(made: Described, built: &mut Built) -> Option<Emitted> {
+    built.lines.push(made.report);
+    built.chips.extend(made.chip);
+    built.files.extend(made.files);
+    made.emitted
 }
 
 /// Removes repetitions: if several targets give the same findings, or advice on what would fit, it is reported once.
@@ -177,8 +137,13 @@ fn say_once(built: &mut Built) {
     }
 }
 
-/// Assigns the pins of an iCE40, and adds the job for its tools to the build.
-fn ice40(net: &Net, emitted: &Emitted, options: &BuildOptions, built: &mut Built) {
+/// Assigns the pins of an iCE40, and adds the job for its tools to the build; returns the findings.
+fn ice40(
+    net: &Net,
+    emitted: &Emitted,
+    options: &BuildOptions,
+    built: &mut Built,
+) -> Vec<Diagnostic> {
     let stem = options.stem_for(net);
     let board = net.board.device.as_ref().map(|name| name.text.as_str());
     // The pin assignment may be for another chip that the chart is also built for.
@@ -195,207 +160,26 @@ fn ice40(net: &Net, emitted: &Emitted, options: &BuildOptions, built: &mut Built
             {
                 chip.place_on(job.package, &job.constraints);
             }
-            built.files.push(OutputFile {
-                name: format!("{stem}.pcf"),
-                text: job.constraints.clone(),
-                keep_existing: false,
-                map: Vec::new(),
-            });
+            let constraints = job.constraints.clone();
+            built.files.push(OutputFile::new(format!("{stem}.pcf"), constraints));
             built.bitstreams.push(job);
+            Vec::new()
         }
-        Err(found) => built.found.extend(found),
+        Err(found) => found,
     }
 }
 
-/// Writes one text, reads it back and proves it equal to the net; returns the text unless it was rejected or refuted.
-fn equations(
-    net: &Valid<Net>,
-    facts: &Facts,
-    logic: &Logic,
-    dialect: Dialect,
-    options: &BuildOptions,
-    built: &mut Built,
-) -> Option<Emitted> {
-    let is_flat = match dialect {
-        Dialect::Palasm | Dialect::Cupl | Dialect::Galasm => true,
-        Dialect::Verilog | Dialect::Blif => false,
-    };
-    let wishes = EmitOptions {
-        dont_cares: options.dont_cares && is_flat,
-        keep: options.keep_pins.clone(),
-        ..emit_options(net, options.device.as_deref(), None)
-    };
-    let coded = coding::code(net, facts, logic, options.encoding, options.safe, dialect, &wishes);
-    let code = code_of(net, facts, logic, &coded, options, dialect, &wishes);
-    let asked = fit_advice::BuildContext { net, facts, logic, options, dialect, is_burned: false };
-    let logic = &coding::emitted(&coded, options.safe);
-    let (circuit, chains) = synchronised(net, logic.clone(), options.synchronise);
-    let vectors = options
-        .stimulus
-        .as_ref()
-        .map(|stimulus| delayed_vectors(net, logic, &circuit, &chains, stimulus));
-    let vectors = match vectors.transpose() {
-        Ok(vectors) => vectors,
-        Err(found) => {
-            built.found.extend(found);
-            return None;
-        }
-    };
-    let emit_options = EmitOptions { reset: options.reset.clone(), vectors, ..wishes };
-    let through = through(&circuit, dialect, &emit_options).and_then(|through| {
-        let read_back = grafsynth_backend_pld::reset::strip(through.read_back)?;
-        let mut read_back = synchronise::strip(read_back, &chains)?;
-        grafsynth_logic::state_assignment::observe(&coded.logic, &mut read_back);
-        Ok(Through { read_back, ..through })
-    });
-    let through = match through {
-        Ok(through) => through,
-        Err(mut found) => {
-            fit_advice::advise(&asked, &mut found);
-            built.found.extend(found);
-            return None;
-        }
-    };
-    let stem = options.stem_for(net);
-    // CUPL and GALasm share the usual extension; side by side they need two names.
-    let name = match dialect {
-        Dialect::Cupl => format!("{stem}.cupl.pld"),
-        Dialect::Galasm => format!("{stem}.galasm.pld"),
-        Dialect::Palasm | Dialect::Verilog | Dialect::Blif => {
-            format!("{stem}.{}", dialect.extension())
-        }
-    };
-    let mut line = if options.prove {
-        let verdict = grafsynth_verify::equiv(net, facts, &through.read_back, &options.limits);
-        OutputReport::of_verdict(&name, net, &through.read_back, verdict)
-    } else {
-        let reasons = vec![OpenReason::NotAsked];
-        let verdict = only_tested(net, &through.read_back, reasons, &options.limits);
-        OutputReport::of_verdict(&name, net, &through.read_back, verdict)
-    };
-    say_emergency(&mut line, net, &through.read_back, options);
-    if let Some(said) = codes_and_dont_cares(&coded, logic, &emit_options) {
-        line.notes.push(Note::Codes(said));
-    }
-    if options.safe {
-        say_safe(&mut line, logic, &through.read_back);
-    }
-    let has_open_pins = |named: &grafsynth_backend_pld::Named| {
-        named.pin.is_none() && matches!(named.object, Object::Input(_) | Object::Output(_))
-    };
-    if is_flat && options.device.is_some() && through.emitted.names.iter().any(has_open_pins) {
-        let advice = fit_advice::advice_for(&asked);
-        let lacks = through.emitted.lacks.join("; ");
-        line.notes.push(Note::PinsOpen(if lacks.is_empty() || advice.is_empty() {
-            format!("{lacks}{advice}")
-        } else {
-            format!("{lacks}; {advice}")
-        }));
-    }
-    line.notes.extend(through.emitted.moved.iter().cloned().map(Note::PinMoved));
-    let outcome = line.outcome();
-    let is_refuted = outcome == Outcome::Refuted;
-    let form = form(net, facts, logic, options.busy);
-    if let Some(form) = &form {
-        line.notes.push(Note::Form(form.clone()));
-    }
-    for (history, why) in grafsynth_logic::kept_apart(net) {
-        let name = net.histories[history].name.to_string();
-        line.notes.push(Note::History { name, why: why.to_string() });
-    }
-    if let Some(chain) = chains.first() {
-        let (pins, stages) = (chains.len(), chain.flops.len());
-        line.notes.push(Note::Synchronised { pins, stages });
-    }
-    built.lines.push(line);
-    if is_refuted {
-        return None;
-    }
-    if let Some(code) = code {
-        let made = Made {
-            file: &name,
-            outcome,
-            circuit: &circuit,
-            chains: &chains,
-            code: Some(code),
-            evolution: form,
-            dont_cares: emit_options.dont_cares,
-            budget: emit_options.budget,
-        };
-        let n_vectors = emit_options.vectors.as_ref().map_or(0, |vectors| vectors.rows.len());
-        // The report needs the equations that the text was made from, so they are computed again.
-        let again = is_flat.then(|| Equations::new(&circuit, dialect, &emit_options));
-        built.chips.push(match again {
-            Some(Ok(again)) => Chip::of_equations(made, dialect, &again, n_vectors),
-            Some(Err(_)) | None => Chip::of_netlist(made, &through.emitted, n_vectors),
-        });
-    }
-    let map = through
-        .emitted
-        .map
-        .iter()
-        .map(|line| MapEntry {
-            line: line.line,
-            name: line.name.clone(),
-            span: line.span,
-            req: line.req.clone(),
-        })
-        .collect();
-    built.files.push(OutputFile {
-        name,
-        text: through.emitted.text.clone(),
-        keep_existing: false,
-        map,
-    });
-    if let Some(bench) = through.emitted.bench.clone() {
-        built.files.push(OutputFile {
-            name: format!("{stem}_tb.{}", dialect.extension()),
-            text: bench,
-            keep_existing: false,
-            map: Vec::new(),
-        });
-    }
-    Some(through.emitted)
-}
-
-fn c_files(net: &Net, files: &[File]) -> Vec<OutputFile> {
-    let req = |object: &grafsynth_backend_c::Object| match *object {
-        grafsynth_backend_c::Object::Step(id) => net.steps[id].meta.req.clone(),
-        grafsynth_backend_c::Object::Transition(id) => net.transitions[id].meta.req.clone(),
-        grafsynth_backend_c::Object::Input(id) => net.inputs[id].meta.req.clone(),
-        grafsynth_backend_c::Object::Output(id) => net.outputs[id].meta.req.clone(),
-        grafsynth_backend_c::Object::Var(id) => net.vars[id].meta.req.clone(),
-        grafsynth_backend_c::Object::Timer(id) => net.timers[id].meta.req.clone(),
-        grafsynth_backend_c::Object::Action(id) => net.actions[id].meta.req.clone(),
-    };
-    files
-        .iter()
-        .map(|file| OutputFile {
-            name: file.name.clone(),
-            text: file.text.clone(),
-            keep_existing: file.keep_existing,
-            map: file
-                .map
-                .iter()
-                .flat_map(|(line, objects)| {
-                    objects.iter().map(|object| MapEntry {
-                        line: *line,
-                        name: object.name(net).to_owned(),
-                        span: object.span(net),
-                        req: req(object),
-                    })
-                })
-                .collect(),
-        })
-        .collect()
-}
-
-fn read_back_net(net: &Net, name: &str, text: &str) -> OutputReport {
-    let (again, found) = grafsynth_ir::text::parse(FileId(u32::MAX), text);
-    match again {
+/// Adds the text of the net, which is read back.
+fn net_text(net: &Net, options: &BuildOptions, built: &mut Built) -> Vec<Diagnostic> {
+    let text = grafsynth_ir::text::print(net);
+    let name = format!("{}.net", options.stem_for(net));
+    let (again, found) = grafsynth_ir::text::parse(FileId(u32::MAX), &text);
+    built.lines.push(match again {
         Some(again) if !any_error(&found) && grafsynth_ir::text::same(net, &again) => {
-            OutputReport::proved(name, OutputProof::SameNet)
+            OutputReport::proved(&name, OutputProof::SameNet)
         }
-        Some(_) | None => OutputReport::refuted(name, OutputFault::ReadsBackAsAnother),
-    }
+        Some(_) | None => OutputReport::refuted(&name, OutputFault::ReadsBackAsAnother),
+    });
+    built.files.push(OutputFile::new(name, text));
+    Vec::new()
 }

@@ -9,9 +9,10 @@ use crate::stem::FileStem;
 use crate::task_costs::{self, Counted};
 use grafsynth_backend_pld::Dialect;
 use grafsynth_backend_pld::codes::NOT_PLACED;
+use grafsynth_frontend::{c, graf, kiss2, plcopen, rules, scxml, st};
 use grafsynth_ir::diag::{Code, any_error};
 use grafsynth_ir::net::Net;
-use grafsynth_ir::{Diagnostic, Span, Valid, chart, lower, text, validate};
+use grafsynth_ir::{Diagnostic, FileId, Span, Valid, chart, lower, text, validate};
 
 pub use crate::texts::{LibraryText, Texts};
 pub use grafsynth_frontend::c::{Calls as CCalls, Group as CGroup, Options as COptions};
@@ -50,12 +51,8 @@ pub struct ReadLimits {
 }
 
 impl ReadLimits {
-    fn front(self) -> grafsynth_frontend::graf::Limits {
-        grafsynth_frontend::graf::Limits {
-            nesting: self.nesting,
-            source: self.source,
-            diagnostics: self.diagnostics,
-        }
+    fn front(self) -> graf::Limits {
+        graf::Limits { nesting: self.nesting, source: self.source, diagnostics: self.diagnostics }
     }
 }
 
@@ -77,29 +74,24 @@ pub fn read(
         return (None, vec![unknown_format(&source.path)]);
     };
     let mut found = Vec::new();
+    let front = limits.front();
+    let chart_of = |parse: fn(FileId, &str, &graf::Limits) -> graf::Parsed, found: &mut Vec<_>| {
+        let parsed = parse(texts.main, &source.text, &front);
+        found.extend(parsed.diagnostics);
+        chart_design(sources, texts, limits, parsed.design, found)
+    };
+    let net_of = |net: Option<Net>, found: &mut Vec<_>| {
+        let net = kept(validate(net?), found)?;
+        with_properties(sources, texts, limits, None, net, found)
+    };
     let design = match format {
-        Format::Graf => {
-            let parsed =
-                grafsynth_frontend::graf::parse_within(texts.main, &source.text, &limits.front());
-            found.extend(parsed.diagnostics);
-            chart_design(sources, texts, limits, parsed.design, &mut found)
-        }
-        Format::Rules => {
-            let parsed =
-                grafsynth_frontend::rules::parse_within(texts.main, &source.text, &limits.front());
-            found.extend(parsed.diagnostics);
-            chart_design(sources, texts, limits, parsed.design, &mut found)
-        }
-        Format::Scxml => {
-            let parsed =
-                grafsynth_frontend::scxml::parse_within(texts.main, &source.text, &limits.front());
-            found.extend(parsed.diagnostics);
-            chart_design(sources, texts, limits, parsed.design, &mut found)
-        }
+        Format::Graf => chart_of(graf::parse_within, &mut found),
+        Format::Rules => chart_of(rules::parse_within, &mut found),
+        Format::Scxml => chart_of(scxml::parse_within, &mut found),
+        Format::St => chart_of(st::parse_within, &mut found),
+        Format::Plcopen => chart_of(plcopen::parse_within, &mut found),
         Format::C => {
-            let front = limits.front();
-            let parsed =
-                grafsynth_frontend::c::parse_within(texts.main, &source.text, &front, &texts.c);
+            let parsed = c::parse_within(texts.main, &source.text, &front, &texts.c);
             found.extend(parsed.diagnostics);
             let mut design = chart_design(sources, texts, limits, parsed.design, &mut found);
             if let Some(Design::Net(design)) = &mut design {
@@ -107,45 +99,16 @@ pub fn read(
             }
             design
         }
-        Format::St => {
-            let parsed =
-                grafsynth_frontend::st::parse_within(texts.main, &source.text, &limits.front());
-            found.extend(parsed.diagnostics);
-            chart_design(sources, texts, limits, parsed.design, &mut found)
-        }
-        Format::Plcopen => {
-            let front = limits.front();
-            let parsed =
-                grafsynth_frontend::plcopen::parse_within(texts.main, &source.text, &front);
-            found.extend(parsed.diagnostics);
-            chart_design(sources, texts, limits, parsed.design, &mut found)
-        }
         Format::Kiss2 => {
-            let (machine, more) =
-                grafsynth_frontend::kiss2::parse_within(texts.main, &source.text, &limits.front());
+            let (machine, more) = kiss2::parse_within(texts.main, &source.text, &front);
             found.extend(more);
             let name = texts.stem.as_ref().map(FileStem::identifier).unwrap_or_default();
-            let net = machine.map(|machine| grafsynth_frontend::kiss2::net(&machine, &name));
-            match net.map(validate) {
-                Some(Ok(net)) => with_properties(sources, texts, limits, None, net, &mut found),
-                Some(Err(more)) => {
-                    found.extend(more);
-                    None
-                }
-                None => None,
-            }
+            net_of(machine.map(|machine| kiss2::net(&machine, &name)), &mut found)
         }
         Format::Net => {
             let (net, more) = text::parse(texts.main, &source.text);
             found.extend(more);
-            match net.map(validate) {
-                Some(Ok(net)) => with_properties(sources, texts, limits, None, net, &mut found),
-                Some(Err(more)) => {
-                    found.extend(more);
-                    None
-                }
-                None => None,
-            }
+            net_of(net, &mut found)
         }
         Format::Palasm | Format::Cupl | Format::Galasm | Format::Verilog | Format::Blif => {
             let said = grafsynth_backend_pld::read_text(dialect(format), texts.main, &source.text);
@@ -154,15 +117,11 @@ pub fn read(
         Format::Jedec => {
             let (file, more) = grafsynth_backend_pld::jedec::read(texts.main, &source.text);
             found.extend(more);
-            file.and_then(|file| match crate::jedec::design(&file, texts.main) {
-                Ok((design, more)) => {
-                    found.extend(more);
-                    Some(Design::Logic(Box::new(design)))
-                }
-                Err(more) => {
-                    found.extend(more);
-                    None
-                }
+            file.and_then(|file| {
+                let design = crate::fuse_design::design(&file, texts.main);
+                let (design, more) = kept(design, &mut found)?;
+                found.extend(more);
+                Some(Design::Logic(Box::new(design)))
             })
         }
         Format::Pla => {
@@ -227,21 +186,16 @@ fn logic_design(
         logic.name.text = stem.identifier();
     }
     found.extend(said.findings.iter().cloned());
-    if any_error(found) {
+    if any_error(found) || said.logic.is_none() && said.placement.is_err() {
         found.extend(said.beyond);
         return None;
     }
-    if said.logic.is_none() && said.placement.is_err() {
-        found.extend(said.beyond);
-        return None;
-    }
-    match LogicDesign::of_text(said) {
-        Ok(design) => Some(Design::Logic(Box::new(design))),
-        Err(more) => {
-            found.extend(more);
-            None
-        }
-    }
+    kept(LogicDesign::of_text(said), found).map(|design| Design::Logic(Box::new(design)))
+}
+
+/// What was made; the findings of a failure are added to the others.
+fn kept<T>(made: Result<T, Vec<Diagnostic>>, found: &mut Vec<Diagnostic>) -> Option<T> {
+    made.map_err(|more| found.extend(more)).ok()
 }
 
 /// The equation language of a format of logic.
@@ -357,23 +311,16 @@ fn with_properties(
     net: Valid<Net>,
     found: &mut Vec<Diagnostic>,
 ) -> Option<Design> {
-    if texts.properties.is_empty() {
-        return Some(Design::Net(Box::new(NetDesign { chart, net, counted: None, library: None })));
+    let mut net = net;
+    if !texts.properties.is_empty() {
+        let (properties, more) = read_properties(sources, texts, limits, &net);
+        found.extend(more);
+        let with_all = lower::properties(&net, &properties).and_then(|more| {
+            let mut net = net.into_inner();
+            net.properties.extend(more);
+            validate(net)
+        });
+        net = kept(with_all, found)?;
     }
-    let (properties, more) = read_properties(sources, texts, limits, &net);
-    found.extend(more);
-    let net = lower::properties(&net, &properties).and_then(|more| {
-        let mut net = net.into_inner();
-        net.properties.extend(more);
-        validate(net)
-    });
-    match net {
-        Ok(net) => {
-            Some(Design::Net(Box::new(NetDesign { chart, net, counted: None, library: None })))
-        }
-        Err(more) => {
-            found.extend(more);
-            None
-        }
-    }
+    Some(Design::Net(Box::new(NetDesign { chart, net, counted: None, library: None })))
 }

@@ -6,13 +6,13 @@
 //! ```
 
 use crate::built::OutputFile;
+use crate::context::Medium;
 use crate::jedec::{Written, written};
 use crate::judge::{Judged, judge};
 use crate::logic::LogicDesign;
-use crate::output_report::{Note, OutputFault, OutputProof, OutputReport, OutputVerdict};
+use crate::output_report::{Note, OutputFault, OutputProof, OutputReport};
 use crate::report::chip::{Chip, Made as About};
 use crate::stem::FileStem;
-use grafsynth_backend_pld::equations::Equations;
 use grafsynth_backend_pld::fuse::{self, Role, own_roles, shell};
 use grafsynth_backend_pld::placement::Placement;
 use grafsynth_backend_pld::{Dialect, EmitOptions, Emitted, Object, emit, read_text, rebind};
@@ -60,36 +60,21 @@ pub fn make(
     match wanted {
         Wanted::AsWritten => {
             let placement = design.placement.as_ref().map_err(Clone::clone)?;
-            let name = format!("{stem}.jed");
+            let name = Medium::Fuses.file_name(stem);
             let line = OutputReport::proved(&name, OutputProof::SameProducts);
             burned(name, placement, line, report)
         }
         Wanted::Text(dialect) => {
-            let name = match dialect {
-                Dialect::Cupl => format!("{stem}.cupl.pld"),
-                Dialect::Galasm => format!("{stem}.galasm.pld"),
-                Dialect::Palasm | Dialect::Verilog | Dialect::Blif => {
-                    format!("{stem}.{}", dialect.extension())
-                }
-            };
+            let name = Medium::Text(dialect).file_name(stem);
             let fitted = fitted(design, dialect, device, limits)?;
             let line = moved(line(&name, fitted.judged), &fitted.emitted);
             let circuit = design.circuit()?;
-            let chip = report.then(|| {
-                let made = about(&name, &line, circuit);
-                let is_flat = match dialect {
-                    Dialect::Palasm | Dialect::Cupl | Dialect::Galasm => true,
-                    Dialect::Verilog | Dialect::Blif => false,
-                };
-                match is_flat.then(|| Equations::new(circuit, dialect, &fitted.options)) {
-                    Some(Ok(again)) => Chip::of_equations(made, dialect, &again, 0),
-                    Some(Err(_)) | None => Chip::of_netlist(made, &fitted.emitted, 0),
-                }
-            });
-            Ok(Made { file: file(name, fitted.emitted.text), line, chip })
+            let about = report.then(|| about(&name, &line, circuit));
+            let chip = about.map(|about| Chip::of_text(about, &fitted.emitted, 0));
+            Ok(Made { file: OutputFile::new(name, fitted.emitted.text), line, chip })
         }
         Wanted::Refit => {
-            let name = format!("{stem}.jed");
+            let name = Medium::Fuses.file_name(stem);
             let fitted = fitted(design, Dialect::Palasm, device, limits)?;
             let line = moved(line(&name, fitted.judged), &fitted.emitted);
             burned(name, &fitted.placement?, line, report)
@@ -106,7 +91,7 @@ fn burned(
 ) -> Result<Made, Vec<Diagnostic>> {
     let written = written(placement)?;
     let chip = report.then(|| chip(&name, placement, &line, &written));
-    Ok(Made { file: file(name, written.text), line, chip })
+    Ok(Made { file: OutputFile::new(name, written.text), line, chip })
 }
 
 /// The report data of an unchanged placement.
@@ -142,33 +127,20 @@ fn about<'a>(name: &'a str, line: &OutputReport, circuit: &'a Logic) -> About<'a
     }
 }
 
-fn file(name: String, text: String) -> OutputFile {
-    OutputFile { name, text, keep_existing: false, map: Vec::new() }
-}
-
 fn line(name: &str, judged: Judged) -> OutputReport {
-    OutputReport::new(
-        name,
-        match judged {
-            Judged::Equal(by) => OutputVerdict::Proved(OutputProof::Rebuilt(by)),
-            Judged::Different(apart) => {
-                OutputVerdict::Refuted(OutputFault::Rebuilt(Box::new(apart)))
-            }
-            Judged::Open(open) => OutputVerdict::ReadBack(open),
-        },
-    )
+    OutputReport::of_judged(name, judged, OutputProof::Rebuilt, OutputFault::Rebuilt)
 }
 
 /// Adds to a report the pins that are not those given by the order of declarations.
 fn moved(mut line: OutputReport, emitted: &Emitted) -> OutputReport {
-    line.notes.extend(emitted.moved.iter().cloned().map(Note::PinMoved));
+    let moved = emitted.equations.iter().flat_map(|equations| &equations.moved);
+    line.notes.extend(moved.cloned().map(Note::PinMoved));
     line
 }
 
 /// A circuit that was fitted.
 struct Fitted {
     emitted: Emitted,
-    options: EmitOptions,
     /// The macrocells of the text, or why it does not define them.
     placement: Result<Placement, Vec<Diagnostic>>,
     judged: Judged,
@@ -216,5 +188,5 @@ fn fitted(
         return Err(found);
     }
     let judged = judge(circuit, &back, limits);
-    Ok(Fitted { emitted, options, placement: said.placement, judged })
+    Ok(Fitted { emitted, placement: said.placement, judged })
 }

@@ -11,18 +11,24 @@ use grafsynth_backend_template::{Template, json, render, text};
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Valid};
 
-/// Adds the outputs of [`Target::Json`] or [`Target::Template`] to a build.
-pub(crate) fn build(net: &Valid<Net>, target: Target, options: &BuildOptions, built: &mut Built) {
+/// Adds the outputs of [`Target::Json`] or [`Target::Template`] to a build; returns the findings.
+pub(crate) fn build(
+    net: &Valid<Net>,
+    target: Target,
+    options: &BuildOptions,
+    built: &mut Built,
+) -> Vec<Diagnostic> {
     let json = match json(net) {
         Ok(json) => json,
-        Err(found) => return built.found.extend(found),
+        Err(found) => return found,
     };
     let stem = options.stem_for(net);
     if target == Target::Json {
         add(built, format!("{stem}.json"), text(&json));
     }
+    let mut all = Vec::new();
     if target != Target::Template {
-        return;
+        return all;
     }
     for (at, template) in options.templates.iter().enumerate() {
         let name = template.output(&stem);
@@ -43,20 +49,21 @@ pub(crate) fn build(net: &Valid<Net>, target: Target, options: &BuildOptions, bu
                     "rename the template, as in `my.py.j2` for a file `STEM.py`, or build them into two folders".to_owned(),
                 ),
             };
-            built.found.push(Diagnostic::error(codes::SAME_OUTPUT, message).help(help));
+            all.push(Diagnostic::error(codes::SAME_OUTPUT, message).help(help));
             continue;
         }
         let source = Template { file: template.file, path: &template.path, text: &template.text };
         match render(&json, &source) {
             Ok(text) => add(built, name, text),
-            Err(found) => built.found.extend(found),
+            Err(found) => all.extend(found),
         }
     }
+    all
 }
 
 fn add(built: &mut Built, name: String, text: String) {
     built.lines.push(OutputReport::new(&name, OutputVerdict::NotChecked));
-    built.files.push(OutputFile { name, text, keep_existing: false, map: Vec::new() });
+    built.files.push(OutputFile::new(name, text));
 }
 
 #[cfg(test)]

@@ -1,8 +1,18 @@
 //! C code of the chart's author (`code c`): a compiler sees it, simulation and proofs do not, and running it can have any effect.
 
 use crate::codes;
-use grafsynth_ir::net::Net;
-use grafsynth_ir::{Diagnostic, Span, counted};
+use grafsynth_ir::net::{Net, without_c_texts};
+use grafsynth_ir::{Diagnostic, Span, Valid, counted};
+use std::borrow::Cow;
+
+/// The net whose C may be compiled and run: without the C code of the chart's author, unless it is trusted.
+#[must_use]
+pub fn runnable(net: &Valid<Net>, is_trusted: bool) -> Cow<'_, Valid<Net>> {
+    match without_c_texts(net) {
+        Some(bare) if !is_trusted => Cow::Owned(bare),
+        Some(_) | None => Cow::Borrowed(net),
+    }
+}
 
 /// A warning that proofs do not see the chart's own C code; `None` if it has none.
 #[must_use]

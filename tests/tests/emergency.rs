@@ -314,7 +314,7 @@ fn no_pin_of_a_design_with_an_emergency_rests_on_an_assumption() {
     let file = built.files.first().expect("a fuse map");
     let (jedec, _) = grafsynth_backend_pld::jedec::read(FileId(0), &file.text);
     let (burned, _) =
-        grafsynth_driver::jedec::design(&jedec.expect("a map"), FileId(0)).expect("a device");
+        grafsynth_driver::fuse_design::design(&jedec.expect("a map"), FileId(0)).expect("a device");
     let circuit = burned.circuit().expect("one clock");
     let renames = Renames::parse(&renames(&free, circuit)).expect("pairs of names");
     let stimulus = Stimulus::random(&free, 5_000, 1, 1);

@@ -30,9 +30,9 @@ fn through(
     let options = EmitOptions { dont_cares: true, ..pipeline::emit_options(net, None, None) };
     let choice = EncodingChoice::This(encoding);
     let coded = coding::code(net, facts, &logic, choice, safe, Dialect::Palasm, &options);
-    let emitted = coding::emitted(&coded, safe);
-    let mut read_back =
-        pipeline::through(&emitted, Dialect::Palasm, &options).expect("equations").read_back;
+    let mut read_back = pipeline::through(&coded.emitted(), Dialect::Palasm, &options)
+        .expect("equations")
+        .read_back;
     observe(&coded.logic, &mut read_back);
     (coded, read_back, options)
 }

@@ -38,9 +38,35 @@ impl Equations {
         dialect: Dialect,
         options: &EmitOptions,
     ) -> Result<Self, Vec<Diagnostic>> {
+        Self::decide(logic, dialect, options, dialect == Dialect::Galasm)
+    }
+
+    /// Like [`Equations::new`], but a design that does not fit keeps its equations, without pins, in every language: [`Equations::lacks`] says why.
+    ///
+    /// # Errors
+    /// Like [`Equations::new`], except that a design that does not fit is not an error.
+    pub fn open(
+        logic: &Logic,
+        dialect: Dialect,
+        options: &EmitOptions,
+    ) -> Result<Self, Vec<Diagnostic>> {
+        Self::decide(logic, dialect, options, false)
+    }
+
+    /// True if [`Equations::new`] makes the same equations for this language, which may need a pin for each signal.
+    pub(crate) fn is_enough_for(&self, dialect: Dialect) -> bool {
+        dialect != Dialect::Galasm || self.has_pins && self.device.layout.is_some()
+    }
+
+    fn decide(
+        logic: &Logic,
+        dialect: Dialect,
+        options: &EmitOptions,
+        needs_pins: bool,
+    ) -> Result<Self, Vec<Diagnostic>> {
         let mut findings = Vec::new();
         let device = find_device(options, &mut findings);
-        if dialect == Dialect::Galasm && device.layout.is_none() {
+        if needs_pins && device.layout.is_none() {
             // A text in this language only serves to make a fuse map, so a device without a known fuse map is refused.
             findings.push(crate::fuse::no_map(device));
         }
@@ -58,7 +84,7 @@ impl Equations {
         }
         // A design that cannot fit is rejected before it is minimised; a text that leaves pins open still gets sums, but without proofs of their minimality.
         let lack = count::lacks(logic, device, options);
-        let is_refused = lack.is_some() && dialect == Dialect::Galasm;
+        let is_refused = lack.is_some() && needs_pins;
         if let Some(lack) = lack.as_ref().filter(|_| is_refused && device.blocks.is_some()) {
             return Err(vec![misfit::by_count(logic, device, lack)]);
         }
@@ -206,7 +232,7 @@ impl Equations {
                 misfit = result.assign_pins(logic, options, true, &mut findings);
             }
         }
-        if let (Some(misfit), Dialect::Galasm) = (&misfit, dialect) {
+        if let Some(misfit) = misfit.as_ref().filter(|_| needs_pins) {
             findings.push(misfit.diagnostic(logic, device));
         } else if let Some(lack) = lack.as_ref().filter(|_| is_refused && findings.is_empty()) {
             findings.push(misfit::by_count(logic, device, lack));

@@ -28,7 +28,7 @@ pub use logic::{Role, logic, own_roles, shell};
 pub use map::map;
 pub(crate) use map::no_map;
 pub use palasm::palasm;
-pub use place::place;
+pub use place::{place, place_from};
 
 use crate::device::Device;
 use crate::device::layout::Setting;

@@ -6,6 +6,7 @@ use crate::placement::Placement;
 use crate::{Dialect, EmitOptions, Object};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::logic::Logic;
+use std::rc::Rc;
 
 /// Chooses forms and pins for a circuit and puts each function into its macrocell; also returns the role of each pin.
 ///
@@ -15,8 +16,23 @@ pub fn place(
     logic: &Logic,
     options: &EmitOptions,
 ) -> Result<(Placement, Vec<Role>), Vec<Diagnostic>> {
+    place_from(None, logic, options)
+}
+
+/// Like [`place`], with the equations of this circuit for [`Dialect::Galasm`] if they were made before with these options.
+///
+/// # Errors
+/// Like [`place`].
+pub fn place_from(
+    known: Option<Rc<Equations>>,
+    logic: &Logic,
+    options: &EmitOptions,
+) -> Result<(Placement, Vec<Role>), Vec<Diagnostic>> {
     // This language needs all pins, so a design that does not fit is rejected.
-    let equations = Equations::new(logic, Dialect::Galasm, options)?;
+    let equations = match known.filter(|known| known.is_enough_for(Dialect::Galasm)) {
+        Some(known) => known,
+        None => Rc::new(Equations::new(logic, Dialect::Galasm, options)?),
+    };
     if equations.device.layout.is_none() {
         return Err(vec![super::no_map(equations.device)]);
     }

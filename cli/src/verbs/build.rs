@@ -1,7 +1,8 @@
 //! `grafsynth build FILE --target T -o DIR`.
 
+use super::build_outputs::{Made, judged, outputs, write};
 use super::build_results::{know, refusal, say};
-use crate::args::{Build, BuildTrace, Busy, Input, Trust};
+use crate::args::{Build, BuildTrace, Busy, Input};
 use crate::evidence;
 use crate::exit::Exit;
 use crate::files;
@@ -10,14 +11,11 @@ use crate::memory::Bound;
 use crate::progress;
 use grafsynth_backend_c::package::Ecosystem;
 use grafsynth_backend_c::{Package, Style, cost};
-use grafsynth_driver::codes;
 use grafsynth_driver::coding::{Encoding, EncodingChoice};
 use grafsynth_driver::ice40::judge;
-use grafsynth_driver::pipeline::{
-    self, BuildOptions, Built, BusyMode, MapEntry, Reset, ResetStyle,
-};
+use grafsynth_driver::pipeline::{self, BuildOptions, Built, BusyMode, CEngine, Reset, ResetStyle};
 use grafsynth_driver::read::Design;
-use grafsynth_driver::report::{self, Note, Outcome, OutputReport, OutputVerdict};
+use grafsynth_driver::report::{self, Note, Outcome, OutputReport};
 use grafsynth_driver::stem::FileStem;
 use grafsynth_driver::target::Target;
 use grafsynth_driver::template::{ENDLESS, TemplateFile};
@@ -25,12 +23,10 @@ use grafsynth_driver::trust;
 use grafsynth_engines::{EngineError, Job, exhaustive, ice40, measure};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::net::{Net, without_c_texts};
+use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_sim::Stimulus;
 use grafsynth_verify::{Limits, OpenReason};
-use serde_json::json;
-use std::borrow::Cow;
 
 pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop> {
     if let Some(BuildTrace::Ring(entries)) = arguments.trace {
@@ -240,9 +236,12 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
         built.refused.append(&mut rendered.refused);
     }
     found.append(&mut built.found);
-    if let Err(stop) = check_c(session, net, &facts, &options, &mut built) {
+    let engine = HostC { session, net, options: &options };
+    if let Err((name, words)) = pipeline::check_c(net, &facts, &options, &mut built, &engine) {
         session.show(&found);
-        return Err(stop);
+        return Err(Stop::Input(format!(
+            "{name} was not written: the C compiler rejects it\n{words}"
+        )));
     }
     if !built.packages.is_empty() && !options.trusts_code {
         found.extend(trust::left_out(net));
@@ -251,7 +250,7 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
     know(session, net, &built.lines);
     let mut bitstreams = bitstreams(&limits, &mut built);
     if arguments.blob {
-        bitstreams.extend(images(&built));
+        bitstreams.extend(pipeline::images(&built));
     }
     let outcome = built.outcome();
     if session.demands.refuse(&found) {
@@ -281,7 +280,7 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
         return Ok(Exit::Refuted);
     }
     if arguments.measure {
-        let runnable = runnable(net, arguments.trust);
+        let runnable = trust::runnable(net, arguments.trust.trust_code);
         built.measured = measured(session, &runnable, &facts, &options, &targets);
     }
     if arguments.report {
@@ -293,14 +292,6 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
     let made = Made { stem: &stem, net, made_of, outputs, lines: &built.lines };
     write(session, arguments, made, found)?;
     Ok(judged(session, arguments, &built.lines))
-}
-
-/// The net whose C may be compiled and run: without the C code of the chart's author, unless it is trusted.
-pub(super) fn runnable(net: &Valid<Net>, trust: Trust) -> Cow<'_, Valid<Net>> {
-    match without_c_texts(net) {
-        Some(bare) if !trust.trust_code => Cow::Owned(bare),
-        Some(_) | None => Cow::Borrowed(net),
-    }
 }
 
 /// The number of random reactions that `--measure` runs.
@@ -367,28 +358,6 @@ fn earlier_pins(session: &mut Session, path: &str) -> Result<Vec<(String, u32)>,
     }
 }
 
-/// The exit code for the written outputs. A proof that the user did not request is not an open question; an output that was not even tested is.
-pub(super) fn judged(session: &Session, arguments: &Build, lines: &[OutputReport]) -> Exit {
-    let of_line = |line: &OutputReport| match &line.verdict {
-        OutputVerdict::ReadBack(open) | OutputVerdict::Open(open)
-            if arguments.no_proof
-                && open.reasons.iter().all(|reason| *reason == OpenReason::NotAsked) =>
-        {
-            Exit::Done
-        }
-        OutputVerdict::ReadBack(open) | OutputVerdict::Open(open) => session.demands.open(open),
-        OutputVerdict::Proved(_) | OutputVerdict::Refuted(_) | OutputVerdict::NotChecked
-            if line.outcome() == Outcome::Open && !arguments.no_proof =>
-        {
-            Exit::Open
-        }
-        OutputVerdict::Proved(_) | OutputVerdict::Refuted(_) | OutputVerdict::NotChecked => {
-            Exit::Done
-        }
-    };
-    lines.iter().map(of_line).fold(Exit::Done, Exit::worse)
-}
-
 fn targets(names: &[String]) -> Result<Vec<Target>, Stop> {
     let mut targets: Vec<Target> = Vec::new();
     for name in names.iter().flat_map(|names| names.split(',')) {
@@ -450,84 +419,24 @@ fn packages(names: &[String]) -> Result<Vec<Ecosystem>, Stop> {
     Ok(packages)
 }
 
-/// True if an output is this file of a C package, in any folder.
-fn is_file(output: &str, file: &str) -> bool {
-    output.rsplit('/').next() == Some(file)
+/// Compiles C with the compiler of the host, and runs it beside the net.
+struct HostC<'a> {
+    session: &'a Session,
+    net: &'a Valid<Net>,
+    options: &'a BuildOptions,
 }
 
-/// Compares each C package with the net by running it, if there is a compiler: proved if requested and possible, otherwise tested.
-///
-/// # Errors
-/// The compiler rejects a text.
-fn check_c(
-    session: &Session,
-    net: &Valid<Net>,
-    facts: &Facts,
-    options: &BuildOptions,
-    built: &mut Built,
-) -> Result<(), Stop> {
-    let packages = std::mem::take(&mut built.packages);
-    for package in &packages {
-        let name = package
-            .files
-            .iter()
-            .find(|file| file.name.ends_with(".c"))
-            .map_or("c", |file| file.name.as_str());
-        know(session, net, &built.lines);
+impl CEngine for HostC<'_> {
+    fn check(&self, name: &str, package: &Package) -> Result<OutputReport, String> {
+        let BuildOptions { limits, prove, .. } = self.options;
+        let checked = exhaustive::check(name, self.net, package, limits, *prove);
+        checked.map_err(|exhaustive::Refused(words)| words)
+    }
+
+    fn begins(&self, name: &str, lines: &[OutputReport]) {
+        know(self.session, self.net, lines);
         progress::doing(format!("compiling and running {name}"));
-        let checked = exhaustive::check(name, net, package, &options.limits, options.prove);
-        let mut line = match checked {
-            Ok(line) => line,
-            Err(exhaustive::Refused(words)) => {
-                return Err(Stop::Input(format!(
-                    "{name} was not written: the C compiler rejects it\n{words}"
-                )));
-            }
-        };
-        if !options.trusts_code && !net.c_texts().is_empty() {
-            line.notes.push(Note::WithoutForeignCode);
-        }
-        if line.outcome() == Outcome::Refuted {
-            line.notes.push(right_style(net, facts, options, package));
-            built
-                .files
-                .retain(|file| !package.files.iter().any(|own| is_file(&file.name, &own.name)));
-        }
-        built.lines.push(line);
     }
-    built.packages = packages;
-    Ok(())
-}
-
-/// Finds a style that agrees with the chart, to replace the style of a package that does not agree with it.
-fn right_style(net: &Valid<Net>, facts: &Facts, options: &BuildOptions, wrong: &Package) -> Note {
-    for style in [Style::Switch, Style::Bits, Style::Engine] {
-        let c = options.c_for(net, Some(style));
-        let Ok(package) = grafsynth_backend_c::emit(net, facts, &c) else { continue };
-        if package.files == wrong.files {
-            continue;
-        }
-        let checked = exhaustive::check("", net, &package, &options.limits, options.prove);
-        let outcome = checked.map_or(Outcome::Refuted, |line| line.outcome());
-        if outcome != Outcome::Refuted {
-            return Note::OtherStyle { style: style.name(), outcome };
-        }
-    }
-    Note::NoStyle
-}
-
-/// The images of charts that an engine interprets, each with its file name, except those of refuted outputs.
-fn images(built: &Built) -> Vec<(String, Vec<u8>)> {
-    let kept = |name: &str| built.files.iter().any(|file| is_file(&file.name, name));
-    built
-        .packages
-        .iter()
-        .filter(|package| !package.image.is_empty())
-        .filter_map(|package| {
-            let stem = package.stem();
-            kept(&format!("{stem}.h")).then(|| (format!("{stem}.bin"), package.image.clone()))
-        })
-        .collect()
 }
 
 /// Makes the bitstreams and reads them back, if the tools are available; returns those that are correct.
@@ -558,90 +467,4 @@ fn bitstreams(limits: &Limits, built: &mut Built) -> Vec<(String, Vec<u8>)> {
         }
     }
     made
-}
-
-/// The files with their maps, and the bitstreams.
-fn outputs(
-    session: &Session,
-    arguments: &Build,
-    built: &Built,
-    bitstreams: Vec<(String, Vec<u8>)>,
-) -> Vec<files::Output> {
-    let output = |name, bytes| files::Output { name, bytes, keep_existing: false };
-    let mut all: Vec<_> = bitstreams.into_iter().map(|(name, it)| output(name, it)).collect();
-    for file in &built.files {
-        let keep_existing = file.keep_existing;
-        let is_kept = keep_existing && files::exists(&arguments.output.join(&file.name));
-        if arguments.emit.is_some() && !file.map.is_empty() && !is_kept {
-            let map = map_text(session, &file.name, &file.map).into_bytes();
-            all.push(output(format!("{}.map.json", file.name), map));
-        }
-        let bytes = file.text.clone().into_bytes();
-        all.push(files::Output { name: file.name.clone(), bytes, keep_existing });
-    }
-    all
-}
-
-/// The result of a build.
-pub(super) struct Made<'a> {
-    /// The beginning of the file name of the list of outputs.
-    pub(super) stem: &'a FileStem,
-    /// The chart, or the pins of logic.
-    pub(super) net: &'a Valid<Net>,
-    /// The texts that determine the outputs.
-    pub(super) made_of: Vec<files::Hashed>,
-    /// The files.
-    pub(super) outputs: Vec<files::Output>,
-    /// Their results.
-    pub(super) lines: &'a [OutputReport],
-}
-
-/// Shows the findings, writes all files or none, and reports the results.
-pub(super) fn write(
-    session: &Session,
-    arguments: &Build,
-    made: Made<'_>,
-    mut found: Vec<Diagnostic>,
-) -> Result<(), Stop> {
-    let Made { stem, net, made_of, outputs, lines } = made;
-    let read = session.paths();
-    let folder = &arguments.output;
-    let plan = files::Plan { folder, stem: stem.as_str(), made_of, read, outputs };
-    found.extend(stale(&plan.stale()));
-    session.show(&found);
-    let written = plan.write();
-    let unwritten = written.as_ref().err().map(String::as_str);
-    say(session, net, arguments.trace_file(), lines, unwritten)?;
-    Ok(written?)
-}
-
-/// Warns about files that stay from an older text of the same chart.
-fn stale(all: &[files::Stale]) -> Option<Diagnostic> {
-    let first = all.first()?;
-    let files: Vec<&str> = all.iter().map(|stale| stale.file.as_str()).collect();
-    let (files, was) = (files.join(", "), if all.len() == 1 { "was" } else { "were" });
-    let message = format!("{files} {was} made from an older {}", first.source);
-    let help = "build these targets again too, or delete the files";
-    Some(Diagnostic::warning(codes::OLDER_SOURCE, message).help(help))
-}
-
-fn map_text(session: &Session, name: &str, map: &[MapEntry]) -> String {
-    let lines: Vec<_> = map
-        .iter()
-        .map(|entry| {
-            let start = session.sources.start(entry.span);
-            json!({
-                "line": entry.line,
-                "name": entry.name,
-                "source": session.sources.get(entry.span.file).map(|source| source.path.clone()),
-                "source_line": start.map(|at| at.line),
-                "source_column": start.map(|at| at.column),
-                "req": entry.req,
-            })
-        })
-        .collect();
-    let mut text =
-        serde_json::to_string_pretty(&json!({"file": name, "lines": lines})).unwrap_or_default();
-    text.push('\n');
-    text
 }

@@ -11,7 +11,6 @@ use crate::report::{About, Answer, Status};
 use grafsynth_driver::format::Format;
 use grafsynth_driver::judge::Renames;
 use grafsynth_driver::read::Design;
-use grafsynth_ir::counted;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -91,20 +90,6 @@ fn folders(session: &Session, arguments: &Compare, renames: &Renames) -> Result<
         pair(session, arguments, input, &other.to_string_lossy(), renames, true)
     })?;
     Ok(exit.worse(compared))
-}
-
-/// The number of compared reactions, and the total number, as text.
-pub(super) fn reactions(asked: usize, all: usize) -> String {
-    let total = counted(all, "reaction", "reactions");
-    if asked == all {
-        return total;
-    }
-    format!("{asked} of {total} (the others follow a violated assumption)")
-}
-
-/// The error if no row of a stimulus satisfies the assumptions of the chart, so that nothing was compared.
-pub(super) fn nothing_asked() -> Stop {
-    Stop::Input("each row follows a violated assumption, so there is nothing to compare".to_owned())
 }
 
 /// How the second design is read: like the first, except for options that apply only to the first.

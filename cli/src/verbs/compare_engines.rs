@@ -1,6 +1,6 @@
 //! `grafsynth compare FILE`: one design on all engines with one stimulus, each compared with the reference simulator.
 
-use super::compare::{nothing_asked, reactions};
+use super::compared::{nothing_asked, reactions};
 use super::sim::{clocked, engine_named, stimulus};
 use crate::args::{Compare, Input};
 use crate::evidence::up_to;
@@ -45,7 +45,7 @@ pub(super) fn run(session: &mut Session, arguments: &Compare, input: &Input) -> 
         return Ok(Exit::Errors);
     };
     let facts = grafsynth_driver::pipeline::facts(net, &Limits::default());
-    let runnable = super::build::runnable(net, arguments.trust);
+    let runnable = trust::runnable(net, arguments.trust.trust_code);
     if any(|engine| engine.runs_c()) && !arguments.trust.trust_code {
         session.show(trust::left_out(net).as_slice());
     }

@@ -1,7 +1,7 @@
 //! `grafsynth compare A B` where A or B is imported logic: a test, and then a proof for every stimulus of a chip.
 
-use super::compare::{nothing_asked, reactions};
 use super::compare_charts::cells;
+use super::compared::{nothing_asked, reactions};
 use super::sim::{clocked, stimulus};
 use crate::args::Compare;
 use crate::evidence::Shown;

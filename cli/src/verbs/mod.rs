@@ -1,6 +1,7 @@
 //! One file for each verb.
 
 pub(crate) mod build;
+mod build_outputs;
 mod build_results;
 pub(crate) mod check;
 mod clashes;
@@ -8,6 +9,7 @@ pub(crate) mod compare;
 mod compare_charts;
 mod compare_engines;
 mod compare_logic;
+mod compared;
 pub(crate) mod convert;
 pub(crate) mod diff;
 pub(crate) mod doctor;

@@ -1,6 +1,6 @@
 //! `grafsynth build OLD --target T`: imported logic, programmed as written or fitted again.
 
-use super::build::{Made, judged, write};
+use super::build_outputs::{Made, judged, write};
 use super::build_results::{refusal, say};
 use crate::args::{Build, Input};
 use crate::exit::Exit;

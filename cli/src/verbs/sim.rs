@@ -82,7 +82,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
             )));
         }
         let facts = grafsynth_driver::pipeline::facts(net, &grafsynth_verify::Limits::default());
-        let runnable = super::build::runnable(net, arguments.trust);
+        let runnable = trust::runnable(net, arguments.trust.trust_code);
         if engine.runs_c() && !arguments.trust.trust_code {
             session.show(trust::left_out(net).as_slice());
         }

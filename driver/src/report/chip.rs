@@ -3,7 +3,7 @@
 //! For a fuse map, everything comes from the fuses, decoded again: only names and the meaning of pins are taken from the design. For equations, it comes
 //! from the printed equations. A netlist has signals and no macrocells.
 
-use crate::coding::{EncodedLogic, Encoding, EncodingChoice};
+use crate::coding::{Encoding, EncodingChoice};
 use crate::output_report::Outcome;
 use grafsynth_backend_pld::device::{Device, FlipFlop};
 use grafsynth_backend_pld::equations::{self, Equations};
@@ -81,21 +81,6 @@ pub struct Code {
     pub why_not_one_hot: Option<String>,
     /// True if every illegal situation returns to the initial one.
     pub is_safe: bool,
-}
-
-impl Code {
-    /// The chosen encoding.
-    #[must_use]
-    pub fn of(
-        coded: &EncodedLogic,
-        choice: EncodingChoice,
-        n_groups: usize,
-        is_safe: bool,
-    ) -> Self {
-        let why_not_one_hot = None;
-        let (encoding, n_coded) = (coded.encoding, coded.n_coded);
-        Code { encoding, choice, n_coded, n_groups, why_not_one_hot, is_safe }
-    }
 }
 
 /// A signal of a chip.
@@ -321,8 +306,16 @@ impl Chip {
         all
     }
 
+    /// The chip of a text.
+    pub(crate) fn of_text(made: Made<'_>, emitted: &Emitted, n_vectors: usize) -> Self {
+        match &emitted.equations {
+            Some(equations) => Chip::of_equations(made, emitted.dialect, equations, n_vectors),
+            None => Chip::of_netlist(made, emitted, n_vectors),
+        }
+    }
+
     /// The chip of equations, as they were printed.
-    pub(crate) fn of_equations(
+    fn of_equations(
         made: Made<'_>,
         dialect: Dialect,
         equations: &Equations,
@@ -333,7 +326,7 @@ impl Chip {
         let device = equations.device;
         chip.device = Some(device);
         chip.n_vectors = n_vectors;
-        chip.misfit = crate::coding::misfit(equations).map(str::to_owned);
+        chip.misfit = equations.misfit();
         let mut known = Known::of(circuit);
         for (named, signal) in equations.named(circuit).iter().zip(&equations.signals) {
             // A flip-flop whose complement is printed is shown uncomplemented here.
@@ -383,7 +376,7 @@ impl Chip {
     }
 
     /// The chip of a netlist: it has only signals, because other tools choose how their functions are built.
-    pub(crate) fn of_netlist(made: Made<'_>, emitted: &Emitted, n_vectors: usize) -> Self {
+    fn of_netlist(made: Made<'_>, emitted: &Emitted, n_vectors: usize) -> Self {
         let mut chip = Chip::new(made, Language::Text(emitted.dialect));
         chip.n_vectors = n_vectors;
         let mut known = Known::of(&chip.circuit);

@@ -1,7 +1,7 @@
 //! The state encoding, and the reason for it.
 
 use super::{Chip, Subject, counted, table::Table};
-use crate::coding::{Encoding, EncodingChoice};
+use crate::coding::{Encoding, EncodingChoice, encoding_name};
 use grafsynth_ir::logic::PinRole;
 use grafsynth_logic::minimise::{Budget, sum_between};
 use grafsynth_logic::node_bdds::Var;
@@ -12,11 +12,7 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
     if circuit.flops.is_empty() {
         return Some("There are no flip-flops: the circuit has no memory.".to_owned());
     }
-    let name = match code.encoding {
-        Encoding::OneHot => "one-hot",
-        Encoding::ZeroHot => "zero-hot",
-        Encoding::Compact => "compact",
-    };
+    let name = encoding_name(code.encoding);
     let is_busy = circuit.outputs.values().any(|output| output.role == PinRole::Busy);
     let why = match (code.choice, &code.why_not_one_hot) {
         _ if is_busy => {

@@ -164,19 +164,15 @@ fn write(subject: &Subject<'_>, stem: &FileStem) -> Vec<OutputFile> {
         for (title, write) in CHIP {
             add("###", title, write(subject, chip));
         }
-        files.push(file(drawing_name(chip), drawing::Drawing::of(chip).svg()));
+        files.push(OutputFile::new(drawing_name(chip), drawing::Drawing::of(chip).svg()));
     }
     for (title, write) in AFTER {
         add("##", title, write(subject));
     }
-    files.insert(0, file(format!("{stem}.report.md"), text));
+    files.insert(0, OutputFile::new(format!("{stem}.report.md"), text));
     files
 }
 
 fn drawing_name(chip: &Chip) -> String {
     format!("{}.svg", chip.file)
-}
-
-fn file(name: String, text: String) -> OutputFile {
-    OutputFile { name, text, keep_existing: false, map: Vec::new() }
 }

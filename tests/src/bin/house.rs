@@ -51,8 +51,8 @@ const BOUNDS: [(&str, usize); 9] = [
     ("code lines of driver", 10_550),
     ("code lines of all crates", 146_700),
     ("functions above 80 lines", 112),
-    ("circles of files", 3),
-    ("lines that list variants", 600),
+    ("circles of files", 0),
+    ("lines that list variants", 580),
     ("text tests on emitted C", 6),
 ];
 

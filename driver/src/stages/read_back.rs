@@ -1,0 +1,44 @@
+//! Stage 3: the circuit that an independent reader finds in what was written, without the parts that the chart does not have.
+
+use super::emit::Written;
+use super::encode::Encoded;
+use crate::circuit;
+use crate::jedec::{self, Burned};
+use grafsynth_backend_pld::{Emitted, reset, synchronise};
+use grafsynth_ir::Diagnostic;
+use grafsynth_ir::logic::Logic;
+use grafsynth_logic::state_assignment::observe;
+
+/// What was written, and the circuit in it.
+pub(crate) struct ReadBack {
+    pub(crate) content: Content,
+    /// The circuit, without reset and synchronisers; it shows the steps in every encoding.
+    pub(crate) circuit: Logic,
+}
+
+/// What was written, after it was read.
+pub(crate) enum Content {
+    Text(Emitted),
+    Fuses(Box<Burned>),
+}
+
+/// Reads what was written, and removes the reset and the synchronisers after a check that they have no other effect.
+///
+/// # Errors
+/// The text cannot be read back, or it means something else.
+pub(crate) fn read_back(encoded: &Encoded, written: Written) -> Result<ReadBack, Vec<Diagnostic>> {
+    let (content, circuit) = match written {
+        Written::Text(emitted) => {
+            let circuit = reset::strip(circuit::read_back(&emitted)?)?;
+            (Content::Text(emitted), circuit)
+        }
+        Written::Fuses(text) => {
+            let burned = jedec::read_back(text)?;
+            let circuit = burned.logic.clone();
+            (Content::Fuses(Box::new(burned)), circuit)
+        }
+    };
+    let mut circuit = synchronise::strip(circuit, &encoded.chains)?;
+    observe(&encoded.coded.logic, &mut circuit);
+    Ok(ReadBack { content, circuit })
+}
