@@ -5,6 +5,7 @@ use crate::args::{Build, BuildTrace, Busy, Input, Trust};
 use crate::evidence;
 use crate::exit::Exit;
 use crate::files;
+use crate::lists::did_you_mean;
 use crate::load::{Session, Stop};
 use crate::memory::Bound;
 use crate::progress;
@@ -399,10 +400,7 @@ fn targets(names: &[String]) -> Result<Vec<Target>, Stop> {
                     "`{package}` is a package of C, not a target; use --target c --package {package}"
                 ));
             }
-            let near =
-                grafsynth_ir::diag::nearest(name, Target::ALL.iter().map(|(_, name, _)| *name))
-                    .map(|near| format!(", did you mean `{near}`?"))
-                    .unwrap_or_default();
+            let near = did_you_mean(name, Target::ALL.iter().map(|(_, name, _)| *name));
             let known: Vec<&str> = Target::ALL.iter().map(|(_, name, _)| *name).collect();
             Stop::Usage(format!(
                 "unknown target `{name}`{near} (targets: {})",
@@ -437,9 +435,7 @@ fn packages(names: &[String]) -> Result<Vec<Ecosystem>, Stop> {
     let mut packages = Vec::new();
     for name in names {
         let package = Ecosystem::named(name).ok_or_else(|| {
-            let near = grafsynth_ir::diag::nearest(name, known)
-                .map(|near| format!(", did you mean `{near}`?"))
-                .unwrap_or_default();
+            let near = did_you_mean(name, known);
             let known = known.join(", ");
             Stop::Usage(format!("unknown package `{name}`{near} (packages: {known})"))
         })?;
@@ -488,7 +484,11 @@ fn check_c(
             line.notes.push(Note::WithoutForeignCode);
         }
         if line.outcome() == Outcome::Refuted {
-            line.notes.push(right_style(net, facts, options, package));
+            line.notes.push(if options.trusts_code && !net.c_texts().is_empty() {
+                Note::TrustedCode
+            } else {
+                right_style(net, facts, options, package)
+            });
             built
                 .files
                 .retain(|file| !package.files.iter().any(|own| is_file(&file.name, &own.name)));
