@@ -1,6 +1,7 @@
 //! The command line as the user writes it.
 
 use crate::exit::Demands;
+use crate::lists::did_you_mean;
 use crate::render::MessageFormat;
 use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum, ValueHint};
 use grafsynth_backend_c::cost::{self, Machine};
@@ -263,9 +264,10 @@ pub(crate) struct COptions {
 fn machine(name: &str) -> Result<&'static Machine, String> {
     cost::machine(name).ok_or_else(|| {
         let known = || cost::MACHINES.iter().map(|machine| machine.name);
-        let near = grafsynth_ir::diag::nearest(name, known())
-            .map(|near| format!(", did you mean `{near}`?"))
-            .unwrap_or_default();
+        // Parts are named after their family: `atmega328p` is an AVR.
+        let is_avr = ["atmega", "attiny", "atxmega"].iter().any(|one| name.starts_with(one));
+        let near =
+            if is_avr { ", did you mean `avr`?".to_owned() } else { did_you_mean(name, known()) };
         let known: Vec<&str> = known().collect();
         format!("unknown machine `{name}`{near} (known: {})", known.join(", "))
     })

@@ -3,6 +3,7 @@
 use grafsynth_backend_c::{Style, cost};
 use grafsynth_driver::format::Format;
 use grafsynth_driver::target::{self, Target};
+use grafsynth_ir::diag::nearest;
 
 /// An option with a list of values, and the verbs that accept it.
 struct List {
@@ -33,6 +34,15 @@ const LISTS: [List; 8] = [
     },
     List { id: "to", options: &["--to"], verbs: &["convert"], entries: written },
 ];
+
+/// `, did you mean `jedec`?` for `jed`: the nearest of the known values, or the only one that begins with `name`; empty if there is none.
+pub(crate) fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    let known: Vec<&str> = known.into_iter().collect();
+    let mut longer = known.iter().copied().filter(|one| name.len() > 1 && one.starts_with(name));
+    let near = nearest(name, known.iter().copied())
+        .or_else(|| longer.next().filter(|_| longer.next().is_none()));
+    near.map(|near| format!(", did you mean `{near}`?")).unwrap_or_default()
+}
 
 /// The list that the command line requests, one value per line.
 pub(crate) fn asked() -> Option<String> {

@@ -3,6 +3,7 @@
 use crate::args::{Global, Input, Inputs, Reading};
 use crate::exit::{Demands, Exit};
 use crate::files;
+use crate::lists::did_you_mean;
 use crate::render::{self, Style};
 use crate::report::{Answer, Report, Status};
 use grafsynth_driver::format::Format;
@@ -418,8 +419,7 @@ pub(crate) fn charts_below(folder: &str) -> Result<Vec<String>, Stop> {
 
 fn unknown_format(name: &str) -> Stop {
     let known: Vec<&str> = Format::ALL.iter().map(|(_, name, _)| *name).collect();
-    let near = grafsynth_ir::diag::nearest(name, known.iter().copied());
-    let hint = near.map(|near| format!(", did you mean `{near}`?")).unwrap_or_default();
+    let hint = did_you_mean(name, known.iter().copied());
     Stop::Usage(format!("unknown format `{name}`{hint} (known: {})", known.join(", ")))
 }
 

@@ -288,6 +288,8 @@ pub enum Note {
     },
     /// A style of C is wrong because of a bug in grafsynth, and no other style is right.
     NoStyle,
+    /// The C differs from the chart, and contains code of the chart's author, which was trusted.
+    TrustedCode,
     /// A remark of an external tool.
     Remark(String),
 }
@@ -312,6 +314,7 @@ impl Note {
             Note::Gate => "gate",
             Note::OtherStyle { .. } => "other-style",
             Note::NoStyle => "no-style",
+            Note::TrustedCode => "trusted-code",
             Note::Remark(_) => "remark",
         }
     }
@@ -336,6 +339,7 @@ impl Note {
             | Note::Gate
             | Note::OtherStyle { .. }
             | Note::NoStyle
+            | Note::TrustedCode
             | Note::Remark(_) => Outcome::Proved,
         }
     }
@@ -396,6 +400,9 @@ impl std::fmt::Display for Note {
                 write!(f, "this is a bug in grafsynth: the style `{style}` {how}")
             }
             Note::NoStyle => f.write_str("this is a bug in grafsynth"),
+            Note::TrustedCode => f.write_str(
+                "the chart's own C may have side effects or undefined behaviour (it is trusted with --trust-code); if it has neither, this is a bug in grafsynth",
+            ),
             Note::WithoutForeignCode => f.write_str("without the chart's own C (see --trust-code)"),
             Note::Synchronised { pins, stages } => {
                 let inputs = counted(*pins, "input", "inputs");

@@ -164,6 +164,9 @@ impl TypeErrorKind {
             TypeErrorKind::IndexOutOfArray { .. } => Some(
                 "declare the index with the range of the array, or use the index `mod` the number of elements",
             ),
+            TypeErrorKind::Mixed => Some(
+                "a Boolean is compared without a number: for `x = 1` write `x`, for `x = 0` write `not x`",
+            ),
             TypeErrorKind::ArrayWithoutIndex => Some("select one element, for example `v[0]`"),
             TypeErrorKind::DurationAlone => {
                 Some("write a comparison such as `s.t >= 3 s`; use a variable to count")

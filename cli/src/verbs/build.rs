@@ -6,6 +6,7 @@ use crate::args::{Build, BuildTrace, Busy, Input};
 use crate::evidence;
 use crate::exit::Exit;
 use crate::files;
+use crate::lists::did_you_mean;
 use crate::load::{Session, Stop};
 use crate::memory::Bound;
 use crate::progress;
@@ -368,10 +369,7 @@ fn targets(names: &[String]) -> Result<Vec<Target>, Stop> {
                     "`{package}` is a package of C, not a target; use --target c --package {package}"
                 ));
             }
-            let near =
-                grafsynth_ir::diag::nearest(name, Target::ALL.iter().map(|(_, name, _)| *name))
-                    .map(|near| format!(", did you mean `{near}`?"))
-                    .unwrap_or_default();
+            let near = did_you_mean(name, Target::ALL.iter().map(|(_, name, _)| *name));
             let known: Vec<&str> = Target::ALL.iter().map(|(_, name, _)| *name).collect();
             Stop::Usage(format!(
                 "unknown target `{name}`{near} (targets: {})",
@@ -406,9 +404,7 @@ fn packages(names: &[String]) -> Result<Vec<Ecosystem>, Stop> {
     let mut packages = Vec::new();
     for name in names {
         let package = Ecosystem::named(name).ok_or_else(|| {
-            let near = grafsynth_ir::diag::nearest(name, known)
-                .map(|near| format!(", did you mean `{near}`?"))
-                .unwrap_or_default();
+            let near = did_you_mean(name, known);
             let known = known.join(", ");
             Stop::Usage(format!("unknown package `{name}`{near} (packages: {known})"))
         })?;

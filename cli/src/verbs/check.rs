@@ -4,6 +4,7 @@ use crate::args::{Check, Input};
 use crate::evidence;
 use crate::exit::Exit;
 use crate::files;
+use crate::lists::did_you_mean;
 use crate::load::{Session, Stop};
 use crate::progress;
 use crate::report::{About, Answer, Status, proof_name, reason};
@@ -450,9 +451,7 @@ fn dump(session: &mut Session, input: &Input, pass: &str) -> Result<Exit, Stop> 
         return Ok(Exit::Done);
     }
     if !passes.contains(&pass) {
-        let near = grafsynth_ir::diag::nearest(pass, passes.iter().copied())
-            .map(|near| format!(", did you mean `{near}`?"))
-            .unwrap_or_default();
+        let near = did_you_mean(pass, passes.iter().copied());
         return Err(Stop::Usage(format!(
             "unknown pass `{pass}`{near} (passes: {})",
             passes.join(", ")

@@ -3,12 +3,12 @@
 use crate::args::Convert;
 use crate::exit::Exit;
 use crate::files::{self, Output};
+use crate::lists::did_you_mean;
 use crate::load::{Session, Stop};
 use grafsynth_driver::format::Format;
 use grafsynth_driver::read::Design;
 use grafsynth_driver::stem::FileStem;
 use grafsynth_driver::target::Target;
-use grafsynth_ir::diag::nearest;
 
 pub(crate) fn run(session: &mut Session, arguments: &Convert) -> Result<Exit, Stop> {
     let output = arguments.output.to_string_lossy();
@@ -80,8 +80,6 @@ fn no_format(file: &str, name: &str, known: &str) -> Stop {
             "`{name}` is a target, not a format: write it with `build {file} --target {name}`"
         ));
     }
-    let near = nearest(name, Format::written().map(Format::name))
-        .map(|near| format!(", did you mean `{near}`?"))
-        .unwrap_or_default();
+    let near = did_you_mean(name, Format::written().map(Format::name));
     Stop::Usage(format!("unknown format `{name}`{near} (known: {known})"))
 }

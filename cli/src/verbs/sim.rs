@@ -3,6 +3,7 @@
 use crate::args::Sim;
 use crate::evidence;
 use crate::exit::Exit;
+use crate::lists::did_you_mean;
 use crate::load::{Session, Stop};
 use crate::report::{About, Answer, Status};
 use grafsynth_driver::logic::LogicDesign;
@@ -197,9 +198,7 @@ pub(super) fn engine_named(name: &str) -> Result<Box<dyn grafsynth_engines::Engi
     grafsynth_engines::named(name).ok_or_else(|| {
         let all = grafsynth_engines::all();
         let known: Vec<&str> = all.iter().map(|engine| engine.name()).collect();
-        let near = grafsynth_ir::diag::nearest(name, known.iter().copied())
-            .map(|near| format!(", did you mean `{near}`?"))
-            .unwrap_or_default();
+        let near = did_you_mean(name, known.iter().copied());
         Stop::Usage(format!("unknown engine `{name}`{near} (engines: {})", known.join(", ")))
     })
 }

@@ -107,7 +107,12 @@ pub fn check(
             line.notes.push(Note::WithoutForeignCode);
         }
         if line.outcome() == Outcome::Refuted {
-            line.notes.push(right_style(net, facts, options, package, engine));
+            // The author's own C may have effects that the chart does not know, in every style.
+            line.notes.push(if options.trusts_code && !net.c_texts().is_empty() {
+                Note::TrustedCode
+            } else {
+                right_style(net, facts, options, package, engine)
+            });
             let is_own =
                 |file: &OutputFile| package.files.iter().any(|own| is_file(file, &own.name));
             built.files.retain(|file| !is_own(file));

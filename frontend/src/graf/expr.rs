@@ -13,7 +13,7 @@ use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind};
 use grafsynth_ir::{Name, Span};
 
 use super::names::Position;
-use super::parser::{Parse, Parser};
+use super::parser::{Parse, Parser, short};
 use super::steps::CLAUSES;
 use super::token::{Kind, Token};
 use crate::codes;
@@ -586,7 +586,7 @@ impl<'a> Parser<'a> {
             Kind::Open if !self.peek(0).new_line => {
                 self.advance();
                 if self.kind(0) != Kind::Close {
-                    return Err(self.unexpected("`)`: conditions have no arguments"));
+                    return Err(self.no_arguments(token, text));
                 }
                 self.advance();
                 Ok(self.leaf_operand(ExprKind::Leaf(leaf), start, sort))
@@ -601,6 +601,33 @@ impl<'a> Parser<'a> {
             }
             _ => Ok(self.leaf_operand(ExprKind::Leaf(leaf), start, sort)),
         }
+    }
+
+    /// Reports `rising(go)`: a function of another language, or an extern condition with arguments.
+    fn no_arguments(&mut self, token: Token, name: &str) -> ErrorReported {
+        const EDGES: [(&str, &[&str]); 2] = [
+            ("rise", &["rising", "rising_edge", "posedge", "r_trig", "re", "redge"]),
+            ("fall", &["falling", "falling_edge", "negedge", "f_trig", "fe", "fedge"]),
+        ];
+        let lower = name.to_ascii_lowercase();
+        let edge = EDGES.iter().find(|(edge, others)| *edge == lower || others.contains(&&*lower));
+        let span = self.span(token);
+        self.report(|| {
+            let finding = Diagnostic::error(
+                codes::UNEXPECTED,
+                format!("`{}` is written with arguments, but conditions have none", short(name)),
+            );
+            match edge {
+                Some((edge, _)) => finding
+                    .at(span, "no function of the chart language")
+                    .help(format!("did you mean `{edge}`?"))
+                    .fix(span, *edge),
+                None => finding.at(span, "no function of the chart language").help(
+                    "the functions are `rise` and `fall`; an extern condition is written with empty parentheses",
+                ),
+            }
+        });
+        ErrorReported
     }
 
     /// Whether an operand is missing at the end of the line, so that the first word of the next line would be used as that operand. A word

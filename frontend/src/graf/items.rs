@@ -331,11 +331,37 @@ impl Parser<'_> {
             self.attributes(&mut meta)?;
             meta.span = self.span_from(start);
             self.keep(items, Item::Declaration(Declaration { name, kind, meta }));
-            if !self.eat(Kind::Comma) {
+            if !self.eat(Kind::Comma) && !self.comma_missing(keyword) {
                 return Ok(());
             }
             start = self.peek(0).start;
         }
+    }
+
+    /// Reports `output raise lower`: a name beside a declared name that begins no item. Returns whether it was one.
+    fn comma_missing(&mut self, keyword: &str) -> bool {
+        let next = self.peek(0);
+        if !self.is_name_beside(0)
+            || self.begins_outer_item()
+            || matches!(self.kind(1), Kind::Arrow | Kind::Ampersand | Kind::Dot)
+            || self.kind(1) == Kind::Colon
+                && matches!(self.kind(3), Kind::Arrow | Kind::Ampersand | Kind::Dot)
+            || ITEM_WORDS.contains(&self.word(0))
+        {
+            return false;
+        }
+        let shown = short(super::numbers::name_of(self.text, next));
+        let place = super::parser::span_of(self.file, self.previous_end, self.previous_end);
+        self.report(|| {
+            Diagnostic::error(
+                codes::UNEXPECTED,
+                format!("expected `,` between the names after `{keyword}`, found `{shown}`"),
+            )
+            .at(place, "expected `,`")
+            .help("write a comma between all names")
+            .fix(place, ",")
+        });
+        true
     }
 
     /// Parses the rest of a declaration, after the name.

@@ -313,6 +313,9 @@ impl Parser<'_> {
 
     /// Parses `R`, `R if c`, `R after 3 s`, `R SD 3 s` or `speed(5)`.
     fn action(&mut self) -> Parse<StepItemKind> {
+        if self.word(0) == "not" && self.is_name_beside(1) {
+            return Err(self.output_negated());
+        }
         if !self.is_name(0) {
             return Err(self.unexpected("an action"));
         }
@@ -337,6 +340,24 @@ impl Parser<'_> {
         let how = if self.peek(0).new_line { ActionHow::Bare } else { self.how()? };
         let condition = self.action_condition()?;
         Ok(StepItemKind::Action { target, arguments, how, condition })
+    }
+
+    /// Reports `not R` in a step, and skips it.
+    fn output_negated(&mut self) -> ErrorReported {
+        let start = self.advance().start;
+        let shown = short(super::numbers::slice(self.text, self.peek(0)));
+        self.advance();
+        let place = self.span_from(start);
+        self.report(|| {
+            Diagnostic::error(
+                codes::MISPLACED,
+                format!("an output that is off is not named in a step: `not {shown}`"),
+            )
+            .plural(format!("`not {shown}`"), "outputs that are off are not named in a step:", "")
+            .at(place, "off unless an active step names it")
+            .help(format!("remove `not {shown}`; to end a `set {shown}`, write `reset {shown}`"))
+        });
+        ErrorReported
     }
 
     /// Reports `pump = 1` in a step, if `pump` is an output, and reads it as `pump`, or as nothing for `pump = 0`. `None` if it is

@@ -4,6 +4,8 @@ use grafsynth_ir::chart::{Length, Path, Transition};
 use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::diag::{Diagnostic, nearest};
 
+use itertools::Itertools as _;
+
 use super::parser::{Parse, Parser, short};
 use super::steps::CLAUSES;
 use super::token::{Kind, SINK};
@@ -198,11 +200,11 @@ impl Parser<'_> {
         transition.actions = actions.unwrap_or_default();
         transition.restart = restart.is_some();
         transition.is_internal |= internal.is_some();
-        self.clause_misspelt()
+        self.clause_misspelt(transition)
     }
 
     /// Reports an unknown word on the same line after a transition, which can only be a misspelt clause.
-    fn clause_misspelt(&mut self) -> Parse<()> {
+    fn clause_misspelt(&mut self, transition: &Transition) -> Parse<()> {
         if !self.is_name_beside(0)
             || matches!(self.kind(1), Kind::Colon | Kind::Arrow | Kind::Ampersand | Kind::Dot)
             || super::items::ITEM_WORDS.contains(&self.word(0))
@@ -211,6 +213,22 @@ impl Parser<'_> {
         }
         let word = self.word(0);
         let span = self.here();
+        if matches!(word, "or" | "and") && !transition.events.is_empty() {
+            let names = transition.events.iter().map(|name| short(&name.text)).join(", ");
+            self.report(|| {
+                let finding = Diagnostic::error(
+                    codes::UNEXPECTED,
+                    format!("a clause `on` has no `{word}`"),
+                )
+                .at(span, "`on` names events, not a condition");
+                finding.help(if word == "or" {
+                    format!("write `,` for each `or` between events; for inputs write `when {names} or …`")
+                } else {
+                    format!("write `when` for this `and` and a condition behind it; for inputs write `when {names} and …`")
+                })
+            });
+            return Err(ErrorReported);
+        }
         let near = nearest(
             word,
             ["on", "when", "after", "priority", "internal", "restart", "deadline", "do", "req"],

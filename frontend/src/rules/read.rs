@@ -6,8 +6,9 @@ use grafsynth_ir::diag::ErrorReported;
 use std::collections::BTreeSet;
 
 use design::{Builder, Listed, Options};
-use grafsynth_ir::chart::Expr;
+use grafsynth_ir::chart::{Expr, Leaf};
 use grafsynth_ir::diag::{Diagnostic, any_error, nearest};
+use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::{FileId, Name, Span};
 
 use crate::codes;
@@ -112,6 +113,8 @@ struct Rules {
     seen: BTreeSet<&'static str>,
     transition_rules: Vec<Rule>,
     step_rules: Vec<Rule>,
+    /// Labels of transition rules with an error: they have a rule, although it is not read.
+    unread: BTreeSet<String>,
 }
 
 /// The section of a rule.
@@ -145,12 +148,25 @@ impl Rules {
     fn part(&mut self, parser: &mut Parser<'_>, section: &mut Section) -> Parse<()> {
         let word = parser.word(0);
         if parser.kind(1) == Kind::Colon && parser.peek(0).new_line {
-            let heading = match word {
-                "Transitions" => Some(Section::Transitions),
-                "Steps" => Some(Section::Steps),
-                _ => None,
-            };
-            if let Some(heading) = heading {
+            let heading = [("Transitions", Section::Transitions), ("Steps", Section::Steps)]
+                .into_iter()
+                .find(|(known, _)| known.eq_ignore_ascii_case(word));
+            // `steps: |- lamp` is the rule of a step that is named `steps`.
+            let ends_line = parser.peek(2).new_line || parser.kind(2) == Kind::End;
+            if let Some((known, heading)) = heading
+                && (known == word || ends_line)
+            {
+                let span = parser.here();
+                if known != word {
+                    parser.report(|| {
+                        Diagnostic::error(
+                            codes::UNKNOWN_WORD,
+                            format!("unknown part `{}` of the rules", short(word)),
+                        )
+                        .at(span, format!("meant `{known}`?"))
+                        .fix(span, known)
+                    });
+                }
                 parser.advance();
                 parser.advance();
                 *section = heading;
@@ -165,7 +181,10 @@ impl Rules {
         match section {
             Section::Lists => Err(unknown_list(parser)),
             Section::Transitions => {
-                let rule = rule(parser)?;
+                let label = parser.name_at(parser.peek(0));
+                let rule = rule(parser).inspect_err(|_| {
+                    self.unread.insert(label.text);
+                })?;
                 parser.keep(&mut self.transition_rules, rule);
                 Ok(())
             }
@@ -262,12 +281,42 @@ fn unknown_list(parser: &mut Parser<'_>) -> ErrorReported {
     ErrorReported
 }
 
+/// The first factor and the span of the word `after`, if this is `red*after` or `red*go*after`.
+fn before_after(left: &Expr) -> Option<(String, Span)> {
+    let name = |expr: &Expr| match &expr.kind {
+        ExprKind::Leaf(Leaf::Name(path)) => Some(path.to_string()),
+        _ => None,
+    };
+    let ExprKind::And(factors) = &left.kind else { return None };
+    let last = factors.last()?;
+    (name(last)? == "after").then_some(())?;
+    Some((name(factors.first()?)?, last.span))
+}
+
+/// The text from the next token to the `|-` or the end of the line, for a message.
+fn rest_of_line(parser: &Parser<'_>) -> String {
+    let text = &parser.text[parser.peek(0).start as usize..];
+    let end = text.find(['|', '\n', '*']).unwrap_or(text.len());
+    short(text[..end].trim())
+}
+
 /// Parses `t1: p1*m |- @p2*@p3`.
 fn rule(parser: &mut Parser<'_>) -> Parse<Rule> {
     let start = parser.peek(0).start;
     let label = parser.name("the label of a rule")?;
     parser.expect(Kind::Colon, "`:` after the label of a rule")?;
     let left = if parser.kind(0) == Kind::Yields { None } else { Some(parser.expr()?) };
+    if matches!(parser.kind(0), Kind::Number | Kind::Fraction)
+        && let Some((step, word)) = left.as_ref().and_then(before_after)
+    {
+        let length = rest_of_line(parser);
+        parser.report(|| {
+            Diagnostic::error(codes::UNEXPECTED, "a rule has no clause `after`")
+                .at(word, "not in the left side of a rule")
+                .help(format!("compare the time of the step: `({step}.t >= {length})`"))
+        });
+        return Err(ErrorReported);
+    }
     if parser.kind(0) != Kind::Yields && (parser.peek(0).new_line || parser.kind(0) == Kind::End) {
         return Err(parser.missing(
             "the `|-` of this rule is missing",

@@ -1,6 +1,6 @@
 //! Parser of sequential function charts in text: steps, transitions, actions.
 
-use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::diag::{Diagnostic, ErrorReported, nearest};
 use grafsynth_ir::net::Qualifier;
 
 use super::ast::{Action, Element, Role, Sfc, Step, Transition, Use};
@@ -144,6 +144,9 @@ impl Parser<'_> {
     fn action_use(&mut self) -> Parse<Use> {
         let start = self.peek(0).start;
         let action = self.name("an action")?;
+        if self.kind(0) == Kind::Assign {
+            return Err(self.assignment_in_step(&action));
+        }
         let mut found = Qualifier::N;
         let mut duration = None;
         if self.take(Kind::Open) && !self.take(Kind::Close) {
@@ -199,6 +202,20 @@ impl Parser<'_> {
             self.missing_semicolon();
         }
         Ok(Use { action, qualifier: found, duration, span })
+    }
+
+    /// Reports `motor := TRUE;` in a step.
+    fn assignment_in_step(&mut self, variable: &Ident) -> ErrorReported {
+        let mut span = variable.span;
+        span.end = self.here().end;
+        let name = &variable.text;
+        self.report(|| {
+            Diagnostic::error(codes::ST_UNEXPECTED, "an assignment is not allowed directly in a step")
+                .at(span, "a step names its actions")
+                .help(format!(
+                    "write `{name};` if `{name}` is a Boolean that is on while the step is active; move other statements into an `ACTION name: .. END_ACTION`, and write `name;` here"
+                ))
+        })
     }
 
     fn transition(&mut self) -> Parse<Transition> {

@@ -352,7 +352,7 @@ impl Builder<'_> {
         let mut rules = std::mem::take(&mut self.rules.transition_rules);
         let with_rule: BTreeSet<&str> = rules.iter().map(|rule| rule.label.text.as_str()).collect();
         for name in &self.rules.transitions {
-            if !with_rule.contains(name.text.as_str()) {
+            if !with_rule.contains(name.text.as_str()) && !self.rules.unread.contains(&name.text) {
                 self.findings.report(|| {
                     Diagnostic::error(
                         codes::NO_RULE,
