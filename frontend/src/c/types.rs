@@ -29,7 +29,7 @@ pub(super) enum Type {
     Scalar(Scalar),
     /// The lengths, outermost first; the first is `None` if it was not written.
     Array(Scalar, Option<u32>, Vec<u32>),
-    /// A pointer to values, which is possible for a parameter.
+    /// A parameter that is a pointer to scalars.
     Pointer(Scalar),
     /// A type that only a C compiler can handle.
     Opaque,
@@ -118,7 +118,7 @@ pub(super) fn scalar(base: &Base, widths: Widths) -> Option<Scalar> {
 /// The type of a declared name.
 ///
 /// # Errors
-/// The length of an array, if it is not a constant between 1 and 65 536.
+/// The span of an array length that is not a constant between 1 and 65 536.
 pub(super) fn of(
     specifiers: &Specifiers,
     declarator: &Declarator,

@@ -462,7 +462,7 @@ impl<'s> Flow<'_, 's> {
             }
             return self.of_truth(chart::Expr::leaf(Leaf::Name(path), span));
         }
-        // The right side has no side effects. It can always be evaluated, because every operator of the net has a value.
+        // The operands after the first have no side effects. They can always be evaluated, because every operator of the net has a value.
         let truths: Vec<chart::Expr> = all.iter().map(|one| self.eval(one).truth()).collect();
         let truth = if is_and { chart::Expr::and(truths) } else { chart::Expr::or(truths) };
         let value = self.of_truth(chart::Expr { span: expr.span, ..truth });
