@@ -13,8 +13,8 @@ use grafsynth_ir::{Name, Span};
 use super::bodies::BodyId;
 use super::{Writer, cannot, timers};
 
-/// The extern action that steps use with qualifiers, in the form into which lowering turns it: a controlled action with one call and the
-/// same name.
+/// The output and the arguments of an extern action that steps use with qualifiers. Lowering turns such an action into a controlled action
+/// with one call and the same name; `None` if `action` has another form.
 pub(super) fn called_by_qualifiers<'n>(
     net: &'n net::Net,
     action: &'n net::ControlledAction,
@@ -106,8 +106,8 @@ impl Writer<'_> {
         for forcing in &net.forcings {
             self.forcing(forcing);
         }
-        // In a statechart, reactions compete with the other transitions of their state, so they are written together with these, in
-        // order.
+        // In a statechart, reactions compete with the other transitions of their state, so they are written in order among these
+        // transitions.
         for (_, transition) in net.transitions.iter().filter(|(_, one)| {
             one.kind == TransitionKind::Reaction && !net.settings.policy.is_statechart()
         }) {
@@ -168,7 +168,7 @@ impl Writer<'_> {
         let mut of_timers: BTreeMap<net::ActionId, std::slice::Iter<'_, net::ActionUse>> =
             BTreeMap::new();
         for one in &action.uses {
-            // Uses of a further duration are written where its timer is used.
+            // The uses of a further duration are written at the uses of its timer.
             let timer = timers::asked(one).filter(|timer| self.timers.get(timer) == Some(&id));
             let (of, one) = match timer {
                 Some(timer) => {

@@ -10,8 +10,8 @@
 //! ([`Unspecified`](grafsynth_ir::net::Unspecified)). A row with `*` as present state applies to every state. The initial state is the
 //! state after `.r`, otherwise the first state that is named.
 //!
-//! The format is that of the SIS and MCNC benchmark sets. Supported are `.i .o .p .s .r .ilb .ob .e .end` and the brackets `.start_kiss
-//! .end_kiss`.
+//! The format is that of the SIS and MCNC benchmark sets. The supported directives are `.i .o .p .s .r .ilb .ob .e .end` and the brackets
+//! `.start_kiss .end_kiss`.
 
 mod cover;
 mod net;
@@ -95,7 +95,7 @@ impl Machine {
 }
 
 impl Row {
-    /// Whether some input matches both rows.
+    /// Whether some combination of inputs matches both rows.
     #[must_use]
     pub fn meets(&self, other: &Row) -> bool {
         self.inputs

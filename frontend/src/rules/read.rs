@@ -114,7 +114,7 @@ struct Rules {
     step_rules: Vec<Rule>,
 }
 
-/// The section of a rule.
+/// The section of the text that is being parsed.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Section {
     Lists,
