@@ -38,7 +38,7 @@ pub(super) struct Node {
     pub(super) is_kept: bool,
     /// Whether the node only evaluates a condition and may be merged into the preceding step.
     pub(super) is_test: bool,
-    /// The innermost group that contains it; 0 is the function.
+    /// The innermost part that contains it, as an index into [`Graph::parts`]; 0 is the function.
     pub(super) group: usize,
 }
 

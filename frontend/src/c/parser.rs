@@ -377,7 +377,7 @@ impl<'t> Parser<'t> {
 
     fn condition(&mut self) -> Read<super::ast::Expr> {
         self.expect("(")?;
-        // As for C compilers, a second pair of parentheses marks an intended assignment.
+        // As in C compilers, a second pair of parentheses marks an intended assignment.
         let is_meant = self.is("(");
         let condition = self.expression()?;
         if let (ExprKind::Assign(None, target, value), false) = (&condition.kind, is_meant) {

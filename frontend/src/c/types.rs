@@ -15,14 +15,14 @@ pub(super) struct Widths {
     pub(super) is_unsigned_char: bool,
 }
 
-/// A type of values.
+/// The type of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Scalar {
     Bool,
     Int { bits: u32, is_signed: bool },
 }
 
-/// The type of something declared.
+/// The type of a declared name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Type {
     Void,

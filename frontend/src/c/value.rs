@@ -431,7 +431,7 @@ impl<'s> Flow<'_, 's> {
         right: &'s Expr,
         span: Span,
     ) -> Value {
-        // The value first: a call in it may end the node, and the index of the target must be evaluated in the next node.
+        // Evaluates the value first: a call in it may end the node, and the index of the target must be evaluated in the next node.
         let is_element = !matches!(left.kind, ExprKind::Name(_));
         let early =
             if is_element && self.program().has_effect(left) { self.place(left) } else { None };

@@ -51,7 +51,7 @@ pub(super) struct Bodies {
 }
 
 impl Bodies {
-    /// Finds the charts and macro-steps of a net. Reports other parts.
+    /// Finds the charts, macro-steps and enclosing steps of a net. Reports other parts.
     pub(super) fn of(net: &Net, findings: &mut Vec<Diagnostic>) -> Self {
         let macros: BTreeMap<&str, usize> = net
             .macros

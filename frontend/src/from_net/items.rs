@@ -1,4 +1,4 @@
-//! Turns steps, macros, transitions and lists of a net into items of a chart.
+//! Turns steps, macro-steps, transitions and statements of a net into items of a chart.
 
 use std::collections::BTreeMap;
 
@@ -414,7 +414,7 @@ impl Writer<'_> {
         guard
     }
 
-    /// A step at the end of a transition. Outside a macro-step, its entry and exit steps are written as the macro-step itself.
+    /// A source or target step of a transition. Outside a macro-step, its entry and exit steps are written as the macro-step itself.
     fn end(&self, step: StepId, body: BodyId, is_source: bool) -> grafsynth_ir::chart::Path {
         let data = &self.net.steps[step];
         let home = self.bodies.home(data.part);

@@ -137,7 +137,7 @@ impl States {
 
     fn find_defaults(&mut self, net: &Net, findings: &mut Vec<Diagnostic>) {
         let mut sure: BTreeMap<StepId, Vec<Enter>> = BTreeMap::new();
-        // For each composite state: its entry lists with their number of occurrences, in order.
+        // For each composite state: the different lists of states that are entered in it, in order, with their numbers of occurrences.
         let mut seen: BTreeMap<StepId, Vec<(Vec<Enter>, usize)>> = BTreeMap::new();
         let mut note = |state: StepId, rest: &[Enter]| match sure.get(&state) {
             None => {

@@ -274,7 +274,7 @@ impl Writer<'_> {
         let mut at = 0;
         let mut class = None;
         while let Some(item) = items.get(at) {
-            // Without a source, a blank line separates items of different kinds.
+            // Without a source, a blank line separates items of different kinds, and each block from the item before it.
             let this = class_of(item);
             if self.source.is_none()
                 && class.is_some_and(|last| last != this || this == Class::Block)

@@ -3,7 +3,7 @@
 //! ```text
 //! text ── read ──► Machine (rows: input cube, present state, next state, outputs) ── net ──► Net (one step for each state, mealy outputs)
 //!  ▲                  ▲
-//!  └───── write ──────┘ ◄── the reachable product automaton of a chart
+//!  └───── write ──────┘ ◄── the reachable states of a chart
 //! ```
 //! A row `01- st0 st1 1-` means: in `st0`, while the first input is 0 and the second 1, the first output is 1 and the next state is `st1`.
 //! A `-` as an output, a `-` or `*` as next state, and inputs that no row of a state covers leave the cell unspecified

@@ -1,6 +1,6 @@
 //! Formats rules in their canonical form, with their comments.
 //!
-//! A comment belongs to its own line, or to the next line with a list, a heading or a rule. In the canonical form the lines may be
+//! A comment belongs to the list, heading or rule on its own line, otherwise to the next one. In the canonical form the lines may be
 //! reordered or split, so each comment goes to the first line with the same heading and first word.
 
 use std::collections::{BTreeMap, VecDeque};

@@ -19,8 +19,8 @@
 //! *now*, while the left side is true; such an output is `mealy`. A step rule gives the continuous outputs of a step, with an optional
 //! condition on its left side. Expressions have the syntax of the chart language; the writer uses the signs `*`, `+` and `/`.
 //!
-//! Charts read from rules have `conflict priority-age`, `evolution single` and `tick 10 ms`. All other properties of a flat chart are
-//! written in lines `# option: …` in the syntax of the chart language. `docs/language.md` has the table.
+//! Unless an option sets them, charts read from rules have `conflict priority-age`, `evolution single` and `tick 10 ms`. All other
+//! properties of a flat chart are written in lines `# option: …` in the syntax of the chart language. `docs/language.md` has the table.
 
 mod format;
 mod read;

@@ -28,7 +28,8 @@ pub fn write_net(net: &Net) -> Result<String, Vec<Diagnostic>> {
 /// Writes a flat chart as rules.
 ///
 /// # Errors
-/// Everything that makes the design more than one flat chart: several charts, macros, constants and so on.
+/// Everything that makes the design more than one flat chart: several charts, macro-steps, enclosing steps, states, instances of library
+/// charts.
 pub fn write_design(design: &Design) -> Result<String, Vec<Diagnostic>> {
     let [chart] = design.charts.as_slice() else {
         let n = design.charts.len();

@@ -708,7 +708,7 @@ fn note_arrays(expr: &Expr, out: &mut BTreeSet<String>) {
     }
 }
 
-/// Collects all lists of a state and its contents.
+/// Collects all lists of statements of a state and its contents.
 fn blocks_of<'s>(item: &'s Item, out: &mut Vec<&'s [Stmt]>) {
     fn step<'s>(step: &'s Step, out: &mut Vec<&'s [Stmt]>) {
         for item in &step.body {

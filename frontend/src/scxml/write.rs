@@ -25,8 +25,7 @@ use super::{GRAFSYNTH, SCXML};
 use crate::codes;
 use crate::xml;
 
-/// Writes the document of a statechart, and reports what it cannot contain. `net` is the lowered chart, which supplies the values of
-/// constants.
+/// Writes the document of a statechart, and reports what it cannot contain. `net` is the lowered chart, which supplies the initial values.
 ///
 /// # Errors
 /// Everything that SCXML cannot express and that affects the behaviour, with its location.
