@@ -1,4 +1,5 @@
-//! Diagnostic codes of the readers: `G01` for the chart language, its properties and boards; `G04` for rules text and the XML formats.
+//! Diagnostic codes of the parsers and writers: `G01` for the chart language, its properties and boards, and state tables; `G04` for rules,
+//! SCXML, IEC 61131-3, PLCopen and C.
 
 use grafsynth_ir::diag::Code;
 
@@ -28,11 +29,11 @@ pub const TWICE: Code = Code { id: "G0112", title: "duplicate clause" };
 pub const MISPLACED: Code = Code { id: "G0113", title: "misplaced item" };
 /// An integer range that is empty, missing or wider than 32 bits.
 pub const RANGE: Code = Code { id: "G0114", title: "invalid integer range" };
-/// An expression that readers could interpret in two ways.
+/// An expression or a second arrow that could be understood in two ways.
 pub const AMBIGUOUS: Code = Code { id: "G0115", title: "ambiguous expression" };
 /// A file without a chart.
 pub const NO_CHART: Code = Code { id: "G0116", title: "no chart in the file" };
-/// A missing value, condition or name.
+/// A missing value, condition or word.
 pub const MISSING: Code = Code { id: "G0117", title: "missing operand or word" };
 /// An `edition` that this version does not support.
 pub const EDITION: Code = Code { id: "G0118", title: "unknown edition" };
@@ -102,7 +103,7 @@ pub const SCXML_REGIONS: Code =
 pub const C_SYNTAX: Code = Code { id: "G0481", title: "C syntax error" };
 /// A character, number, string or comment that is not valid in C.
 pub const C_CHARACTERS: Code = Code { id: "G0482", title: "invalid C token" };
-/// A preprocessor directive that is not supported.
+/// A preprocessor directive that is invalid or not supported.
 pub const C_DIRECTIVE: Code = Code { id: "G0483", title: "unsupported preprocessor line" };
 /// A header that is not read.
 pub const C_INCLUDE: Code = Code { id: "G0484", title: "header not read" };

@@ -1,7 +1,7 @@
-//! Readers and writers of the chart languages. Each language has one folder with its reader and its writer.
+//! Parsers and writers of the chart languages. Each language has one folder.
 //!
-//! A reader turns text into a [chart](grafsynth_ir::chart) and continues after every error. A writer turns a chart or a net into text.
-//! No reader or writer accesses a file, a clock or another language.
+//! A parser turns text into a [design](grafsynth_ir::chart) and continues after every error. A writer turns a design or a net into text. No
+//! parser or writer accesses a file or a clock.
 
 pub mod board;
 pub mod c;

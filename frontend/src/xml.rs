@@ -1,8 +1,8 @@
-//! XML for the readers of charts: a document tree with spans, within limits.
+//! XML for the parsers of charts: a document tree with spans, within limits.
 //!
-//! [`parse`] scans the text before it builds a tree, so that neither a malicious nor an invalid file costs more than a small multiple of
-//! its size. Nesting, attributes and namespaces are limited. Document types are rejected, and with them every entity that a file could
-//! define. A file that consists almost entirely of markup is rejected too.
+//! [`parse`] scans the text before it builds a tree, so that neither a malicious nor an invalid file takes more memory than a small
+//! multiple of its size. Nesting, attributes and namespaces are limited. Document types are rejected, and with them every entity that a
+//! file could define. A file that consists almost entirely of markup is rejected too.
 //!
 //! [`Mapped`] text knows the source position of each of its bytes, even with character references and `CDATA` sections, so that an
 //! expression in an attribute has exact spans.
@@ -676,7 +676,7 @@ fn escaped(value: &str, in_attribute: bool) -> String {
             '>' => out.push_str("&gt;"),
             '&' => out.push_str("&amp;"),
             '"' if in_attribute => out.push_str("&quot;"),
-            // Readers would turn unescaped ones into blanks, or into one line end.
+            // An XML parser would turn unescaped ones into blanks, or into a single line end.
             '\t' | '\n' if in_attribute => out.push_str(&format!("&#{};", character as u32)),
             '\r' => out.push_str("&#13;"),
             // XML cannot represent other control characters.

@@ -1,5 +1,6 @@
-/* Instructions of a reaction: the loop with it, less the loop with an empty function. Prints `busy idle` by semihosting: the means on random and on constant
- * inputs; with LARGEST also the most of one reaction, on random inputs that come twice each. REACT(inputs) is what is measured, if no plain reaction. */
+/* Counts the instructions of a reaction: a loop of reactions minus the same loop with an empty function. Prints `busy idle` by semihosting: the means for
+ * random and for constant inputs; with LARGEST also the largest number for one reaction, with each row of random inputs applied twice. Define REACT(inputs) to
+ * measure something other than a plain reaction. */
 #include HEADER
 #include <string.h>
 
@@ -44,7 +45,7 @@ __attribute__((noinline)) static void empty(TYPE(t) *it, const TYPE(in_t) *in, T
     __asm__ volatile("" : : "r"(it), "r"(in), "r"(lamps) : "memory");
 }
 
-/* Ticks of 40 instructions that SCANS reactions take, or as many empty functions. */
+/* The ticks, of 40 instructions each, that SCANS calls of a function take. */
 #define TICKS(function, row) \
     do { \
         SYST_CVR = 0; \
@@ -56,7 +57,7 @@ __attribute__((noinline)) static void empty(TYPE(t) *it, const TYPE(in_t) *in, T
         ticks = begin - SYST_CVR; \
     } while (0)
 
-/* The ticks of 40 reactions from the same instance: as many as one has instructions. */
+/* The ticks of 40 calls with the same instance: the number of instructions of one call. */
 #define REPEATED(function, row) \
     do { \
         const uint32_t begin = SYST_CVR; \
@@ -115,7 +116,7 @@ void start(void)
         REPEATED(EMPTY, row);
         const uint32_t empty_ticks = ticks;
         REPEATED(REACT, row);
-        /* The call and the return of the empty function, and what a tick may hide. */
+        /* Plus 2: the call and the return were subtracted with the empty function. */
         const uint32_t one = ticks - empty_ticks + 2U;
         largest = one > largest ? one : largest;
     }

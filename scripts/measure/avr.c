@@ -1,4 +1,5 @@
-/* Reactions between marks in GPIOR0: 1 begins one, 2 ends it, 4 ends a series, 3 ends the program. REACT(inputs) is what is measured, if no plain reaction. */
+/* Marks reactions in GPIOR0: 1 begins a reaction, 2 ends it, 4 ends a series, 3 ends the program. Define REACT(inputs) to measure something other than a plain
+ * reaction. */
 #include <avr/interrupt.h>
 #include <avr/io.h>
 #include HEADER
@@ -42,7 +43,7 @@ int main(void)
     }
     GPIOR0 = 4;
 #ifdef LARGEST
-    /* Each inputs twice: what looks at whether they are those of the last scan goes its other ways. */
+    /* Each row of inputs twice, so that code that compares the inputs with those of the previous scan takes both branches. */
     for (k = 0; k < 2000; k++) {
         if ((k & 1U) == 0U) {
             for (i = 0; i < sizeof in.bits; i++) {

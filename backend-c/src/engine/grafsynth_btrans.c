@@ -91,7 +91,7 @@ static void gb_row(const gb_run_t *run, uint16_t at, gb_trans_t *transition)
     transition->action = 0U;
 }
 
-/* The first and the last state in the domain of a transition; the first is greater than the last if it only runs its action. */
+/* The first and the last state in the domain of a transition; the first is greater than the last if the transition only runs its action. */
 static void gb_leaves(const gb_run_t *run, uint16_t at, uint16_t *first, uint16_t *last)
 {
     gb_trans_t transition;
@@ -102,7 +102,7 @@ static void gb_leaves(const gb_run_t *run, uint16_t at, uint16_t *first, uint16_
     } else {
         const uint16_t domain = gb_domain(run, &transition);
         if (domain == GB_NONE) {
-            /* The outermost state around its origin, and its siblings. */
+            /* All states. */
             *first = 0U;
             *last = (uint16_t)(run->chart->states - 1U);
         } else {
@@ -138,7 +138,7 @@ static uint16_t gb_offset(uint16_t bit, uint16_t owner, uint16_t state)
     return (uint16_t)((uint16_t)(bit + below) - 1U);
 }
 
-/* The recorded states of a history, or its default. */
+/* Marks the recorded states of a history or, if there are none, its default. */
 static void gb_recall(gb_run_t *run, uint16_t number, uint16_t domain)
 {
     const uint16_t owner = run->chart->history[number].owner;
@@ -157,7 +157,7 @@ static void gb_recall(gb_run_t *run, uint16_t number, uint16_t domain)
     }
 }
 
-/* Below an entered state: all regions of a concurrent state, the default of a hierarchical one, unless another child is entered. */
+/* Marks the children of entered states: all of a concurrent state; of a hierarchical one the default, unless another child is entered. */
 static void gb_descend(gb_run_t *run)
 {
     for (uint16_t s = 0U; s < run->chart->states; ++s) {
@@ -208,7 +208,7 @@ static void gb_clear(gb_run_t *run)
     run->n_chosen = 0U;
 }
 
-/* Outermost first. */
+/* Activates the marked states, outermost first. */
 static void gb_activate(gb_run_t *run)
 {
     for (uint16_t s = 0U; s < run->chart->states; ++s) {
@@ -261,7 +261,7 @@ static void gb_fire(gb_run_t *run)
     gb_activate(run);
 }
 
-/* Chooses a transition if it precedes all chosen ones that exit the same states, and replaces them. */
+/* Chooses a transition if it precedes all chosen ones that exit some of the same states; removes these. */
 static void gb_take(gb_run_t *run, uint16_t at)
 {
     const uint16_t from = run->chart->btrans[at].from;

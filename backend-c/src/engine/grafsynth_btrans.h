@@ -1,5 +1,5 @@
-/* The statechart engine of grafsynth: the same text for all charts. A chart is two tables, of states and of transitions, with an index of the second by event;
-   docs/c.md of grafsynth says what is in them. */
+/* The statechart engine of grafsynth: the same text for all charts. A chart is a table of states and a table of transitions, with an index of the
+   transitions by event; docs/c.md of grafsynth describes the tables. */
 #ifndef GRAFSYNTH_BTRANS_H
 #define GRAFSYNTH_BTRANS_H
 
@@ -61,7 +61,7 @@ typedef struct {
     uint16_t action;
 } gb_trans_t;
 
-/* The rows of the second table for an event; row 0 of the index: no event. */
+/* The transitions that an event can trigger: `many` rows of the table from `first` on. Row 0 of the index: no event. */
 typedef struct {
     uint16_t input;
     uint16_t first;
@@ -74,14 +74,14 @@ typedef struct {
     uint16_t deep; /* 1: its atomic descendants; 0: its children */
     uint16_t bit;  /* of its first descendant */
     uint16_t to;   /* entered if nothing is recorded */
-    uint16_t rule; /* then, after the entry of its owner; 0: none */
+    uint16_t rule; /* runs then, after the entry of its owner; 0: none */
 } gb_history_t;
 
 struct gb_run;
 
 /* The tables of a chart and their lengths. */
 typedef struct {
-    int32_t (*rule)(struct gb_run *run); /* runs a rule and returns its value: from 1 the edge operands, then the outputs */
+    int32_t (*rule)(struct gb_run *run); /* runs a rule and returns its value; rules from 1 on: the edge operands, then the outputs */
     GB_ROM gb_state_t *bstate;
     GB_ROM gb_trans_t *btrans;
     GB_ROM gb_event_t *index;
@@ -115,10 +115,10 @@ typedef struct gb_run {
     bool fresh;      /* edges are still present */
 } gb_run_t;
 
-/* Reset. True if the chart did not come to rest. */
+/* Resets the chart; returns true if it did not come to rest. */
 bool gb_init(gb_run_t *run);
 
-/* One reaction, dt ticks after the last. True if the chart did not come to rest. */
+/* Runs one reaction, dt ticks after the last; returns true if the chart did not come to rest. */
 bool gb_step(gb_run_t *run, uint32_t dt);
 
 /* The value of an output. */

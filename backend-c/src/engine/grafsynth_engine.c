@@ -127,7 +127,7 @@ static bool gs_below_or_none(uint16_t number, uint16_t count)
     return (number < count) || (number == GS_NONE);
 }
 
-/* Whether n rows from first are within count. */
+/* Whether `many` rows from `first` on are within `count` rows. */
 static bool gs_within(uint16_t first, uint16_t many, uint16_t count)
 {
     return (first <= count) && (many <= (uint16_t)(count - first));
@@ -138,7 +138,7 @@ static uint32_t gs_bytes(uint32_t bits)
     return (bits + 7U) >> 3;
 }
 
-/* The bytes of bits of one reaction, before the chosen transitions. */
+/* The number of bytes for the marks of a micro-step. The chosen transitions follow them. */
 static uint32_t gs_marks(GS_ROM uint8_t *image) GS_ON_STACK
 {
     const uint32_t states = gs_count(image, GS_STATES);
@@ -208,7 +208,7 @@ static bool gs_jump_is_good(GS_ROM uint8_t *image, uint16_t from, uint16_t to, u
     return (to <= end) && (at == to);
 }
 
-/* The number of values that an instruction pops and pushes. */
+/* The number of values that an instruction pops. */
 static uint8_t gs_takes(uint8_t op)
 {
     uint8_t takes = 2U;
@@ -224,7 +224,7 @@ static uint8_t gs_takes(uint8_t op)
     return takes;
 }
 
-/* Whether a block stays within its bytes and its stack, jumps only forward and between statements, and leaves the expected number of values. */
+/* Whether a block stays within its bytes and its stack, jumps only forward to an instruction or the end, and leaves the expected number of values. */
 static bool gs_block_is_good(GS_ROM uint8_t *image, uint16_t block, uint8_t wanted)
 {
     const uint16_t count = gs_count(image, GS_CODE);
@@ -291,7 +291,7 @@ static bool gs_value_is_good(GS_ROM uint8_t *image, uint16_t block)
     return gs_below(block, gs_count(image, GS_BLOCKS)) && gs_block_is_good(image, block, 1U);
 }
 
-/* A list of statements; an empty one is block 0 or any other empty one. */
+/* A list of statements; an empty list is block 0, or another block without instructions. */
 static bool gs_list_is_good(GS_ROM uint8_t *image, uint16_t block)
 {
     return gs_below(block, gs_count(image, GS_BLOCKS)) && gs_block_is_good(image, block, 0U)
@@ -524,7 +524,7 @@ static void gs_store(const gs_run_t *run, uint16_t var, int32_t value) GS_ON_STA
     run->values[var] = (value < lo) ? lo : ((value > hi) ? hi : value);
 }
 
-/* True is 1. */
+/* 1 for true, 0 for false. */
 static int32_t gs_truth(bool holds)
 {
     int32_t value = 0;
@@ -704,7 +704,7 @@ static void gs_add(gs_run_t *run, uint16_t list)
     }
 }
 
-/* Entering a history enters what it recorded, or its default. */
+/* Enters what a history recorded or, if nothing is recorded, its default. */
 static void gs_enter_history(gs_run_t *run, uint16_t history) GS_ON_STACK
 {
     const uint16_t row = gs_row(run->image, GS_HISTORIES, history, GS_HISTORY_ROW);
@@ -820,7 +820,7 @@ static bool gs_lies_in(const gs_run_t *run, uint16_t state, uint16_t outer)
     return (state > outer) && (state <= GS_STATE(run->image, outer, GS_LAST));
 }
 
-/* Chooses a transition if it precedes all chosen ones that exit the same states, and replaces them. */
+/* Chooses a transition if it precedes all chosen ones that exit some of the same states; removes these. */
 static void gs_take(gs_run_t *run, uint16_t transition) GS_ON_STACK
 {
     GS_ROM uint8_t *image = run->image;
@@ -959,7 +959,7 @@ static bool gs_check_net(gs_run_t *run) GS_ON_STACK
     return any;
 }
 
-/* Fires them; a step that is both left and entered stays active. */
+/* Fires the chosen transitions of a net; a step that is both left and entered stays active. */
 static void gs_fire_net(gs_run_t *run)
 {
     const uint16_t states = gs_count(run->image, GS_STATES);

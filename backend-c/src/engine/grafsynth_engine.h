@@ -14,11 +14,11 @@ typedef struct {
     uint16_t inputs;
     uint16_t outputs;
     uint16_t bits;   /* bytes of bits */
-    uint16_t values; /* numbers */
-    uint16_t work;   /* bytes within a reaction */
+    uint16_t values; /* variables and timers */
+    uint16_t work;   /* bytes that are used only during a reaction */
 } gs_room_t;
 
-/* A reaction. */
+/* The memory of an instance, and the data of the current reaction. */
 typedef struct {
     GS_ROM uint8_t *image;
     uint8_t *bits;     /* situation, histories, edges */
@@ -27,16 +27,16 @@ typedef struct {
     int32_t *out;
     uint8_t *work;
     uint16_t chosen; /* transitions that fire */
-    bool fresh;      /* edges of inputs are still present */
+    bool fresh;      /* edges are still present: nothing has fired yet in this reaction */
 } gs_run_t;
 
 /* Whether an image can be run: GS_OK, or an error. It is called once; the other functions trust the image. */
 uint8_t gs_check(GS_ROM uint8_t *image, uint16_t size, const gs_room_t *room);
 
-/* Reset: true if the chart did not come to rest. Pass the inputs of reset, all 0 or the value nearest to it. */
+/* Resets the chart; returns true if it did not come to rest. Each input must be 0, or the value of its range nearest to 0. */
 bool gs_init(gs_run_t *run);
 
-/* One reaction, dt ticks after the last: true if the chart did not come to rest. */
+/* Runs one reaction, dt ticks after the last; returns true if the chart did not come to rest. */
 bool gs_step(gs_run_t *run, int32_t dt);
 
 #ifdef __cplusplus

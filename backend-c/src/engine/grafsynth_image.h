@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* The memory of images. For images in RAM (copied from an EEPROM), define it as const in all files. */
+/* The memory of images. For images in RAM (copied from an EEPROM), define GS_ROM as const in all files. */
 #ifndef GS_ROM
 #if defined(__AVR__) && defined(__FLASH)
 #define GS_ROM const __flash
@@ -38,7 +38,7 @@
 #define GS_CRC 4U       /* corrupt */
 #define GS_INTERFACE 5U /* made for other inputs or outputs */
 #define GS_ROOM 6U      /* larger than the instance */
-#define GS_RANGE 7U     /* refers outside itself */
+#define GS_RANGE 7U     /* refers to something that it does not contain */
 
 /* The header of all images. */
 #define GS_AT_KIND 5U
@@ -60,7 +60,7 @@ GS_INLINE uint32_t gs_u32(GS_ROM uint8_t *image, uint16_t at)
     return low | (high << 16);
 }
 
-/* Two's complement on every machine. */
+/* Interprets a number as two's complement, on every machine. */
 GS_INLINE int32_t gs_signed(uint32_t value)
 {
     int32_t result;
@@ -78,7 +78,7 @@ GS_INLINE int32_t gs_i32(GS_ROM uint8_t *image, uint16_t at)
     return gs_signed(gs_u32(image, at));
 }
 
-/* Over all bytes except its own. */
+/* The CRC-32 of all bytes; those of the CRC itself count as 0. */
 GS_INLINE uint32_t gs_crc(GS_ROM uint8_t *image, uint16_t length)
 {
     uint32_t crc = 0xFFFFFFFFU;

@@ -15,7 +15,7 @@
 #define GP_BODY 32U
 #define GP_CELL_ROW 12U
 
-/* Instructions. Those below GP_OP_NOT push a value; their operand follows. */
+/* Instructions. Those below GP_OP_NOT push a value; the operand follows the instruction. */
 #define GP_OP_BYTE 0U
 #define GP_OP_LONG 1U
 #define GP_OP_WIDE 2U
@@ -53,8 +53,8 @@
 #define GP_OP_TEXT 34U
 #define GP_OP_FIRED 35U
 #define GP_OP_MICRO 36U
-/* Instructions with a length: they contain that many of the following bytes. */
-#define GP_OP_UNLESS 37U /* skips it if false */
+/* Control. All but WHILE and AGAIN have a length: they contain that many of the following bytes. */
+#define GP_OP_UNLESS 37U /* skips them if false */
 #define GP_OP_ELSE 38U   /* the end of UNLESS: skips what follows */
 #define GP_OP_ANDTHEN 39U
 #define GP_OP_ORELSE 40U
@@ -80,7 +80,7 @@ static GS_ROM uint8_t gp_operand[GP_N_OPS] = {
 #define GP_NEST 32U
 
 typedef struct {
-    uint32_t rounds; /* maximum, including all enclosing loops */
+    uint32_t rounds; /* maximum, multiplied with those of all enclosing loops */
     uint16_t end;
     uint8_t kind;  /* the instruction that opened it */
     uint8_t depth; /* stack depth at its end; for UNLESS at its start */
@@ -149,7 +149,7 @@ static uint16_t gp_many(GS_ROM uint8_t *image, const gp_room_t *room, uint8_t op
 }
 
 /* Whether a part of the code stays within its bytes, its stack and its rounds. Every part that is skipped or repeated is contained in an instruction, is
-   closed within the one around it, and leaves the stack as deep as the way around it does; so one pass from first to last sees all. */
+   closed within the one around it, and leaves the stack as deep as skipping it does; so one pass from first to last checks everything. */
 static uint8_t gp_check_code(GS_ROM uint8_t *image, const gp_room_t *room, uint16_t first, uint16_t end)
 {
     gp_region_t open[GP_NEST];
@@ -184,7 +184,7 @@ static uint8_t gp_check_code(GS_ROM uint8_t *image, const gp_room_t *room, uint1
             good = depth == 0U;
         }
         if (good && (op == GP_OP_CALL)) {
-            /* It pops all. */
+            /* A call pops all values. */
             good = image[(uint16_t)(operand + 2U)] == depth;
             depth = 0U;
         }
@@ -216,7 +216,7 @@ static uint8_t gp_check_code(GS_ROM uint8_t *image, const gp_room_t *room, uint1
                     next.rounds = (limit > 0U) ? (inner.rounds * limit) : inner.rounds;
                     ++loops;
                 } else if (op != GP_OP_UNLESS) {
-                    /* The deciding value stays if the rest is skipped. */
+                    /* The deciding value stays on the stack if the rest is skipped. */
                     ++next.depth;
                 } else {
                     /* UNLESS */
@@ -232,7 +232,7 @@ static uint8_t gp_check_code(GS_ROM uint8_t *image, const gp_room_t *room, uint1
         /* Parts that end here; the outermost ends with the code. */
         while (good && (n > 1U) && (open[n - 1U].end == at)) {
             if (open[n - 1U].kind == GP_OP_LOOP) {
-                /* With its own end. */
+                /* A loop must end with AGAIN. */
                 good = again && (depth == 0U);
                 again = false;
                 --loops;
@@ -288,7 +288,7 @@ uint8_t gp_check(GS_ROM uint8_t *image, uint16_t size, const gp_room_t *room)
 
 /* --- arithmetic --------------------------------------------------------------------------------------------------------------------------- */
 
-/* Two's complement on every machine. */
+/* Interprets a number as two's complement, on every machine. */
 static int64_t gp_signed(uint64_t value) GS_ON_STACK
 {
     int64_t result;
@@ -306,7 +306,7 @@ static uint64_t gp_magnitude(int64_t value) GS_ON_STACK
     return (value < 0) ? ((uint64_t)0U - (uint64_t)value) : (uint64_t)value;
 }
 
-/* sdcc for the 8051 adds, shifts and compares such numbers, but its library lacks other operations. */
+/* sdcc for the 8051 adds, shifts and compares 64-bit numbers, but its library lacks other operations. */
 #if defined(__SDCC_mcs51)
 static uint64_t gp_mul(uint64_t a, uint64_t b) GS_ON_STACK
 {
@@ -357,7 +357,7 @@ static uint64_t gp_div(uint64_t a, uint64_t b, bool wants_rest) GS_ON_STACK
 }
 #endif
 
-/* Rounds toward zero; the remainder has the sign of the dividend. Undefined results are 0. */
+/* Rounds toward zero; the remainder has the sign of the dividend. A division by 0 gives 0. */
 static int64_t gp_divide(int64_t a, int64_t b, bool wants_rest) GS_ON_STACK
 {
     int64_t value = 0;
@@ -443,7 +443,7 @@ static int64_t gp_get(const gp_run_t *run, uint16_t cell, int64_t index) GS_ON_S
     return value;
 }
 
-/* The nearest value in the range of the cell. */
+/* Stores the nearest value in the range of the cell; does nothing if the element does not exist. */
 static void gp_set(const gp_run_t *run, uint16_t cell, int64_t index, int64_t value) GS_ON_STACK
 {
     const uint16_t row = gp_row(cell);
@@ -516,7 +516,7 @@ static int64_t gp_leaf(const gp_run_t *run, uint8_t op, uint16_t at) GS_ON_STACK
     return value;
 }
 
-/* Stores a value; below it on the stack is the index of an element. */
+/* Stores a value. Only SET_ELEMENT uses the index. */
 static void gp_put_away(gp_run_t *run, uint8_t op, uint16_t number, int64_t value, int64_t index)
 {
     switch (op) {
@@ -546,7 +546,7 @@ static void gp_put_away(gp_run_t *run, uint8_t op, uint16_t number, int64_t valu
     }
 }
 
-/* The condition of a contained part, and the ends of a loop. */
+/* Runs an instruction of the control flow, which enters, skips or repeats the part that it contains. */
 static void gp_turn(gp_run_t *run, uint8_t op, uint16_t operand) GS_ON_STACK
 {
     GS_ROM uint8_t *image = run->image;

@@ -14,7 +14,7 @@ extern "C" {
 
 /* Requests of gp_go to the caller. */
 #define GP_DONE 0U
-#define GP_ASK 1U   /* inputs[number] is the answer of an extern condition */
+#define GP_ASK 1U   /* the caller must put the answer of an extern condition into in[number] */
 #define GP_CALL 2U  /* extern action number, its arguments in stack[0], stack[1] and so on */
 #define GP_TEXT 3U  /* user text with this number */
 #define GP_FIRED 4U /* transition number fires */
@@ -23,8 +23,8 @@ extern "C" {
 /* The sizes of an instance, and its parameters. */
 typedef struct {
     uint32_t interface; /* identifies inputs, outputs and functions: names, types, order */
-    uint32_t rounds;    /* of all nested loops */
-    uint16_t inputs;    /* and conditions */
+    uint32_t rounds;    /* the maximum for a loop, multiplied with the rounds of the loops around it */
+    uint16_t inputs;    /* and answers of extern conditions */
     uint16_t outputs;
     uint16_t calls;
     uint16_t texts;
@@ -35,7 +35,7 @@ typedef struct {
     uint16_t numbers; /* numbers within a reaction */
 } gp_room_t;
 
-/* A reaction. */
+/* The memory of an instance, and the data of the current reaction. */
 typedef struct {
     GS_ROM uint8_t *image;
     uint8_t *bits;       /* the state: truth values */
@@ -50,7 +50,7 @@ typedef struct {
     uint16_t begins[GP_LOOPS];
     uint16_t at;
     uint16_t end;
-    uint16_t number; /* for the request of gp_go */
+    uint16_t number; /* of the request that gp_go returned */
     uint8_t depth;
     uint8_t loops;
     bool fault; /* the chart did not come to rest, or a queue was full */
@@ -62,7 +62,7 @@ uint8_t gp_check(GS_ROM uint8_t *image, uint16_t size, const gp_room_t *room);
 /* Begins a reset or a reaction; image, bits, values, in, out, flags, numbers and dt must be set. */
 void gp_begin(gp_run_t *run, bool reset);
 
-/* Continues until it is done or has a request. */
+/* Continues until the reset or reaction is done or has a request; returns GP_DONE or the request. */
 uint8_t gp_go(gp_run_t *run);
 
 #ifdef __cplusplus

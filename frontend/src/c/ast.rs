@@ -26,7 +26,7 @@ pub(super) enum External {
 }
 
 impl External {
-    /// Whether only a library needs this item: types and prototypes.
+    /// Whether this item is a type or a prototype, which only a library needs.
     pub(super) fn is_type_or_prototype(&self) -> bool {
         match self {
             External::Function(_) => false,
@@ -54,7 +54,7 @@ pub(super) struct Function {
     pub(super) span: Span,
 }
 
-/// A parameter, in either style of definition.
+/// A parameter of a prototype, a definition or a K&R definition.
 #[derive(Debug, Clone)]
 pub(super) struct Param {
     pub(super) name: Name,
@@ -80,7 +80,7 @@ pub(super) struct Specifiers {
 pub(super) enum Base {
     Void,
     Bool,
-    /// `char`; `None` if no sign was written.
+    /// `char`: whether it is signed; `None` if the source does not say.
     Char(Option<bool>),
     Short {
         is_signed: bool,

@@ -183,7 +183,8 @@ impl Resolver<'_, '_> {
         }
     }
 
-    /// Determines the lengths of array parameters: as written, or that of the longest argument, or the default from the options.
+    /// Determines the lengths of array parameters: the written length or that of the longest argument, whichever is larger; if neither is
+    /// known, the default from the options.
     pub(super) fn lengths(&mut self) {
         let default = self.program.options.array_length.max(1);
         let entry = self.program.entry;
@@ -202,7 +203,7 @@ impl Resolver<'_, '_> {
                 });
             }
         }
-        // Callers precede callees; without recursion, as many rounds as there are functions are enough.
+        // Lengths pass from callers to callees; without recursion, as many rounds as there are functions are enough.
         for _ in 0..self.program.functions.len() {
             let mut changed = false;
             for (param, length) in self.argument_lengths() {
@@ -224,7 +225,7 @@ impl Resolver<'_, '_> {
         }
     }
 
-    /// For each array that is passed on: the parameter and the number of rows.
+    /// For each array that is passed as an argument: the parameter, and the first length of the array.
     fn argument_lengths(&self) -> Vec<(VarId, u32)> {
         let mut found = Vec::new();
         for (var, uses) in &self.pointer_uses {

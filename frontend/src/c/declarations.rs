@@ -9,7 +9,7 @@ use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::diag::ErrorReported;
 
-/// Types that the standard headers define. Wider types, and types that are not numbers, are opaque.
+/// The type that a standard header defines with this name. Types that are not integers are opaque.
 fn known_type(name: &str) -> Option<Base> {
     let fixed = |bits, is_signed| Some(Base::Fixed { bits, is_signed });
     match name {
@@ -41,7 +41,7 @@ impl Parser<'_> {
         if !self.is_name(token) {
             return false;
         }
-        // A name before a name is an unknown type. `name * name ;` is a declaration too, if the first name is not a known variable.
+        // A name before another name is an unknown type.
         self.is_name(self.ahead(1))
     }
 

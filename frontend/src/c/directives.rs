@@ -27,7 +27,7 @@ struct Open {
     has_else: bool,
 }
 
-/// Headers whose names the reader knows.
+/// Headers whose declarations the parser knows.
 const KNOWN_HEADERS: [&str; 4] = ["<stdbool.h>", "<stdint.h>", "<limits.h>", "<stddef.h>"];
 
 impl Parser<'_> {

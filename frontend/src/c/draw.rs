@@ -5,7 +5,7 @@
 //!                                           ready -> run when start do { run.n := n }     run -> finished do { result := run.result }
 //! ```
 //!
-//! Parameters are latched when the macro-step is entered. Every `return` leads to its single exit step.
+//! Parameters are latched when the macro-step is entered. Every `return` leads to the single exit step of the macro.
 
 use super::flow::{self, Context, Externs, Graph, Names, Next, NodeId, Question};
 use super::frame::{comment_at, frame, globals};
@@ -32,7 +32,7 @@ pub(super) fn draw(
     let used = used_functions(program);
     let mut top = Names::default();
     let mut var_names = BTreeMap::new();
-    // Names that other files and functions use are kept.
+    // Globals keep their names if possible, because other files and functions use them.
     for (id, var) in program.vars.iter().enumerate() {
         if var.home == Home::Global && !var.in_library && is_current(program, id) {
             var_names.insert(id, top.plain(&var.name.text));
@@ -42,7 +42,7 @@ pub(super) fn draw(
         used.iter().map(|id| (*id, top.fresh(&program.functions[*id].def.name.text))).collect();
     let shared = shared_steps(program, &used, &mut top);
     let mut externs = Externs::default();
-    // Extern functions share one namespace with the globals, as seen from inside the macros.
+    // No extern function gets the name of a function of the source.
     for id in &used {
         externs.names.fresh(&program.functions[*id].def.name.text);
     }
@@ -184,7 +184,7 @@ fn extern_items(externs: &Externs) -> Vec<Item> {
     items
 }
 
-/// Attaches each comment to the following statement, or to the statement on its line.
+/// Attaches each comment to the statement that contains it or ends on its line, otherwise to the following statement.
 fn attach_comments(program: &Program<'_>, id: FunctionId, graph: &mut Graph) {
     let body = program.functions[id].def.body.span;
     let inside = program
@@ -224,7 +224,7 @@ struct Drawing<'p, 's> {
     macros: &'p BTreeMap<FunctionId, String>,
     /// The step of each node.
     steps: BTreeMap<NodeId, String>,
-    /// Names of the macro-step and the macro of each part that is one.
+    /// For each part that becomes a macro-step: the names of the macro-step and of its macro.
     part_names: BTreeMap<usize, (String, String)>,
     /// Nodes of each part, including those of its inner parts.
     members: BTreeMap<usize, BTreeSet<NodeId>>,
@@ -242,7 +242,7 @@ impl Drawing<'_, '_> {
             else {
                 continue;
             };
-            // The result of a function that never returns is not needed.
+            // The result of the entry function is omitted if it is never used, as in a function that never returns.
             let is_result = matches!(var.home, Home::Result(_));
             if is_result && id == self.program.entry && !self.is_used(name) {
                 continue;
@@ -313,7 +313,7 @@ impl Drawing<'_, '_> {
         })
     }
 
-    /// The nodes in source order, with the beginning first and the end last.
+    /// The nodes in source order, with the start node first and the exit node last.
     fn order(&self) -> Vec<NodeId> {
         let mut all: Vec<NodeId> = (0..self.graph.nodes.len()).collect();
         all.sort_by_key(|id| {
@@ -323,8 +323,8 @@ impl Drawing<'_, '_> {
         all
     }
 
-    /// Decides which parts become macro-steps: those with at least two nodes, one entry and one exit. The nodes of other parts belong to
-    /// the enclosing part.
+    /// Decides which parts become macro-steps: those with at least two nodes, one entry and one exit, and without the start and the end of
+    /// the function. The nodes of other parts belong to the enclosing part.
     fn parts(&mut self) {
         for part in (1..self.graph.parts.len()).rev() {
             let members: BTreeSet<NodeId> = (0..self.graph.nodes.len())
@@ -370,7 +370,7 @@ impl Drawing<'_, '_> {
         }
     }
 
-    /// The entry nodes of a set of nodes, and the nodes outside to which it leads.
+    /// The entry nodes of a set of nodes, and the nodes outside to which the set leads.
     fn border(&self, members: &BTreeSet<NodeId>) -> (BTreeSet<NodeId>, BTreeSet<NodeId>) {
         let (mut entries, mut exits) = (BTreeSet::new(), BTreeSet::new());
         for (id, node) in self.graph.nodes.iter().enumerate() {

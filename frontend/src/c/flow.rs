@@ -1,8 +1,8 @@
 //! A function as a flow graph with one node per statement, as in NBS88, and conditions between the nodes.
 //!
 //! Every control statement of C becomes conditional and unconditional jumps: `while`, `do`, `for`, `switch`, `break`, `continue` and `goto`
-//! only decide which node is next. Side effects under a condition (`a && i++`, a call in `?:`) become branches of the graph too. So the
-//! statements of a node always all run, in order.
+//! only decide which node is next. Side effects under a condition (`a && i++`, a call in `?:`) become branches of the graph too. So all
+//! statements of a node always run, in order.
 
 use super::ast::{Declaration, Expr, ExprKind, Function, Init, Stmt, StmtKind};
 use super::number::Num;
@@ -38,7 +38,7 @@ pub(super) struct Node {
     pub(super) is_kept: bool,
     /// Whether the node only evaluates a condition and may be merged into the preceding step.
     pub(super) is_test: bool,
-    /// The innermost group that contains it; 0 is the function.
+    /// The innermost part that contains it, as an index into [`Graph::parts`]; 0 is the function.
     pub(super) group: usize,
 }
 
@@ -48,7 +48,7 @@ pub(super) enum Next {
     /// No continuation yet, or no continuation at all.
     None,
     Goto(NodeId),
-    /// The first way whose condition is true; if there is none, this node.
+    /// The first way whose guard is true; if no guard is true, this node.
     Branch(Vec<Way>, NodeId),
     /// A call: a macro-step, then this node.
     Call(Box<CallSite>, NodeId),
@@ -113,7 +113,7 @@ impl Names {
         }
     }
 
-    /// Returns the name itself, or the name with the first unused number.
+    /// Returns `wanted`, shortened and with invalid characters replaced, and with a number if the name is taken.
     pub(super) fn fresh(&mut self, wanted: &str) -> String {
         let mut base: String = wanted
             .chars()
@@ -179,9 +179,10 @@ pub(super) struct Flow<'p, 's> {
     /// The current node; `None` in unreachable code.
     pub(super) current: Option<NodeId>,
     pub(super) temps: Vec<(String, NetType)>,
-    /// Temporaries by purpose and type, and the number used by the current full expression.
+    /// Temporaries by purpose and type, and how many of them the current full expression uses.
     pub(super) pool: BTreeMap<(String, NetType), (Vec<String>, usize)>,
-    /// Numbers that are already in a temporary: the value, its range, and the number that reads it. Cleared at every side effect.
+    /// Numbers that are already in a temporary: the expression, the range of the temporary, and the number that reads the temporary.
+    /// Cleared at every side effect.
     pub(super) clamped: Vec<(chart::Expr, (i64, i64), Num)>,
     /// Values of calls in the current opaque unit: span of the call, and the text that replaces it.
     pub(super) replaced: Vec<(Span, String)>,
@@ -520,7 +521,7 @@ impl<'s> Flow<'_, 's> {
         }
     }
 
-    /// Puts the nodes that `build` creates into a macro-step with this name.
+    /// Puts the nodes that `build` creates into a part with this name.
     fn in_part(&mut self, name: &str, text: &str, build: impl FnOnce(&mut Self)) {
         let outer = self.part;
         self.parts.push(Part { parent: outer, name: name.to_owned(), text: text.to_owned() });

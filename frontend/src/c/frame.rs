@@ -180,8 +180,8 @@ pub(super) fn frame(
     items
 }
 
-/// Turns the items of a macro into items of a chart. The chart begins where the macro is entered, and stays at the end of the macro if it
-/// has one.
+/// Turns the items of a macro into items of a chart. The entry step becomes initial. The exit step becomes a plain step, or is omitted if
+/// no transition leads to it.
 fn at_top(items: Vec<Item>) -> Vec<Item> {
     let targets: BTreeSet<String> = items
         .iter()
@@ -205,7 +205,8 @@ fn at_top(items: Vec<Item>) -> Vec<Item> {
     top
 }
 
-/// Variables of the file. Those that code outside the chart writes become inputs; those that it reads become outputs.
+/// Variables of the file. An `extern` or `volatile` variable of the file becomes an output if the source writes or initialises it,
+/// otherwise an input; arrays and all other variables stay variables.
 pub(super) fn globals(
     program: &Program<'_>,
     var_names: &BTreeMap<VarId, String>,

@@ -402,7 +402,7 @@ pub(super) fn characters(
         Lexer { file, text, at: range.start + 1, end, is_unsigned_char: false, findings };
     let mut all = Vec::new();
     while let Some(value) = lexer.escaped() {
-        // A string consists of bytes; a character outside ASCII counts as its UTF-8 bytes.
+        // A string consists of bytes; a character above U+00FF counts as its UTF-8 bytes.
         match u32::try_from(value).ok().and_then(char::from_u32) {
             Some(letter) if value > 255 => {
                 let mut buffer = [0; 4];

@@ -1,7 +1,7 @@
 //! Code that the net cannot express: the extern functions of the chart, and the C text that defines them.
 //!
-//! An opaque statement becomes an extern action, an opaque condition an extern condition. The text is taken from the source. Local
-//! variables, parameters and results become variables of the library file; without recursion, one of each is enough.
+//! An opaque statement becomes an extern action, an opaque condition an extern condition. The text is taken from the source. The local
+//! variables, parameters and results that it uses become variables of the library file; without recursion, one of each is enough.
 
 use super::ast::{Expr, ExprKind, External};
 use super::flow::{Externs, Flow, Question};
@@ -34,7 +34,8 @@ fn library_name(program: &Program<'_>, id: VarId) -> String {
     format!("{}_{plain}{number}", program.functions[owner].def.name)
 }
 
-/// A part of the source with library names. `replaced` lists calls of the chart whose values are stored elsewhere.
+/// The text of a part of the source, with the names that its variables have in the library. `replaced` lists the calls of chart functions
+/// in it, each with the text that replaces it.
 fn rewritten(program: &Program<'_>, span: Span, replaced: &[(Span, String)]) -> String {
     let mut silent = Findings { kept: Vec::new(), limit: 0, rest: 0 };
     let lexed = lexer::lex(
@@ -91,7 +92,7 @@ fn one_whole_line(text: &str) -> String {
 }
 
 impl<'s> Flow<'_, 's> {
-    /// Runs the calls of the chart inside an opaque unit first; the library gets their values.
+    /// Calls the chart functions in an opaque unit before the unit runs, so that the library receives their values.
     fn calls_before(&mut self, expr: &'s Expr) {
         let mut open = vec![expr];
         let mut calls: Vec<(&'s Expr, FunctionId)> = Vec::new();
@@ -162,7 +163,7 @@ impl<'s> Flow<'_, 's> {
         }
     }
 
-    /// Translates `var = expr` if both are in the library.
+    /// Translates `var = expr` for a variable in the library or an opaque expression.
     pub(super) fn library_assign(&mut self, var: VarId, expr: &'s Expr) {
         self.calls_before(expr);
         let name = library_name(self.program(), var);
@@ -190,7 +191,7 @@ impl<'s> Flow<'_, 's> {
         self.question(text, None, expr.span)
     }
 
-    /// Translates the selector of a `switch` in the library.
+    /// Translates an opaque selector of a `switch`.
     pub(super) fn library_number(&mut self, expr: &'s Expr) -> chart::Expr {
         self.calls_before(expr);
         let range = self.int_type().range();
@@ -207,7 +208,7 @@ impl<'s> Flow<'_, 's> {
         } else {
             "condition".to_owned()
         };
-        // Repeating the same text in one reaction is only safe without side effects, so every use gets its own function.
+        // The text may have side effects, so every use gets a function of its own, even if the texts are the same.
         let name = self.externs.names.fresh(&format!("{function}_{kind}"));
         self.externs.conditions.push(Question { name: name.clone(), text, range, span });
         chart::Expr::leaf(Leaf::Name(Path::from(Name::new(name, span))), span)

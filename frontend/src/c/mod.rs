@@ -19,7 +19,8 @@
 //! 3. `flow`, `value`, `operators`: each function becomes a flow graph whose nodes contain statements of the net, by the rules of C
 //!    arithmetic;
 //! 4. `shorten`: removes empty joins; with `Options::fuse`, straight-line code becomes one step;
-//! 5. `draw`: the graph becomes a macro, calls become macro-steps; `frame`: their context; `library` writes the C text of code that the net
+//! 5. `draw`: the graph becomes a macro, calls become macro-steps; `frame` adds the file variables and the start of the function; `library`
+//! writes the C text of code that the net
 //!    cannot express.
 //!
 //! **Time.** Each step lasts one reaction, so each iteration of a loop takes at least one reaction. The chart computes the same as the
@@ -64,7 +65,7 @@ pub enum Calls {
     /// One macro-step per call: the calls of a function are independent.
     #[default]
     Copy,
-    /// One macro-step for all calls. In a C program without recursion, the calls exclude each other. The caller activates the macro-step
+    /// One macro-step for all calls. Without recursion, at most one of the calls is active at a time. The caller activates the macro-step
     /// together with a waiting step of its own and joins both, so the waiting step identifies the caller.
     Share,
 }

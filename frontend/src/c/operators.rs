@@ -25,7 +25,7 @@ impl Flow<'_, '_> {
         Value { repr: Repr::Bool(expr), ty: self.int_type() }
     }
 
-    /// A variable for `what`, in use until the end of the full expression.
+    /// A temporary variable named after `what`, in use until the end of the full expression.
     pub(super) fn temp(&mut self, what: &str, ty: NetType) -> String {
         let key = (what.to_owned(), ty);
         if let Some((names, n_used)) = self.pool.get_mut(&key)
@@ -109,7 +109,7 @@ impl Flow<'_, '_> {
         folded.unwrap_or_else(|| num.clone())
     }
 
-    /// The low bits of a number as a value of the type (C99 6.3.1.3; for signed types, the behaviour of all known compilers).
+    /// The low bits of a number as a value of the type (C99 6.3.1.3; for signed types, as common compilers do it).
     fn wrap(&mut self, num: &Num, ty: Scalar) -> Num {
         let Scalar::Int { bits, is_signed } = ty else { return num.clone() };
         if num.within(ty.range()) {
@@ -146,7 +146,7 @@ impl Flow<'_, '_> {
             return Value { repr: value.repr.clone(), ty };
         }
         let num = value.num();
-        // A signed value outside its own range is an overflow, so only its own range must be correct.
+        // A signed value outside the range of its type is an overflow, so only the values inside that range must be correct.
         let (lo, hi) = value.ty.range();
         let (to_lo, to_hi) = ty.range();
         let is_signed = matches!(ty, Scalar::Int { is_signed: true, .. });
@@ -154,7 +154,7 @@ impl Flow<'_, '_> {
         Value { repr: Repr::Num(num), ty }
     }
 
-    /// Limits the depth of an expression to what every reader accepts.
+    /// Stores the value in a variable if its expression is deeper than [`DEEPEST`].
     pub(super) fn shallow(&mut self, value: Value) -> Value {
         let levels = match &value.repr {
             Repr::Bool(expr) | Repr::Num(Num { expr, .. }) => expr.height(),
@@ -307,7 +307,7 @@ impl Flow<'_, '_> {
             return Num::select(y.compare_with(CompareOp::Gt, 0), &by_positive, &by_negative);
         }
         if y.hi > most {
-            // A 32-bit number contains a divisor above 2^31 at most once.
+            // A 32-bit number is less than twice a divisor of 2^31 or more, so the quotient is 0 or 1.
             let zero = Num::constant(0, x.expr.span);
             let one = Num::constant(1, x.expr.span);
             let is_larger = x.compare(CompareOp::Ge, &y);
@@ -375,7 +375,7 @@ impl Flow<'_, '_> {
             return Num::constant(value, x.expr.span);
         }
         let unsigned = Scalar::Int { bits, is_signed: false };
-        // Two's complement with as many bits as both operands need.
+        // Both operands as unsigned numbers with the same bits.
         let (x, y) = (self.wrap(x, unsigned), self.wrap(y, unsigned));
         let (x, y) = if x.is_constant() { (y, x) } else { (x, y) };
         let x = self.small(&x, unsigned);
@@ -453,7 +453,7 @@ fn sum(mut terms: Vec<Num>, span: Span) -> Num {
     terms.pop().unwrap_or_else(|| Num::constant(0, span))
 }
 
-/// The number in a variable of this type, as it is stored there.
+/// The value of a variable of this type that contains the number `raw`: the inverse of [`Flow::stored`].
 pub(super) fn loaded(raw: &Num, ty: Scalar) -> Num {
     if !ty.is_folded() || raw.lo >= 0 {
         return raw.clone();

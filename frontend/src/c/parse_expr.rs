@@ -90,7 +90,7 @@ impl Parser<'_> {
         Ok(Expr { kind, span })
     }
 
-    /// Parses a whole expression in brackets, which counts as two nesting levels because it uses as much stack.
+    /// Runs `read` two nesting levels deeper, because a whole expression uses as much stack as two levels.
     fn inside<T>(&mut self, read: impl FnOnce(&mut Self) -> Read<T>) -> Read<T> {
         self.deeper(|p| p.deeper(read))
     }

@@ -241,14 +241,14 @@ impl<'t> Parser<'t> {
         result
     }
 
-    /// Records that the last subtree is one level lower, below an operator after it; false if the nesting limit is reached.
+    /// Records that an operator moves the subtree before it one level down; false if the nesting limit is reached.
     pub(super) fn pushed_down(&mut self) -> bool {
         let has_room = self.reach < self.nesting;
         self.reach += u32::from(has_room);
         has_room
     }
 
-    /// Skips past the next `;`, or to the next `}` of this level.
+    /// Skips past the next `;` or block of this level, or to the `}` that ends the level.
     fn recover(&mut self) {
         let mut open = 0_usize;
         loop {
@@ -377,7 +377,7 @@ impl<'t> Parser<'t> {
 
     fn condition(&mut self) -> Read<super::ast::Expr> {
         self.expect("(")?;
-        // As for C compilers, a second pair of parentheses marks an intended assignment.
+        // As in C compilers, a second pair of parentheses marks an intended assignment.
         let is_meant = self.is("(");
         let condition = self.expression()?;
         if let (ExprKind::Assign(None, target, value), false) = (&condition.kind, is_meant) {

@@ -309,7 +309,7 @@ impl<'s> Resolver<'s, '_> {
         self.kept_callees();
     }
 
-    /// Keeps the callees of kept functions too, because the texts of these functions need them.
+    /// Keeps the callees of kept functions too, because the C text of a kept function calls them.
     fn kept_callees(&mut self) {
         let mut open: Vec<FunctionId> = (0..self.program.functions.len())
             .filter(|id| self.program.functions[*id].is_kept)
@@ -564,7 +564,7 @@ impl<'s> Resolver<'s, '_> {
                 self.statement(body);
                 self.scopes.pop();
             }
-            // Case labels are constants; their names are looked up there.
+            // Case labels are constant expressions, so they use no variables.
             StmtKind::Case(_, body) | StmtKind::Default(body) | StmtKind::Label(_, body) => {
                 self.statement(body)
             }

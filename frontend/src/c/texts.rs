@@ -17,7 +17,7 @@ pub(super) fn one_line(text: &str) -> String {
     let mut without = String::new();
     let mut rest = text;
     while let Some(at) = rest.find("/*").into_iter().chain(rest.find("//")).min() {
-        // Comment signs inside a string are not recognised; this may only shorten the label.
+        // Comment signs inside a string count as a comment too; this only shortens the label.
         without.push_str(&rest[..at]);
         without.push(' ');
         let comment = &rest[at..];
@@ -33,7 +33,7 @@ pub(super) fn one_line(text: &str) -> String {
     if line.chars().count() > 200 { line.chars().take(199).chain(['…']).collect() } else { line }
 }
 
-/// A name for the step of an expression statement, as in the appendix of NBS88: `set_n`, `inc_i`, `call_f`.
+/// A name for the step of an expression statement, as in the appendix of NBS88: `set_n`, `inc_i`, `do_f`.
 pub(super) fn hint(expr: &Expr) -> String {
     let target = |expr: &Expr| {
         let mut expr = expr;

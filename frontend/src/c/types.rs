@@ -15,21 +15,21 @@ pub(super) struct Widths {
     pub(super) is_unsigned_char: bool,
 }
 
-/// A type of values.
+/// The type of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Scalar {
     Bool,
     Int { bits: u32, is_signed: bool },
 }
 
-/// The type of something declared.
+/// The type of a declared name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Type {
     Void,
     Scalar(Scalar),
     /// The lengths, outermost first; the first is `None` if it was not written.
     Array(Scalar, Option<u32>, Vec<u32>),
-    /// A pointer to values, which is possible for a parameter.
+    /// A parameter that is a pointer to scalars.
     Pointer(Scalar),
     /// A type that only a C compiler can handle.
     Opaque,
@@ -118,7 +118,7 @@ pub(super) fn scalar(base: &Base, widths: Widths) -> Option<Scalar> {
 /// The type of a declared name.
 ///
 /// # Errors
-/// The length of an array, if it is not a constant between 1 and 65 536.
+/// The span of an array length that is not a constant between 1 and 65 536.
 pub(super) fn of(
     specifiers: &Specifiers,
     declarator: &Declarator,

@@ -87,7 +87,8 @@ impl<'s> Resolver<'s, '_> {
         }
     }
 
-    /// Reports a call of the chart inside `&&`, `||` or `?:` of an opaque unit: the chart cannot run it, because it is conditional.
+    /// Reports a call of a chart function inside `&&`, `||` or `?:` of an opaque unit: the call is conditional, but the chart runs all
+    /// calls before the unit.
     fn conditional_call(&mut self, expr: &'s Expr) {
         let mut inner: Option<Span> = None;
         let program = &self.program;
@@ -363,7 +364,7 @@ impl<'s> Collector<'_, 's> {
         }
     }
 
-    /// Handles an argument of a library function, which may be an array or an address. The function may use the variable.
+    /// Handles an argument of a library function, which may be an array or an address of a variable. The function may use that variable.
     fn library_argument(&mut self, argument: &'s Expr, unit: &mut Unit<'s>) {
         self.look(argument, unit);
     }

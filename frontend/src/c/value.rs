@@ -431,7 +431,7 @@ impl<'s> Flow<'_, 's> {
         right: &'s Expr,
         span: Span,
     ) -> Value {
-        // The value first: a call in it may end the node, and the index of the target must be evaluated in the next node.
+        // Evaluates the value first: a call in it may end the node, and the index of the target must be evaluated in the next node.
         let is_element = !matches!(left.kind, ExprKind::Name(_));
         let early =
             if is_element && self.program().has_effect(left) { self.place(left) } else { None };
@@ -462,7 +462,7 @@ impl<'s> Flow<'_, 's> {
             }
             return self.of_truth(chart::Expr::leaf(Leaf::Name(path), span));
         }
-        // The right side has no side effects. It can always be evaluated, because every operator of the net has a value.
+        // The operands after the first have no side effects. They can always be evaluated, because every operator of the net has a value.
         let truths: Vec<chart::Expr> = all.iter().map(|one| self.eval(one).truth()).collect();
         let truth = if is_and { chart::Expr::and(truths) } else { chart::Expr::or(truths) };
         let value = self.of_truth(chart::Expr { span: expr.span, ..truth });

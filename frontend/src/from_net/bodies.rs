@@ -12,7 +12,7 @@ use super::cannot;
 /// Index of a body of a net.
 pub(super) type BodyId = usize;
 
-/// An object that contains steps and may contain transitions.
+/// A step, macro-step or enclosing step, with the transitions that belong to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Unit {
     /// A step and its reactions.
@@ -30,9 +30,9 @@ struct Body {
     names: BodyId,
     /// The enclosing step, if this is its body.
     enclosing: Option<StepId>,
-    /// The prefix of local names in full names, with its dot.
+    /// The prefix that full names have before the local name, with its dot.
     prefix: String,
-    /// The name of the macro-step in its body.
+    /// The name in the body that contains it; for a chart, its full name.
     local: String,
     /// Index into the net's list of macro-steps.
     macro_step: Option<usize>,
@@ -51,7 +51,7 @@ pub(super) struct Bodies {
 }
 
 impl Bodies {
-    /// Finds the charts and macro-steps of a net. Reports other parts.
+    /// Finds the charts, macro-steps and enclosing steps of a net. Reports other parts.
     pub(super) fn of(net: &Net, findings: &mut Vec<Diagnostic>) -> Self {
         let macros: BTreeMap<&str, usize> = net
             .macros
@@ -238,7 +238,7 @@ impl Bodies {
         Path { names }
     }
 
-    /// Whether a body declares the object with this name.
+    /// Whether some body declares the object with this name.
     pub(super) fn has_home(&self, full: &Name) -> bool {
         self.nearest(&full.text).is_some()
     }
@@ -303,7 +303,7 @@ impl Bodies {
             .collect()
     }
 
-    /// The unit that contains a transition; `None` for a separate transition.
+    /// The unit that contains a transition; `None` if the transition is an item of the body itself.
     pub(super) fn unit_of(&self, net: &Net, body: BodyId, id: TransitionId) -> Option<Unit> {
         let transition = &net.transitions[id];
         match self.child_with(body, transition.part) {
@@ -323,7 +323,7 @@ impl Bodies {
     }
 }
 
-/// The enclosing step of each part: that of its steps, or for an empty part, that of its name.
+/// The enclosing step of each part: that of its steps or, for an empty part, the enclosing step of the same name.
 fn enclosing(net: &Net) -> BTreeMap<PartId, StepId> {
     let mut found = BTreeMap::new();
     for step in net.steps.values() {

@@ -12,7 +12,7 @@ use super::bodies::BodyId;
 use super::{Writer, cannot};
 
 impl Writer<'_> {
-    /// An expression as seen from a body. `receptivity` is the transition whose `otherwise` it may contain.
+    /// An expression as seen from a body. If it is the receptivity of the transition `receptivity`, `otherwise` is recognised.
     pub(super) fn expr(
         &mut self,
         expr: &Expr<Leaf>,

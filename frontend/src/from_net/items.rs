@@ -1,4 +1,4 @@
-//! Turns steps, macros, transitions and lists of a net into items of a chart.
+//! Turns steps, macro-steps, transitions and statements of a net into items of a chart.
 
 use std::collections::BTreeMap;
 
@@ -13,8 +13,8 @@ use grafsynth_ir::{Name, Span};
 use super::bodies::BodyId;
 use super::{Writer, cannot, timers};
 
-/// The extern action that steps use with qualifiers, in the form into which lowering turns it: a controlled action with one call and the
-/// same name.
+/// The output and the arguments of an extern action that steps use with qualifiers. Lowering turns such an action into a controlled action
+/// with one call and the same name; `None` if `action` has another form.
 pub(super) fn called_by_qualifiers<'n>(
     net: &'n net::Net,
     action: &'n net::ControlledAction,
@@ -106,8 +106,8 @@ impl Writer<'_> {
         for forcing in &net.forcings {
             self.forcing(forcing);
         }
-        // In a statechart, reactions compete with the other transitions of their state, so they are written together with these, in
-        // order.
+        // In a statechart, reactions compete with the other transitions of their state, so they are written in order among these
+        // transitions.
         for (_, transition) in net.transitions.iter().filter(|(_, one)| {
             one.kind == TransitionKind::Reaction && !net.settings.policy.is_statechart()
         }) {
@@ -168,7 +168,7 @@ impl Writer<'_> {
         let mut of_timers: BTreeMap<net::ActionId, std::slice::Iter<'_, net::ActionUse>> =
             BTreeMap::new();
         for one in &action.uses {
-            // Uses of a further duration are written where its timer is used.
+            // The uses of a further duration are written at the uses of its timer.
             let timer = timers::asked(one).filter(|timer| self.timers.get(timer) == Some(&id));
             let (of, one) = match timer {
                 Some(timer) => {
@@ -414,7 +414,7 @@ impl Writer<'_> {
         guard
     }
 
-    /// A step at the end of a transition. Outside a macro-step, its entry and exit steps are written as the macro-step itself.
+    /// A source or target step of a transition. Outside a macro-step, its entry and exit steps are written as the macro-step itself.
     fn end(&self, step: StepId, body: BodyId, is_source: bool) -> grafsynth_ir::chart::Path {
         let data = &self.net.steps[step];
         let home = self.bodies.home(data.part);

@@ -86,7 +86,7 @@ fn cannot(message: impl std::fmt::Display, span: Span) -> Diagnostic {
         .help("write the net itself (`.net`), which can express everything")
 }
 
-/// Reports everything that no chart of this version can express.
+/// Reports parts of the net that no chart can express.
 fn refuse(net: &Net, findings: &mut Vec<Diagnostic>) {
     let is_statechart = net.settings.policy.is_statechart();
     for step in net.steps.values() {
@@ -127,7 +127,7 @@ fn refuse(net: &Net, findings: &mut Vec<Diagnostic>) {
     let written = written(net);
     for output in net.outputs.values() {
         let Driver::Stored(var) = output.driver else { continue };
-        // Only outputs that a list writes are stored. Any other output has no memory that could be read or have an initial value.
+        // Lowering stores only the outputs that a list assigns. Any other output has no memory that could be read or have an initial value.
         if !written.contains(&var) {
             findings.push(cannot(
                 format!("the stored output `{}`, which is never assigned", output.name),
@@ -180,7 +180,7 @@ fn needs_iec(net: &Net) -> bool {
     let drives =
         |id: ActionId| net.outputs.values().any(|output| output.driver == Driver::Controlled(id));
     net.actions.iter().any(|(id, action)| {
-        // An action that is written as such is always controlled.
+        // An action that is declared with `action` is always controlled.
         let is_output = drives(id) || items::called_by_qualifiers(net, action).is_some();
         is_output
             && !action.uses.is_empty()
@@ -422,7 +422,8 @@ impl Writer<'_> {
         }
     }
 
-    /// Adds the properties whose names begin with the name of a chart. Properties without such a name are written in the first chart.
+    /// Adds the properties whose names begin with the name of this chart. Properties whose names begin with no chart are written in the
+    /// first chart.
     fn properties(&mut self, items: &mut Vec<Item>, root: BodyId, is_first: bool) {
         for property in &self.net.properties {
             let home = self.bodies.root_called_in(&property.name);

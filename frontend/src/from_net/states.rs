@@ -2,8 +2,9 @@
 //!
 //! For each transition, a net lists the states that it leaves and, in order, the states that it enters. The fewest targets that restore
 //! these lists are written: a composite state entered by its initial transition is named alone; otherwise its inner states are named. The
-//! target of the initial transition of a state is taken from the entries that must use it (its content runs there, or a history enters it
-//! again), otherwise from its most frequent entry. A transition is written in the innermost state where the order of the net allows it.
+//! target of the initial transition of a state is taken from the entries that certainly use that transition (its content runs, or a history
+//! enters the state), otherwise from the most frequent entry of the state. A transition is written in the innermost state in which the
+//! order of the net can be kept.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -39,7 +40,7 @@ pub(super) struct States {
     end: Vec<usize>,
     /// For each step, its histories.
     histories: BTreeMap<StepId, Vec<HistoryId>>,
-    /// The entries after a composite state when its initial transition is taken, without its own [`Enter::InitialContent`].
+    /// For each composite state: the entries that follow it if its initial transition is taken, without its own [`Enter::InitialContent`].
     defaults: BTreeMap<StepId, Vec<Enter>>,
     /// States that are marked as initial.
     pub(super) marked: BTreeSet<StepId>,
@@ -136,7 +137,7 @@ impl States {
 
     fn find_defaults(&mut self, net: &Net, findings: &mut Vec<Diagnostic>) {
         let mut sure: BTreeMap<StepId, Vec<Enter>> = BTreeMap::new();
-        // For each composite state: its entry lists with their number of occurrences, in order.
+        // For each composite state: the different lists of states that are entered in it, in order, with their numbers of occurrences.
         let mut seen: BTreeMap<StepId, Vec<(Vec<Enter>, usize)>> = BTreeMap::new();
         let mut note = |state: StepId, rest: &[Enter]| match sure.get(&state) {
             None => {
@@ -343,7 +344,7 @@ impl States {
         };
         let depends = matches!(*goals.as_slice(), [Goal::History(history)] if is_inner(history));
         if depends || self.domain(net, *from, &goals, is_internal) != domain {
-            // The outermost entered state is named too, so that the transition does not become internal to it.
+            // The outermost entered state is named too, so that the transition leaves the states that the net lists.
             let Enter::Step(outermost) = *first else { return None };
             goals.insert(0, Goal::State(outermost));
         }
@@ -490,7 +491,7 @@ impl Writer<'_> {
         let data = &net.steps[id];
         let initial = self.initial_of(id, body);
         let mut step = self.step(id, body);
-        // The first reactions of the state are written in its body.
+        // If the next transitions are reactions of this state, they are written in its body.
         let mut reactions = Vec::new();
         while let Some(next) = self.states.waiting.front().copied()
             && let Some(item) = self.reaction_in_body(id, next, body)
@@ -617,7 +618,7 @@ impl Writer<'_> {
         body: BodyId,
     ) -> Option<StepItem> {
         let transition = &self.net.transitions[id];
-        // A name given by the designer would be lost there.
+        // A name given by the designer would be lost in the body.
         let stem = format!("{}_on", self.net.steps[state].name);
         let fits = transition.kind == TransitionKind::Reaction
             && transition.name.text.starts_with(&stem)

@@ -154,7 +154,7 @@ fn delays_that_begin_expired_are_refused_by_name() {
         lowered("chart c { input a initial step s step r s -> r when 3 s/a/2 s r -> s when a }");
     let findings = graf::write_net(&net).unwrap_err();
     assert_eq!(findings.iter().map(|finding| finding.code.id).collect::<Vec<_>>(), ["G0120"]);
-    // An on-delay becomes a free timer.
+    // An on-delay becomes a declared timer.
     let net = lowered("chart c { input a initial step s step r s -> r when 3 s/a r -> s when a }");
     assert!(graf::write_net(&net).unwrap().contains("timer a_on_delay while a"));
 }

@@ -1,4 +1,4 @@
-//! Bodies with the actions and the contents of a step: enclosing steps, states, parallel states and their regions.
+//! Parser of enclosing steps, states, parallel states and their regions. Their bodies contain the actions of the step and other items.
 
 use grafsynth_ir::chart::{Block, Enclosing, History, Item, Path, State, Step, StepRole};
 use grafsynth_ir::diag::Diagnostic;
@@ -8,7 +8,7 @@ use super::parser::{Parse, Parser, RESERVED, Separators};
 use super::token::Kind;
 use crate::codes;
 
-/// The contents of such a body, apart from the actions of the step itself.
+/// What a body contains besides the actions of the step itself.
 #[derive(Default)]
 struct Content {
     items: Vec<Item>,
@@ -112,7 +112,8 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// Parses `initial -> a.b & c.d` of a whole chart. It has no content: a reset runs the entry lists of the states it enters.
+    /// Parses `initial -> a.b & c.d` of a whole chart. A `do` list is an error: statements belong in the `entry` list of a state that the
+    /// reset enters.
     pub(crate) fn initial_of_chart(&mut self, initial: &mut Option<Vec<Path>>) -> Parse<()> {
         let mut content = Content::default();
         let start = self.peek(0).start;
@@ -196,7 +197,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Whether an item of a chart, not of a step, begins here, in a body that contains both.
+    /// Whether the next item of a body is an item of the chart, and not an item of the step.
     fn begins_chart_item(&self) -> bool {
         if self.kind(0) == Kind::Arrow {
             return true;
@@ -208,7 +209,7 @@ impl Parser<'_> {
             // An arrow on the next line begins a source transition.
             Kind::Arrow => return !self.peek(1).new_line,
             Kind::Ampersand | Kind::Colon => return true,
-            // `a.b -> c`, not an output of another chart.
+            // `a.b -> c` is a transition; `a.b` alone is an output of another chart.
             Kind::Dot => {
                 return match self.kind(3) {
                     Kind::Arrow => !self.peek(3).new_line,
@@ -226,7 +227,7 @@ impl Parser<'_> {
             | "synchronous" | "assert" | "assume" | "action" | "place" | "device" | "use"
             | "in" | "conflict" | "evolution" | "schedule" | "fire" | "assign" | "actions"
             | "events" | "shared" => then_name,
-            // This is not an item of a body either, but otherwise the message would be about an action with that name.
+            // `emergency` is not allowed here either. If it were read as an action, the message would be about an action of that name.
             "emergency" => {
                 then_name
                     && !matches!(next, "for" | "after")

@@ -1,4 +1,4 @@
-//! A whole source: its edition, imports, library charts with their certificates, and charts.
+//! Parser of a whole source: its edition, imports, library charts with their certificates, and charts.
 
 use grafsynth_ir::Span;
 use grafsynth_ir::chart::{
@@ -14,7 +14,7 @@ use super::token::Kind;
 use crate::codes;
 
 impl Parser<'_> {
-    /// Parses a whole source. Returns `None` if it has no chart.
+    /// Parses a whole source. Returns `None` if it has no chart, library chart, import or certificate.
     pub(crate) fn design(&mut self) -> Option<Design> {
         let mut design = Design { edition: self.edition(), ..Design::default() };
         let mut certificates = Vec::new();
@@ -54,7 +54,7 @@ impl Parser<'_> {
                 reported_outside = true;
                 self.outside();
             }
-            // Continue at the next chart, which begins a line.
+            // Continue at the next line that begins with a chart, a library chart, an import or a certificate.
             self.advance();
             while self.kind(0) != Kind::End
                 && !(self.peek(0).new_line
@@ -112,7 +112,7 @@ impl Parser<'_> {
         imports
     }
 
-    /// Whether a library item begins here, outside of charts.
+    /// Whether an import, a library chart or a certificate begins here, outside of charts.
     fn begins_library_part(&self) -> bool {
         match self.word(0) {
             "use" => matches!(self.kind(1), Kind::Text | Kind::RawText),

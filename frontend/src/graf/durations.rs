@@ -43,8 +43,9 @@ impl Parser<'_> {
         Ok(self.nanoseconds(token, unit))
     }
 
-    /// Reads `T#1.5s`, a duration in IEC 61131-3 notation, of which `#1.5s` is a comment here. Reports it and returns the duration, unless
-    /// the text also uses the word for something else.
+    /// Reads a duration in IEC 61131-3 notation, such as `T#1.5s`; the lexer skips its `#1.5s` as a comment. Reports the notation and
+    /// returns the duration in nanoseconds. `None` if there is no such duration here, or if the text also contains the word `T` without a
+    /// `#`.
     pub(crate) fn iec_duration(&mut self) -> Option<u64> {
         let token = self.peek(0);
         if self.text.as_bytes().get(token.end as usize) != Some(&b'#') {
@@ -97,7 +98,7 @@ impl Parser<'_> {
         found
     }
 
-    /// The nanoseconds of the unit at this lookahead, if it is a unit on the same line.
+    /// The length in nanoseconds of the unit at this lookahead; `None` if the token is no unit, or on another line.
     pub(crate) fn unit(&self, ahead: usize) -> Option<u64> {
         if self.window[ahead].new_line {
             return None;

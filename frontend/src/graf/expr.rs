@@ -2,7 +2,7 @@
 //!
 //! Precedence from lowest to highest: `if c then a else b`; `or ∨`; `and ∧`; `not`; comparisons (they do not chain); `+ -`; `* · / mod`;
 //! the prefixes `/ ¬ - ↑ ↓`. The signs `+` and `*` join Booleans if no operand is a number (see [`super::numbers`]); their precedence is
-//! the same in both cases. If a mix of words and signs is ambiguous for a reader, the parser requires parentheses.
+//! the same in both cases. If a mix of words and signs could be understood in two ways, the parser requires parentheses.
 //!
 //! A tree is never deeper than the nesting limit, so functions that visit it may recurse.
 
@@ -18,7 +18,7 @@ use super::steps::CLAUSES;
 use super::token::{Kind, Token};
 use crate::codes;
 
-/// The kind of an expression's value, as far as it is known without its declarations.
+/// The kind of an expression's value, as far as the parser knows it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Sort {
     Number,
@@ -26,7 +26,7 @@ enum Sort {
     Unknown,
 }
 
-/// Whether an AND or OR is written with signs and without parentheses around it.
+/// An AND or OR that is written with signs and without parentheses around it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Loose {
     And,
@@ -108,7 +108,7 @@ impl<'a> Parser<'a> {
                 _ => return None,
             },
             Kind::OrSign => (Infix::Or, Level::Or),
-            // `junction` reports these.
+            // `junction` reports `&`.
             Kind::AndSign | Kind::Ampersand => (Infix::And, Level::And),
             Kind::Equal => (Infix::Compare(CompareOp::Eq), Level::Compare),
             Kind::NotEqual => (Infix::Compare(CompareOp::Ne), Level::Compare),
@@ -212,7 +212,8 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Parses operands joined by `+ -` or by `* · / mod`: arithmetic if an operand is a number, otherwise `or` and `and`.
+    /// Parses operands joined by `+ -` or by `* · / mod`: arithmetic if an operand is a number or an operator is `-`, `/` or `mod`,
+    /// otherwise `or` and `and`.
     fn chain(&mut self, level: Level, first: Operand) -> Parse<Operand> {
         let start = first.expr.span;
         let mut depth = first.depth;
@@ -269,7 +270,7 @@ impl<'a> Parser<'a> {
         }
         let span = self.span_from(start.start);
         if is_number || is_minus_or_mod || division.is_some() {
-            // A chain of arithmetic is a left-leaning tree with one level per operand.
+            // A chain of arithmetic is a left-leaning tree with one level per operator.
             let depth = self.deeper(depth.saturating_add(n_rest) - 1)?;
             let mut expr = first.expr;
             for (op, operand, _) in rest {
@@ -290,8 +291,8 @@ impl<'a> Parser<'a> {
         Ok(Operand { expr: Expr::new(kind, span), depth, sort: Sort::Truth, loose: Some(loose) })
     }
 
-    /// Reports `t/X2/5s`, the step time in the notation of IEC 60848 before 2002, and reads it as `5 s/X2.active`. Returns whether it was
-    /// one.
+    /// Reports `t/X2/5s`, the step time in the notation of IEC 60848 before 2002, and reads it as `5 s/X2.active`. Returns whether the
+    /// chain contains one.
     fn old_delays(&mut self, first: &mut Operand, rest: &mut Vec<(ArithOp, Expr, Sort)>) -> bool {
         fn name(expr: &Expr) -> Option<&Path> {
             match &expr.kind {
@@ -631,7 +632,7 @@ impl<'a> Parser<'a> {
     }
 
     /// Whether an operand is missing at the end of the line, so that the first word of the next line would be used as that operand. A word
-    /// that could continue as an expression with its clause (`step do {`) counts as an operand, so that valid text is accepted.
+    /// before a keyword of the expression or of a clause (`step do {`) counts as the operand, so that valid text is accepted.
     fn looks_like_next_item(&self) -> bool {
         let goes_on = matches!(self.word(1), "then" | "else") || CLAUSES.contains(&self.word(1));
         self.peek(0).new_line
@@ -658,7 +659,7 @@ impl<'a> Parser<'a> {
         Ok(Path { names })
     }
 
-    /// The span of the next token, as a fallback location for a label.
+    /// The span of the next token.
     pub(crate) fn here(&self) -> Span {
         self.span(self.peek(0))
     }

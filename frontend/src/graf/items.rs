@@ -1,4 +1,5 @@
-//! Parser of the other items of a chart: declarations, properties, places, boards.
+//! Parser of the items of a chart, except settings, steps, transitions and instances: declarations, actions, macros, properties, places,
+//! boards.
 
 use grafsynth_ir::chart::{
     Action, Block, Board, Declaration, DeclarationKind, Emergency, Expr, Item, Macro, MacroStep,
@@ -106,7 +107,7 @@ impl Parser<'_> {
     }
 
     fn macro_or_macro_step(&mut self, items: &mut Vec<Item>, start: u32) -> Parse<()> {
-        // A macro may itself be named `step`, and have a tag.
+        // `macro step req "R1" { … }` declares a macro named `step` with a tag.
         if self.word(1) == "step"
             && self.is_name(2)
             && !matches!(self.kind(3), Kind::Text | Kind::RawText)
@@ -216,7 +217,7 @@ impl Parser<'_> {
 
     // Controlled actions
 
-    /// Parses `action count { … }`; the list is optional.
+    /// Parses `action count { … }`; the braces are optional.
     fn controlled_action(&mut self, start: u32) -> Parse<Action> {
         self.advance();
         let name = self.name("the name of the action")?;
@@ -315,7 +316,7 @@ impl Parser<'_> {
             let name = self.name("a name")?;
             let mut meta = Meta::default();
             self.attributes(&mut meta)?;
-            // The replacement for a declaration that cannot be parsed, so that its uses are not reported again.
+            // If the declaration cannot be parsed, a replacement of the same kind prevents findings at the uses of its name.
             let is_number = self.kind(0) == Kind::Colon && self.word(1) == "int"
                 || self.numbers.is_some_and(|numbers| numbers.contains(&name.text));
             let list = DeclarationList { keyword, modifiers, is_condition };
@@ -394,7 +395,7 @@ impl Parser<'_> {
         })
     }
 
-    /// Parses `safe on` or `safe 3` on the line of its output. Here `on` and `off` are the two Booleans.
+    /// Parses `safe on` or `safe 3` on the line of its output. `on` and `off` mean `true` and `false` here.
     fn safe_value(&mut self) -> Parse<Option<Expr>> {
         let is_transition =
             matches!(self.kind(1), Kind::Colon | Kind::Arrow | Kind::Ampersand | Kind::Dot);
@@ -686,7 +687,7 @@ impl Modifiers {
     }
 }
 
-/// Properties shared by all declarations after one keyword.
+/// What all declarations after one keyword have in common.
 #[derive(Debug, Clone, Copy)]
 struct DeclarationList<'k> {
     keyword: &'k str,

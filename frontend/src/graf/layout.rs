@@ -34,8 +34,8 @@ fn newline(flat: &'static str) -> Doc {
     Doc::hardline().flat_alt(flat)
 }
 
-/// Joins pieces with blanks, and with line breaks where the next piece would leave less than `reserve` columns. `between` ends each piece
-/// but the last, `lead` begins each but the first.
+/// Joins pieces with blanks, or with a line break if the next piece would leave less than `reserve` columns free. Each piece but the last
+/// ends with `between`; each but the first begins with `lead`.
 pub(super) fn fill(
     pieces: &[String],
     between: &'static str,
@@ -64,7 +64,7 @@ pub(super) struct Lines {
     start: Doc,
     /// The separator of pieces that are written on the same line.
     between: &'static str,
-    /// True if the next lines are indented.
+    /// Whether the lines that are added next are indented.
     pub(super) hanging: bool,
 }
 

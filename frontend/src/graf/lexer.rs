@@ -107,8 +107,8 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// Whether a C comment begins here: `/*`, which no expression contains, or `//` before a blank or the end of the line. `//b` is a
-    /// double negation.
+    /// Whether a C comment begins here: `/*`, which no expression contains, or `//` before a blank, another `/` or the end of the line.
+    /// `//b` is a double negation.
     fn begins_comment_of_c(&self) -> bool {
         match self.byte(1) {
             b'*' => true,
@@ -267,7 +267,7 @@ impl<'a> Lexer<'a> {
         kind
     }
 
-    /// Reads a text between typographic quotes, up to the next quote of any kind on the line.
+    /// Reads a text between typographic quotes, up to the next double quote of any kind on the line.
     fn typeset_string(&mut self, error: &mut dyn FnMut(LexError)) -> Kind {
         let start = self.at;
         let line = &self.rest()[..memchr_newline(&self.bytes[start..])];

@@ -1,4 +1,4 @@
-//! Library charts, their instances and certificates, and imports.
+//! Parser of library charts, their instances and certificates, and imports.
 
 use grafsynth_ir::chart::{
     Argument, ArgumentValue, Certificate, Declaration, DeclarationKind, Expr, Import, Library,
@@ -41,7 +41,8 @@ impl Parser<'_> {
         Ok(Library { name, parameters, items, certificate: None, span, meta })
     }
 
-    /// Parses `(input start, n: int 0..9 = 3, output run, const limit = 5)`. A keyword applies up to the next one.
+    /// Parses `(input start, n: int 0..9 = 3, output run, const limit = 5)`. A keyword also applies to the parameters after it, up to the
+    /// next keyword.
     fn parameters_of_library(&mut self, parameters: &mut Vec<Parameter>) -> Parse<()> {
         self.advance();
         let mut keyword = "";

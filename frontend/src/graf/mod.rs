@@ -1,4 +1,4 @@
-//! The chart language (`.graf`): reader, formatter and writer. `docs/language.md` is its reference.
+//! The chart language (`.graf`): parser, formatter and writer. `docs/language.md` is its reference.
 //!
 //! ```
 //! use grafsynth_frontend::graf;
@@ -9,8 +9,8 @@
 //! assert_eq!(parsed.design.map(|design| design.charts.len()), Some(1));
 //! ```
 //!
-//! The parser is a hand-written recursive descent parser with an on-demand lexer. It reports every error of a file and continues after each
-//! one. It never recurses deeper than [`Limits::nesting`]. Its running time is linear in the length of the text.
+//! The parser is a hand-written recursive descent parser with an on-demand lexer. It continues after each error. It never recurses deeper
+//! than [`Limits::nesting`]. Its running time is linear in the length of the text.
 
 pub(crate) mod bodies;
 mod design;
@@ -44,12 +44,12 @@ use crate::codes;
 use numbers::Numbers;
 use parser::Parser;
 
-/// Limits of a reader.
+/// Limits for parsing a source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
     /// Maximum size of a source in bytes.
     pub source: usize,
-    /// Maximum nesting depth. Nested blocks and the depth of an expression tree count together.
+    /// Maximum nesting depth. Nested blocks and nested expressions count together.
     pub nesting: u32,
     /// Maximum number of findings that are kept. Further findings are only counted.
     pub diagnostics: usize,
@@ -71,7 +71,7 @@ pub struct Comment {
 /// The result of reading a source.
 #[derive(Debug, Clone, Default)]
 pub struct Parsed {
-    /// The charts. With errors, it lacks the parts that could not be read. `None` if the text has no chart, or if a large source has
+    /// The design. After an error, it lacks the parts that could not be parsed. `None` if the text has no design, or if a large source has
     /// errors.
     pub design: Option<Design>,
     /// The findings in source order: at most [`Limits::diagnostics`], and one more that counts the rest.
@@ -109,7 +109,7 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
     Parsed { design, diagnostics: sorted(parser.findings.finish()), comments: parser.comments }
 }
 
-/// The files that a chart imports at its top, as far as they can be parsed.
+/// The imports at the top of a source, without those that cannot be parsed.
 #[must_use]
 pub fn imports(file: FileId, text: &str) -> Vec<Import> {
     let limits = Limits::default();
@@ -161,8 +161,8 @@ pub fn format_within(file: FileId, text: &str, limits: &Limits) -> Result<String
 
 /// Writes a design in the canonical form, with blank lines between the kinds of items.
 ///
-/// In a name that contains a backquote or a line break, these characters are replaced by apostrophes, because backquotes cannot contain
-/// them.
+/// In a name that contains a backquote or a line break, these characters are replaced by apostrophes, because a name in backquotes cannot
+/// contain them.
 #[must_use]
 pub fn write_design(design: &Design) -> String {
     write::write(design, None)

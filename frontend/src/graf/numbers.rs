@@ -1,15 +1,16 @@
-//! Finds the names of a file that are numbers. The parser needs no other information about declarations.
+//! Finds the names that a file declares as integers, before the file is parsed.
 //!
 //! `*` and `+` are `and` and `or` between Booleans, as in Grafcet, and arithmetic if an operand is a number. A declaration may follow its
-//! use, so a quick first pass over the tokens collects the names that are declared as integers. It does not report or keep anything else.
+//! use, so a quick first pass over the tokens collects these names. It also collects the outputs and looks for a step named `sink`; it
+//! reports nothing.
 
 use super::lexer::Lexer;
 use super::token::{Kind, SINK, Token};
 
-/// The names that a source declares as integers (inputs, outputs, variables, extern conditions, timers, constants).
+/// What the parser must know about a source in advance: the names that it declares as integers, and its outputs.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Numbers<'a> {
-    /// The integer names, sorted.
+    /// The names of integer inputs, outputs, variables, extern conditions and constants, of timers, and of counted steps, sorted.
     names: Vec<&'a str>,
     /// The names in output lists, sorted.
     outputs: Vec<&'a str>,
@@ -120,8 +121,8 @@ impl<'a> Numbers<'a> {
                     Kind::Word | Kind::Quoted => {
                         constant.has_truth |=
                             matches!(word(f), "true" | "false" | "not" | "and" | "or");
-                        // A constant made of constants. Earlier constants are known; the search runs from the end, because neighbours
-                        // usually refer to each other.
+                        // A constant may be made of earlier constants. Only the last 64 names are searched, because such constants are
+                        // usually close together.
                         let name = name_of(text, f);
                         constant.has_number |=
                             names.iter().rev().take(64).any(|known| *known == name);

@@ -62,7 +62,7 @@ pub(crate) struct Parser<'a> {
     pub(super) window: [Token; AHEAD],
     /// Offset after the last consumed token.
     pub(crate) previous_end: u32,
-    /// `None` if the names are declared in another source and are unknown here.
+    /// The integer names; `None` if they are declared in another source and are unknown here.
     pub(crate) numbers: Option<&'a Numbers<'a>>,
     pub(crate) findings: Findings,
     pub(crate) comments: Vec<Comment>,
@@ -271,7 +271,7 @@ impl<'a> Parser<'a> {
 
     // Limits
 
-    /// Increases the nesting depth. Every caller leaves with [`Parser::leave`], or with an error after which the depth is restored.
+    /// Increases the nesting depth. The caller must call [`Parser::leave`], or return an error: error recovery restores the depth.
     pub(crate) fn enter(&mut self) -> Parse<()> {
         self.depth += 1;
         if self.depth <= self.limits.nesting { Ok(()) } else { Err(self.too_deep()) }
@@ -519,7 +519,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Whether a chart begins a line inside another chart, and the remaining closing braces do not close both.
+    /// Whether a line inside a chart begins with another chart, and too few closing braces follow to close both charts.
     fn begins_chart_inside(&mut self) -> bool {
         let is_chart = self.peek(0).new_line
             && (self.word(0) == "chart" && self.is_name_beside(1)
@@ -622,8 +622,9 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Skips to a place where an item can begin. This is a word or an arrow at the start of a line or after `;`, outside of braces opened during the skip, or
-    /// the closing brace of the block. Parsing must not resume at byte `failed`, where the item that could not be read began.
+    /// Skips to a place where an item can begin: a `;`, a name, number or arrow at the start of a line, or the closing brace of the block.
+    /// Braces that open during the skip are skipped with their contents. Parsing must not resume at byte `failed`, where the item that
+    /// could not be read began.
     pub(crate) fn skip_to_item(&mut self, failed: u32) {
         let mut open = 0usize;
         loop {
@@ -658,7 +659,7 @@ pub(crate) enum Separators {
     Semicolon,
     /// `,`, `;` or a line break.
     CommaToo,
-    /// Like `CommaToo`, but the block also contains items of the chart. The caller checks the separators between the others.
+    /// Like `CommaToo`, but the block also contains items of the chart. The caller checks the separators between the other items.
     Mixed,
 }
 
@@ -668,7 +669,7 @@ impl Separators {
         matches!(self, Separators::CommaToo | Separators::Mixed)
     }
 
-    /// Whether two items on one line must be separated, and no item of the chart is allowed between them.
+    /// Whether [`Parser::braced`] requires a separator between two items on one line. Such a block contains no items of the chart.
     fn are_needed(self) -> bool {
         matches!(self, Separators::Semicolon | Separators::CommaToo)
     }

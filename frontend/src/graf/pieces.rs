@@ -61,7 +61,8 @@ impl ItemWriter {
     }
 }
 
-/// The words of a canonical text, without line breaks and the `;` that replaces them, so that two layouts have the same words.
+/// The words of a canonical text, without line breaks and the `;` that replaces them, so that two layouts of the same items have the same
+/// words.
 #[must_use]
 pub fn words(text: &str) -> Vec<Word> {
     let mut lexer = Lexer::new(text);

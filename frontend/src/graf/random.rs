@@ -1,4 +1,4 @@
-//! Random designs for the tests, with every form of the language, that can be read back.
+//! Random designs for the tests, with almost every form of the language. Their text can be parsed again.
 
 use grafsynth_ir::chart::*;
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
@@ -401,7 +401,7 @@ fn step(r: &mut Random, roles: &[StepRole]) -> Step {
     }
 }
 
-/// A step that contains others. Its single priority comes first.
+/// A step that contains others. It has at most one priority, which comes first.
 fn outer_step(r: &mut Random, roles: &[StepRole]) -> Step {
     let mut made = step(r, roles);
     made.body.retain(|item| !matches!(item.kind, StepItemKind::Priority(_)));

@@ -25,7 +25,7 @@ fn meaning(design: &Design) -> String {
         out.push_str("Span");
         rest = &rest[at + end + 1..];
     }
-    // Only spans are removed; the text and kind of an empty name stay.
+    // The text after the last span.
     out.push_str(rest);
     out
 }
@@ -196,7 +196,7 @@ proptest! {
         let text = write_design(&design);
         let parsed = read(&text);
         assert_same_meaning(&design, &parsed.design.unwrap(), &text);
-        // Text written without a source is canonical, except for blank lines that a source may lack.
+        // Formatting does not change a text that was written without a source.
         let again = check_format(&text);
         prop_assert_eq!(text, again);
     }
@@ -225,7 +225,7 @@ proptest! {
     }
 }
 
-/// A reader that returns findings.
+/// A parser, as a function from a text to its findings.
 type Reader = fn(&str) -> Vec<Diagnostic>;
 
 #[test]

@@ -30,7 +30,7 @@ pub(crate) const QUALIFIERS: [(&str, Qualifier, bool); 12] = [
     ("SL", Qualifier::SL, true),
 ];
 
-/// The words that begin a clause of a transition.
+/// The words that begin a clause of a transition, except `internal`.
 pub(crate) const CLAUSES: &[&str] =
     &["on", "when", "after", "priority", "restart", "deadline", "do", "req"];
 
@@ -83,7 +83,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// True at a word such as `initial` that ends a line which it does not begin: its author means the step before it.
+    /// Whether `initial`, `entry` or `exit` is the last word of a line but not the first, as in `step p1 initial`.
     fn is_behind_a_step(&self) -> bool {
         matches!(self.word(0), "initial" | "entry" | "exit")
             && !self.peek(0).new_line
@@ -360,8 +360,8 @@ impl Parser<'_> {
         ErrorReported
     }
 
-    /// Reports `pump = 1` in a step, if `pump` is an output, and reads it as `pump`, or as nothing for `pump = 0`. `None` if it is
-    /// something else.
+    /// Reports an assignment of a constant to a Boolean output in a step, and reads `pump = 1` as `pump` and `pump = 0` as nothing. `None`
+    /// if this is not such an assignment.
     fn output_assigned(&mut self) -> Option<Parse<StepItemKind>> {
         let token = self.peek(0);
         let name = super::numbers::name_of(self.text, token);

@@ -318,7 +318,7 @@ fn transitions_with_all_clauses() {
     assert_eq!(transition("step sink\na -> sink").targets.len(), 1);
     assert_eq!(transition("a -> `sink`").targets.len(), 1);
     assert_eq!(findings("a -> when x"), [("G0121".to_owned(), "->".to_owned())]);
-    // A line break ends the targets. Keywords of clauses are names where they can be nothing else.
+    // A line break ends the targets. A keyword of a clause is a name if it can be nothing else.
     let both =
         items("conflict inner-first\na ->\nwhen -> after & do\non: x -> y\nstep: entry -> macro");
     assert_eq!(both.len(), 5);

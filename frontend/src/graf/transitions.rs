@@ -73,7 +73,7 @@ impl Parser<'_> {
         });
     }
 
-    /// Whether this is `a -> sink`, and no step of the source is named `sink`.
+    /// Whether this is `a -> sink`, and no step of the file is named `sink`.
     fn is_sink(&self, transition: &Transition) -> bool {
         let [target] = transition.targets.as_slice() else { return false };
         let [name] = target.names.as_slice() else { return false };

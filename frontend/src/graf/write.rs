@@ -1,8 +1,8 @@
 //! Writes a design in its canonical form, with the comments and blank lines of its source if there is one.
 //!
-//! Four spaces per level, 100 columns, one item per line; a short body is on the line of its step. Signs become words, lists are separated
-//! by `;`, and declarations stay grouped as they were written. Comments keep their position between items; a comment inside an item moves
-//! above it.
+//! Four spaces per level, 100 columns, one item per line; a short body is on the line of its step. Signs become words, the statements of a
+//! list on one line are separated by `;`, and declarations stay grouped as they were written. Comments keep their position between items; a
+//! comment inside an item, but outside its braces, moves above the item.
 
 use super::Comment;
 use super::layout::{Doc, Lines, WIDTH, broken, fill, indented, text, wide};
@@ -81,15 +81,15 @@ impl Writer<'_> {
         source.comments.get(self.next_comment).map(|comment| comment.span)
     }
 
-    /// The text of a comment, which breaks its line.
+    /// A comment. The group that contains it is written on several lines.
     fn comment_text(&self, before: &str, span: Span) -> Doc {
         let text =
             self.source.as_ref().and_then(|source| source.text.get(span.range())).unwrap_or("#");
         wide(format!("{before}{}", text.trim_end())).append(broken())
     }
 
-    /// Called before an item that begins at `start` and has no block of its own before `inner`. Writes the comments up to `inner` on their
-    /// own lines, and a blank line if the source has one.
+    /// Called before an item whose head is from `start` to `inner`. Writes the comments before and inside the head on lines of their own,
+    /// and keeps a blank line of the source before the item.
     pub(super) fn before(&mut self, start: u32, inner: u32) {
         self.flush(start);
         self.keep_blank(start);
@@ -274,7 +274,7 @@ impl Writer<'_> {
         let mut at = 0;
         let mut class = None;
         while let Some(item) = items.get(at) {
-            // Without a source, items of one kind are grouped.
+            // Without a source, a blank line separates items of different kinds, and each block from the item before it.
             let this = class_of(item);
             if self.source.is_none()
                 && class.is_some_and(|last| last != this || this == Class::Block)
@@ -400,7 +400,7 @@ impl Writer<'_> {
         let mut clauses = vec![(Clause::OnFirstLine, transition_head(transition))];
         clauses.extend(self.text.clauses(transition));
         let flat = clauses.iter().map(|(_, clause)| clause).join(" ");
-        // The list is no reason to break the clauses.
+        // The length of the list does not count, because the list can be broken without breaking the clauses.
         let is_flat = 4 * self.level + flat.len() <= WIDTH;
         let head =
             if is_flat { text(flat) } else { self.tall(&clauses, transition.guard.as_ref()) };
@@ -464,7 +464,7 @@ impl Writer<'_> {
     }
 }
 
-/// Groups of items in a design that is written without a source.
+/// Kinds of items. In a design that is written without a source, a blank line separates items of different kinds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Class {
     Setting,

@@ -112,7 +112,7 @@ impl Writer<'_> {
         all.sort_by_key(|(start, _)| *start);
         let mut joined: Vec<Piece<'p>> = Vec::new();
         for (_, piece) in all {
-            // Declarations with one shared keyword are written together.
+            // Consecutive items stay in one range, so that declarations with a shared keyword are written together.
             if let (Some(Piece::Lies(last)), Piece::Lies(next)) = (joined.last_mut(), &piece)
                 && last.end == next.start
             {
@@ -124,7 +124,8 @@ impl Writer<'_> {
         joined
     }
 
-    /// Writes `initial -> a do { … }`. Its span covers only the targets and the list, so the writer searches for the keyword before them.
+    /// Writes `initial -> a do { … }`. The tree has only the spans of the targets and of the statements, so the writer searches for the
+    /// keyword before the targets.
     fn initial(&mut self, targets: &[Path], content: &Block, limit: u32) {
         let first = targets.first().map_or(Span::default(), Path::span);
         let last = targets.last().map_or(first, Path::span);
@@ -163,7 +164,7 @@ impl Writer<'_> {
     }
 }
 
-/// The head and the items of the body. A `priority` in the body would be read as that of an inner item, so the priority of the step is
+/// The head and the items of the body. A `priority` in the body would be read as an item of the chart, so the priority of the step is
 /// written before the brace.
 fn head_and_body<'s>(words: &str, step: &'s Step) -> (String, Vec<&'s StepItem>) {
     let mut head = step_head(words, step);

@@ -1,4 +1,4 @@
-//! Writes expressions with words instead of signs, and with parentheses only where they are needed.
+//! Writes expressions, with words or with the signs of Grafcet, and with parentheses only where they are needed.
 
 use std::collections::BTreeSet;
 
@@ -23,7 +23,7 @@ enum Level {
 /// Writes the expressions of one design.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ExprWriter {
-    /// Names that are written with parentheses.
+    /// Names of extern conditions, which are written with parentheses: `f()`.
     pub(crate) conditions: BTreeSet<String>,
     /// True to write AND, OR and NOT with the signs of Grafcet: `a*/b + c`.
     pub(crate) signs: bool,

@@ -19,7 +19,7 @@ use super::write_expr::ExprWriter;
 pub(crate) enum Clause {
     /// On the first line, because on a line of its own it would be read as an item of the chart.
     OnFirstLine,
-    /// The receptivity, which is broken between its operands.
+    /// The guard, which may be broken between its operands.
     Guard,
     Other,
 }
@@ -356,7 +356,7 @@ pub(crate) fn event_list(events: &[Name]) -> String {
     events.iter().enumerate().map(|(at, event)| names::event(&event.text, position(at))).join(", ")
 }
 
-/// The letters of the standard, except for the pulse, which has a word.
+/// The letters of IEC 61131-3; `P` is written as the word `pulse`.
 pub(crate) fn qualifier_word(qualifier: Qualifier) -> &'static str {
     if qualifier == Qualifier::P { "pulse" } else { qualifier.letters() }
 }

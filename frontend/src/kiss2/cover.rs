@@ -4,7 +4,7 @@ use super::Trit;
 
 /// Whether the cubes cover every point; `None` if `budget` is exhausted first.
 ///
-/// Splits at the variable that occurs in the most cubes (unate recursion).
+/// Splits at the input that the most cubes depend on.
 #[must_use]
 pub fn covers_all(cubes: &[&[Trit]], budget: &mut u64) -> Option<bool> {
     let n_inputs = cubes.first().map_or(0, |cube| cube.len());

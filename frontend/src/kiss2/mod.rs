@@ -3,15 +3,15 @@
 //! ```text
 //! text ── read ──► Machine (rows: input cube, present state, next state, outputs) ── net ──► Net (one step for each state, mealy outputs)
 //!  ▲                  ▲
-//!  └───── write ──────┘ ◄── the reachable product automaton of a chart
+//!  └───── write ──────┘ ◄── the reachable states of a chart
 //! ```
 //! A row `01- st0 st1 1-` means: in `st0`, while the first input is 0 and the second 1, the first output is 1 and the next state is `st1`.
 //! A `-` as an output, a `-` or `*` as next state, and inputs that no row of a state covers leave the cell unspecified
 //! ([`Unspecified`](grafsynth_ir::net::Unspecified)). A row with `*` as present state applies to every state. The initial state is the
 //! state after `.r`, otherwise the first state that is named.
 //!
-//! The format is that of the SIS and MCNC benchmark sets. Supported are `.i .o .p .s .r .ilb .ob .e .end` and the brackets `.start_kiss
-//! .end_kiss`.
+//! The format is that of the SIS and MCNC benchmark sets. The supported directives are `.i .o .p .s .r .ilb .ob .e .end` and the brackets
+//! `.start_kiss .end_kiss`.
 
 mod cover;
 mod net;
@@ -95,7 +95,7 @@ impl Machine {
 }
 
 impl Row {
-    /// Whether some input matches both rows.
+    /// Whether some combination of inputs matches both rows.
     #[must_use]
     pub fn meets(&self, other: &Row) -> bool {
         self.inputs

@@ -1,4 +1,5 @@
-//! Turns a table into a net: one step per state, one transition per pair of states, mealy outputs, and the unspecified cells.
+//! Turns a table into a net: one step per state, at most one transition from each state to each other state, mealy outputs, and the
+//! unspecified cells.
 
 use super::cover::covers_all;
 use super::{Machine, Row, Trit};
@@ -10,11 +11,11 @@ use grafsynth_ir::net::{
 use grafsynth_ir::span::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Maximum number of cubes to examine when testing that a state has no unspecified cells. Beyond that, the state counts as incomplete, with
-/// a condition that is never true.
+/// Maximum number of cubes to examine when testing which states have unspecified cells. Beyond that, a state counts as incomplete; if it is
+/// complete, the condition of its unspecified cells is never true.
 const COVER_BUDGET: u64 = 2_000_000;
 
-/// The net of a table. Names of states that begin with a digit get the prefix `s`, so that they are valid in every language.
+/// The net of a table. Names that begin with a digit get a prefix (`s` for states), so that they are valid in every language.
 ///
 /// A row whose next state is the present state gives no transition.
 #[must_use]

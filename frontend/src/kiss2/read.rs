@@ -20,7 +20,7 @@ pub fn parse(file: FileId, text: &str) -> (Option<Machine>, Vec<Diagnostic>) {
     parse_within(file, text, &Limits::default())
 }
 
-/// Reads a table and reports all findings. Returns no machine if one of them is an error.
+/// Reads a table with the given limits. Returns no machine if a finding is an error.
 #[must_use]
 pub fn parse_within(
     file: FileId,
@@ -76,8 +76,7 @@ struct Reader {
     named: [Span; 2],
 }
 
-/// Suggests how to make two contradictory rows agree: give them the same next state or outputs, or different
-/// inputs.
+/// Suggests how to correct two contradictory rows: give them the same next state or outputs, or different inputs.
 fn apart(machine: &Machine, row: &Row, other: &Row, is_next: bool) -> String {
     let what = if is_next { "the same next state" } else { "the same outputs" };
     let own = |row: &Row| {
@@ -92,7 +91,7 @@ fn apart(machine: &Machine, row: &Row, other: &Row, is_next: bool) -> String {
             .collect();
         (text.len() <= 32).then_some(text)
     };
-    // If one row has `-` where the other has 0 or 1, the `-` can be replaced by the opposite value.
+    // If one row has `-` in a column in which the other row has 0 or 1, the `-` can be replaced by the opposite value.
     let example = [(row, other), (other, row)].into_iter().find_map(|(wide, narrow)| {
         let pairs = || wide.inputs.iter().zip(&narrow.inputs);
         let column = pairs().position(|(a, b)| *a == Trit::Any && *b != Trit::Any)?;
@@ -404,7 +403,7 @@ impl Reader {
         self.contradictions();
     }
 
-    /// Reports rows of one state for a common input with different values, unless one of the values is unspecified.
+    /// Reports two rows of a state that match a common input but specify different values.
     fn contradictions(&mut self) {
         let machine = std::mem::take(&mut self.machine);
         let n_general = machine.rows.iter().filter(|row| row.from.is_none()).count();

@@ -1,7 +1,7 @@
 //! Formats rules in their canonical form, with their comments.
 //!
-//! A comment belongs to its own line, or to the next line with a list, a heading or a rule. In the canonical form the lines may be
-//! reordered or split, so each comment goes to the first line with the same beginning.
+//! A comment belongs to the list, heading or rule on its own line, otherwise to the next one. In the canonical form the lines may be
+//! reordered or split, so each comment goes to the first line with the same heading and first word.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -14,7 +14,7 @@ use crate::graf::lexer::Lexer;
 use crate::graf::numbers::name_of;
 use crate::graf::token::Kind;
 
-/// Formats rules in the canonical form. Comments that are not options are kept.
+/// Formats rules in the canonical form. Comments are kept.
 ///
 /// # Errors
 /// The findings of the text if it has errors. The text is not changed.
@@ -46,7 +46,7 @@ pub fn format_within(file: FileId, text: &str, limits: &Limits) -> Result<String
     for line in lines(&canonical) {
         let Some(key) = line.key else { break };
         let found = comments.get_mut(&key).and_then(VecDeque::pop_front).unwrap_or_default();
-        // Options are already before their line in the canonical form.
+        // In the canonical form, options are already before their line; only the other comments are added.
         let (start, stop) = line.range;
         out.push_str(&canonical[end..start]);
         for above in &found.above {

@@ -1,4 +1,4 @@
-//! The rule-based text form of Grafcet (Gentzen sequents with a next operator): reader and writer. Rules and flat charts correspond one to
+//! The rule-based text form of Grafcet (Gentzen sequents with a next operator): parser and writer. Rules and flat charts correspond one to
 //! one.
 //!
 //! ```text
@@ -14,13 +14,13 @@
 //! p2: |- R
 //! ```
 //!
-//! A transition rule means: if its preceding steps are active and its receptivity is true, the following steps (`@`, *next*) become active.
-//! An output without `@` on the right side is a sub-rule: it is true *now*, while the left side is true; that is a `mealy` output. A step
-//! rule gives the continuous outputs of a step, with an optional condition on its left side. Expressions have the syntax of the chart
-//! language; the writer uses its signs.
+//! A transition rule means: if its preceding steps are active and its receptivity is true, its preceding steps become inactive and its
+//! following steps (`@`, *next*) active. An output without `@` on the right side of a transition rule is a sub-rule: the output is true
+//! *now*, while the left side is true; such an output is `mealy`. A step rule gives the continuous outputs of a step, with an optional
+//! condition on its left side. Expressions have the syntax of the chart language; the writer uses the signs `*`, `+` and `/`.
 //!
-//! Charts read from rules have `conflict priority-age`, `evolution single` and `tick 10 ms`. All other properties of a flat chart are
-//! written in lines `# option: …` in the syntax of the chart language. `docs/language.md` has the table.
+//! Unless an option sets them, charts read from rules have `conflict priority-age`, `evolution single` and `tick 10 ms`. All other
+//! properties of a flat chart are written in lines `# option: …` in the syntax of the chart language. `docs/language.md` has the table.
 
 mod format;
 mod read;

@@ -117,7 +117,7 @@ struct Rules {
     unread: BTreeSet<String>,
 }
 
-/// The section of a rule.
+/// The section of the text that is being parsed.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Section {
     Lists,

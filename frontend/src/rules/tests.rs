@@ -1,4 +1,4 @@
-//! Tests of the reader and the writer of rules.
+//! Tests of the parser and the writer of rules.
 
 use grafsynth_ir::FileId;
 use grafsynth_ir::chart::{Chart, Item};
@@ -172,7 +172,7 @@ fn shape(net: &grafsynth_ir::net::Net) -> String {
         .join("\n")
 }
 
-/// Checks that `read(write(net))` is the net, and that writing it again gives the same text.
+/// Checks that parsing the written rules gives the same net, and that writing it again gives the same text.
 #[track_caller]
 fn round(net: &grafsynth_ir::net::Net) -> String {
     let written = write_net(net).unwrap_or_else(|findings| panic!("{findings:#?}"));

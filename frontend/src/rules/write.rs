@@ -28,7 +28,8 @@ pub fn write_net(net: &Net) -> Result<String, Vec<Diagnostic>> {
 /// Writes a flat chart as rules.
 ///
 /// # Errors
-/// Everything that makes the design more than one flat chart: several charts, macros, constants and so on.
+/// Everything that makes the design more than one flat chart: several charts, macro-steps, enclosing steps, states, instances of library
+/// charts.
 pub fn write_design(design: &Design) -> Result<String, Vec<Diagnostic>> {
     let [chart] = design.charts.as_slice() else {
         let n = design.charts.len();
@@ -79,7 +80,7 @@ impl Writer {
         let mut flat = Flat::default();
         let mut behind = Vec::new();
         let mut before = Vec::new();
-        // The first transition with a list. In rules, all steps and their reactions come before all transitions.
+        // The first transition with actions. In rules, all steps and their reactions come before all transitions.
         let mut with_list: Option<&Transition> = None;
         let mut has_policy = false;
         for item in &chart.items {
@@ -282,7 +283,7 @@ impl Writer {
         out
     }
 
-    /// A name in a list or rule; words of headings are quoted.
+    /// A name in a list or rule; the words of the headings get backquotes.
     fn name(&mut self, name: &grafsynth_ir::Name) -> String {
         if !is_writable(&name.text) {
             self.findings.push(cannot(
@@ -317,7 +318,7 @@ impl Writer {
                     how: ActionHow::Bare,
                     condition,
                 } if flat.outputs.contains(target.text.as_str()) => {
-                    // Sub-rules of transition rules contain it.
+                    // Sub-rules of transition rules already drive this output.
                     if sub_rules.get(&target.text) == Some(&true) {
                         continue;
                     }
@@ -392,11 +393,11 @@ impl Writer {
         }
     }
 
-    /// The mealy outputs, and whether all shares of each (the conditions under which steps drive it) can be written in transition rules. Every share must be
-    /// the left side of one rule, and reading the rules must restore the order of the shares.
+    /// For each mealy output: whether transition rules can express all its shares, the conditions under which steps drive it. For this,
+    /// every share must be the left side of one rule, and reading the rules must restore the order of the shares.
     fn sub_rules(&mut self, flat: &Flat<'_>) -> BTreeMap<String, bool> {
         let mut found = BTreeMap::new();
-        // The left sides, by the step that has the share.
+        // The left sides, by the first preceding step, which has the share.
         let mut left_sides: BTreeMap<String, Vec<(usize, Vec<Expr>)>> = BTreeMap::new();
         for (index, transition) in flat.transitions.iter().enumerate() {
             if let Some((first, others)) = transition.sources.split_first() {

@@ -23,7 +23,7 @@ use crate::graf::parser::Findings;
 const MAX_UNROLLED: usize = 100_000;
 /// The default tick of a chart in nanoseconds (docs/semantics.md, §7).
 const TICK: u64 = 10_000_000;
-/// Default limit of the queue length for raised events.
+/// The default queue length grows with the number of raised events up to this limit.
 const MAX_QUEUE: u32 = 8;
 
 /// Builds the chart of a document.
@@ -315,7 +315,7 @@ impl<'m> Builder<'m, '_> {
         Item::State(chart::State { step, is_parallel, initial, histories, items })
     }
 
-    /// The path of a state, as seen from its own body: its name, which no object inside it has.
+    /// The path of a state, as seen from its own body: its name, because no object inside it has the same name.
     fn own_path(&self, text: &str, state: &State) -> Path {
         Path::from(Name::new(text, state.span))
     }
@@ -696,7 +696,7 @@ fn assigns(acts: &[Act], array: &str) -> bool {
     })
 }
 
-/// Collects the arrays that an expression reads by an index that is not constant.
+/// Collects the arrays of which an expression reads an element.
 fn note_arrays(expr: &Expr, out: &mut BTreeSet<String>) {
     if let ExprKind::Element(Leaf::Name(path), _) = &expr.kind
         && let Some(name) = path.names.first()
@@ -708,7 +708,7 @@ fn note_arrays(expr: &Expr, out: &mut BTreeSet<String>) {
     }
 }
 
-/// Collects all lists of a state and its contents.
+/// Collects all lists of statements of a state and its contents.
 fn blocks_of<'s>(item: &'s Item, out: &mut Vec<&'s [Stmt]>) {
     fn step<'s>(step: &'s Step, out: &mut Vec<&'s [Stmt]>) {
         for item in &step.body {

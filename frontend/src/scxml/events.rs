@@ -38,7 +38,7 @@ pub(super) struct Alphabet {
     matches: usize,
 }
 
-/// The tokens of a descriptor, and whether more tokens may follow.
+/// The tokens of a descriptor, and whether an asterisk or a dot follows them.
 fn stem(descriptor: &str) -> (&str, bool) {
     if descriptor == "*" {
         return ("", true);

@@ -61,7 +61,7 @@ pub(super) enum AstKind {
 /// Parses the whole text as one expression.
 ///
 /// # Errors
-/// The first part that is not an expression of integers and Booleans.
+/// A finding at the first part that is not an expression of integers and Booleans.
 pub(super) fn parse(
     text: &Mapped<'_>,
     language: Language,
@@ -624,7 +624,7 @@ impl Parser<'_, '_> {
         let inner = self.binary(6)?;
         let count = std::mem::replace(&mut self.divisions, around);
         self.depth -= 1;
-        // The division of C truncates one quotient; `a / b * c` would keep a fraction.
+        // `Math.trunc` must contain one quotient and nothing else: in `Math.trunc(a / b * c)`, the quotient would keep its fraction.
         if !matches!(inner.kind, AstKind::Arith(ArithOp::Div, ..)) || count > Some(1) {
             return Err(refused(span.to(inner.span)));
         }

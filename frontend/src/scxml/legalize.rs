@@ -267,7 +267,7 @@ fn delayed_items(items: &mut [Item], made: &BTreeMap<(String, u64), Made>) {
     }
 }
 
-/// Adds sends where the state is entered, and cancels where it is left.
+/// Adds a send to the entry of a state and a cancel to its exit, for each of its delays.
 fn delayed_state(step: &mut Step, made: &BTreeMap<(String, u64), Made>) {
     let first = (step.name.text.clone(), 0);
     let last = (step.name.text.clone(), u64::MAX);
@@ -327,7 +327,7 @@ impl Outer {
         }
     }
 
-    /// Rewrites all items. Transitions may be anywhere, so the nesting of states is determined first.
+    /// Rewrites all items. A transition may be written outside its source state, so the nesting of states is determined first.
     fn items(&mut self, items: &mut Vec<Item>) {
         let mut parents: BTreeMap<String, Vec<String>> = BTreeMap::new();
         self.ancestors(items, &mut parents);

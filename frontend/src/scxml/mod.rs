@@ -1,4 +1,4 @@
-//! W3C SCXML 1.0 (`.scxml`): reader and writer of statecharts with integers and Booleans. `docs/formats.md` lists what is supported.
+//! W3C SCXML 1.0 (`.scxml`): parser and writer of statecharts with integers and Booleans. `docs/formats.md` lists what is supported.
 //!
 //! ```
 //! use grafsynth_frontend::scxml;

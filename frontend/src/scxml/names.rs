@@ -141,7 +141,7 @@ impl Names {
         self.order.iter()
     }
 
-    /// The path of a state or history, or a finding if no state has this identifier.
+    /// The path of a state or history; `None` (with a report) if none has this identifier.
     pub(super) fn path(&self, id: &Name, found: &mut Findings) -> Option<Path> {
         match self.states.get(&id.text) {
             Some(known) => Some(self.path_of(known, id.span)),

@@ -24,8 +24,8 @@ use crate::xml::{self, Mapped};
 
 /// Maximum number of events or targets of one transition.
 const MAX_NAMES: usize = 10_000;
-/// Maximum number of names in a document that follow another name in the same attribute: a name of a few bytes becomes an event of a
-/// kilobyte.
+/// Maximum number of names in a document that follow another name in the same attribute: such a name of a few bytes may become an event
+/// that takes a kilobyte of memory.
 const MAX_FURTHER: usize = 50_000;
 
 /// Unsupported elements and attributes, with an alternative for each.
@@ -271,7 +271,7 @@ impl<'t> Reader<'_, 't> {
             let range = self.range(data);
             let role = self.role(data);
             let label = self.label(data);
-            // A rejected value is not a missing value.
+            // A rejected value must not be reported as missing.
             let value = match value {
                 Some(None) => Some(Ast::of(AstKind::Int(0), id.span)),
                 Some(value) => value,

@@ -279,7 +279,7 @@ fn lists_of_names_are_bounded_one_by_one_and_together() {
     assert_eq!(sizes(&transition(0, 10_001)), 1);
     let many: String = (0..8).map(|part| transition(part * 9_000, 9_000)).collect();
     assert_eq!(sizes(&many), 1);
-    // `*` becomes each event.
+    // `*` becomes a list of all events.
     let all = "<transition event='*' target='r'/>".repeat(600);
     assert_ne!(sizes(&(transition(0, 400) + &all)), 0);
 }

@@ -1,8 +1,9 @@
-//! Data: infers which data elements are numbers and which are Booleans, their ranges, and converts expressions to chart expressions.
+//! Data: infers which data elements are numbers and which are Booleans, infers the ranges of the numbers, and converts expressions to chart
+//! expressions.
 //!
-//! A data element is Boolean if its initial value is Boolean; otherwise it is a number. As in ECMAScript, the two kinds are separate; in
-//! C89, a Boolean is 0 or 1 where a number is needed. The range of a number is given by `grafsynth:range`; otherwise it contains all values
-//! that assignments can produce (a fixed point of intervals), at most -32768..32767.
+//! A data element with a range is a number. Any other has the kind of its initial value or, without one, of the values that are assigned to
+//! it. As in ECMAScript, the two kinds are separate; in C89, a Boolean is 0 or 1 if a number is needed. The range of a number is given by
+//! `grafsynth:range`; otherwise it contains all values that assignments can produce (a fixed point of intervals), at most -32768..32767.
 
 use std::collections::BTreeMap;
 
@@ -21,7 +22,7 @@ use crate::graf::parser::Findings;
 
 /// The default range of a number.
 const DEFAULT: (i64, i64) = (-32_768, 32_767);
-/// Rounds of the fixed-point iteration, after which every range that still grows becomes [`DEFAULT`].
+/// Rounds of the iteration, after which every bound that still changes becomes that of [`DEFAULT`].
 const ROUNDS: usize = 12;
 
 /// The kind of a value: number or Boolean.
@@ -71,7 +72,7 @@ pub(super) struct Var {
     /// One initial value, or one for each element.
     pub(super) init: Vec<Value>,
     pub(super) is_array: bool,
-    /// Whether it is an array with an assigned element.
+    /// Whether it is an array of which some element is assigned.
     pub(super) is_assigned: bool,
     pub(super) range: Option<(i64, i64)>,
     pub(super) role: Role,
@@ -626,7 +627,7 @@ impl Data {
             })
             .collect();
         // Bounds first follow the assignments. Bounds that still change after some rounds go to their extremes; if even that does not
-        // converge (chains longer than the number of rounds), the range contains all values.
+        // converge (chains longer than the number of rounds), the range becomes the default range.
         for round in 0..3 * ROUNDS {
             let mut is_settled = true;
             for (index, value) in &assigned {

@@ -1,9 +1,9 @@
 //! Writes a statechart as an SCXML document.
 //!
-//! The document contains the states, regions, histories, transitions in their order, lists, and data with their ranges. Inputs, outputs and
-//! ranges are attributes of the grafsynth namespace, which other tools ignore. Something that SCXML cannot express is an error if the
-//! behaviour depends on it; otherwise it is reported as lost. Reading the document gives the same chart, except for spans, comments and the
-//! order of declarations.
+//! The document contains the states, regions, histories, transitions in their order, executable content, and data with their ranges.
+//! Inputs, outputs and ranges are attributes of the grafsynth namespace, which other tools ignore. Something that SCXML cannot express is
+//! an error if the behaviour depends on it; otherwise it is reported as lost. Reading the document gives the same chart, except for spans,
+//! comments, the order of declarations, and what is reported.
 
 use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
@@ -25,8 +25,7 @@ use super::{GRAFSYNTH, SCXML};
 use crate::codes;
 use crate::xml;
 
-/// Writes the document of a statechart, and reports what it cannot contain. `net` is the lowered chart, which supplies the values of
-/// constants.
+/// Writes the document of a statechart, and reports what it cannot contain. `net` is the lowered chart, which supplies the initial values.
 ///
 /// # Errors
 /// Everything that SCXML cannot express and that affects the behaviour, with its location.
@@ -87,7 +86,7 @@ struct Writer<'c> {
     /// Named constants, which SCXML does not have.
     constants: BTreeMap<&'c str, &'c Expr>,
     data: BTreeSet<&'c str>,
-    /// The transitions of each state, in their common order.
+    /// The transitions and reactions of each state, in the order of the chart.
     leaving: BTreeMap<&'c str, Vec<Leaving<'c>>>,
     /// Continuous outputs and the states that drive them, in document order.
     drivers: BTreeMap<&'c str, Vec<&'c str>>,
@@ -95,7 +94,7 @@ struct Writer<'c> {
     endings: BTreeSet<&'c str>,
 }
 
-/// Words that cannot be names of data: reserved words of ECMAScript, and names with a meaning for the reader.
+/// Words that cannot be names of data: reserved words of ECMAScript, and names that have a meaning in SCXML expressions.
 const RESERVED: &[&str] = &[
     "In",
     "Math",
@@ -190,7 +189,7 @@ impl<'c> Writer<'c> {
         self.lost.push(finding);
     }
 
-    /// Gives an object of the chart an identifier. The identifier of a data element is also an ECMAScript name.
+    /// Gives an object of the chart an identifier. The identifier of a data element is also a valid ECMAScript name.
     fn give(&mut self, name: &'c Name, is_datum: bool) {
         let first = |c: char| c == '_' || c.is_alphabetic();
         let later = |c: char| first(c) || c.is_numeric() || !is_datum && matches!(c, '-' | '.');
@@ -216,7 +215,7 @@ impl<'c> Writer<'c> {
         self.ids.insert(&name.text, id);
     }
 
-    /// Names an event with a single token, so that it matches no other event.
+    /// Names an event with a single token, so that its descriptor matches no other event.
     fn give_event(&mut self, name: &'c Name) {
         let bad = |c: char| c.is_whitespace() || matches!(c, '*' | '.');
         let mut id: String = name.text.chars().map(|c| if bad(c) { '_' } else { c }).collect();
@@ -357,7 +356,8 @@ impl<'c> Writer<'c> {
         }
     }
 
-    /// Reactions in the body of a state are written as transitions without target.
+    /// Collects the reactions in the body of a state, which are written as transitions without target, and the outputs that the state
+    /// drives.
     fn reactions(&mut self, step: &'c Step) {
         for StepItem { kind, span } in &step.body {
             let span = *span;
@@ -425,7 +425,7 @@ impl<'c> Writer<'c> {
         out
     }
 
-    /// Lists the events whose origin a reader would infer wrongly.
+    /// The attributes that list the events whose origin cannot be inferred from the document.
     fn event_lists(&mut self, chart: &'c Chart) -> String {
         let mut mentioned: BTreeMap<&str, u32> = BTreeMap::new();
         let mut raised: BTreeSet<&str> = BTreeSet::new();
@@ -548,7 +548,7 @@ impl<'c> Writer<'c> {
         }
     }
 
-    /// Writes states, with the recursion depth of the chart.
+    /// Writes a state with its contents; skips any other item. The recursion is as deep as the states are nested.
     fn item(&mut self, item: &'c Item) {
         match item {
             Item::State(state) => self.state(state),

@@ -1,4 +1,5 @@
-//! Tests of the reader with small sources. `tests/tests/c_sources.rs` compares the computations of charts with a compiler.
+//! Tests of the parser and the translation with small sources. `tests/tests/c_sources.rs` compares the results of charts with those of
+//! compiled C.
 
 use super::{Options, Parsed, parse, parse_within};
 use crate::graf::{Limits, write_design};

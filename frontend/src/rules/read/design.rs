@@ -59,7 +59,7 @@ pub(super) struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    /// Reads one option line: `text` ends with it, and it begins at `start`.
+    /// Reads one option line: the option begins at byte `start`, and `text` ends with it.
     pub(super) fn option(
         &mut self,
         file: FileId,
@@ -82,7 +82,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Returns the step (true) or transition that the option is for.
+    /// Returns the step (true) or transition (false) that the option is for.
     fn one_option(&mut self, parser: &mut Parser<'_>) -> Parse<Option<(Name, bool)>> {
         let start = parser.peek(0).start;
         match parser.word(0) {
@@ -260,7 +260,7 @@ impl Builder<'_> {
     }
 
     /// Adds inputs and outputs in the order of their lists, then everything that only options declare. Returns all other options. An action
-    /// precedes an output if its option does, because actions run in order.
+    /// is placed before an output if its option is before that of the output, because actions run in order.
     fn declarations(&mut self, items: &mut Vec<Item>, mealy: &BTreeSet<String>) -> Vec<Item> {
         let mut declared: BTreeMap<String, Declaration> = BTreeMap::new();
         let mut order = Vec::new();
@@ -339,7 +339,7 @@ impl Builder<'_> {
         rest
     }
 
-    /// The transitions in the order of their list. Adds the sub-rules of transition rules to their preceding steps.
+    /// The transitions in the order of their list. Adds the sub-rules of each transition rule to its first preceding step.
     fn transitions(&mut self) -> Vec<Transition> {
         let place: BTreeMap<String, usize> = self
             .rules
@@ -650,7 +650,7 @@ impl Builder<'_> {
     }
 }
 
-/// A default setting of rules, and the test whether an option gives it.
+/// A test whether an option gives a setting, and the default of rules for this setting.
 type Default = (fn(&SettingKind) -> bool, SettingKind);
 
 /// A Boolean input or output that only its list declares.

@@ -59,7 +59,7 @@ impl<'t> Reader<'_, 't> {
         for child in node.children() {
             if child.is_text() {
                 let stray = child.text().is_some_and(|text| !text.trim().is_empty());
-                // Only the value of a data element may be text between tags.
+                // Text between tags is only allowed as the value of `<data>` or `<assign>`.
                 if stray && !text_reported && !matches!(name, "data" | "assign") {
                     text_reported = true;
                     let span = xml::node_span(self.file, child);
@@ -102,7 +102,7 @@ impl<'t> Reader<'_, 't> {
         let span = self.tag(child);
         let parent = around.tag_name().name();
         if matches!(parent, "else" | "elseif") {
-            // Said once, at the branch: its other children are in the wrong place for the same reason.
+            // Reported once, at the branch: its other children are in the wrong place for the same reason.
             if child.prev_sibling_element().is_none() {
                 self.branch_with_body(around, span);
             }
@@ -141,7 +141,7 @@ impl<'t> Reader<'_, 't> {
         self.report(finding);
     }
 
-    /// Reports a branch of <if> that encloses its statements; the edit moves its end before them.
+    /// Reports a branch of <if> that encloses its statements; the fix ends the branch element before them.
     fn branch_with_body(&mut self, branch: N<'_, 't>, first: Span) {
         let name = branch.tag_name().name();
         let tag = self.tag(branch);
@@ -260,7 +260,7 @@ impl<'t> Reader<'_, 't> {
                         self.report(finding);
                     }
                 }
-                // Attributes defined by XML itself, such as languages.
+                // Attributes of XML itself, such as `xml:lang`, and of XML Schema.
                 Some("http://www.w3.org/XML/1998/namespace")
                 | Some("http://www.w3.org/2001/XMLSchema-instance") => {}
                 Some(space) => {

@@ -10,7 +10,7 @@ pub(super) struct Rule {
 const CONTENT: &[&str] =
     &["raise", "if", "foreach", "log", "assign", "send", "cancel", "script", "invoke"];
 
-/// SCXML 1.0, §3 to §6. Elements that are never supported are not listed.
+/// SCXML 1.0, §3 to §6. Elements that are never supported have no rule.
 pub(super) const RULES: &[Rule] = &[
     Rule {
         name: "scxml",
