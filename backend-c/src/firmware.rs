@@ -115,7 +115,7 @@ fn run(net: &Net, interface: &Interface) -> Vec<Node> {
         if has {
             body.push(
                 Node::line(format!("bench_fill(&{place}, (uint16_t)sizeof {place});"))
-                    .note("what init does not set must not matter"),
+                    .note("memory that init does not set must not affect the result"),
             );
         }
     }

@@ -380,7 +380,7 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     if interface.has_instance {
         body.push(
             Node::line("memset(&self, 0x55, sizeof self);")
-                .note("what init does not set must not matter"),
+                .note("memory that init does not set must not affect the result"),
         );
     }
     if interface.has_in {

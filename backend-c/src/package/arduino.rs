@@ -133,7 +133,7 @@ pub(super) fn sketch(chart: &Chart<'_>) -> String {
         let member = &signal.member;
         if signal.is_event {
             text += &format!(
-                "    /* An event is a rising edge here; an interrupt service may post it instead. */\n    const bool is_{member} = digitalRead(EVENT_{member}) == HIGH;\n    \
+                "    /* An event is a rising edge here; an interrupt service routine may post it instead. */\n    const bool is_{member} = digitalRead(EVENT_{member}) == HIGH;\n    \
                  if (is_{member} && !was_{member}) {{\n        (void){name}_post(&ring, {upper}_EVENT_{member});\n    }}\n    was_{member} = is_{member};\n"
             );
         } else if signal.ty.is_bool() {
@@ -155,7 +155,7 @@ pub(super) fn sketch(chart: &Chart<'_>) -> String {
 
 fn pin_table(inputs: &[Signal], outputs: &[Signal]) -> String {
     let mut text = String::from(
-        "\n/* ---- PINS: the pin of each signal. Change the numbers. ----\n   Numbers come from analog inputs (0 to 1023) and go to pins with PWM (0 to 255), spread over their ranges. */\n",
+        "\n/* ---- PINS: the pin of each signal. Change the numbers. ----\n   Numbers come from analog inputs (0 to 1023) and go to pins with PWM (0 to 255), scaled to their ranges. */\n",
     );
     // Pins 0 and 1 are the serial line of most boards.
     let mut pin = 2;

@@ -151,7 +151,7 @@ pub(super) fn text(chart: &Chart<'_>, folder: &str) -> String {
         let member = &signal.member;
         if signal.is_event {
             text += &format!(
-                "        /* An event is a rising edge here; an interrupt service may post it instead. */\n        const bool is_{member} = pin_read(EVENT_{member});\n        \
+                "        /* An event is a rising edge here; an interrupt service routine may post it instead. */\n        const bool is_{member} = pin_read(EVENT_{member});\n        \
                  if (is_{member} && !was_{member}) {{\n            (void){name}_post(&ring, {upper}_EVENT_{member});\n        }}\n        was_{member} = is_{member};\n"
             );
         } else if signal.ty.is_bool() {

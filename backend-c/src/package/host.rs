@@ -18,7 +18,7 @@ pub(super) fn text(chart: &Chart<'_>, include: &str) -> String {
     let row = if columns.is_empty() { "nothing".to_owned() } else { columns.join(" ") };
     let mut nodes = vec![
         Node::comment(format!(
-            "{}: runs the chart here. Each line of standard input is a reaction, numbers separated by blanks:\n{row}\nEach line of standard output has the outputs of the chart, the first one after reset.",
+            "{}: runs the chart here. Each line of standard input is a reaction, numbers separated by blanks:\n{row}\nThe first line of standard output is a heading. Each further line has the scan, the active steps and the outputs;\nthe first of these is the state after reset.",
             comment_text(&net.name.text)
         )),
         Node::directive(format!("#include {include}")),

@@ -38,7 +38,7 @@ fn head(chart: &Chart<'_>) -> String {
          | `make TOOLCHAIN=avr flash PROGRAMMER=arduino PORT=/dev/ttyUSB0` | writes it with avrdude |\n\
          | `make TOOLCHAIN=arm CPU=cortex-m3` | firmware for a Cortex-M; `FLASH_START`, `FLASH_SIZE`, `RAM_START`, `RAM_SIZE` are its memories, `flash` calls st-flash |\n\
          | `make TOOLCHAIN=sdcc` | firmware for an 8051 with external RAM (`MODEL=small` without); `flash` calls stcgal |\n\
-         | `make TOOLCHAIN=.. size` | what it takes |\n\n\
+         | `make TOOLCHAIN=.. size` | prints the memory that the program uses |\n\n\
          The pins of a board are at the top of `example/board.c`. Put settings in `local.mk`. In your own project, use `{stem}*.c` and `{stem}*.h`; nothing else is needed.\n"
     )
 }

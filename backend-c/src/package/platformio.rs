@@ -22,7 +22,7 @@ pub(super) fn files(chart: &Chart<'_>) -> Vec<File> {
     files
 }
 
-const PROJECT: &str = "; @NAME@: `pio run` builds all, `pio run -e uno -t upload` writes to a board.
+const PROJECT: &str = "; @NAME@: `pio run` builds the native program and the firmware for the Uno, `pio run -e uno -t upload` writes to a board.
 ; The native program reads a reaction from each line of standard input: .pio/build/native/program < rows
 
 [platformio]

@@ -277,7 +277,7 @@ pub(super) fn write(
         text.push('\n');
     };
     line(format_args!(
-        "/* Parts of the functions of chart {chart} that stay C. Local variables are variables of this file: one call at a time. */"
+        "/* Parts of the functions of chart {chart} that stay C. Local variables are variables of this file, so only one call of a function may run at a time. */"
     ));
     line(format_args!("#include \"{chart}_user.h\""));
     line(format_args!("#include <string.h>"));

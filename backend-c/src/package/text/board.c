@@ -1,5 +1,5 @@
-/* The machine: a millisecond clock, pins that are read and written. Three are defined here; for another one fill in the
-   functions at the end. */
+/* The machine: a millisecond clock, pins that are read and written. AVR, Cortex-M and 8051 are defined here;
+   for any other machine, fill in the functions at the end. For a Cortex-M other than the STM32F103, fill in the pins. */
 #if defined(__AVR__)
 
 /* Pins 0 to 7 are port D, 8 to 15 port B, 16 to 23 port C: the numbers of an Arduino Uno up to 13. */
