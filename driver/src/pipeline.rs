@@ -1,4 +1,4 @@
-//! From a net to its outputs: the second half of the pipeline. Each target is one call; a circuit goes through the [stages](crate::stages).
+//! From a net to its outputs: the second half of the pipeline. Each target is one call; a circuit goes through the stages of the module `stages`.
 //!
 //! ```text
 //! facts      verify::facts                what is proved about the net

@@ -20,8 +20,7 @@
 //!    arithmetic;
 //! 4. `shorten`: removes empty joins; with `Options::fuse`, straight-line code becomes one step;
 //! 5. `draw`: the graph becomes a macro, calls become macro-steps; `frame` adds the file variables and the start of the function; `library`
-//! writes the C text of code that the net
-//!    cannot express.
+//!    writes the C text of code that the net cannot express.
 //!
 //! **Time.** Each step lasts one reaction, so each iteration of a loop takes at least one reaction. The chart computes the same as the
 //! function as long as the behaviour of the function is defined. If it is undefined in C (a signed overflow, an index outside its array),
