@@ -59,13 +59,6 @@ impl<'a> Machine<'a> {
         self.cells.get(cell.index()).map_or(&[], Vec::as_slice)
     }
 
-    /// Overwrites a cell. Elements that the cell does not have are ignored; values saturate to its type.
-    pub fn set_cell(&mut self, cell: CellId, values: &[i64]) {
-        for (at, value) in values.iter().enumerate() {
-            self.store(cell, at, *value);
-        }
-    }
-
     /// One reaction: `inputs` by input id (missing inputs are 0; those of internal events are ignored), `dt` ticks after the previous reaction.
     pub fn react(&mut self, inputs: &[i64], dt: u32) -> Shown {
         let program = self.program;

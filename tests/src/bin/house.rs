@@ -47,7 +47,7 @@ const LONG: usize = 80;
 const BOUNDS: [(&str, usize); 9] = [
     ("code lines of frontend", 36_450),
     ("code lines of c and backend-c", 28_800),
-    ("code lines of ir", 19_800),
+    ("code lines of ir", 19_980),
     ("code lines of driver", 10_550),
     ("code lines of all crates", 146_700),
     ("functions above 80 lines", 112),
