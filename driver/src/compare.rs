@@ -1,4 +1,4 @@
-//! Compares the common columns of two charts: by a proof for every stimulus, or by a test with some stimuli.
+//! Compares the common columns of two charts under a stimulus.
 
 use crate::codes;
 use grafsynth_ir::net::Net;

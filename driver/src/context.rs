@@ -1,4 +1,4 @@
-//! What every stage of one output knows: the net, its facts, its circuit, the options, and what is to be written.
+//! The data that all stages of one output share: the net, its facts, its circuit, the options, and what is to be written.
 
 use crate::built::BuildOptions;
 use crate::circuit::emit_options;

@@ -1,7 +1,7 @@
 //! The data for an iCE40 bitstream, and the proof of a finished one.
 //!
-//! The Verilog is proved equal to the net as for any FPGA. Other tools convert it to the bitstream; the bitstream is read back as Verilog, and
-//! that is proved equal to the first one. Together, this proves that the bitstream implements the chart.
+//! The Verilog is proved equal to the net as for any FPGA. Other tools convert it to the bitstream; the bitstream is read back as Verilog, and this is proved
+//! equal to the original Verilog. Together, this proves that the bitstream implements the chart.
 
 use crate::judge::judge_pairs;
 use crate::output_report::{OutputFault, OutputProof, OutputReport};

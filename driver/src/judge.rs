@@ -71,7 +71,7 @@ where
 struct Bound {
     logic: Logic,
     outputs: Vec<OutputId>,
-    /// The parts that only the net or only the circuit has.
+    /// The outputs that only the net or only the circuit has.
     apart: compare::Apart,
 }
 

@@ -699,7 +699,7 @@ fn question(circuit: &mut Logic, signals: &[Signal], cell: &Cell) -> Option<Node
     Some(node)
 }
 
-/// The number of products that a macrocell of this kind has; on devices where wide sums use adjacent macrocells, that of all macrocells that the sum uses.
+/// The number of products that a macrocell of this kind has; on devices where wide sums use adjacent macrocells, the total of all macrocells that the sum uses.
 /// `None` for a function that has no pin yet.
 fn available(device: &Device, pin: Option<u32>, kind: CellKind, n_terms: usize) -> Option<u32> {
     if let Some(blocks) = device.blocks {

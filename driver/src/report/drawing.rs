@@ -1,7 +1,7 @@
 //! The pin-out of a chip as a drawing, in characters and as SVG, from the same model.
 //!
 //! ```text
-//! Chip ──► Drawing { shape, pins, bars } ──► text()   between letters and lines
+//! Chip ──► Drawing { shape, pins, bars } ──► text()   in characters
 //!                                       └──► svg()    with a bar of product terms for each macrocell
 //! ```
 //! A package with two rows has pin 1 at the upper left and is numbered counter-clockwise; a package with four rows begins in the middle of its
@@ -728,7 +728,7 @@ fn bars(chip: &Chip) -> Vec<Bar> {
         is_registered: cell.is_registered(),
     };
     let mut bars: Vec<Bar> = chip.cells.iter().map(of_cell).collect();
-    // A device with logic blocks has many, and the fitter chooses which of them a function uses.
+    // A device with logic blocks has many spare macrocells, and the fitter chooses which of them a function uses.
     let is_open = |device: &&Device| chip.misfit.is_none() && device.blocks.is_none();
     if let Some(device) = chip.device.filter(is_open) {
         for cell in device.macrocells {
