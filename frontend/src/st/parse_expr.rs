@@ -187,7 +187,7 @@ impl Parser<'_> {
                         .at(span, label)
                         .help(help)
                 });
-                // The place of the value is kept, so that what follows is read.
+                // A substitute value, so that the text after it is still parsed.
                 1_000_000_000
             }
         };

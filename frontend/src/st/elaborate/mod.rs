@@ -7,10 +7,10 @@
 //! - The standard function blocks are expanded in the same way, from a text of their own (`prelude`).
 //! - Functions become expressions.
 //!
-//! All mistakes in a file are found. Unsupported features are reported by name; everything else is still checked.
+//! An error does not end the elaboration. Unsupported features are reported by name; everything else is still checked.
 //!
-//! `types`, `value` and `usage` are data. `scope` contains the rules that find what a name refers to. `context` is the state that all parts share; each part adds methods to it, and `roots` is the
-//! entry point.
+//! `types`, `value` and `usage` define the data. `scope` contains the rules that find what a name refers to. `context` is the state that all parts share; each
+//! part adds methods to it, and `roots` is the entry point.
 
 mod access;
 mod bits;
