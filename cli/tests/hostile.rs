@@ -100,7 +100,7 @@ fn kinds() -> Vec<(&'static str, Vec<&'static str>, Vec<String>)> {
 /// A seed with one to four edits: bits, cuts, repetitions, pieces of other files, brackets, huge and odd numbers, words swapped.
 fn damaged(seeds: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
     let mut bytes = seeds[random.below(seeds.len())].clone();
-    // Most files stay similar to valid ones, so that they get past their reader.
+    // Most files stay similar to valid ones, so that the parser accepts many of them.
     let n_edits = if random.below(3) == 0 { 1 + random.below(4) } else { 1 };
     for _ in 0..n_edits {
         let from = random.below(bytes.len() + 1);

@@ -81,7 +81,7 @@ fn snapshot(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     all
 }
 
-/// Our entries below a folder, regardless of their contents.
+/// The temporary entries of grafsynth below a folder, regardless of their contents.
 fn entries(folder: &Path) -> Vec<PathBuf> {
     let mut all = Vec::new();
     let mut open = vec![folder.to_owned()];

@@ -132,7 +132,7 @@ transition t2 in sort down -> up when k = 0
 emergency when CONDITION
 ";
 
-/// A node that is true if `stop` is `stop` and the variable, or the input, has one of the codes 5, 6 and 7.
+/// A node that is true if the input `stop` has the value `stop` and the variable (with `of_input`, the input `k`) has one of the codes 5, 6 and 7.
 fn without_value(logic: &mut Logic, of_input: bool, stop: bool) -> NodeId {
     let mut bits = Vec::new();
     let mut when = Vec::new();
@@ -226,7 +226,7 @@ emergency when {condition}
     assert_eq!(of("output lamp bool continuous\n    emit up\n", "down.active"), 1);
 }
 
-/// The features of a circuit, with few steps and small numbers.
+/// The features that circuits support, with few steps.
 fn small() -> Features {
     Features {
         max_steps: 4,

@@ -280,7 +280,7 @@ const CODED: [(&str, usize); 3] = [
          state W { initial -> A  history H -> A
            W -> O on down  W -> A on a  W -> B on b  W -> C on c  W -> D on d
            state A  state B  state C  state D } }",
-        // The register of the chart has two flip-flops (O or W); the other register is empty or one of four.
+        // The register of the chart has two values (O or W); the other register has five: empty, or one of four states.
         1 + 3,
     ),
     (
