@@ -1,4 +1,4 @@
-//! An imported fuse map as a design: its macrocells, its circuit if it has one, and a finding for the test vectors that the fuses fail.
+//! An imported fuse map as a design: its macrocells, its circuit if it has one, and findings about test vectors that the fuses fail.
 
 use crate::logic::{Fuses, LogicDesign, interface};
 use grafsynth_backend_pld::fuse::{self, vectors};

@@ -29,7 +29,7 @@ pub struct Job {
     pub package: &'static Package,
 }
 
-/// Assigns a pin to each signal of a text.
+/// The job for a text: assigns a pin to each of its signals.
 ///
 /// # Errors
 /// An unknown device, and pins that it does not have.

@@ -155,7 +155,7 @@ fn fitted(
 ) -> Result<Fitted, Vec<Diagnostic>> {
     let circuit = design.circuit()?;
     let own = design.placement.as_ref().ok();
-    // Pins do not change if the device is the same.
+    // Pins are kept if the device is the same and the design then fits.
     let same =
         own.filter(|own| device.is_none_or(|name| name.eq_ignore_ascii_case(own.device.name)));
     let is_signal = |name: &str| {

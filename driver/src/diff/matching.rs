@@ -211,7 +211,7 @@ impl<'p, 'd> Matcher<'p, 'd> {
             return self.transitions(old, new);
         }
         self.pair(old, new, false, |at| old_key(&before[at], renames), |at| new_key(&after[at]));
-        // Parts without a name are matched by their text, or if each is the only one on its side.
+        // Parts without a name are matched by their text. For some kinds, the only parts left on both sides are matched too.
         let unnamed = |part: &Part<'_>| part.key.is_none();
         self.pair(
             old,

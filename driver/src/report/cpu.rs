@@ -135,7 +135,7 @@ fn ways(bounds: &[(&Machine, Bound)]) -> String {
     text
 }
 
-/// The chosen style and, if there was a choice, the cost of the others.
+/// The chosen style or, if there was a choice, a table of all candidates with their costs.
 fn style(package: &Package) -> String {
     if package.tried.is_empty() {
         let why = if package.reason.is_empty() {
