@@ -15,8 +15,8 @@ pub struct Outcome {
     pub n_columns: usize,
     /// Outputs that only one design has, with that design: they were not compared.
     pub apart: Apart,
-    /// The number of compared rows, without the reset row. It is less than the number of rows of the stimulus if the comparison ends at a
-    /// difference or at a row that is not legal in both designs.
+    /// The number of compared rows, without the reset row; if one design is logic, the number of rows of the stimulus. For two charts, it is less than the
+    /// number of rows of the stimulus if the comparison ends at a difference or at a row that is not legal in both designs.
     pub n_rows: usize,
 }
 

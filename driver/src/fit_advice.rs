@@ -232,7 +232,7 @@ struct LongTime<'a> {
     span: Span,
 }
 
-/// The time that uses the most registers, if these are at least half of all.
+/// The time that uses the most registers, if these are at least five and at least half of all.
 fn long_time<'a>(asked: &BuildContext<'a>) -> Option<LongTime<'a>> {
     const WORTH_A_WORD: u32 = 5;
     let net = asked.net;

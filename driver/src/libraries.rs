@@ -30,7 +30,7 @@ pub fn wanted(file: FileId, text: &str) -> Vec<String> {
     names
 }
 
-/// Adds the library charts of all files that a design uses, directly or indirectly, each file once, in the order in which they are first named.
+/// Adds the library charts of all files that a design uses, directly or indirectly, each file once and after the files that it uses itself.
 pub(crate) fn resolve(
     sources: &Sources,
     texts: &Texts,

@@ -699,7 +699,7 @@ fn ports(chip: &Chip) -> Vec<PinMark> {
                 Some(_) => PinRole::Register,
                 None => PinRole::Output,
             },
-            // Equations show every register at a pin; a netlist shows only its outputs.
+            // Equations show every register; a netlist shows only its inputs and outputs.
             Kind::Flop(_) | Kind::Buried if chip.cells.is_empty() => return None,
             Kind::Flop(_) => PinRole::Register,
             Kind::Buried => PinRole::Output,
