@@ -268,7 +268,7 @@ fn a_refuted_output_shows_what_matters() {
         "{}",
         stderr(&again)
     );
-    // Without `--trace`, the missing rows are counted; a tested output is shown in the same way.
+    // Without `--trace`, the missing rows are counted; an output that is only tested is shown in the same way.
     let Some(output) = with_wrong_c(folder, &["build", "a.graf", "-t", "c"]) else { return };
     assert!(stdout(&output).contains("20 of 40 rows are not shown; --trace FILE writes all"));
     let Some(output) = with_wrong_c(folder, &["build", "a.graf", "-t", "c", "--no-proof"]) else {

@@ -1,4 +1,4 @@
-//! Runs every verb on damaged files of every kind that it reads. Each run must answer within 10 s of CPU time and 2 GB, without a
+//! Runs every verb on damaged files of every kind that it reads. Each run must end within 10 s of CPU time (60 s without optimisation) and 2 GB, without a
 //! panic or an abort.
 //!
 //! Seeds are the cases and examples of this project and, if `GRAFSYNTH_CORPUS` names a folder with files by others, those too.

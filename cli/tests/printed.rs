@@ -8,7 +8,7 @@
 //! case                     chart on the left, trace on the right (semantics.md §12): `grafsynth sim` must give this trace
 //! ebnf, figure             notation and pictures: nothing to run
 //! ```
-//! Comments in front of a fence, which the reader of the page does not see, tell the test the rest:
+//! Comments in front of a fence, which people who read the page do not see, tell the test the rest:
 //!
 //! ```text
 //! <!-- before: COMMANDS -->        runs first in the folder of the page: makes files that the block needs

@@ -3,7 +3,7 @@
 //! ```text
 //! let (design, findings) = read::read(&sources, &texts, limits);     // texts, board and properties to a net
 //! let facts = pipeline::facts(&net, &limits);
-//! let built = pipeline::build(&net, &facts, &targets, &options);     // texts, each read back and proved
+//! let built = pipeline::build(&net, &facts, &targets, &options);     // outputs, and what was proved about each
 //! ```
 //!
 //! The files of the pipeline, in reading order; each needs only those above it and the data that it names:

@@ -230,8 +230,8 @@ pub fn few_products(
     Ok((coding, outcome))
 }
 
-/// Three initial codings: by number; by a traversal that gives each state a code close to those of its predecessors; and the latter with code 0 for the state
-/// that most rows lead to.
+/// Three initial codings: by number; by a traversal that gives each state a code close to those of its predecessors; and the second one changed so that the
+/// state that most rows lead to has code 0.
 fn starts(machine: &Machine, n_bits: usize) -> Vec<Vec<u32>> {
     let n_states = machine.states.len();
     let binary: Vec<u32> = (0..).take(n_states).collect();

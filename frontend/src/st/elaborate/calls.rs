@@ -127,7 +127,7 @@ impl Elaborator<'_> {
         Some(done)
     }
 
-    /// Expands the list of an action at its call.
+    /// Expands the body of an action or block at its call.
     fn call_body(
         &mut self,
         frame: FrameId,
