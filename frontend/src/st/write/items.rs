@@ -387,7 +387,7 @@ impl<'a> Maker<'a> {
         program
     }
 
-    /// Writes a setting that the standard does not imply as a pragma.
+    /// Writes as a pragma each setting that the standard does not imply, except the tick.
     fn setting(&mut self, setting: &Setting, tick: &mut Option<u64>, program: &mut Program) {
         match &setting.kind {
             SettingKind::Tick(ns) => *tick = Some(*ns),
