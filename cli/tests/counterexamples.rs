@@ -70,7 +70,7 @@ fn read(folder: &Path, name: &str) -> String {
     fs::read_to_string(folder.join(name)).expect("it was written")
 }
 
-/// The table after a line with this beginning: the lines that are indented by four blanks.
+/// The table after the first line that contains `start`: the lines that are indented by four blanks.
 fn table(text: &str, start: &str) -> Vec<String> {
     let lines = text.lines().skip_while(|line| !line.contains(start)).skip(1);
     let lines = lines.skip_while(|line| !line.starts_with("    "));

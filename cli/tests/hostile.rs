@@ -272,7 +272,7 @@ struct Case<'a> {
 }
 
 impl Case<'_> {
-    /// The exit code, or the error; the file is then kept.
+    /// The exit code, or the error, after which the file is kept.
     fn run(&self, random: &mut Random) -> Result<i32, String> {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let at = |name: &str| folder.path().join(name).display().to_string();

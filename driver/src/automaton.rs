@@ -33,7 +33,7 @@ struct Answer {
 /// Inputs that violate an assumption have no row, so they are don't-cares; so is everything that the net leaves undefined.
 ///
 /// # Errors
-/// An input or output is not a single bit, or the table would be too large.
+/// An input or output is not a single bit, the chart calls a function, or the table would be too large.
 pub fn machine(net: &Valid<Net>) -> Result<Machine, Vec<Diagnostic>> {
     machine_within(net, MAX_REACTIONS)
 }

@@ -15,7 +15,7 @@ pub const WRITES_C: Code = Code { id: "G0004", title: "C code requested from `co
 pub const LIBRARY_FILE: Code = Code { id: "G0010", title: "unusable library file" };
 /// A certificate that does not apply to the library chart as it is now.
 pub const CERTIFICATE: Code = Code { id: "G0011", title: "invalid certificate of a library chart" };
-/// A stimulus whose outputs cannot be predicted row by row.
+/// A stimulus for which the outputs of a circuit cannot be predicted row by row.
 pub const NO_BENCH: Code = Code { id: "G0019", title: "no test bench for this circuit" };
 /// A chart that has numbers or calls, or is too large for a state table.
 pub const NO_TABLE: Code = Code { id: "G0012", title: "no state table for this chart" };

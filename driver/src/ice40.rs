@@ -21,7 +21,7 @@ pub struct Job {
     pub name: String,
     /// The module.
     pub top: String,
-    /// The text that was proved.
+    /// The Verilog that was proved equal to the net.
     pub verilog: String,
     /// The pins (`.pcf`).
     pub constraints: String,

@@ -37,7 +37,7 @@ pub struct Minimised {
 /// Reads and minimises a table. The result is compared with the original before it is returned.
 ///
 /// # Errors
-/// The findings, if one of them is an error.
+/// There is no table if one of the findings is an error.
 pub fn minimise(
     file: FileId,
     text: &str,

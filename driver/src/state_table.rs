@@ -235,7 +235,7 @@ pub fn few_products(
 fn starts(machine: &Machine, n_bits: usize) -> Vec<Vec<u32>> {
     let n_states = machine.states.len();
     let binary: Vec<u32> = (0..).take(n_states).collect();
-    // The affinity of two states: rows with the same next state, and rows from the same state.
+    // The affinity of two states grows with their common next states and outputs, and if they are next states of the same state.
     let mut weight = vec![vec![0_u32; n_states]; n_states];
     let mut join = |a: usize, b: usize, by: u32| {
         if a != b {

@@ -16,8 +16,8 @@ use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::rounds;
 use grafsynth_verify::{Dominance, Limits, Verdict, dominates, facts};
 
-/// Two steps, an output that is safe on and one that is safe off, and an emergency on inputs, a step's time and a number. Its flip-flops and outputs
-/// are those of a GAL22V10 (ten), because one dialect supports only GALs.
+/// Two steps, an output whose safe value is on, one whose safe value is off, and an emergency on inputs, a step's time and a number. Its flip-flops and outputs
+/// fit the ten macrocells of a GAL22V10, because one dialect supports only GALs.
 const PRESS: &str = "net press
 part press level 1
 input stop bool
@@ -243,7 +243,7 @@ fn small() -> Features {
 fn emergencies_of_random_nets_dominate() {
     let (mut n_circuits, mut n_open, mut n_properties) = (0, 0, 0);
     for seed in 0..rounds(150, 1_000) {
-        // Half of them are small and of few kinds, so that circuits of them are found quickly.
+        // Half of the nets are small and have few features, so that many of them become circuits.
         let is_small = seed % 2 == 0;
         let features = if is_small { small() } else { Features::everything() };
         let net = random_net(seed, &features);

@@ -59,7 +59,7 @@ fn mutated(mut facts: Facts, net: &Net, kind: usize, random: &mut Random) -> Opt
             let steps = &mut facts.components[at].steps;
             steps.remove(random.below(steps.len()));
         }
-        // One step more.
+        // A component with one step more.
         2 => {
             let at = (0..n_components).find(|at| facts.components[*at].always)?;
             let inside = facts.components[at].steps.clone();

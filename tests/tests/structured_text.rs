@@ -396,7 +396,7 @@ fn c_text(net: &Valid<Net>) -> (&'static str, String) {
     (package.style, file.text.lines().skip(2).collect::<Vec<_>>().join("\n"))
 }
 
-/// A ring of steps with `N` on shared outputs, as sequential function chart and in the chart language.
+/// A ring of steps with `N` on shared outputs, as a sequential function chart and in the chart language.
 fn rings(n_steps: usize) -> (String, String) {
     const PINS: usize = 16;
     let pins = |prefix: &str| (0..PINS).map(|at| format!("{prefix}{at}")).collect::<Vec<_>>();

@@ -577,7 +577,7 @@ fn the_style_follows_the_machine() {
         let options = Options { machine, goal, io: Io::Words, ..Options::default() };
         let package = emit(&net, &facts, &options).expect("it is emitted");
         let style = package.tried.iter().find(|it| it.is_taken).expect("one is").style;
-        // The result equals the result of the style requested by name.
+        // The chosen style gives the same files if it is requested by name.
         let asked = Options { style, io: Io::Words, ..Options::default() };
         assert_eq!(package.files, emit(&net, &facts, &asked).expect("it is emitted").files);
         style

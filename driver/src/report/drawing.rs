@@ -131,7 +131,7 @@ pub struct Bar {
     pub pin: Option<u32>,
     /// The name of its signal; empty for a spare macrocell.
     pub name: String,
-    /// Terms of its sum.
+    /// The number of terms of its sum.
     pub used: u32,
     /// The number of available terms, if the macrocell is known.
     pub available: Option<u32>,

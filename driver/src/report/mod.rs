@@ -82,7 +82,7 @@ pub struct Subject<'a> {
     pub sources: &'a Sources,
     /// The reachable situations, as far as they could be counted.
     pub reach: Option<Reach>,
-    /// The results of its properties.
+    /// The results of the chart's properties.
     pub properties: Vec<PropertyVerdict>,
     /// True for imported logic: the net then has its pins and no behaviour.
     pub is_logic: bool,

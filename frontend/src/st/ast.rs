@@ -170,7 +170,7 @@ impl TypeRef {
         TypeRef { kind: TypeKind::Named(Ident::new(name, span)), span }
     }
 
-    /// The name of a type that is not written out.
+    /// The name of the type, if it is only a name.
     pub(crate) fn name(&self) -> Option<&Ident> {
         if let TypeKind::Named(name) = &self.kind { Some(name) } else { None }
     }

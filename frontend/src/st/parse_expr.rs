@@ -363,7 +363,7 @@ impl Parser<'_> {
                 }
                 _ => return Err(self.expected("TRUE, FALSE, 0 or 1")),
             },
-            // An enumeration value is known by its own name.
+            // An enumeration value is found by its own name, without the type.
             Kind::Word => ExprKind::Name(self.name("a value")?),
             Kind::Real => {
                 self.advance();
