@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// Toggles for a long time before the output `full` shows its number.
+/// A chart that toggles for a long time before the output `full` shows its number.
 const LONG: &str = "chart long {
     input go
     output R
@@ -21,7 +21,7 @@ const LONG: &str = "chart long {
 }
 ";
 
-/// Takes several clocks on a chip.
+/// A chart whose reaction takes several clocks on a chip.
 const STABLE: &str = "chart slow {
     evolution stable
     input go, stop

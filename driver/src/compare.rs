@@ -13,7 +13,7 @@ pub struct Outcome {
     pub difference: Option<Difference>,
     /// The number of computed columns that both have.
     pub n_columns: usize,
-    /// Outputs that only one design has, with that design: they were not compared.
+    /// Outputs that only one design has, which were not compared.
     pub apart: Apart,
     /// The number of compared rows, without the reset row; if one design is logic, the number of rows of the stimulus. For two charts, it is less than the
     /// number of rows of the stimulus if the comparison ends at a difference or at a row that is not legal in both designs.
@@ -50,7 +50,7 @@ pub fn common(left: &Valid<Net>, right: &Valid<Net>) -> Result<Common, Vec<Diagn
     Common::of(left, right).map_err(|why| vec![incomparable(&why)])
 }
 
-/// Compares two nets under a stimulus of the first, whose inputs are matched by name. Compared are all computed columns that both have, and `steps` if they
+/// Compares two nets under a stimulus of the first, whose inputs are matched by name. All computed columns that both have are compared, and `steps` if both
 /// have the same step names.
 ///
 /// # Errors

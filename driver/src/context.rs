@@ -21,7 +21,7 @@ pub(crate) struct BuildContext<'a> {
     pub(crate) medium: Medium,
 }
 
-/// What a circuit is written as.
+/// The form in which a circuit is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Medium {
     /// A text.

@@ -495,7 +495,7 @@ fn broken(simulator: &Simulator<'_>, net: &Net, never: &PropertyExpr) -> Broken 
     Broken { span: term.span, parts: all.iter().map(part).collect() }
 }
 
-/// A leaf as the author of a chart writes it.
+/// A leaf or an array element as the author of a chart writes it.
 fn name_of(net: &Net, expr: &PropertyExpr) -> String {
     if let ExprKind::Leaf(leaf) = &expr.kind {
         return leaf_name(net, leaf);

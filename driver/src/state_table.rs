@@ -20,7 +20,7 @@ pub enum Coding {
 }
 
 impl Coding {
-    /// The number of the state in binary as its code.
+    /// The coding in which the code of each state is its number in binary.
     #[must_use]
     pub fn binary(machine: &Machine) -> Self {
         let n_states = machine.states.len();

@@ -62,7 +62,7 @@ fn again(text: &str, verbatim: &[&str], config: &Config) -> Result<Unit, String>
     unit.ok_or_else(|| shown(&found, &files))
 }
 
-/// Reads a file of a package and prints it; `Some` is why that failed.
+/// Reads a file of a package, prints it and reads it again; returns the reason if that fails.
 fn failure(package: &Package, name: &str, verbatim: &[&str], config: &Config) -> Option<String> {
     let files = files(package, name);
     let about = |why: String| Some(format!("{name} for {}: {why}", config.name));
@@ -302,7 +302,7 @@ fn word(bytes: &[u8], at: usize) -> std::ops::Range<usize> {
     start..end + 1
 }
 
-/// No mutant causes a panic. One that is still C survives printing.
+/// No mutant causes a panic. A mutant that is still C is printed and read back as the same tree.
 #[test]
 fn mutants_are_read_or_refused() {
     let mut subjects = Vec::new();

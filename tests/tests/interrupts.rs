@@ -353,8 +353,8 @@ const BUDGET: u64 = 1600;
 const INTERRUPT: u64 = 160;
 const BLOCKING: u64 = 40;
 
-/// In ten million cycles with tasks, each stays within its cost and each step within its budget, plus the time of the interrupts in between; an
-/// interrupt waits at most for the longest critical section, or another interrupt; nothing is lost or torn.
+/// In ten million cycles, each task stays within its cost and each step within its budget, plus the time of the interrupts in between; an interrupt waits at
+/// most for the longest critical section, or another interrupt; nothing is lost or torn.
 #[test]
 fn tasks_stay_within_their_budgets_beside_interrupts() {
     if !is_here(&AvrEngine::default()) {

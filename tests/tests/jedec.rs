@@ -278,7 +278,7 @@ fn each_flipped_fuse_of_the_truck_is_caught() {
         for &fuse in &live {
             let mut flipped = burned.map.clone();
             flipped.fuses[fuse as usize] ^= true;
-            // The proof: every product as intended, then the circuit equal to the net.
+            // The proof first compares every product with the intended one; this already detects each flip.
             let said = decode(&flipped);
             let is_seen = match &said {
                 Err(_) => true,

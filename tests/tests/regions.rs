@@ -397,7 +397,7 @@ fn run_engines(net: &Valid<Net>, wanted: &[&str]) -> usize {
                 let found = compare(&expected, &got);
                 assert_eq!(found, None, "{}\n{}", engine.name(), readable(net));
             }
-            // A chart that does not fit a device or has no sums of products of limited size.
+            // The chart does not fit the device, or its sums of products are too large.
             Err(EngineError::Refused(found)) => assert!(
                 found.iter().all(|one| one.code.id.starts_with("G07")),
                 "{}: {found:?}",

@@ -303,7 +303,7 @@ impl Reader<'_, '_> {
     }
 }
 
-/// The value of the format for a word that other tools write as the value of an attribute.
+/// The value that the format has for a word that other tools write in this attribute.
 fn synonym(attribute: &str, value: &str) -> Option<&'static str> {
     match (attribute, value) {
         ("storage", "latch" | "s") => Some("set"),
