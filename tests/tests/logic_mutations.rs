@@ -185,7 +185,7 @@ fn mutant(subject: &Subject, random: &mut Random) -> String {
         // Removed, or repeated.
         0 => String::new(),
         1 => format!("{word} {word}"),
-        // The opposite operator.
+        // Negated.
         2 if is_name(word) => {
             let sign = match subject.language {
                 "verilog" => "~",
