@@ -41,9 +41,9 @@ pub struct Certifiable {
     pub outcome: Outcome,
 }
 
-/// Proves the named properties of the library charts in `file`, each chart alone, and writes a certificate for each chart that lists those that are proved.
-/// Each property gets one proof within `limits`. A certificate cannot list a property without a name. Tasks without a declared cost get the estimate of the
-/// model of `machine`.
+/// Proves the named properties of the library charts in `file`, each chart alone. For each chart, it writes a certificate that lists the proved ones. Each
+/// property gets one proof within `limits`. A certificate cannot list a property without a name. Tasks without a declared cost get the estimate of the model of
+/// `machine`.
 #[must_use]
 pub fn certify(
     design: &Design,

@@ -17,7 +17,7 @@ use grafsynth_verify::Limits;
 pub(crate) const ENUMERATION_WORK: u64 = 20_000_000;
 
 /// The facts that back ends need about a net. These are its structure and, for a chart that evolves until it is stable, a bound on its micro-steps, which only
-/// an enumeration can find. The enumeration is limited, so the time does not grow with the number of states.
+/// a search of its states can find. The search is limited, so the time does not grow with the number of states.
 #[must_use]
 pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
     match net.settings.evolution {

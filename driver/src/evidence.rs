@@ -105,7 +105,7 @@ impl Evidence {
         table(all)
     }
 
-    /// The evidence of two runs of one net up to the last row of the stimulus, which may come from other engines: `column` contains the difference, and `left`
+    /// The evidence of two runs of one net, which may come from other engines, up to the last row of the stimulus: `column` contains the difference, and `left`
     /// and `right` name the runs in the headers.
     #[must_use]
     pub fn of_traces(

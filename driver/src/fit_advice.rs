@@ -265,7 +265,7 @@ fn bits(ticks: u64) -> u32 {
     u64::BITS - (ticks + 1).leading_zeros()
 }
 
-/// Suggests a longer tick for a time that uses most of the registers, with the number of registers that the time would then use.
+/// Suggests a longer tick for a time that uses at least half of the registers, with the number of registers that the time would then use.
 fn times(asked: &BuildContext<'_>) -> Option<String> {
     const LONGER: [u64; 3] = [10, 100, 1000];
     let LongTime { name, n, ticks, .. } = long_time(asked)?;

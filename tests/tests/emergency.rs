@@ -200,7 +200,7 @@ fn codes_without_a_value_count_where_the_rest_decides() {
     }
 }
 
-/// If a net has only extern actions, or only mealy outputs and a condition that reads more than inputs, no row could violate the property. Then there is no
+/// If a net has only extern actions, or only Mealy outputs and a condition that reads more than inputs, no row could violate the property. Then there is no
 /// property, rather than an empty proof.
 #[test]
 fn there_is_no_property_of_nothing() {
