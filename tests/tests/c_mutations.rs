@@ -1,6 +1,6 @@
 //! The check of C can fail: emitted C with one change is refuted, equal to the chart, or not reported as proved.
 //!
-//! Each mutant that is reported as proved is checked independently: it is compiled with an ordinary harness and compared with the simulator on stimuli from
+//! Each mutant that is not refuted is checked independently: it is compiled with an ordinary harness and compared with the simulator on stimuli from
 //! reset, long random ones and directed ones.
 
 #![allow(clippy::print_stdout, reason = "tests report what they skip and what they counted")]
