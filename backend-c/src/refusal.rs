@@ -1,4 +1,4 @@
-//! Why a style does not write a chart.
+//! Why a style of C does not support a chart.
 
 use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
@@ -12,7 +12,7 @@ pub(crate) struct Refusal {
     pub(crate) span: Span,
 }
 
-/// Why there is no program of a style.
+/// Why a style produced no program.
 pub(crate) enum Failure {
     /// The style does not support the net.
     Refused(Refusal),

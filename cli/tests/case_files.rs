@@ -104,7 +104,7 @@ pub(crate) fn files(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// The files that differ from a list of outputs. A file that belongs to the user has no hash.
+/// The files whose hash differs from that in a list of outputs. A file that belongs to the user has no hash in the list.
 pub(crate) fn wrong_hashes(folder: &Path, list: &[u8]) -> Vec<String> {
     let list: serde_json::Value = serde_json::from_slice(list).expect("a list of outputs");
     let builds = list["builds"].as_array().expect("builds");

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// Toggles for a long time before the output `full` shows its number.
+/// A chart that toggles for a long time before the output `full` shows its number.
 const LONG: &str = "chart long {
     input go
     output R
@@ -21,7 +21,7 @@ const LONG: &str = "chart long {
 }
 ";
 
-/// Takes several clocks on a chip.
+/// A chart whose reaction takes several clocks on a chip.
 const STABLE: &str = "chart slow {
     evolution stable
     input go, stop
@@ -70,7 +70,7 @@ fn read(folder: &Path, name: &str) -> String {
     fs::read_to_string(folder.join(name)).expect("it was written")
 }
 
-/// The table after a line with this beginning: the lines that are indented by four blanks.
+/// The table after the first line that contains `start`: the lines that are indented by four blanks.
 fn table(text: &str, start: &str) -> Vec<String> {
     let lines = text.lines().skip_while(|line| !line.contains(start)).skip(1);
     let lines = lines.skip_while(|line| !line.starts_with("    "));
@@ -268,7 +268,7 @@ fn a_refuted_output_shows_what_matters() {
         "{}",
         stderr(&again)
     );
-    // Without `--trace`, the missing rows are counted; a tested output is shown in the same way.
+    // Without `--trace`, the missing rows are counted; an output that is only tested is shown in the same way.
     let Some(output) = with_wrong_c(folder, &["build", "a.graf", "-t", "c"]) else { return };
     assert!(stdout(&output).contains("20 of 40 rows are not shown; --trace FILE writes all"));
     let Some(output) = with_wrong_c(folder, &["build", "a.graf", "-t", "c", "--no-proof"]) else {

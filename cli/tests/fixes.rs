@@ -82,7 +82,7 @@ fn findings(folder: &Path, arguments: &[String]) -> Vec<Value> {
         .collect()
 }
 
-/// The byte at a line and a number of UTF-16 code units.
+/// The byte offset of a position, which is a line and a number of UTF-16 code units.
 fn offset(text: &str, place: &Value) -> usize {
     let number =
         |key: &str| usize::try_from(place[key].as_u64().expect("a number")).expect("small");

@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// Pages whose example needs more than one run of the program; the crate that owns the code tests it.
+/// Pages whose example is not run here, each with the reason or the place of its test.
 const ELSEWHERE: [(&str, &str); 19] = [
     ("G0003", "needs a second design: tests/cases/codes/G0003.graf"),
     ("G0015", "needs what an older build wrote: tests/cases/codes/G0015.graf"),
@@ -91,7 +91,7 @@ pub(crate) fn prepare(page: &str) -> (tempfile::TempDir, Vec<String>) {
     let file = folder.path().join(format!("example.{extension}"));
     fs::write(&file, format!("{body}\n")).expect("the example can be written");
     let mut arguments: Vec<String> = verb.split_whitespace().map(str::to_owned).collect();
-    // An option at the end that names the purpose of the second file is only for the reader.
+    // An option at the end tells people what the second file is for; it is added again with the name of that file.
     arguments.retain(|argument| argument != "--stimulus" && argument != "--restore");
     let shown = format!("example.{extension}");
     if arguments.iter().any(|argument| argument == "{}") {

@@ -8,10 +8,10 @@
 //! case                     chart on the left, trace on the right (semantics.md §12): `grafsynth sim` must give this trace
 //! ebnf, figure             notation and pictures: nothing to run
 //! ```
-//! Comments in front of a fence, which the reader of the page does not see, tell the test the rest:
+//! Comments in front of a fence, which people who read the page do not see, tell the test the rest:
 //!
 //! ```text
-//! <!-- before: COMMANDS -->        runs first in the folder of the page: files that the block takes for granted
+//! <!-- before: COMMANDS -->        runs first in the folder of the page: makes files that the block needs
 //! <!-- printed by: COMMAND -->     the block is part of the output of this command; a line `...` stands for any lines
 //! <!-- compiled after: COMMANDS -->   a part of a C program: compiled after these commands have written its surroundings
 //! <!-- needs: TOOL TOOL -->        without these tools the block is skipped (a failure in CI)

@@ -1,4 +1,4 @@
-//! C code that differs from its chart, or that no compiler accepts, is never written; the exit code shows what could not be checked.
+//! C code that differs from its chart, or that the compiler rejects, is never written; the exit code shows what could not be checked.
 
 #![cfg(unix)]
 #![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]

@@ -81,7 +81,7 @@ fn snapshot(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     all
 }
 
-/// Our entries below a folder, regardless of their contents.
+/// The temporary entries of grafsynth below a folder, regardless of their contents.
 fn entries(folder: &Path) -> Vec<PathBuf> {
     let mut all = Vec::new();
     let mut open = vec![folder.to_owned()];
@@ -234,7 +234,7 @@ fn links_in_the_folder_are_refused_and_links_that_the_user_names_are_followed() 
     symlink(at("away"), at("out/lamp-cmake")).expect("a link");
     assert!(refused(folder.path()).contains("out/lamp-cmake is a symbolic link"));
     fs::remove_file(at("out/lamp-cmake")).expect("it is removed");
-    // The folder itself, and a file by name.
+    // A link to the folder itself, and one to a file by name.
     fs::rename(at("out"), at("real")).expect("it is moved");
     symlink(at("real"), at("out")).expect("a link");
     assert!(done(build(folder.path(), 0)).status.success());

@@ -1,8 +1,8 @@
-//! The reachable product automaton of a chart: one state for each reachable state of the chart, one row for each input. It is the equivalent finite-state
-//! machine in Fig. 3 of the paper on the Graphical FSM Editor (GFE).
+//! The reachable product automaton of a chart: one state for each reachable state of the chart, with rows for all its inputs. Fig. 3 of the paper on the
+//! Graphical FSM Editor (GFE) calls it the equivalent finite-state machine.
 //!
-//! Outputs are those of the reaction, as in a row of the trace. A machine that is read back has them as mealy outputs, so its trace equals that of the
-//! chart from row 1 on; row 0, before any reaction, shows the result of a first reaction with all inputs 0.
+//! Outputs are those of the reaction, as in a row of the trace. A machine that is read back has them as Mealy outputs, so its trace equals that of the chart
+//! from row 1 on; its row 0, before any reaction, shows the result of a first reaction with all inputs 0.
 
 use crate::codes::NO_TABLE;
 use crate::rows;
@@ -21,7 +21,7 @@ const MAX_STATES: usize = 10_000;
 /// The maximum number of reactions that [`machine`] runs.
 const MAX_REACTIONS: usize = 1 << 21;
 
-/// The reaction to an input in a state: the next state and the outputs.
+/// The reaction to one combination of inputs in a state: the next state and the outputs.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct Answer {
     to: Option<usize>,
@@ -33,7 +33,7 @@ struct Answer {
 /// Inputs that violate an assumption have no row, so they are don't-cares; so is everything that the net leaves undefined.
 ///
 /// # Errors
-/// An input or output is not a single bit, or the table would be too large.
+/// An input or output is not a single bit, the chart calls a function, or the table would be too large.
 pub fn machine(net: &Valid<Net>) -> Result<Machine, Vec<Diagnostic>> {
     machine_within(net, MAX_REACTIONS)
 }

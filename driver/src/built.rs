@@ -156,7 +156,7 @@ impl Refusal {
 /// A template as read from its file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TemplateFile {
-    /// The file that findings point into.
+    /// The number of the file, for the locations of findings.
     pub file: FileId,
     /// Its path.
     pub path: String,
@@ -165,7 +165,7 @@ pub struct TemplateFile {
 }
 
 impl TemplateFile {
-    /// The file that it generates for a chart: `my.py.j2` makes `STEM.py`; a template without a language makes `STEM.txt`.
+    /// The name of the file that it generates for a chart: `STEM.py` for `my.py.j2`, `STEM.txt` for `my.j2`.
     #[must_use]
     pub fn output(&self, stem: &FileStem) -> String {
         let name = self.path.rsplit(['/', '\\']).next().unwrap_or(&self.path);

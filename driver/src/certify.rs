@@ -24,7 +24,7 @@ pub struct Certified {
     pub properties: usize,
     /// Each named property with its result, in order.
     pub verdicts: Vec<Certifiable>,
-    /// Named properties that are in no certificate, with the reason.
+    /// Properties that are in no certificate, and library charts that are not certified, each with the reason.
     pub found: Vec<Diagnostic>,
 }
 
@@ -41,8 +41,9 @@ pub struct Certifiable {
     pub outcome: Outcome,
 }
 
-/// Proves the named properties of the library charts in `file`, each chart alone, and writes certificates for those that are proved. Each property gets one
-/// proof within `limits`. Properties without a name cannot be listed. Tasks without a declared cost get the estimate of the model of `machine`.
+/// Proves the named properties of the library charts in `file`, each chart alone. For each chart, it writes a certificate that lists the proved ones. Each
+/// property gets one proof within `limits`. A certificate cannot list a property without a name. Tasks without a declared cost get the estimate of the model of
+/// `machine`.
 #[must_use]
 pub fn certify(
     design: &Design,

@@ -17,7 +17,7 @@ use grafsynth_verify::Limits;
 pub(crate) const ENUMERATION_WORK: u64 = 20_000_000;
 
 /// The facts that back ends need about a net. These are its structure and, for a chart that evolves until it is stable, a bound on its micro-steps, which only
-/// an enumeration can find. The time is proportional to the size of the net, not to the number of its states.
+/// a search of its states can find. The search is limited, so the time does not grow with the number of states.
 #[must_use]
 pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
     match net.settings.evolution {
@@ -46,7 +46,7 @@ pub fn logic(net: &Valid<Net>, facts: &Facts) -> Result<Logic, Vec<Diagnostic>> 
     logic_as(net, facts, BusyMode::default())
 }
 
-/// The circuit of a net, with a choice whether a reaction may take several clocks.
+/// Like [`logic`], with a choice whether a reaction may take several clocks.
 ///
 /// # Errors
 /// Everything that a chip cannot do, each with its location.
@@ -60,7 +60,7 @@ pub fn logic_as(net: &Valid<Net>, facts: &Facts, busy: BusyMode) -> Result<Logic
     )
 }
 
-/// A text, and the circuit that an independent reader reads from it.
+/// A text, and the circuit that an independent parser reads from it.
 #[derive(Debug, Clone)]
 pub struct Through {
     /// The text with its names.
@@ -72,7 +72,7 @@ pub struct Through {
 /// Writes a circuit in a language and reads it back.
 ///
 /// # Errors
-/// The language cannot express the circuit, or the reader cannot read the emitted text.
+/// The language cannot express the circuit, or the parser cannot read the emitted text.
 pub fn through(
     logic: &Logic,
     dialect: Dialect,
@@ -83,7 +83,7 @@ pub fn through(
     Ok(Through { emitted, read_back })
 }
 
-/// The circuit that an independent reader finds in a text, with the roles of the emitted circuit.
+/// The circuit that an independent parser reads from a text, with the roles of the emitted circuit.
 pub(crate) fn read_back(emitted: &Emitted) -> Result<Logic, Vec<Diagnostic>> {
     // The text is not a file of the user, so its findings must not refer to one: this number has no source.
     let file = FileId(u32::MAX);

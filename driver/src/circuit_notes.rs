@@ -12,7 +12,8 @@ use grafsynth_ir::{Diagnostic, counted};
 use grafsynth_logic::BusyMode;
 use grafsynth_logic::state_assignment::Encoding;
 
-/// Whether a circuit that was requested as safe is proved safe after it was read back; if not, the result is open.
+/// Whether a circuit that was requested as safe is proved safe after it was read back; if not, the result is open. A circuit with `busy` is never made safe,
+/// and the note says so.
 pub(crate) fn safe(logic: &Logic, read_back: &Logic) -> Note {
     if logic.outputs.values().any(|output| output.role == PinRole::Busy) {
         return Note::Safe("not made safe: it runs one micro-step per clock".to_owned());
@@ -34,7 +35,7 @@ pub(crate) fn safe(logic: &Logic, read_back: &Logic) -> Note {
     }
 }
 
-/// The note on encoding and don't-cares; `None` if each step has its flip-flop and no don't-cares are used.
+/// The note on the encoding, on unread inputs without a pin, and on don't-cares; `None` if there are none of these and each step has its own flip-flop.
 pub(crate) fn codes_and_dont_cares(
     coded: &EncodedLogic,
     emitted: &Logic,

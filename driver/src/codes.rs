@@ -7,7 +7,7 @@ use grafsynth_ir::Code;
 pub const UNKNOWN_FORMAT: Code = Code { id: "G0001", title: "unknown file format" };
 /// A conversion that needs a chart was given logic.
 pub const NEEDS_CHART: Code = Code { id: "G0002", title: "logic instead of a chart" };
-/// Logic read from a text cannot be compared with the chart.
+/// Two designs that cannot be compared with each other.
 pub const LOGIC_DOES_NOT_FIT: Code = Code { id: "G0003", title: "designs that cannot be compared" };
 /// A conversion to C, which consists of more than one text.
 pub const WRITES_C: Code = Code { id: "G0004", title: "C code requested from `convert`" };
@@ -15,9 +15,9 @@ pub const WRITES_C: Code = Code { id: "G0004", title: "C code requested from `co
 pub const LIBRARY_FILE: Code = Code { id: "G0010", title: "unusable library file" };
 /// A certificate that does not apply to the library chart as it is now.
 pub const CERTIFICATE: Code = Code { id: "G0011", title: "invalid certificate of a library chart" };
-/// A stimulus whose outputs cannot be predicted row by row.
+/// A stimulus for which the outputs of a circuit cannot be predicted row by row.
 pub const NO_BENCH: Code = Code { id: "G0019", title: "no test bench for this circuit" };
-/// A chart that has no finite table of bits.
+/// A chart that has numbers or calls, or is too large for a state table.
 pub const NO_TABLE: Code = Code { id: "G0012", title: "no state table for this chart" };
 /// Two outputs of one build have the same name.
 pub const SAME_OUTPUT: Code = Code { id: "G0013", title: "two output files with the same name" };

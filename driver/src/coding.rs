@@ -1,8 +1,8 @@
 //! State encoding of a circuit, and the don't-cares of its equations: from the proved facts of a net.
 //!
-//! Groups are the sequential components of [`Facts`]; if the reachable situations are known and few, unreachable ones are don't-cares. All of this
-//! applies to states between clocks, so a circuit with one micro-step per clock is left unchanged. Whatever is assumed here, the resulting text
-//! is read back and proved equal to the net from power-up on.
+//! The steps of a sequential component of [`Facts`] can share a code; if the reachable situations are known and few, unreachable ones are don't-cares. All of
+//! this applies to states between clocks, so a circuit with one micro-step per clock is left unchanged. Whatever is assumed here, the resulting text is read
+//! back and proved equal to the net from power-up on.
 
 use grafsynth_backend_pld::device::{Device, PowerUp};
 use grafsynth_backend_pld::equations::Equations;
@@ -52,8 +52,8 @@ pub struct EncodedLogic {
     pub equations: Option<Rc<Equations>>,
 }
 
-/// The groups of mutually exclusive steps, by their flip-flops. They are components (joined if they exclude each other), the registers of regions, and steps
-/// that are always active.
+/// The groups of mutually exclusive steps, by their flip-flops. They are sequential components (joined if they exclude each other), the registers of regions,
+/// and single steps that are always active.
 #[must_use]
 pub fn groups(net: &Net, facts: &Facts, logic: &Logic) -> Vec<Group> {
     let flops = flops_of_steps(logic);
@@ -64,7 +64,7 @@ pub fn groups(net: &Net, facts: &Facts, logic: &Logic) -> Vec<Group> {
             component.steps.iter().map(|step| flops.get(step).copied()).collect();
         let Some(steps) = steps else { continue };
         let first = &net.steps[component.steps[0]];
-        // A group that is a whole part of the chart, and thus its bits, are named after the part.
+        // If a group is a whole part of the chart, the group and its bits are named after the part.
         let part = &net.parts[first.part];
         let of_part = net.steps.values().filter(|step| step.part == first.part).count();
         let name = if of_part == component.steps.len() { &part.name } else { &first.name };
@@ -94,7 +94,7 @@ fn n_bits(n_steps: usize, is_always: bool) -> u32 {
     (n_steps + usize::from(!is_always)).next_power_of_two().trailing_zeros()
 }
 
-/// Joins groups whose steps exclude each other, if one common code has fewer bits than two: inner states of mutually exclusive states.
+/// Joins groups whose steps exclude each other, such as the inner states of mutually exclusive states, if a common code has fewer bits than the separate codes.
 fn join(groups: &mut Vec<(Vec<StepId>, Group)>, sets: &[Vec<u64>]) {
     let mut at = 0;
     while at < groups.len() {
@@ -168,7 +168,7 @@ fn flops_of(logic: &Logic, step_of: impl Fn(Origin) -> Option<StepId>) -> BTreeM
         .collect()
 }
 
-/// The reachable situations, if all of them are known and there are not more than this.
+/// The reachable situations, if all of them are known and there are at most `most`.
 fn sets(facts: &Facts, most: usize) -> Option<&[Vec<u64>]> {
     let reach = facts.reach.as_ref().filter(|reach| reach.exact)?;
     reach.sets.as_deref().filter(|sets| sets.len() <= most)
@@ -216,8 +216,8 @@ pub fn code(
     code_knowing(known, net, facts, logic, asked, dialect, options)
 }
 
-/// Like [`code`], for one of several devices: results for another device are reused. `asked` is the requested encoding, and whether every illegal
-/// situation must return to the initial one.
+/// Like [`code`], for one of several devices: results for other devices are reused. `choice` is the requested encoding; with `safe`, every illegal situation
+/// must return to the initial one.
 #[must_use]
 pub fn code_knowing(
     cache: &mut EncodingCache,
@@ -304,7 +304,7 @@ impl Coder<'_> {
         coded
     }
 
-    /// One code for whole situations, if it has fewer flip-flops than this.
+    /// A circuit with one code for whole situations, if it has fewer than `n_flops` flip-flops.
     fn flat(&self, n_flops: usize, tries: usize) -> Option<Logic> {
         let situations = self.situations.as_ref()?;
         if situations.n_bits() + self.known.flops.len() >= n_flops + situations.flops.len() {
@@ -369,8 +369,8 @@ impl Coder<'_> {
         })
     }
 
-    /// Codes that fit the product terms of the macrocells: if there are enough pins but too few product terms, other codes for the steps may still fit. Logic
-    /// blocks lack inputs rather than terms.
+    /// Codes that fit the product terms of the macrocells: if there are enough pins but too few product terms, other codes for the steps may still fit. Devices
+    /// with logic blocks are not tried: what they lack is usually inputs, not terms.
     fn within(&self, cache: &mut EncodingCache, options: &EmitOptions) -> Option<Logic> {
         if !may_fit(self.logic, &self.groups, Encoding::Compact, options) {
             return None;

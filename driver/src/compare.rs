@@ -1,4 +1,4 @@
-//! Compares the common columns of two charts: by a proof for every stimulus, or by a test with some stimuli.
+//! Compares the common columns of two charts under a stimulus.
 
 use crate::codes;
 use grafsynth_ir::net::Net;
@@ -13,10 +13,10 @@ pub struct Outcome {
     pub difference: Option<Difference>,
     /// The number of computed columns that both have.
     pub n_columns: usize,
-    /// Outputs that only one design has, with that design: they were not compared.
+    /// Outputs that only one design has, which were not compared.
     pub apart: Apart,
-    /// The number of compared rows, without the reset row. It is less than the number of rows of the stimulus if the comparison ends at a
-    /// difference or at a row that is not legal in both designs.
+    /// The number of compared rows, without the reset row; if one design is logic, the number of rows of the stimulus. For two charts, it is less than the
+    /// number of rows of the stimulus if the comparison ends at a difference or at a row that is not legal in both designs.
     pub n_rows: usize,
 }
 
@@ -50,7 +50,7 @@ pub fn common(left: &Valid<Net>, right: &Valid<Net>) -> Result<Common, Vec<Diagn
     Common::of(left, right).map_err(|why| vec![incomparable(&why)])
 }
 
-/// Compares two nets under a stimulus of the first, whose inputs are matched by name. Compared are all computed columns that both have, and `steps` if they
+/// Compares two nets under a stimulus of the first, whose inputs are matched by name. All computed columns that both have are compared, and `steps` if both
 /// have the same step names.
 ///
 /// # Errors

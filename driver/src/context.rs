@@ -1,4 +1,4 @@
-//! What every stage of one output knows: the net, its facts, its circuit, the options, and what is to be written.
+//! The data that all stages of one output share: the net, its facts, its circuit, the options, and what is to be written.
 
 use crate::built::BuildOptions;
 use crate::circuit::emit_options;
@@ -21,7 +21,7 @@ pub(crate) struct BuildContext<'a> {
     pub(crate) medium: Medium,
 }
 
-/// What a circuit is written as.
+/// The form in which a circuit is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Medium {
     /// A text.

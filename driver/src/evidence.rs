@@ -1,4 +1,4 @@
-//! The relevant part of a run: the inputs that change or are read, the situation, the fired transitions, and the values that the question is about.
+//! The relevant part of a run: the inputs that change or are read, the situation, the fired transitions, and the values of the property or column in question.
 //!
 //! This is data: [`Evidence`] is a table of cells, and [`Evidence::excerpt`] combines equal rows and shortens a table that is too long for people. Only the
 //! command line converts it to text. The trace of the stimulus has every column of every row.
@@ -23,7 +23,7 @@ const FIRST_ROWS: usize = 4;
 pub struct Evidence {
     /// The headers; the first is `row`, the number of the row in the trace.
     pub columns: Vec<String>,
-    /// One list of cells for each row of the trace; the first is the row's number.
+    /// One list of cells for each row of the trace; the first cell is the row's number.
     pub rows: Vec<Vec<String>>,
     /// The term of the property that is violated in the last row.
     pub broken: Option<Broken>,
@@ -105,8 +105,8 @@ impl Evidence {
         table(all)
     }
 
-    /// Two runs of one net up to the row that ends the stimulus: the column contains the difference, and `left` and `right` name the two runs in the headers.
-    /// The runs may come from other engines.
+    /// The evidence of two runs of one net, which may come from other engines, up to the last row of the stimulus: `column` contains the difference, and `left`
+    /// and `right` name the runs in the headers.
     #[must_use]
     pub fn of_traces(
         net: &Valid<Net>,
@@ -230,7 +230,7 @@ impl Evidence {
 /// A column of the table: its header and its cells.
 type Cells = (String, Vec<String>);
 
-/// The table of these columns; one that is empty in every row is left out.
+/// The table of these columns, without those that are empty in every row.
 fn table(mut all: Vec<Cells>) -> Evidence {
     all.retain(|(_, cells)| cells.iter().any(|cell| !cell.is_empty()));
     let n_rows = all.first().map_or(0, |(_, cells)| cells.len());
@@ -336,7 +336,7 @@ impl<'n> Run<'n> {
         self.trace.push(row);
     }
 
-    /// Leaves out inputs that neither change nor are read by a fired transition or by the question.
+    /// Leaves out inputs that are never set, are not in `also`, and are not read by a fired transition.
     fn keep_inputs(&mut self, net: &Net, also: &BTreeSet<InputId>) {
         let zero = InputRow::zero(net);
         let mut ids = self.ids.iter();
@@ -495,7 +495,7 @@ fn broken(simulator: &Simulator<'_>, net: &Net, never: &PropertyExpr) -> Broken 
     Broken { span: term.span, parts: all.iter().map(part).collect() }
 }
 
-/// A leaf as the author of a chart writes it.
+/// A leaf or an array element as the author of a chart writes it.
 fn name_of(net: &Net, expr: &PropertyExpr) -> String {
     if let ExprKind::Leaf(leaf) = &expr.kind {
         return leaf_name(net, leaf);

@@ -1,7 +1,8 @@
-//! Finds changes that would make a design fit: other encodings, other settings or other devices. Each of them is tried.
+//! Finds changes that would make a design fit: other encodings, other settings or other devices.
 //!
-//! A change is suggested only if the design was really fitted with it: with new encodings, sums, divisors and pins and, for a fuse map,
-//! down to the fuses. [`MOST_FITS`] bounds the search; devices that are too small in any case are skipped.
+//! These changes are suggested only if the design was really fitted with them: with new encodings, sums and pins and, for a fuse map, down to the fuses.
+//! [`MOST_FITS`] bounds the search; devices that are too small in any case are skipped. If nothing fits, a longer tick, an encoder for events or a second chip
+//! is suggested without a trial.
 
 use crate::circuit::{emit_options, may_be_free, synchronised};
 use crate::coding::{self, Encoding, EncodingCache, EncodingChoice, encoding_name};
@@ -35,7 +36,7 @@ struct Trial {
     safe: bool,
 }
 
-/// Adds suggestions that would fit to the findings of a failed fit.
+/// Adds suggestions to the findings of a failed fit.
 pub(crate) fn advise(asked: &BuildContext<'_>, found: &mut [Diagnostic]) {
     let is_misfit =
         |finding: &Diagnostic| [DOES_NOT_FIT, fuse::codes::CANNOT_HOLD].contains(&finding.code);
@@ -56,7 +57,7 @@ pub(crate) fn advise(asked: &BuildContext<'_>, found: &mut [Diagnostic]) {
     }
 }
 
-/// The suggestions that would fit, as a sentence.
+/// The suggestions, as a sentence.
 pub(crate) fn advice_for(asked: &BuildContext<'_>) -> String {
     asked.device().map_or_else(String::new, |device| advice(asked, device))
 }
@@ -156,7 +157,7 @@ fn trials(asked: &BuildContext<'_>, device: &'static Device) -> Vec<Trial> {
     let mut others: Vec<&'static Device> = DEVICES
         .iter()
         .filter(|other| {
-            // A GAL in place of a PAL is not suggested, because the GAL itself can implement the same designs.
+            // A GAL that replaces a PAL (`-as-`) is not suggested, because the GAL itself can implement the same designs.
             **other != *device && !other.name.contains("-as-") && may_hold(asked, other)
         })
         .collect();
@@ -231,7 +232,7 @@ struct LongTime<'a> {
     span: Span,
 }
 
-/// The time that uses the most registers, if these are at least half of all.
+/// The time that uses the most registers, if these are at least five and at least half of all.
 fn long_time<'a>(asked: &BuildContext<'a>) -> Option<LongTime<'a>> {
     const WORTH_A_WORD: u32 = 5;
     let net = asked.net;
@@ -264,7 +265,7 @@ fn bits(ticks: u64) -> u32 {
     u64::BITS - (ticks + 1).leading_zeros()
 }
 
-/// Suggests a longer tick for a time that uses most of the registers, with the number of registers that the time would then use.
+/// Suggests a longer tick for a time that uses at least half of the registers, with the number of registers that the time would then use.
 fn times(asked: &BuildContext<'_>) -> Option<String> {
     const LONGER: [u64; 3] = [10, 100, 1000];
     let LongTime { name, n, ticks, .. } = long_time(asked)?;
@@ -305,7 +306,7 @@ fn times(asked: &BuildContext<'_>) -> Option<String> {
     })
 }
 
-/// The largest constant that a time is compared with, and where; 0 if there is none.
+/// The largest constant that a time is compared with, and its location; 0 if there is none.
 fn longest(expr: &Expr<Leaf>, time: Leaf) -> (u64, Span) {
     let mut here = (0, expr.span);
     if let ExprKind::Compare(_, a, b) = &expr.kind

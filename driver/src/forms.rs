@@ -125,7 +125,7 @@ fn sums(
     Ok([sum(d, false)?, sum(d, true)?, sum(t, false)?, sum(t, true)?])
 }
 
-/// The functions of a D and of a T flip-flop, and the don't-cares of both. Flip-flops come first in the order.
+/// The functions of a D and of a T flip-flop, and the don't-cares of both. Flip-flops come first in the order of variables.
 fn diagrams(
     bdd: &mut Bdd,
     functions: &mut Functions,

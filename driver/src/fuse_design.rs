@@ -1,4 +1,4 @@
-//! An imported fuse map as a design: its macrocells, its circuit if it has one, and the test vectors that the fuses fail.
+//! An imported fuse map as a design: its macrocells, its circuit if it has one, and findings about test vectors that the fuses fail.
 
 use crate::logic::{Fuses, LogicDesign, interface};
 use grafsynth_backend_pld::fuse::{self, vectors};
@@ -82,7 +82,7 @@ pub fn design(file: &Jedec, id: FileId) -> Result<(LogicDesign, Vec<Diagnostic>)
     Ok((LogicDesign { logic, beyond, placement: Ok(placement), interface, fuses }, found))
 }
 
-/// The design name in the head of our files.
+/// The name of the design, from the head of a file made by grafsynth.
 fn title(file: &Jedec) -> Option<String> {
     let (title, _) = file.head.lines().next()?.split_once(" - fuse map made by")?;
     Some(title.to_owned())

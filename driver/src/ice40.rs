@@ -1,7 +1,7 @@
 //! The data for an iCE40 bitstream, and the proof of a finished one.
 //!
-//! The Verilog is proved equal to the net as for any FPGA. Other tools convert it to the bitstream; the bitstream is read back as Verilog, and
-//! that is proved equal to the first one. Together, this proves that the bitstream implements the chart.
+//! The Verilog is proved equal to the net as for any FPGA. Other tools convert it to the bitstream; the bitstream is read back as Verilog, and this is proved
+//! equal to the original Verilog. Together, this proves that the bitstream implements the chart.
 
 use crate::judge::judge_pairs;
 use crate::output_report::{OutputFault, OutputProof, OutputReport};
@@ -21,7 +21,7 @@ pub struct Job {
     pub name: String,
     /// The module.
     pub top: String,
-    /// The text that was proved.
+    /// The Verilog that was proved equal to the net.
     pub verilog: String,
     /// The pins (`.pcf`).
     pub constraints: String,
@@ -29,7 +29,7 @@ pub struct Job {
     pub package: &'static Package,
 }
 
-/// Assigns a pin to each signal of a text.
+/// The job for a text: assigns a pin to each of its signals.
 ///
 /// # Errors
 /// An unknown device, and pins that it does not have.

@@ -9,7 +9,7 @@
 //! decode      backend_pld::fuse::decode    every product of every macrocell as intended
 //! run         backend_pld::fuse::run       the simulator of the fuses, compared with the decoded circuit
 //! ```
-//! The codes of steps before, and the proof after, are those of every circuit (see the stages).
+//! The state encoding before these steps and the proof after them are the same as for every circuit (see the stages).
 
 use crate::circuit::{emit_options, may_be_free, unconditional};
 use crate::coding::{self, EncodingChoice};
@@ -31,7 +31,7 @@ use std::rc::Rc;
 /// The number of clocks for which the device is compared with the decoded circuit, in 64 parallel runs.
 const CLOCKS: usize = 64;
 
-/// A device ready to be programmed, and what an independent reader finds in its file.
+/// A device ready to be programmed, and what an independent parser reads from its file.
 #[derive(Debug, Clone)]
 pub struct Burned {
     /// The file.
@@ -121,7 +121,7 @@ pub(crate) fn emit(
     Ok(FuseText { text, placement, roles })
 }
 
-/// The text of a fuse map with its test vectors; `first` are the levels that come first.
+/// The text of a fuse map with its test vectors; `first` are the input levels of the first vectors.
 fn text(
     placement: &Placement,
     notes: &[String],
@@ -156,7 +156,7 @@ fn decoded(
     }
 }
 
-/// Reads a fuse map back: only the text counts.
+/// Reads a fuse map back from its text, and compares it with the intended placement and with its own test vectors.
 pub(crate) fn read_back(written: FuseText) -> Result<Burned, Vec<Diagnostic>> {
     let FuseText { text, placement, roles } = written;
     let (map, mut said, vectors) = decoded(&text, &placement)?;
@@ -184,7 +184,7 @@ fn head(placement: &Placement, notes: &[String]) -> Head {
     let device = placement.device;
     let mut lines = vec![
         format!("{} - fuse map made by grafsynth {}", placement.title, env!("CARGO_PKG_VERSION")),
-        // The word that other tools and people search for.
+        // Other tools and people search for this word.
         format!("Device: {}", device.burned_as),
     ];
     if !device.burned_as.eq_ignore_ascii_case(device.name) {

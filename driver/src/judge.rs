@@ -71,7 +71,7 @@ where
 struct Bound {
     logic: Logic,
     outputs: Vec<OutputId>,
-    /// The parts that only the net or only the circuit has.
+    /// The outputs that only the net or only the circuit has.
     apart: compare::Apart,
 }
 
@@ -163,7 +163,7 @@ fn bind(net: &Net, logic: &Logic, renames: &Renames) -> Result<Bound, Vec<Diagno
 /// output that both have is compared.
 ///
 /// # Errors
-/// An input of the logic is not in the net, the two have no common output, or the stimulus takes more clocks than the limit for a chip.
+/// An input that the logic reads is not a Boolean input of the net, the two have no common output, or the stimulus takes more clocks than the limit for a chip.
 pub fn with_net(
     net: &Valid<Net>,
     logic: &Logic,

@@ -3,7 +3,7 @@
 //! ```text
 //! let (design, findings) = read::read(&sources, &texts, limits);     // texts, board and properties to a net
 //! let facts = pipeline::facts(&net, &limits);
-//! let built = pipeline::build(&net, &facts, &targets, &options);     // texts, each read back and proved
+//! let built = pipeline::build(&net, &facts, &targets, &options);     // outputs, and what was proved about each
 //! ```
 //!
 //! The files of the pipeline, in reading order; each needs only those above it and the data that it names:
@@ -11,9 +11,9 @@
 //! 1. [`read`]: texts to a [`read::Design`], with its libraries, board and properties
 //! 2. `built`: the data of a build: options, files, results; `output_report`: the result for one output
 //! 3. `circuit`, [`coding`]: the circuit of a net, and the codes of its steps for a device
-//! 4. `context`: what all stages of one output know
-//! 5. `stages/encode`, `emit`, `read_back`, `prove`, `describe`: the life of a circuit, one artefact after each;
-//!    `stages/c`: that of C, which an engine of the caller runs
+//! 4. `context`: the data that all stages of one output share
+//! 5. `stages/encode`, `emit`, `read_back`, `prove`, `describe`: the stages of a circuit, each with its own artefact; `stages/c`: that of C, which an engine of
+//!    the caller runs
 //! 6. [`pipeline`]: all targets of a build
 //! 7. [`report`]: the page of a build
 

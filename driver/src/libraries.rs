@@ -30,7 +30,7 @@ pub fn wanted(file: FileId, text: &str) -> Vec<String> {
     names
 }
 
-/// Adds the library charts of all files that a design uses, directly or indirectly, each file once, in the order in which they are first named.
+/// Adds the library charts of all files that a design uses, directly or indirectly, each file once and after the files that it uses itself.
 pub(crate) fn resolve(
     sources: &Sources,
     texts: &Texts,
@@ -44,7 +44,7 @@ pub(crate) fn resolve(
         Reading { sources, texts, limits, open: vec![main], done: Vec::new(), design, found };
     let imports = reading.design.imports.clone();
     reading.all(main, &imports);
-    // Files are named at the top of the text, so their library charts come before its own.
+    // Files are named at the top of the text, so their library charts come before those of the text.
     design.libraries.rotate_left(own);
 }
 
@@ -152,7 +152,7 @@ pub(crate) fn last_alone(design: Design) -> Design {
 
 /// Checks the certificates of a design's library charts: the text must be the one that was certified, and its properties are proved again.
 ///
-/// One proof for each certified property, within `limits`. Tasks without a declared cost get the estimate of the model of `machine`.
+/// Each certified property gets one proof, within `limits`. Tasks without a declared cost get the estimate of the model of `machine`.
 #[must_use]
 pub fn certificates(
     design: &Design,

@@ -37,7 +37,7 @@ pub struct Minimised {
 /// Reads and minimises a table. The result is compared with the original before it is returned.
 ///
 /// # Errors
-/// The findings, if one of them is an error.
+/// There is no table if one of the findings is an error.
 pub fn minimise(
     file: FileId,
     text: &str,
@@ -82,7 +82,7 @@ pub fn minimise(
 /// The number of phase combinations that are tried for each unit of the budget.
 const TRIES: usize = 40;
 
-/// The shared sum with the phases that need the fewest products, and how they were found.
+/// The shared sum with those of the tried phases that need the fewest products, and the number of tries.
 fn with_phases(
     table: &Pla,
     function: &grafsynth_logic::minimise::Function,

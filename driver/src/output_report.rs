@@ -11,7 +11,7 @@ use grafsynth_sim::{Stimulus, Trace};
 use grafsynth_verify::equiv::{Counterexample, Verdict};
 use grafsynth_verify::{Certificate, Dominance, Method, Open, OpenReason, Scope};
 
-/// How certain the result for an output is, the most certain first.
+/// The result for an output, from best to worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outcome {
     /// It is equivalent to the net.
@@ -55,9 +55,9 @@ pub enum OutputVerdict {
     Proved(OutputProof),
     /// The output differs from the net.
     Refuted(OutputFault),
-    /// It was read back, and its equality is open.
+    /// It was read back, and whether it equals the net is open.
     ReadBack(Open),
-    /// Its equality is open: it was not read back, or its run did not finish.
+    /// Whether it equals the net is open: it was not read back, or its run did not finish.
     Open(Open),
     /// It cannot be checked: grafsynth does not read that language.
     NotChecked,
@@ -283,7 +283,7 @@ pub enum Note {
     OtherStyle {
         /// Its name.
         style: &'static str,
-        /// How certain it is that the other style is right.
+        /// The result for the other style.
         outcome: Outcome,
     },
     /// A style of C is wrong because of a bug in grafsynth, and no other style is right.
@@ -476,7 +476,7 @@ impl OutputReport {
         OutputReport::new(name, verdict)
     }
 
-    /// How certain the result is, including all notes.
+    /// The worst of the verdict and of the results that the notes imply.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
         let own = match self.verdict {

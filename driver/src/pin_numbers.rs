@@ -5,8 +5,9 @@ use grafsynth_backend_pld::Object;
 use grafsynth_ir::logic::Logic;
 use std::collections::BTreeMap;
 
-/// The circuit of the second design with the names that the first one gives to the same pin numbers. `None` if names are sufficient: neither design is a
-/// fuse map, or each fuse map names all its pins, or a design does not define its pins, or the packages differ.
+/// The circuit of the second design with the names that the first one gives to the same pin numbers. `None` if the pins must be compared by name: neither
+/// design is a fuse map, or each fuse map names all its pins, or a design does not define its pins, or the packages differ, or the second design has no
+/// circuit.
 #[must_use]
 pub fn by_number(first: &LogicDesign, second: &LogicDesign) -> Option<Logic> {
     let (Ok(ours), Ok(theirs)) = (&first.placement, &second.placement) else { return None };

@@ -49,7 +49,7 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
     if !built.found.is_empty() {
         return built;
     }
-    // This is decided here, so that no later step uses don't-cares that this design may not have, not even the advice on what would fit.
+    // This is decided here, so that no later step, not even the advice on what would fit, uses don't-cares that are not allowed for this design.
     let without = (options.dont_cares && !may_be_free(net))
         .then(|| BuildOptions { dont_cares: false, ..options.clone() });
     let options = without.as_ref().unwrap_or(options);

@@ -1,4 +1,4 @@
-//! Writes imported logic to files: programmed as written, or minimised and moved to another device or language.
+//! Writes imported logic to files: as a fuse map of the macrocells as written, or minimised and fitted again, also to another device or language.
 //!
 //! ```text
 //! as written   Placement ── map ──► fuses ── write ──► .jed ── read, decode ──► the same products in the same macrocells
@@ -131,7 +131,7 @@ fn line(name: &str, judged: Judged) -> OutputReport {
     OutputReport::of_judged(name, judged, OutputProof::Rebuilt, OutputFault::Rebuilt)
 }
 
-/// Adds to a report the pins that are not those given by the order of declarations.
+/// Adds a note for each pin that differs from the one given by the order of declarations.
 fn moved(mut line: OutputReport, emitted: &Emitted) -> OutputReport {
     let moved = emitted.equations.iter().flat_map(|equations| &equations.moved);
     line.notes.extend(moved.cloned().map(Note::PinMoved));
@@ -155,7 +155,7 @@ fn fitted(
 ) -> Result<Fitted, Vec<Diagnostic>> {
     let circuit = design.circuit()?;
     let own = design.placement.as_ref().ok();
-    // Pins do not change if the device is the same.
+    // Pins are kept if the device is the same and the design then fits.
     let same =
         own.filter(|own| device.is_none_or(|name| name.eq_ignore_ascii_case(own.device.name)));
     let is_signal = |name: &str| {

@@ -6,8 +6,8 @@ use grafsynth_ir::net::{InputKind, Net};
 use grafsynth_ir::program::Origin;
 use grafsynth_sim::{InputRow, breaks_assumption};
 
-/// Every input row with one of these values of `dt` that violates no assumption; `None` if there are more than `max` rows before the
-/// assumptions are checked.
+/// Every input row with one of these values of `dt` that violates no assumption and in which only one event occurs if events exclude each other; `None` if
+/// there are more than `max` rows before the assumptions are checked.
 #[must_use]
 pub fn all(net: &Net, dts: &[u32], max: usize) -> Option<Vec<InputRow>> {
     let mut rows: Vec<InputRow> =

@@ -55,7 +55,7 @@ pub fn device_trace(
 /// The trace of imported logic, with a row for each clock: simulated fuse by fuse if it was read from fuses, otherwise as a circuit.
 ///
 /// # Errors
-/// The stimulus takes more clocks than the limit for a chip, or the text is not a circuit with one clock.
+/// The stimulus takes more clocks than the limit for a chip, the simulator does not support the device, or the text is not a circuit with one clock.
 pub fn design_trace(design: &LogicDesign, stimulus: &Stimulus) -> Result<Trace, Vec<Diagnostic>> {
     match &design.fuses {
         Some(fuses) => {

@@ -20,7 +20,7 @@ pub enum Coding {
 }
 
 impl Coding {
-    /// The number of the state in binary as its code.
+    /// The coding in which the code of each state is its number in binary.
     #[must_use]
     pub fn binary(machine: &Machine) -> Self {
         let n_states = machine.states.len();
@@ -178,8 +178,8 @@ pub struct Search {
     pub seed: u64,
 }
 
-/// Searches for codes with the minimum number of bits whose shared sum of products is small. Starting with the binary codes, two states exchange their codes,
-/// or one state gets a free code, as long as this needs no more products. Returns the codes and their sum.
+/// Searches for codes with the minimum number of bits whose shared sum of products is small. In random moves from several initial codings, two states exchange
+/// their codes, or one state gets a free code; a move is kept if it needs no more products. Returns the codes and their sum.
 ///
 /// # Errors
 /// The diagrams of the initial codes are too large.
@@ -230,12 +230,12 @@ pub fn few_products(
     Ok((coding, outcome))
 }
 
-/// Initial codes: by number, by a traversal that gives each state a code close to those of its predecessors, and with code 0 for the state that most rows
-/// lead to.
+/// Three initial codings: by number; by a traversal that gives each state a code close to those of its predecessors; and the second one changed so that the
+/// state that most rows lead to has code 0.
 fn starts(machine: &Machine, n_bits: usize) -> Vec<Vec<u32>> {
     let n_states = machine.states.len();
     let binary: Vec<u32> = (0..).take(n_states).collect();
-    // The affinity of two states: rows with the same next state, and rows from the same state.
+    // The affinity of two states grows with their common next states and outputs, and if they are next states of the same state.
     let mut weight = vec![vec![0_u32; n_states]; n_states];
     let mut join = |a: usize, b: usize, by: u32| {
         if a != b {

@@ -1,5 +1,5 @@
-//! The JSON of a net, and the output of user templates over it. Neither is read back: only the user knows the meaning of the text. The page of
-//! targets states this, and `docs/templates.md` describes how the two included templates are compared with the simulator.
+//! The JSON of a net, and the output of user templates that it fills. Neither is read back, because only the user knows the meaning of the output;
+//! `docs/templates.md` describes how the two included templates are compared with the simulator.
 
 pub use crate::built::TemplateFile;
 use crate::built::{BuildOptions, Built, OutputFile};

@@ -1,4 +1,4 @@
-//! Passes from a net to a net with the same rows that is easier to run. They make the input of a back end; what is written from it is compared with the
+//! Passes that replace a net by a net with the same rows that is easier to run. The result is the input of a back end, whose output is compared with the
 //! original net. Ids stay the same.
 
 mod continuous;

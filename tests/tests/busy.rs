@@ -306,7 +306,7 @@ const WALK: &str = "chart walk {
 }
 ";
 
-/// The protocol of semantics.md §9, clock by clock: it is outside the contract of rows, so it is tested on the circuit itself.
+/// The protocol of semantics.md §9, clock by clock: rows do not show it, so it is tested on the circuit itself.
 #[test]
 fn what_arrives_while_busy_waits_for_the_next_reaction() {
     let net = chart("chart.graf", WALK);

@@ -1,7 +1,7 @@
 //! The check of C can fail: emitted C with one change is refuted, equal to the chart, or not reported as proved.
 //!
-//! Whether a mutant that was reported as proved is equal is checked by an independent check: the mutant is compiled with an ordinary harness and
-//! compared with the simulator on stimuli from reset, long random ones and directed ones.
+//! Each mutant that is not refuted is checked independently: it is compiled with an ordinary harness and compared with the simulator on stimuli from
+//! reset, long random ones and directed ones.
 
 #![allow(clippy::print_stdout, reason = "tests report what they skip and what they counted")]
 

@@ -1,5 +1,5 @@
-//! The C that we emit is read back by `grafsynth-c` for every compiler, printing the tree and reading it again gives the same tree, the printed C behaves as the
-//! original, and mutated texts cause findings, never a panic.
+//! The C that we emit is read back by `grafsynth-c` for every compiler, printing the tree and reading it again gives the same tree, the printed C behaves like
+//! the original, and mutated texts cause findings, never a panic.
 
 #![allow(clippy::disallowed_methods, reason = "tests read files")]
 #![allow(clippy::print_stdout, reason = "tests report what they skip and what they counted")]
@@ -18,7 +18,7 @@ use grafsynth_tests::random_net::Features;
 use grafsynth_tests::{in_parallel, rounds};
 use std::path::{Path, PathBuf};
 
-/// Functions of the engines that only look at the state.
+/// Functions of the engines that only read the state.
 const READERS: [&str; 2] = ["gb_rise", "gb_fall"];
 
 /// The user's C texts of a chart.
@@ -27,7 +27,7 @@ fn texts(net: &Net) -> Vec<&str> {
     all.map(|(text, _)| text.text.as_str()).collect()
 }
 
-/// The files of a package with one of them in front.
+/// The files of a package, `main` first.
 fn files<'a>(package: &'a Package, main: &str) -> Vec<SourceFile<'a>> {
     let mut order: Vec<_> = package.files.iter().filter(|file| file.name == main).collect();
     order.extend(package.files.iter().filter(|file| file.name != main));
@@ -62,7 +62,7 @@ fn again(text: &str, verbatim: &[&str], config: &Config) -> Result<Unit, String>
     unit.ok_or_else(|| shown(&found, &files))
 }
 
-/// Reads a file of a package and prints it; `Some` is why that failed.
+/// Reads a file of a package, prints it and reads it again; returns the reason if that fails.
 fn failure(package: &Package, name: &str, verbatim: &[&str], config: &Config) -> Option<String> {
     let files = files(package, name);
     let about = |why: String| Some(format!("{name} for {}: {why}", config.name));
@@ -75,7 +75,7 @@ fn failure(package: &Package, name: &str, verbatim: &[&str], config: &Config) ->
     }
 }
 
-/// Reads all files of a package: those that include others for each compiler, the others for one of them.
+/// Reads all files of a package: `.c` files for each compiler, headers for one of them.
 fn all_read(net: &Net, package: &Package, turn: usize) -> (usize, Option<String>) {
     let (verbatim, configs) = (texts(net), Config::all());
     let mut n_read = 0;
@@ -302,7 +302,7 @@ fn word(bytes: &[u8], at: usize) -> std::ops::Range<usize> {
     start..end + 1
 }
 
-/// No mutant causes a panic. One that is still C survives printing.
+/// No mutant causes a panic. A mutant that is still C is printed and read back as the same tree.
 #[test]
 fn mutants_are_read_or_refused() {
     let mut subjects = Vec::new();

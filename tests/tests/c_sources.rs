@@ -1,6 +1,6 @@
 //! C functions and their charts in one program: the original and the C of its chart get the same arguments and must give the same results.
 //!
-//! Static variables are compared too: both run through all calls without a reset.
+//! Static variables are compared too: the original and the chart run through all calls without a reset.
 
 #![allow(clippy::print_stdout, reason = "tests report what they skip")]
 

@@ -55,7 +55,7 @@ fn difference(engine: &dyn Engine, net: &Valid<Net>, seed: u64) -> Result<bool, 
     }
 }
 
-/// A chart with everything that it is run with.
+/// A chart with the facts, options and stimulus that it is run with.
 struct Chart {
     seed: u64,
     net: Valid<Net>,

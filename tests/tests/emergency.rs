@@ -16,8 +16,8 @@ use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::rounds;
 use grafsynth_verify::{Dominance, Limits, Verdict, dominates, facts};
 
-/// Two steps, an output that is safe on and one that is safe off, and an emergency on inputs, a step's time and a number. Its flip-flops and outputs
-/// are those of a GAL22V10 (ten), because one dialect supports only GALs.
+/// Two steps, an output whose safe value is on, one whose safe value is off, and an emergency on inputs, a step's time and a number. Its flip-flops and outputs
+/// fit the ten macrocells of a GAL22V10, because one dialect supports only GALs.
 const PRESS: &str = "net press
 part press level 1
 input stop bool
@@ -132,7 +132,7 @@ transition t2 in sort down -> up when k = 0
 emergency when CONDITION
 ";
 
-/// A node that is true if `stop` is `stop` and the variable, or the input, has one of the codes 5, 6 and 7.
+/// A node that is true if the input `stop` has the value `stop` and the variable (with `of_input`, the input `k`) has one of the codes 5, 6 and 7.
 fn without_value(logic: &mut Logic, of_input: bool, stop: bool) -> NodeId {
     let mut bits = Vec::new();
     let mut when = Vec::new();
@@ -200,7 +200,7 @@ fn codes_without_a_value_count_where_the_rest_decides() {
     }
 }
 
-/// If a net has only extern actions, or only mealy outputs and a condition that reads more than inputs, no row could violate the property. Then there is no
+/// If a net has only extern actions, or only Mealy outputs and a condition that reads more than inputs, no row could violate the property. Then there is no
 /// property, rather than an empty proof.
 #[test]
 fn there_is_no_property_of_nothing() {
@@ -226,7 +226,7 @@ emergency when {condition}
     assert_eq!(of("output lamp bool continuous\n    emit up\n", "down.active"), 1);
 }
 
-/// The features of a circuit, with few steps and small numbers.
+/// The features that circuits support, with few steps.
 fn small() -> Features {
     Features {
         max_steps: 4,
@@ -243,7 +243,7 @@ fn small() -> Features {
 fn emergencies_of_random_nets_dominate() {
     let (mut n_circuits, mut n_open, mut n_properties) = (0, 0, 0);
     for seed in 0..rounds(150, 1_000) {
-        // Half of them are small and of few kinds, so that circuits of them are found quickly.
+        // Half of the nets are small and have few features, so that many of them become circuits.
         let is_small = seed % 2 == 0;
         let features = if is_small { small() } else { Features::everything() };
         let net = random_net(seed, &features);

@@ -204,7 +204,7 @@ fn icarus_runs_the_verilog_as_the_net() {
     }
 }
 
-/// The answers of a compiled package for single reactions agree with a trace.
+/// The exhaustive comparison of compiled C refutes no random net, and proves some.
 #[test]
 fn exhaustive_comparison_proves_random_nets() {
     if !is_here("a C compiler", tools::c_compiler().is_some()) {

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The evaluators of `ir`, as code names them. `Expr::eval` and `Expr::as_constant` are told from methods of the same name by what is before or behind
-/// them: the first calls back for leaves, the second is a method of an expression.
+/// The evaluators of `ir`, as code names them. `Expr::eval` and `Expr::as_constant` are distinguished from methods of the same name by the text before or after
+/// them: the first gets a closure for leaves, the second is called on an expression.
 const SHARED: [&str; 10] = [
     "simplify::",
     "simplify(",

@@ -1,5 +1,5 @@
-//! Everything that is proved about a net is true in every run of it, and an independent judge would detect a violation. Large irregular charts
-//! are covered by sequential components.
+//! Everything that is proved about a net is true in every run of it, and an independent checker would detect a violation. Large irregular charts are covered by
+//! sequential components.
 
 #![allow(clippy::print_stdout, reason = "tests report what they counted")]
 
@@ -59,7 +59,7 @@ fn mutated(mut facts: Facts, net: &Net, kind: usize, random: &mut Random) -> Opt
             let steps = &mut facts.components[at].steps;
             steps.remove(random.below(steps.len()));
         }
-        // One step more.
+        // A component with one step more.
         2 => {
             let at = (0..n_components).find(|at| facts.components[*at].always)?;
             let inside = facts.components[at].steps.clone();
@@ -102,8 +102,8 @@ fn mutated(mut facts: Facts, net: &Net, kind: usize, random: &mut Random) -> Opt
     Some(facts)
 }
 
-/// Wrong facts are refuted by running: the judge of the other tests works, and facts are precise. (A wrong fact may survive a short run,
-/// and an additional step in a component may be harmless, so it is enough that most of them are refuted.)
+/// Wrong facts are refuted by running: the checker that the other tests use works, and facts are precise. (A wrong fact may survive a short run, and an
+/// additional step in a component may be harmless, so it is enough that most of them are refuted.)
 #[test]
 fn wrong_facts_are_refuted() {
     const KINDS: usize = 10;

@@ -93,7 +93,7 @@ fn the_program_stops_its_drives_and_starts_anew_on_an_avr() {
         changes.iter().copied().filter(|(what, _)| !what.starts_with('r')).collect();
     let order: Vec<&str> = lamps.iter().map(|(what, _)| *what).collect();
     assert_eq!(order, ["d1", "d0", "a1", "a0", "d1"], "{text}");
-    // The outputs after the interrupt alone; after the alarm one scan later; and both until the operator acknowledges.
+    // The interrupt alone switches the drives off, the alarm goes on one scan later, and both stay so until the operator acknowledges.
     assert!((stop..stop + 200).contains(&lamps[1].1), "{lamps:?}");
     assert!(lamps[2].1 < stop + 5_000, "{lamps:?}");
     assert!(lamps[3].1 > key && lamps[4].1 < key + 20_000, "{lamps:?}");

@@ -1,4 +1,4 @@
-//! Damaged texts: every reader answers with findings or a design, never with a panic; and a design that it accepts can be lowered, checked and run.
+//! Damaged texts: every parser returns findings or a design and never panics; and a design that it accepts can be lowered, checked and run.
 
 use grafsynth_backend_pld::Dialect;
 use grafsynth_driver::format::Format;

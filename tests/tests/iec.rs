@@ -103,8 +103,8 @@ fn rows_with(values: &[String], wanted: &str) -> Vec<usize> {
     values.iter().enumerate().filter(|(_, value)| *value == wanted).map(|(row, _)| row).collect()
 }
 
-/// Compares the rows from the reference simulator, from compiled C in both styles, and from every other engine, which must be equal. A chip processes
-/// one tick per clock: it gets the stimulus with each row's time split into rows. `too_large` lists the engines that may reject the net, each with
+/// Compares the rows from the reference simulator, from compiled C in both styles, and from every other engine, which must be equal. A chip processes one tick
+/// per clock: it gets the stimulus with each row of several ticks split into rows of one tick. `too_large` lists the engines that may reject the net, each with
 /// the only permitted code; each rejection is printed. Returns the reference trace.
 fn all_engines(net: &Valid<Net>, stimulus: &Stimulus, too_large: &[(&str, &str)]) -> Trace {
     let expected = grafsynth_driver::run::net_trace(net, stimulus);

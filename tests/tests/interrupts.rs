@@ -214,7 +214,7 @@ fn run_arm(flags: &[&str]) -> Option<PairCounts> {
     arguments.extend(flags);
     compile(&folder, "arm-none-eabi-gcc", &arguments);
     let qemu = tools::find(&["qemu-system-arm"]).expect("it is here");
-    // An instruction is a nanosecond, so the run is reproducible, and a timer counts once every 40 of them.
+    // An instruction takes a nanosecond, so the run is reproducible, and a timer counts once every 40 of them.
     let arguments = "-M mps2-an385 -display none -monitor none -serial none -icount shift=0 \
                      -semihosting-config enable=on,target=native -kernel a.elf";
     let arguments: Vec<&str> = arguments.split_whitespace().collect();
@@ -353,8 +353,8 @@ const BUDGET: u64 = 1600;
 const INTERRUPT: u64 = 160;
 const BLOCKING: u64 = 40;
 
-/// In ten million cycles with tasks, each stays within its cost and each step within its budget, plus the time of the interrupts in between; an
-/// interrupt waits at most for the longest critical section, or another interrupt; nothing is lost or torn.
+/// In ten million cycles, each task stays within its cost and each step within its budget, plus the time of the interrupts in between; an interrupt waits at
+/// most for the longest critical section, or another interrupt; nothing is lost or torn.
 #[test]
 fn tasks_stay_within_their_budgets_beside_interrupts() {
     if !is_here(&AvrEngine::default()) {

@@ -1,4 +1,4 @@
-//! Charts mapped to devices: random ones compared with the reference, and the truck with each of its fuses flipped.
+//! Charts mapped to devices: random ones compared with the reference, and the truck with each of its live fuses flipped.
 
 #![allow(clippy::print_stdout, reason = "tests report what they count")]
 #![allow(clippy::disallowed_methods, reason = "tests read files")]
@@ -128,7 +128,7 @@ fn live_fuses(burned: &Burned, layout: &Layout) -> Vec<u32> {
     live
 }
 
-/// The effect of a flip on the pins of the design over all reachable situations and random inputs; other effects are separate.
+/// The effect of a flip on the pins of the design, over all reachable situations and all inputs that the assumptions allow.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord, Clone, Copy)]
 enum Effect {
     /// The device cannot be decoded or is no longer a synchronous circuit.
@@ -278,7 +278,7 @@ fn each_flipped_fuse_of_the_truck_is_caught() {
         for &fuse in &live {
             let mut flipped = burned.map.clone();
             flipped.fuses[fuse as usize] ^= true;
-            // The proof: every product as intended, then the circuit equal to the net.
+            // The proof first compares every product with the intended one; this already detects each flip.
             let said = decode(&flipped);
             let is_seen = match &said {
                 Err(_) => true,

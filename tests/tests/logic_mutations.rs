@@ -1,7 +1,7 @@
 //! The check of circuits can fail: emitted equations, Verilog, BLIF and fuse maps with one change are refuted, rejected, or equal to the chart.
 //!
-//! A mutant is read as logic by others, as in `compare`. One that is reported as proved is compared with the simulator on directed stimuli, from reset;
-//! mutants in Verilog also run in Icarus Verilog, so that an error of our reader is detected.
+//! A mutant is read as logic by others, as in `compare`. One that is reported as proved is compared with the simulator on directed stimuli, from reset; mutants
+//! in Verilog also run in Icarus Verilog, so that an error in our parser is detected.
 
 #![allow(clippy::disallowed_methods, reason = "tests write files for other tools")]
 #![allow(clippy::print_stdout, reason = "tests report what they skip and what they counted")]
@@ -185,7 +185,7 @@ fn mutant(subject: &Subject, random: &mut Random) -> String {
         // Removed, or repeated.
         0 => String::new(),
         1 => format!("{word} {word}"),
-        // The opposite operator.
+        // Negated.
         2 if is_name(word) => {
             let sign = match subject.language {
                 "verilog" => "~",

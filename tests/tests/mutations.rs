@@ -74,7 +74,7 @@ fn each_flipped_literal_of_the_trucks_equations_is_refuted_or_changes_nothing() 
                 n_refused += 1;
                 continue;
             };
-            // A flipped left side changes the polarity of the register: the reader then assigns it another power-up value.
+            // A flipped left side changes the polarity of the register: the parser then assigns it another power-up value.
             if any_error(&rebind(&mut back, &emitted)) {
                 n_refused += 1;
                 continue;

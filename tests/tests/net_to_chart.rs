@@ -69,7 +69,7 @@ fn is_hierarchical(net: &Net) -> bool {
     net.steps.values().any(|step| step.parent.is_some())
 }
 
-/// Checks that most random nets with hierarchy can be drawn; the others report the reason.
+/// Checks that most random nets with hierarchy can be written as charts; the others report the reason.
 fn random_nets(features: &Features, n_nets: u64, least: u32, share: u32) {
     let (mut drawn, mut refused) = (0_u32, 0_u32);
     for seed in 0..rounds(n_nets, 4 * n_nets) {
@@ -152,7 +152,7 @@ fn charts_with_hierarchy_are_drawn_again() {
         }
         for seed in 0..3 {
             let stimulus = Stimulus::random(net, 80, seed, 3);
-            // The meaning of a chart in another language, in the chart language.
+            // A chart in another language behaves the same after it is written in the chart language.
             if let Some(chart) = design.chart.as_ref().filter(|it| it.libraries.is_empty()) {
                 let text = grafsynth_frontend::graf::write_design(chart);
                 behaves_as(&name, net, &stimulus, &text);
@@ -253,7 +253,7 @@ fn delays_and_the_outer_state_first_in_scxml() {
                     .collect()
             };
             let sorted = |lines: Vec<String>| -> Vec<Vec<String>> {
-                // Outputs and variables may be exchanged.
+                // Outputs and variables may be in another order.
                 let head: Vec<String> = lines[0].split(',').map(str::to_owned).collect();
                 let mut order: Vec<usize> = (0..head.len()).collect();
                 order.sort_by(|a, b| head[*a].cmp(&head[*b]));

@@ -61,7 +61,7 @@ fn laid_out(net: &Valid<Net>, options: &Options, ecosystem: Ecosystem) -> Vec<Fi
     files(net, &package(net, options), ecosystem).unwrap_or_else(|found| panic!("{found:#?}"))
 }
 
-/// Writes a package, and returns the folder that precedes its file names.
+/// Writes a package; returns the temporary folder and the package's own folder in it.
 fn written(net: &Valid<Net>, options: &Options, ecosystem: Ecosystem) -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut root = String::new();

@@ -97,7 +97,7 @@ fn difference(
         .then(|| format!("fault: program {}, simulator {}", shown.fault, row.fault))
 }
 
-/// Runs both; the first difference with its row.
+/// Runs the program and the simulator; returns the first difference, with its row.
 fn run(net: &Valid<Net>, seed: u64, options: &ProgramOptions) -> Option<String> {
     let program = match program(net, options) {
         Ok(program) => program,

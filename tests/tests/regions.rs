@@ -280,7 +280,7 @@ const CODED: [(&str, usize); 3] = [
          state W { initial -> A  history H -> A
            W -> O on down  W -> A on a  W -> B on b  W -> C on c  W -> D on d
            state A  state B  state C  state D } }",
-        // The register of the chart has two flip-flops (O or W); the other register is empty or one of four.
+        // The register of the chart has two values (O or W); the other register has five: empty, or one of four states.
         1 + 3,
     ),
     (
@@ -397,7 +397,7 @@ fn run_engines(net: &Valid<Net>, wanted: &[&str]) -> usize {
                 let found = compare(&expected, &got);
                 assert_eq!(found, None, "{}\n{}", engine.name(), readable(net));
             }
-            // A chart that does not fit a device or has no sums of products of limited size.
+            // The chart does not fit the device, or its sums of products are too large.
             Err(EngineError::Refused(found)) => assert!(
                 found.iter().all(|one| one.code.id.starts_with("G07")),
                 "{}: {found:?}",

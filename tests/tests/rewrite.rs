@@ -1,4 +1,4 @@
-//! Passes from a net to a simpler net: the rows stay the same, and the nearest charts on which a pass would change them are left alone.
+//! Passes from a net to a simpler net: the rows stay the same, and charts whose rows a pass would change are left alone.
 
 use grafsynth_driver::run::net_trace;
 use grafsynth_ir::Valid;

@@ -532,7 +532,7 @@ fn an_avr_finds_damaged_memory() {
             .filter_map(|it| it.parse().ok())
             .collect();
         println!("{}: {numbers:?}", style.name());
-        // Edges and cycles come first.
+        // The host prints the numbers of edges and cycles first.
         let [_, _, found, quiet, wrong, first, ..] = numbers[..] else { panic!("{out}") };
         assert!(found > 300 && quiet > 300, "{out}");
         assert_eq!((wrong, first), (0, 0));

@@ -33,7 +33,7 @@ const CORE: [&str; 47] = [
     "409", "411", "412", "413", "415", "416", "417", "419", "421", "423", "436", "503", "504",
     "505", "506", "533", "550", "570", "576", "579", "580",
 ];
-/// Charts with loops over arrays, which are unrolled.
+/// Assertions whose charts have loops over arrays, which are unrolled.
 const LOOPS: [&str; 5] = ["150", "151", "153", "155", "525"];
 /// Assertions about run-time errors, which are findings here.
 const ERRORS: [&str; 31] = [

@@ -31,7 +31,7 @@ fn a_state_is_all_that_a_net_remembers() {
     }
 }
 
-/// Stimuli and traces are read back as they were written, and an independent reader accepts the VCD.
+/// Stimuli and traces are read back as they were written, and an independent parser accepts the VCD.
 #[test]
 fn texts_lose_nothing() {
     for seed in 0..NETS {

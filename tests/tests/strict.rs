@@ -1,4 +1,4 @@
-//! Random charts in every style of C with the strictest settings of every compiler: no warning as C99, as C++11, on an AVR, a Cortex-M3 and an 8051.
+//! Random charts in the styles of C with strict settings of each compiler: no warning as C99, as C++11, on an AVR and on a Cortex-M3.
 
 #![allow(clippy::disallowed_methods, reason = "tests write files for tools")]
 #![allow(clippy::print_stdout, reason = "tests report what they skip")]

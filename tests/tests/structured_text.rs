@@ -318,7 +318,7 @@ fn loops_in_loops_are_counted_before_they_are_written_out() {
     assert_eq!(found.iter().map(|(code, _)| *code).collect::<Vec<_>>(), ["G0455"], "{found:?}");
 }
 
-/// A block with a chart gives the same results in a program that calls it, in the same scan, as it gives as a separate design.
+/// A block with a chart gives the same results, in the same scan, in a program that calls it and as a separate design.
 #[test]
 fn blocks_with_charts_do_in_a_program_what_they_do_alone() {
     let block = "FUNCTION_BLOCK lights
@@ -396,7 +396,7 @@ fn c_text(net: &Valid<Net>) -> (&'static str, String) {
     (package.style, file.text.lines().skip(2).collect::<Vec<_>>().join("\n"))
 }
 
-/// A ring of steps with `N` on shared outputs, as sequential function chart and in the chart language.
+/// A ring of steps with `N` on shared outputs, as a sequential function chart and in the chart language.
 fn rings(n_steps: usize) -> (String, String) {
     const PINS: usize = 16;
     let pins = |prefix: &str| (0..PINS).map(|at| format!("{prefix}{at}")).collect::<Vec<_>>();

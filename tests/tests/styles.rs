@@ -49,7 +49,7 @@ fn numbers_stay_what_they_are() {
     }
 }
 
-/// Statecharts whose lists read the states that are entered and left with them, with lists of histories and delayed sends.
+/// Statecharts whose lists read states that are entered or left at the same time, with lists of histories and with delayed sends.
 #[test]
 fn entering_and_leaving_is_what_the_net_does() {
     let Some(compiler) = Compiler::plain() else {

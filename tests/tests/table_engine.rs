@@ -283,7 +283,7 @@ fn trace(net: &Valid<Net>, stimulus: &Stimulus, style: Style) -> Trace {
         .unwrap_or_else(|why| panic!("{}: {why:?}", style.name()))
 }
 
-/// Seed 002: the supervisor as code and as tables; after a change only the tables differ, and the engine compiles to the same bytes.
+/// The supervisor as code and as tables: after a change to the chart only the tables differ, and the engine compiles to the same bytes.
 #[test]
 fn a_changed_supervisor_is_other_tables_and_the_same_engine() {
     let Some(compiler) = tools::c_compiler() else {

@@ -340,7 +340,7 @@ fn a_template_without_end_ends() {
     assert_eq!(error_of(large).code.id, "G0613");
 }
 
-/// Every net has JSON that follows the schema, and the JSON of a net always has the same bytes.
+/// The JSON of a net follows the schema and always has the same bytes.
 #[test]
 fn the_json_keeps_to_its_schema() {
     let schema: Value =

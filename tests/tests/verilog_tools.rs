@@ -280,7 +280,7 @@ fn shown(logic: &Logic) -> Logic {
     logic
 }
 
-/// The circuit with one function of a flip-flop negated.
+/// The circuit with the function of one flip-flop negated.
 fn with_one_fault(logic: &Logic, seed: u64) -> Option<Logic> {
     let mut wrong = logic.clone();
     let count = wrong.flops.len();

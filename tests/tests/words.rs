@@ -127,7 +127,7 @@ fn words_of_c_are_names_in_every_compiler() {
     for (at, style) in
         [Style::Switch, Style::Tables, Style::Bits, Style::Program].into_iter().enumerate()
     {
-        // A part of the words is enough for each chart: the proofs of facts are not tested here.
+        // Each style gets the words in another order, so that each word names several kinds of objects.
         let words = turned(&words, at, 4);
         let net = chart("a.graf", &ring("words", &words, true));
         let options = Options { style, prefix: Some("volatile".to_owned()), ..Options::default() };

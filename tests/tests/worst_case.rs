@@ -204,7 +204,7 @@ fn no_reaction_is_above_its_bound() {
     }
 }
 
-/// A search finds reactions that random rows do not: in charts with few features it visits each instance, in others all at once.
+/// A search finds reactions that random rows do not.
 #[test]
 fn no_search_finds_a_reaction_above_its_bound() {
     let mut bounded = 0;
@@ -486,7 +486,7 @@ fn a_task_takes_no_more_than_the_model_says() {
             let counted = counted.expect("the task declares no cost");
             assert_eq!((counted.machine.name, counted.costs.known.len()), (machine.name, 1));
             let model = u64::from(with.steps.values().next().expect("a step").tasks[0].cost);
-            // The same chart with a task that only passes the turn on.
+            // The same chart with a task that changes nothing.
             let (without, counted) = read_for(&chart("task t cost 1 { sum := sum }"), machine);
             assert_eq!(counted, None);
             let dearest = |net: &Valid<Net>| {
@@ -577,7 +577,7 @@ fn the_style_follows_the_machine() {
         let options = Options { machine, goal, io: Io::Words, ..Options::default() };
         let package = emit(&net, &facts, &options).expect("it is emitted");
         let style = package.tried.iter().find(|it| it.is_taken).expect("one is").style;
-        // The result equals the result of the style requested by name.
+        // The chosen style gives the same files if it is requested by name.
         let asked = Options { style, io: Io::Words, ..Options::default() };
         assert_eq!(package.files, emit(&net, &facts, &asked).expect("it is emitted").files);
         style

@@ -9,9 +9,9 @@ pub(super) type Renames = BTreeMap<String, String>;
 
 /// Pairs of parts that represent the same object.
 pub(super) struct Matching {
-    /// For each old part, its new one.
+    /// For each old part, the index of the matched new part.
     pub(super) new_of: Vec<Option<usize>>,
-    /// For each new part, its old one.
+    /// For each new part, the index of the matched old part.
     pub(super) old_of: Vec<Option<usize>>,
 }
 
@@ -42,7 +42,8 @@ pub(super) fn matching(old: &[Part<'_>], new: &[Part<'_>]) -> (Matching, Renames
                 more.insert(from.to_owned(), to.to_owned());
             }
             let next = Matcher::new(old, new, &more).run();
-            // The pair itself saves two changes. It is a renaming if other parts agree too, or if no other part names it and it is in the same place.
+            // The pair itself saves two changes. It is a renaming if other parts then agree too, or if no other part uses the name and the part is in the same
+            // place.
             let saved = cost.saturating_sub(n_changed(old, new, &next, &more));
             if saved > 2 || (saved == 2 && is_in_place(old, new, &next, from, to)) {
                 renames = more;
@@ -210,7 +211,7 @@ impl<'p, 'd> Matcher<'p, 'd> {
             return self.transitions(old, new);
         }
         self.pair(old, new, false, |at| old_key(&before[at], renames), |at| new_key(&after[at]));
-        // Parts without a name are matched by their text, or if each is the only one.
+        // Parts without a name are matched by their text. For some kinds, the only parts left on both sides are matched too.
         let unnamed = |part: &Part<'_>| part.key.is_none();
         self.pair(
             old,

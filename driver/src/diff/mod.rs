@@ -85,7 +85,7 @@ impl std::fmt::Display for Place {
 /// Whether two charts behave equally.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Behaviour {
-    /// The answer, for the columns that both have.
+    /// The result of the comparison of the columns that both charts have.
     Compared(Box<Common>, Answer),
     /// They cannot be compared.
     Incomparable(Incomparable),

@@ -699,8 +699,8 @@ fn question(circuit: &mut Logic, signals: &[Signal], cell: &Cell) -> Option<Node
     Some(node)
 }
 
-/// The number of products that a macrocell of this kind has; on devices where wide sums use adjacent macrocells, that of all macrocells that the sum uses.
-/// `None` for a function that has no pin yet.
+/// The number of products that a macrocell of this kind has; on devices with logic blocks, where wide sums use adjacent macrocells, the total of all macrocells
+/// that the sum uses. On other devices, `None` for a function that has no pin yet.
 fn available(device: &Device, pin: Option<u32>, kind: CellKind, n_terms: usize) -> Option<u32> {
     if let Some(blocks) = device.blocks {
         let n_terms = u32::try_from(n_terms).unwrap_or(u32::MAX);

@@ -135,7 +135,7 @@ fn ways(bounds: &[(&Machine, Bound)]) -> String {
     text
 }
 
-/// The chosen style and, if there was a choice, the cost of the others.
+/// The chosen style or, if there was a choice, a table of all candidates with their costs.
 fn style(package: &Package) -> String {
     if package.tried.is_empty() {
         let why = if package.reason.is_empty() {
@@ -171,7 +171,7 @@ fn style(package: &Package) -> String {
     format!("{}\n", table.text())
 }
 
-/// The cost of each task, its source, and the estimates of the models.
+/// For each task: its cost, whether that was declared or comes from a cost model, and its worst-case cost on each machine.
 fn tasks(subject: &Subject<'_>, bounds: &[(&Machine, Bound)]) -> String {
     let net = subject.net;
     if net.steps.values().all(|step| step.tasks.is_empty()) {
@@ -207,7 +207,7 @@ fn tasks(subject: &Subject<'_>, bounds: &[(&Machine, Bound)]) -> String {
     format!("\nTasks, with their worst-case cost:\n\n{}", table.text())
 }
 
-/// The number of rounds that the bounds count for the loop over micro-steps, and its proof.
+/// The number of rounds that the bounds count for the loop over micro-steps, and how this number was proved.
 fn rounds(subject: &Subject<'_>) -> String {
     let Some(rounds) = &subject.rounds else { return String::new() };
     let net = subject.net;

@@ -1,7 +1,7 @@
 //! The pin-out of a chip as a drawing, in characters and as SVG, from the same model.
 //!
 //! ```text
-//! Chip ──► Drawing { shape, pins, bars } ──► text()   between letters and lines
+//! Chip ──► Drawing { shape, pins, bars } ──► text()   in characters
 //!                                       └──► svg()    with a bar of product terms for each macrocell
 //! ```
 //! A package with two rows has pin 1 at the upper left and is numbered counter-clockwise; a package with four rows begins in the middle of its
@@ -131,7 +131,7 @@ pub struct Bar {
     pub pin: Option<u32>,
     /// The name of its signal; empty for a spare macrocell.
     pub name: String,
-    /// Terms of its sum.
+    /// The number of terms of its sum.
     pub used: u32,
     /// The number of available terms, if the macrocell is known.
     pub available: Option<u32>,
@@ -699,7 +699,7 @@ fn ports(chip: &Chip) -> Vec<PinMark> {
                 Some(_) => PinRole::Register,
                 None => PinRole::Output,
             },
-            // Equations show every register at a pin; a netlist shows only its outputs.
+            // Equations show every register; a netlist shows only its inputs and outputs.
             Kind::Flop(_) | Kind::Buried if chip.cells.is_empty() => return None,
             Kind::Flop(_) => PinRole::Register,
             Kind::Buried => PinRole::Output,
@@ -728,7 +728,7 @@ fn bars(chip: &Chip) -> Vec<Bar> {
         is_registered: cell.is_registered(),
     };
     let mut bars: Vec<Bar> = chip.cells.iter().map(of_cell).collect();
-    // A device with logic blocks has many, and the fitter chooses which of them a function uses.
+    // A device with logic blocks has many spare macrocells, and the fitter chooses which of them a function uses.
     let is_open = |device: &&Device| chip.misfit.is_none() && device.blocks.is_none();
     if let Some(device) = chip.device.filter(is_open) {
         for cell in device.macrocells {

@@ -5,9 +5,9 @@
 //! net, facts, lines, chips ──► Subject ──► sections, one file each ──► NAME.report.md
 //!                                   └────► Drawing ──► NAME.report.md (characters), FILE.svg
 //! ```
-//! A section is a function that returns the text for a [`Subject`] (or for one [`Chip`] of it), or `None` if there is nothing to report.
-//! The lists `BEFORE`, `CHIP` and `AFTER` are the whole page, in order: another kind of target would get its own list, like `CHIP`. The
-//! page is Markdown that is readable as plain text too; it contains no date, so the same chart gives the same bytes.
+//! A section is a function that returns the text for a [`Subject`] (or for one [`Chip`] of it), or `None` if there is nothing to report. The lists `BEFORE`,
+//! `CHIP` and `AFTER` contain all sections of the page, in order: another kind of target would get its own list, like `CHIP`. The page is Markdown that is
+//! readable as plain text too; it contains no date, so the same chart gives the same bytes.
 
 pub mod chip;
 pub mod drawing;
@@ -78,11 +78,11 @@ pub struct Subject<'a> {
     pub counted: Option<&'a Counted>,
     /// The number of rounds that the bounds count for the loop over micro-steps in its C code.
     pub rounds: Option<Rounds>,
-    /// The texts that it was read from: properties are shown as they were written.
+    /// The texts that the chart was read from: properties are shown as they were written.
     pub sources: &'a Sources,
     /// The reachable situations, as far as they could be counted.
     pub reach: Option<Reach>,
-    /// The results of its properties.
+    /// The results of the chart's properties.
     pub properties: Vec<PropertyVerdict>,
     /// True for imported logic: the net then has its pins and no behaviour.
     pub is_logic: bool,

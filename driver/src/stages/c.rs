@@ -79,7 +79,7 @@ pub trait CEngine {
     /// Compares a package with the net of the build; the report has this name.
     ///
     /// # Errors
-    /// The words of the compiler, if it rejects the text.
+    /// The compiler's message, if it rejects the text.
     fn check(&self, name: &str, package: &Package) -> Result<OutputReport, String>;
 
     /// Called before a package is checked, with the results so far.
@@ -89,7 +89,7 @@ pub trait CEngine {
 /// Compares each C package of a build with the net: proved if requested and possible, otherwise tested. Files that were refuted are removed.
 ///
 /// # Errors
-/// The name of a text that the compiler rejects, and the words of the compiler.
+/// The name of a text that the compiler rejects, and the compiler's message.
 pub fn check(
     net: &Valid<Net>,
     facts: &Facts,

@@ -3,8 +3,8 @@
 //! ```text
 //! encode      Encoded    codes of steps, don't-cares, synchronisers, test vectors
 //! emit        Written    a text, or a fuse map with its placement
-//! read_back   ReadBack   the circuit that an independent reader finds in it
-//! prove       Proved     whether this circuit equals the net, dominates in an emergency, and is safe
+//! read_back   ReadBack   the circuit that an independent parser reads from it
+//! prove       Proved     whether this circuit equals the net, its emergency dominates, and it is safe
 //! describe    Described  the report, the files and the data of the report page
 //! ```
 //! The stages of C are in [`c`].

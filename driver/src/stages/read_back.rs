@@ -1,4 +1,4 @@
-//! Stage 3: the circuit that an independent reader finds in what was written, without the parts that the chart does not have.
+//! Stage 3: the circuit that an independent parser reads from the output, without the parts that the chart does not have.
 
 use super::emit::Written;
 use super::encode::Encoded;
@@ -25,7 +25,7 @@ pub(crate) enum Content {
 /// Reads what was written, and removes the reset and the synchronisers after a check that they have no other effect.
 ///
 /// # Errors
-/// The text cannot be read back, or it means something else.
+/// The text cannot be read back, or its meaning differs from the circuit.
 pub(crate) fn read_back(encoded: &Encoded, written: Written) -> Result<ReadBack, Vec<Diagnostic>> {
     let (content, circuit) = match written {
         Written::Text(emitted) => {

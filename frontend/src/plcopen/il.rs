@@ -105,7 +105,7 @@ impl List<'_, '_> {
         }
     }
 
-    /// Ends an operation with a parenthesis.
+    /// Ends an operation that began with an opening parenthesis, such as `AND( .. )`.
     fn close(&mut self, token: Token) {
         let span = self.parser.span(token);
         let Some((word, before)) = self.waiting.pop() else {
@@ -237,7 +237,7 @@ impl List<'_, '_> {
             }
         };
         self.out.push(Stmt { kind, span });
-        // The accumulator keeps its value. If the value was computed here, the variable replaces it.
+        // The accumulator keeps its value. If the value is computed from the assigned variable, it can only be read from that variable now.
         let is_changed = target.expr.root().is_some_and(|root| held.expr.reads(&root.id));
         self.accumulator = match word {
             _ if !is_changed => Some(held),

@@ -280,7 +280,7 @@ impl Reader<'_, '_> {
             ids.truncate(12);
             ids.push("..");
         }
-        // Charts are read from the elements at the other ends of wires; in other networks every wire is followed.
+        // Only the wires of charts are checked here: in other networks every wire is followed, and a missing element is reported then.
         for node in picture.children().filter(|one| sfc::is_part(*one)) {
             let points = children(node, "connectionPointIn");
             for wire in points.flat_map(|point| children(point, "connection")) {
@@ -303,7 +303,7 @@ impl Reader<'_, '_> {
     }
 }
 
-/// Words of other tools for the values of an attribute.
+/// The value that the format has for a word that other tools write in this attribute.
 fn synonym(attribute: &str, value: &str) -> Option<&'static str> {
     match (attribute, value) {
         ("storage", "latch" | "s") => Some("set"),

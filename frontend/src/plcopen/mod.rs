@@ -1,4 +1,4 @@
-//! Reader and writer of PLCopen TC6 XML (`.xml`).
+//! Parser and writer of PLCopen TC6 XML (`.xml`).
 //!
 //! Elements are identified by their local names, so the three namespaces in use are read in the same way. Bodies in ladder and function
 //! block diagram become statements (`network`), charts become the tree of `crate::st::ast`, and `crate::st::elaborate` defines their

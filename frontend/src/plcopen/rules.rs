@@ -3,7 +3,7 @@
 /// The allowed values of an attribute.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Value {
-    /// Any text: the reader checks it, or it has no meaning for a design.
+    /// Any text: the code that reads the element checks it, or it has no meaning for a design.
     Any,
     /// `true`, `false`, `1` or `0`.
     Boolean,
@@ -40,8 +40,7 @@ pub(super) struct Rule {
     pub(super) text: bool,
 }
 
-/// The kind of elements that are skipped with all their contents: layout, comments, data about the file, and texts that the reader handles
-/// as a whole.
+/// The kind of elements that are skipped with all their contents: layout, comments, data about the file, and texts that are parsed as a whole.
 pub(super) const FREE: &str = "";
 /// A child entry that matches every unlisted name.
 pub(super) const OTHERS: &str = "*";

@@ -117,7 +117,7 @@ impl<'a, 'd: 'a> Chart<'_, '_, '_, 'a, 'd> {
         (leads_to, miswired)
     }
 
-    /// The transitions by the numbers of their nodes. Competing transitions are exchanged so that they are sorted from left to right.
+    /// The transitions by the ids of their XML nodes. Competing transitions are exchanged so that they are sorted from left to right.
     fn transitions(&mut self) -> BTreeMap<usize, Transition> {
         let (leads_to, miswired) = self.targets();
         let mut transitions: Vec<(Node<'a, 'd>, Transition)> = Vec::new();

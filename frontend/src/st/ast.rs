@@ -1,7 +1,7 @@
 //! Syntax tree of an IEC 61131-3 text, before name resolution: names as written, every node with its span.
 //!
-//! The reader of PLCopen XML builds the same tree and turns ladders and function block diagrams into statements. So [`super::elaborate`]
-//! defines the meaning of both.
+//! The parser of PLCopen XML builds the same tree and turns ladders and function block diagrams into statements. So [`super::elaborate`] defines the meaning of
+//! both.
 
 use std::collections::BTreeSet;
 
@@ -170,12 +170,12 @@ impl TypeRef {
         TypeRef { kind: TypeKind::Named(Ident::new(name, span)), span }
     }
 
-    /// The name of a type that is not written out.
+    /// The name of the type, if it is only a name.
     pub(crate) fn name(&self) -> Option<&Ident> {
         if let TypeKind::Named(name) = &self.kind { Some(name) } else { None }
     }
 
-    /// Whether it is the name of this type, in capitals.
+    /// Whether the type is only a name, namely `name`, which is in capitals.
     pub(crate) fn is_named(&self, name: &str) -> bool {
         self.name().is_some_and(|own| own.id == *name)
     }
@@ -354,7 +354,7 @@ pub(crate) enum Flag {
     Left,
     /// CONTINUE ended the iteration.
     Skipped,
-    /// The loop variable as an assignment target: EXIT assigns its current value to it.
+    /// The loop variable after the loop, as an assignment target: EXIT assigns the value of the current iteration to it.
     Variable,
     /// RETURN left the unit.
     Returned,

@@ -1,4 +1,4 @@
-//! Textual IEC 61131-3 (`.st`, `.exp`): reader and writer for sequential function charts and structured text.
+//! Textual IEC 61131-3 (`.st`, `.exp`): parser and writer for sequential function charts and structured text.
 //!
 //! ```
 //! use grafsynth_frontend::st;
@@ -14,8 +14,8 @@
 //! assert_eq!(parsed.design.map(|design| design.charts.len()), Some(1));
 //! ```
 //!
-//! `docs/formats.md` lists what is supported, ignored and refused, and defines the meaning of each construct. The parser builds a tree
-//! (`ast`), which the reader of PLCopen XML builds too; `elaborate` turns the tree into charts.
+//! `docs/formats.md` lists what is supported, ignored and refused, and defines the meaning of each construct. The parser builds a tree (`ast`), which the
+//! parser of PLCopen XML builds too; `elaborate` turns the tree into charts.
 
 pub(crate) mod ast;
 pub(crate) mod elaborate;

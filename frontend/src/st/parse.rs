@@ -173,7 +173,7 @@ impl<'a> Parser<'a> {
         self.text.get(token.start..token.end).unwrap_or("")
     }
 
-    /// The word at this lookahead in capitals; empty if it is not a word.
+    /// The token that is `ahead` tokens after the current one, in capitals; empty if it is not a word.
     pub(crate) fn word(&self, ahead: usize) -> Symbol {
         let token = self.peek(ahead);
         Symbol::of(if token.kind == Kind::Word { self.slice(token) } else { "" })
@@ -254,7 +254,7 @@ impl<'a> Parser<'a> {
             Diagnostic::error(codes::ST_UNEXPECTED, format!("expected {what}, found {found}"));
         let places = self.places;
         self.report(|| match before {
-            // The end of a statement is missing after the token before.
+            // The `;` is missing after the previous token.
             Some(before) if what == "`;`" => finding
                 .at(places.span(before.start, before.end), "expected `;` after this")
                 .help("write `;`")

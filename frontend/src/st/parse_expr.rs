@@ -187,7 +187,7 @@ impl Parser<'_> {
                         .at(span, label)
                         .help(help)
                 });
-                // The place of the value is kept, so that what follows is read.
+                // A substitute value, so that the text after it is still parsed.
                 1_000_000_000
             }
         };
@@ -363,7 +363,7 @@ impl Parser<'_> {
                 }
                 _ => return Err(self.expected("TRUE, FALSE, 0 or 1")),
             },
-            // An enumeration value is known by its own name.
+            // An enumeration value is found by its own name, without the type.
             Kind::Word => ExprKind::Name(self.name("a value")?),
             Kind::Real => {
                 self.advance();

@@ -12,7 +12,7 @@ use super::lexer::Kind;
 use super::parse::{Parse, Parser};
 use crate::codes;
 
-/// Words that begin a unit other than a program.
+/// Words that begin a unit or another declaration outside of units.
 const UNITS: &[&str] =
     &["PROGRAM", "FUNCTION", "FUNCTION_BLOCK", "CONFIGURATION", "TYPE", "VAR_GLOBAL", "INTERFACE"];
 

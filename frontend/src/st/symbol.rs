@@ -1,7 +1,7 @@
-//! The identity of names: structured text does not distinguish capitals.
+//! The identity of names: structured text does not distinguish capital and small letters.
 //!
-//! A name gets its [`Symbol`] once, where it is read. Everything after the parser compares, sorts and looks up symbols; only messages and
-//! the names of the chart use the spelling. No other file of `st` or `plcopen` compares names or words without regard to case.
+//! A name gets its [`Symbol`] once, where it is read. Everything after the parser compares, sorts and looks up symbols; only messages and the names of the
+//! chart use the spelling. No other file of `st` or `plcopen` compares names or keywords without regard to case.
 
 use std::borrow::Borrow;
 use std::fmt;

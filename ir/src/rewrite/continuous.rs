@@ -9,10 +9,10 @@
 //! Q is computed in the first pass of the controlled actions (§3.5), the output after bodies, tasks and free timers (E4 of §3.9). So the pass leaves an
 //! action alone if
 //! - it has a body, or a use with another qualifier: `set Q` in s, `N` in r;
-//! - something reads it, because a reader sees the value of the last row until the actions run, and a continuous output cannot be read (§3.6);
+//! - something reads it: until the actions run, its value is that of the previous row, and a continuous output cannot be read (§3.6);
 //! - a condition of a use reads what changes after Q is computed: a variable that a body or a task writes, a free timer, another action, finished tasks.
 //!
-//! In statecharts an ended chart stops its actions but keeps its outputs, so they are left alone too.
+//! Statecharts are left alone: a statechart that has ended stops its actions but keeps its outputs.
 
 use crate::arena::IdMap;
 use crate::net::{
@@ -45,7 +45,7 @@ pub fn continuous(net: &mut Net) -> bool {
     any
 }
 
-/// The variables that bodies of actions and tasks write.
+/// The variables that bodies of actions, tasks and the release of locks write.
 fn written_late(net: &Net) -> IdMap<Var, bool> {
     let mut written = IdMap::filled(&net.vars, false);
     let tasks = net.steps.values().flat_map(|step| step.tasks.iter().map(|task| &task.body));
@@ -62,7 +62,7 @@ fn written_late(net: &Net) -> IdMap<Var, bool> {
     written
 }
 
-/// The actions that some expression reads.
+/// The actions that some expression reads, or that drive several outputs.
 fn read(net: &Net) -> IdMap<ControlledAction, bool> {
     let mut read = IdMap::filled(&net.actions, false);
     let mut see = |leaf: &Leaf| {

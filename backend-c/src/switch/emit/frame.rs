@@ -22,9 +22,9 @@ pub(crate) struct Surroundings {
     frame: Frame,
     /// The frame's program. Its body contains everything in order.
     program: Program,
-    /// The part of that body that is each action's.
+    /// The range of each action's body in the body of `program`.
     bodies: Vec<Range<usize>>,
-    /// The parts of that body before and after the bodies of actions.
+    /// The ranges of the statements of [`Frame`] with these names in the body of `program`.
     before: Range<usize>,
     control: Range<usize>,
     end: Range<usize>,
@@ -63,23 +63,23 @@ impl Surroundings {
     }
 }
 
-/// Consecutive bodies that run in different steps of one variable: at most one step is active, so one `switch` finds its bodies.
+/// Consecutive bodies that run in steps of one state variable: at most one of these steps is active, so one `switch` finds its bodies.
 struct Group {
     machine: usize,
-    /// The bodies by their steps; the steps of two classes differ.
+    /// The classes: sets of steps that share no step, each with the bodies that run in these steps.
     classes: Vec<(Vec<StepId>, Vec<usize>)>,
     class_of: BTreeMap<StepId, usize>,
 }
 
 impl Group {
-    /// A group is a `switch` from this many classes on; fewer are tests.
+    /// The minimum number of classes for a `switch`; smaller groups are printed as tests.
     const MIN_CLASSES: usize = 3;
 
     fn new(machine: usize) -> Self {
         Group { machine, classes: Vec::new(), class_of: BTreeMap::new() }
     }
 
-    /// Adds a body; false if its steps are partly those of another class.
+    /// Adds a body; false if its steps overlap a class but are not the same steps.
     fn add(&mut self, body: usize, steps: &[StepId]) -> bool {
         let known: Vec<Option<usize>> =
             steps.iter().map(|step| self.class_of.get(step).copied()).collect();
@@ -112,7 +112,7 @@ pub(super) struct Framed<'a> {
     pub(super) functions: Vec<Node>,
     /// Members of the structure that functions share.
     pub(super) shared: Vec<Node>,
-    /// The values of the outputs that actions drive, after `after`.
+    /// The values that the outputs driven by actions have after the statements in `after`.
     pub(super) outputs: BTreeMap<OutputId, CExpr>,
 }
 
@@ -218,7 +218,7 @@ impl<'a> Emit<'a> {
         self.framed = Some(framed);
     }
 
-    /// The bodies of the actions, in order. Bodies in different steps of one variable are found by a `switch`.
+    /// The bodies of the actions, in order. Bodies in different steps of one state variable are found by a `switch`.
     fn action_bodies(
         &self,
         surroundings: &'a Surroundings,
@@ -226,7 +226,7 @@ impl<'a> Emit<'a> {
         bodies: &mut Vec<Vec<Piece<'a>>>,
     ) -> Vec<Piece<'a>> {
         let mut pieces = Vec::new();
-        // Bodies in a row that are no group.
+        // Consecutive bodies that are in no group.
         let mut plain: Range<usize> = surroundings.control.end..surroundings.control.end;
         let mut group: Option<Group> = None;
         for (index, body) in surroundings.frame.bodies.iter().enumerate() {
@@ -253,7 +253,7 @@ impl<'a> Emit<'a> {
         pieces
     }
 
-    /// Adds a complete group, and before it the bodies that precede it; a small group joins those.
+    /// Adds the bodies before a complete group, then the group; a group that is too small for a `switch` is added to those bodies.
     fn close(
         &self,
         group: Option<Group>,

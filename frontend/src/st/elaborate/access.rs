@@ -28,7 +28,7 @@ impl Elaborator<'_> {
                 }
             }
             ast::ExprKind::Field(inner, field) => {
-                // `color.red` and `globals.x`: the name of a list before a name.
+                // `color.red` and `globals.x`: a name qualified by the name of its list.
                 if let ast::ExprKind::Name(list) = &inner.kind
                     && let Some(found) = self.qualified(frame, list, field)
                 {
@@ -91,7 +91,7 @@ impl Elaborator<'_> {
         Err(self.unknown(what, field, &known, "use one of the names that it declares"))
     }
 
-    /// The time of a timer as other units see it; `None` for other fields.
+    /// The elapsed time of a standard block as other units read it, such as `t.ET`; `None` for other fields.
     pub(super) fn elapsed(&mut self, object: usize, field: &Ident) -> Option<Outcome<Value>> {
         let ObjectKind::Block(index) = self.objects[object].kind else { return None };
         if !self.is_standard(index) {
@@ -189,7 +189,7 @@ impl Elaborator<'_> {
         Ok(Binding::Place(Place { index, ty: *element, ..place }))
     }
 
-    /// The value of a resolved object.
+    /// The value that a resolved name, field or element has.
     pub(super) fn read(&mut self, access: Binding, span: Span) -> Outcome<Value> {
         match access {
             Binding::Value(value) => Ok(value),

@@ -6,7 +6,7 @@
 //! x AND y          the sum of 2^k for each bit k that is set in both
 //! SHL(x, 3)        x MOD 32 * 8                             in a BYTE
 //! ```
-//! A signed number is treated as two's complement with 8, 16 or 32 bits, whichever fits both operands.
+//! A signed number is treated as two's complement with 8, 16 or 32 bits: the smallest size that fits both operands.
 
 use grafsynth_ir::Span;
 use grafsynth_ir::chart::Expr;

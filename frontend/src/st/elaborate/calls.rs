@@ -127,7 +127,7 @@ impl Elaborator<'_> {
         Some(done)
     }
 
-    /// Expands the list of an action at its call.
+    /// Expands the body of an action or block at its call.
     fn call_body(
         &mut self,
         frame: FrameId,
@@ -182,7 +182,7 @@ impl Elaborator<'_> {
         Err(self.unknown("function block", name, &candidates, "declare an instance of it"))
     }
 
-    /// Labels every argument, positional or named, with the main name of its parameter, and checks that there is one.
+    /// Labels every argument, positional or named, with the main name of its parameter, and checks that the parameter exists.
     pub(super) fn named_arguments(
         &mut self,
         index: usize,
@@ -271,7 +271,7 @@ impl Elaborator<'_> {
             self.count_call(object, span);
         }
         let inside = self.objects[object].frame;
-        // All arguments are evaluated before the first one changes anything.
+        // All arguments are evaluated before any input is assigned.
         let mut given = Vec::new();
         for var in &pou.vars {
             let argument = argument(arguments, var);

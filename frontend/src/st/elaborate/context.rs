@@ -253,7 +253,7 @@ impl<'a> Elaborator<'a> {
         }
         let finding = Diagnostic::error(codes::ST_UNKNOWN_NAME, format!("unknown {what} `{name}`"))
             .at(name.span, "not declared");
-        // A file with thousands of unknown names has no simple typing errors, so the search for similar names stops.
+        // Hundreds of findings are not simple typing errors, so the search for similar names stops.
         let near = (self.found.len() < 200)
             .then(|| nearest(&name.id, candidates.iter().map(String::as_str)))
             .flatten();

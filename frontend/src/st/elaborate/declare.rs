@@ -105,7 +105,7 @@ impl<'a> Elaborator<'a> {
         let is_action = usage.actions.contains(key);
         let area = var.address.as_ref().and_then(|address| address.id.chars().nth(1));
         let meta = Meta { span: var.name.span, label: label_of(var), ..Meta::default() };
-        // A chart omits the sign before an address.
+        // The name in the chart omits the `%` of an address.
         let name = Name::new(var.name.text.trim_start_matches('%'), var.name.span);
         let values = match &self.init_of(var) {
             Some(init) => self.initial(frame, ty, init).unwrap_or_default(),
@@ -286,7 +286,7 @@ impl<'a> Elaborator<'a> {
             if var.ty.is_named("TIME") {
                 self.objects[object].has_preset = within.init(&var.name.id).is_some();
             }
-            // Everything in a standard block is at the declaration of the instance.
+            // Everything in a standard block has the location of the instance's declaration.
             let mut var = var.clone();
             var.name.span = name.span;
             self.member(frame, &var, name, &inner, within);

@@ -1,16 +1,16 @@
 //! Turns the tree of IEC 61131-3 into charts: decides which units become charts, what their variables become, and which names are visible
 //! where.
 //!
-//! - Each program is a chart (`conflict priority`, `evolution single`, `actions iec`). In a file without programs, each function block
-//!   with a chart is one.
+//! - Each program, or each program instance of a configuration, is a chart (`conflict priority`, `evolution single`, `actions iec`). In a file without
+//!   programs, each function block with a chart is one; if there is none either, each function block that no other unit contains.
 //! - Function blocks are expanded in their callers, with one set of variables per instance, named `instance.variable`.
 //! - The standard function blocks are expanded in the same way, from a text of their own (`prelude`).
 //! - Functions become expressions.
 //!
-//! All mistakes in a file are found. Unsupported features are reported by name; everything else is still checked.
+//! An error does not end the elaboration. Unsupported features are reported by name; everything else is still checked.
 //!
-//! `types`, `value` and `usage` are data. `scope` contains the rules that find what a name refers to. `context` is the state that all parts share; each part adds methods to it, and `roots` is the
-//! entry point.
+//! `types`, `value` and `usage` define the data. `scope` contains the rules that find what a name refers to. `context` is the state that all parts share; each
+//! part adds methods to it, and `roots` is the entry point.
 
 mod access;
 mod bits;

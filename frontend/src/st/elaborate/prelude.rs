@@ -19,7 +19,7 @@ use crate::st::lexer::Places;
 use crate::st::parse::Parser;
 use crate::st::symbol::Ident;
 
-/// Inputs of standard blocks that have two names; the second name is the first in each pair.
+/// The inputs of standard blocks that have two names: pairs of the second name and the main name.
 const SECOND_NAMES: [(&str, &str); 5] =
     [("RESET", "R"), ("LOAD", "LD"), ("SET1", "S1"), ("SET", "S"), ("RESET1", "R1")];
 

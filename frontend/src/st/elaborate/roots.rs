@@ -45,8 +45,7 @@ impl Elaborator<'_> {
             .collect();
         let has_error = self.found[start..].iter().any(Diagnostic::is_error);
         if has_error && !failed.is_empty() {
-            // A program that cannot be read is left out if it contains instances of blocks with charts: these are then
-            // the design.
+            // A program with errors is left out if it contains instances of blocks with charts: these blocks are then the design.
             let inner = self.charts_of(&failed);
             if !inner.is_empty() {
                 return self.instead(&roots, &failed, &inner, start);
@@ -55,7 +54,7 @@ impl Elaborator<'_> {
         Some(design)
     }
 
-    /// Uses the charts of function blocks instead of the programs that call them.
+    /// Uses the charts of function blocks instead of the programs that contain their instances.
     fn instead(
         &mut self,
         roots: &[Root],
@@ -257,7 +256,7 @@ impl Elaborator<'_> {
                 all.calls.entry(instance.clone()).or_default().extend(calls.iter().cloned());
             }
         }
-        // The uses of globals in function blocks are not examined: each function block may read and change all globals.
+        // Function blocks and functions may read and change globals, so their uses count too, even if the unit is never called.
         for pou in library.pous.iter().filter(|pou| pou.kind != PouKind::Program) {
             let inner = self.usage(pou);
             let own = pou.own_names();

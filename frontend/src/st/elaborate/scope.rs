@@ -50,7 +50,7 @@ impl Elaborator<'_> {
     pub(super) fn resolve(&mut self, frame: FrameId, name: &Ident) -> Outcome<Binding> {
         let span = self.at(name.span);
         match (self.lookup(frame, &name.id), self.enumerated.get(&name.id)) {
-            // A standard block reads an argument, which has a place of its own.
+            // In the expansion of a standard block, the value is an argument of the call, which keeps its own location.
             (Some(Binding::Value(value)), _) if self.call_site.is_none() => {
                 Ok(Binding::Value(value.seen_at(span)))
             }

@@ -144,7 +144,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// Determines what each used action is, and creates the assignments to Booleans that statements also assign.
+    /// Determines what each used action is, and creates the assignments to Booleans that are actions but that statements also assign.
     fn mixed_actions(
         &mut self,
         build: &mut Build,

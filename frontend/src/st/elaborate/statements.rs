@@ -227,7 +227,7 @@ impl Elaborator<'_> {
         Ok(())
     }
 
-    /// The minimum number of statements to which a list expands.
+    /// The minimum that the expansion of a list counts towards [`BUDGET`].
     fn weight(&self, frame: FrameId, list: &[ast::Stmt]) -> usize {
         let each = list.iter().map(|stmt| match &stmt.kind {
             kind @ (ast::StmtKind::If { .. } | ast::StmtKind::Case { .. }) => {

@@ -291,7 +291,7 @@ impl Elaborator<'_> {
 
     /// The values of a TIME variable with these assignments, if they are known and few.
     fn assigned_times(&self, frame: FrameId, start: i64, given: &[Option<ast::Expr>]) -> Values {
-        // Without any, the variable is assigned in a way that the search for its values did not find.
+        // If there are none, the variable is assigned in a way that the search for its values did not find.
         if given.is_empty() {
             return None;
         }

@@ -9,7 +9,7 @@ use crate::st::ast;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Ty {
     Bool,
-    /// An integer. If it is not a subrange, it wraps around at its bounds, as on controllers.
+    /// An integer. It wraps around at its bounds, as on controllers, unless it is a subrange or has 64 bits.
     Int {
         lo: i64,
         hi: i64,
@@ -36,7 +36,7 @@ impl Ty {
     }
 }
 
-/// The integer types: name, smallest and largest value, bits.
+/// The integer types: name, smallest and largest value.
 pub(super) const INTEGERS: [(&str, i64, i64); 12] = [
     ("SINT", -128, 127),
     ("INT", -32_768, 32_767),

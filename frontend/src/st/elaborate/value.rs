@@ -64,7 +64,7 @@ impl Value {
         Value { expr: Expr::leaf(leaf, span), kind: Kind::Time(Time::Constant(ns)) }
     }
 
-    /// The same value where it is read.
+    /// The same value, with the location where it is read.
     pub(super) fn seen_at(self, span: Span) -> Self {
         Value { expr: Expr::new(self.expr.kind, span), kind: self.kind }
     }
@@ -148,7 +148,7 @@ pub(super) fn select(condition: Expr, then: Value, otherwise: Value, span: Span)
     Value { expr: Expr::new(expr, span), kind }
 }
 
-/// A choice between two Booleans, at least one of which is constant.
+/// A choice between two Booleans; `None` if neither of them is constant.
 fn either(condition: &Expr, then: &Expr, otherwise: &Expr) -> Option<Expr> {
     let (yes, no) = (|| condition.clone(), || condition.clone().not());
     if then.is_true() {

@@ -206,7 +206,7 @@ fn statechart(chart: &Chart) -> Option<Lack> {
         let SettingKind::Conflict(policy) = setting.kind else { return None };
         policy.is_statechart().then_some(setting)
     })?;
-    // The setting of a text in another language has no place of its own.
+    // The setting of a text in another language has no location of its own.
     let span = if setting.span == Span::default() { chart.name.span } else { setting.span };
     Some(Lack { what: "statecharts".to_owned(), name: None, span })
 }
@@ -217,7 +217,7 @@ fn programs(design: &Design, target: &'static str) -> Programs {
         Programs { programs: Vec::new(), lost: Vec::new(), findings: Vec::new(), tick_ns: None };
     let mut taken_charts = BTreeSet::new();
     let mut lacks: Vec<Lack> = design.charts.iter().filter_map(statechart).collect();
-    // What else the target lacks for a statechart follows from that.
+    // For a statechart, further unsupported parts are not reported: they are consequences.
     let charts = if lacks.is_empty() { design.charts.as_slice() } else { &[] };
     for chart in charts {
         let mut maker = Maker {
@@ -256,7 +256,7 @@ fn identifier(text: &str) -> String {
     if out.starts_with(|c: char| c.is_ascii_digit()) || out.is_empty() {
         out.insert(0, '_');
     }
-    // Our reader accepts FROM and TO as names; other tools do not.
+    // The parser of this crate accepts FROM and TO as names; other tools do not.
     let word = Symbol::of(&out);
     if is_reserved(&word) || matches!(word.as_str(), "FROM" | "TO") {
         out.push('_');
@@ -387,7 +387,7 @@ impl<'a> Maker<'a> {
         program
     }
 
-    /// Writes a setting that the standard does not imply as a pragma.
+    /// Writes as a pragma each setting that the standard does not imply, except the tick.
     fn setting(&mut self, setting: &Setting, tick: &mut Option<u64>, program: &mut Program) {
         match &setting.kind {
             SettingKind::Tick(ns) => *tick = Some(*ns),

@@ -85,7 +85,7 @@ pub(super) fn controlled(chart: &Chart) -> BTreeSet<&str> {
     found
 }
 
-/// The steps that a transition with `restart` enters and a transition leaves.
+/// The steps that a transition with `restart` enters and that any transition leaves.
 pub(super) fn renewed(chart: &Chart) -> BTreeSet<&str> {
     let transitions = || {
         chart.items.iter().filter_map(|item| {

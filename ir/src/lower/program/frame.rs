@@ -1,8 +1,8 @@
 //! What surrounds the evolution in a reaction of a Grafcet chart, for code that organises the evolution itself.
 //!
-//! [`super::program`] writes the whole reaction as straight-line code with one bit per step. A back end with one state variable for each sequential
-//! component makes the evolution itself; the timers before it and the controlled actions and free timers after it (§3.5, E1 and E3 of §3.9) are taken
-//! from here, made by the same builder, so that they are not decided twice.
+//! [`super::program`] writes the whole reaction as straight-line code with one bit per step. A back end with one state variable for each sequential component
+//! generates the evolution itself; the timers before it and the controlled actions and free timers after it (§3.5, E1 and E3 of §3.9) are taken from here, made
+//! by the same builder, so that their meaning is defined only once.
 //!
 //! ```text
 //! before      free timers and the timers of actions advance       L2
@@ -10,7 +10,7 @@
 //! control     latches, timers and Q of controlled actions         E1, pass 1
 //! bodies      their bodies                                        E1, passes 2 and 3
 //! end         free timers                                         E3
-//!             (the caller: outputs; those of actions have the values of `outputs`)
+//!             (the caller: outputs; `outputs` contains the values of those that actions drive)
 //! ```
 
 use super::ending::Controlled;
@@ -30,13 +30,13 @@ pub struct Frame {
     pub program: Program,
     /// Statements before the evolution.
     pub before: Vec<Stmt>,
-    /// Statements after the evolution, before the bodies. Like all that follows, they read step bits and step times, and store neither.
+    /// Statements after the evolution, before the bodies. Like the bodies and `end`, they read step bits and step times, and store neither.
     pub control: Vec<Stmt>,
     /// The bodies of the actions, in order.
     pub bodies: Vec<ActionBody>,
     /// Statements after the bodies.
     pub end: Vec<Stmt>,
-    /// The value of each output that an action drives, after `control`, without the emergency.
+    /// The value that each output driven by an action has after `control`, without the emergency.
     pub outputs: Vec<(OutputId, Expr)>,
     /// The cell of each step's bit; the caller stores these values.
     pub bits: IdMap<Step, CellId>,
@@ -51,9 +51,9 @@ pub struct Frame {
 /// The body of a controlled action, or its final scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ActionBody {
-    /// The steps that run the body while they are active, if nothing else decides it.
+    /// The body runs while one of these steps is active; `None` if the condition is in `list`.
     pub steps: Option<Vec<StepId>>,
-    /// The statements; without `steps`, these include the condition.
+    /// The statements; if `steps` is `None`, they include the condition under which the body runs.
     pub list: Vec<Stmt>,
 }
 
@@ -134,7 +134,7 @@ impl Frame {
     }
 }
 
-/// True if only step bits decide when the body runs, and nothing else reads Q.
+/// True if only step bits decide when the body runs, and nothing reads Q.
 fn is_plain(net: &Net, builder: &Builder<'_>, id: ActionId) -> bool {
     let action = &net.actions[id];
     builder.action_q[id].is_none()
