@@ -316,6 +316,12 @@ impl Package {
         &self.interface.names.prefix
     }
 
+    /// The member of the input structure for an input.
+    #[must_use]
+    pub fn input_name(&self, input: InputId) -> &str {
+        &self.interface.names.inputs[input]
+    }
+
     /// False for a chart without a state, whose functions take no instance.
     #[must_use]
     pub fn has_instance(&self) -> bool {

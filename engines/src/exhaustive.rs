@@ -10,13 +10,14 @@
 //! bits, and the largest `dt`. If this is too much work, it tries those at, before and after each threshold, and reports that it is not a proof for every `dt`.
 
 use crate::explorer::{Difference, Explorer, Instance, Start, Trouble, differs, push};
+use crate::unread_inputs::unread_inputs;
 use crate::{tested, tools};
 use grafsynth_backend_c::Package;
 use grafsynth_driver::report::{
     Note, OutputFault, OutputProof, OutputReport, OutputVerdict, Ran, RowFault,
 };
 use grafsynth_driver::rows;
-use grafsynth_ir::net::Net;
+use grafsynth_ir::net::{InputId, InputKind, Net};
 use grafsynth_ir::{FileId, Valid};
 use grafsynth_sim::{
     Column, InputRow, MAX_DT, Simulator, State, Stimulus, Thresholds, Trace, TraceLayout, Value,
@@ -152,7 +153,15 @@ fn proof(
     if !prove {
         return Ok(Proof::None(OpenReason::NotAsked));
     }
-    let Some(inputs) = rows::all(net, &[1], MAX_ROWS) else {
+    let unread = unread_inputs(net, package);
+    let in_net = rows::read_pins(net);
+    let varies = |id: InputId| {
+        let input = &net.inputs[id];
+        input.kind != InputKind::Pin
+            || in_net.contains(&id)
+            || !unread.contains(package.input_name(id))
+    };
+    let Some(inputs) = rows::all(net, &[1], MAX_ROWS, varies) else {
         return Ok(Proof::None(OpenReason::Rows { limit: MAX_ROWS as u64 }));
     };
     let bound = limits.pairs.min(MAX_REACTIONS);

@@ -26,6 +26,7 @@ pub mod scratch;
 mod simavr;
 pub mod tested;
 pub mod tools;
+mod unread_inputs;
 mod verilog;
 
 use grafsynth_ir::facts::Facts;

@@ -42,6 +42,7 @@ mod styles;
 mod table_engine;
 mod templates;
 mod trace_ring;
+mod unread_inputs;
 mod verilog_tools;
 mod words;
 mod worst_case;
