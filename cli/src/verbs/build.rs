@@ -131,10 +131,9 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
     }
     let targets = targets(&arguments.target)?;
     let style = Style::from_name(&arguments.style).ok_or_else(|| {
-        Stop::Usage(format!(
-            "unknown style `{}` (known: auto, switch, tables, bits, engine, program, btrans)",
-            arguments.style
-        ))
+        let (name, known) = (&arguments.style, Style::ALL.map(Style::name));
+        let near = did_you_mean(name, known);
+        Stop::Usage(format!("unknown style `{name}`{near} (known: {})", known.join(", ")))
     })?;
     let is_engine = |target: &Target| {
         matches!(target, Target::C(Some(Style::Engine | Style::Program)))
