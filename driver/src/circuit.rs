@@ -116,7 +116,14 @@ pub fn emit_options(net: &Net, device: Option<&str>, vectors: Option<Vectors>) -
         device: device
             .map(str::to_owned)
             .or_else(|| net.board.device.as_ref().map(|name| name.text.clone())),
+        device_span: match device {
+            Some(_) => None,
+            None => net.board.device.as_ref().map(|name| name.span),
+        },
         pins: net.board.pins.iter().map(|(name, pin)| (name.text.clone(), *pin)).collect(),
+        pin_spans: (net.board.pins.iter())
+            .map(|(name, _)| (name.text.clone(), name.span))
+            .collect(),
         vectors,
         notes: transitions.collect(),
         ..EmitOptions::default()

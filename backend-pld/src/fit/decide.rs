@@ -296,6 +296,9 @@ fn find_device(options: &EmitOptions, findings: &mut Vec<Diagnostic>) -> &'stati
     Device::find(name).unwrap_or_else(|| {
         let mut finding =
             Diagnostic::error(codes::UNKNOWN_DEVICE, format!("unknown device `{name}`"));
+        if let Some(span) = options.device_span {
+            finding = finding.at(span, "");
+        }
         let known: Vec<&str> = crate::device::DEVICES.iter().map(|device| device.name).collect();
         let near = nearest_type(name, Device::names()).or_else(|| marked(name));
         finding = finding.help(match near {
