@@ -42,8 +42,10 @@ pub struct Label {
 /// The notation of a design, so that the help can use its words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Notation {
-    /// The chart language, rules text, and all notations that use the words of the chart language.
+    /// The chart language, and all notations that use its words.
     Graf,
+    /// Rules text.
+    Rules,
     /// SCXML.
     Scxml,
     /// Structured text and PLCopen XML.
