@@ -5,6 +5,7 @@
 
 use crate::codes;
 use crate::{Emitted, Object};
+use grafsynth_ir::Name;
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use itertools::Itertools as _;
 use std::collections::BTreeSet;
@@ -76,7 +77,7 @@ impl Package {
 pub fn constraints(
     emitted: &Emitted,
     package: &Package,
-    board: &[(String, u32)],
+    board: &[(Name, u32)],
 ) -> Result<String, Vec<Diagnostic>> {
     let signals: Vec<(&str, String)> = emitted
         .names
@@ -97,13 +98,13 @@ pub fn constraints(
     let mut pins: Vec<Option<u32>> = vec![None; signals.len()];
     for (name, pin) in board {
         let is_named = |(text, source): &(&str, String)| {
-            source.eq_ignore_ascii_case(name) || text.eq_ignore_ascii_case(name)
+            source.eq_ignore_ascii_case(&name.text) || text.eq_ignore_ascii_case(&name.text)
         };
         let Some(at) = signals.iter().position(is_named) else {
             let message =
                 format!("pin {pin} is assigned to `{name}`, but the circuit has no such signal");
-            let near = nearest(name, signals.iter().map(|(_, source)| source.as_str()));
-            let finding = Diagnostic::error(codes::BAD_PIN, message);
+            let near = nearest(&name.text, signals.iter().map(|(_, source)| source.as_str()));
+            let finding = Diagnostic::error(codes::BAD_PIN, message).at(name.span, "");
             findings.push(match near {
                 Some(near) => finding.help(format!("did you mean `{near}`?")),
                 None => finding.help("remove the line, or write the name of an input or output"),
@@ -112,14 +113,14 @@ pub fn constraints(
         };
         if !package.pins.contains(pin) {
             let message = format!("{} has no pin {pin} for `{name}`", package.name);
-            findings.push(Diagnostic::error(codes::BAD_PIN, message).help(format!(
-                "pins for signals: {}",
-                package.pins.iter().map(u32::to_string).join(", ")
-            )));
+            let help = format!("pins for signals: {}", package.pins.iter().join(", "));
+            let finding = Diagnostic::error(codes::BAD_PIN, message).at(name.span, "");
+            findings.push(finding.help(help));
         } else if !taken.insert(*pin) {
             let message = format!("pin {pin} is assigned to `{name}` and to another signal");
             findings.push(
                 Diagnostic::error(codes::BAD_PIN, message)
+                    .at(name.span, "")
                     .help("assign a separate pin to each signal"),
             );
         } else {

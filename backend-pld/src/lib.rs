@@ -50,6 +50,7 @@ use grafsynth_ir::logic::Logic;
 use grafsynth_ir::span::{FileId, Span};
 use grafsynth_logic::minimise::Budget;
 pub use rebind::rebind;
+use std::collections::BTreeMap;
 use std::rc::Rc;
 pub use vectors::Vectors;
 
@@ -124,6 +125,10 @@ pub struct EmitOptions {
     pub device: Option<String>,
     /// Pin numbers by the source's names; the clock is `clock` or `clk`. Signals without a number get one if the design fits the device.
     pub pins: Vec<(String, u32)>,
+    /// The location of the device's name, if a board names it: findings show it.
+    pub device_span: Option<Span>,
+    /// The locations of the names in [`pins`](EmitOptions::pins) that a board gives: findings show them.
+    pub pin_spans: BTreeMap<String, Span>,
     /// Pins of an earlier build by the names in its text: signals keep their pins if that is still possible.
     pub keep: Vec<(String, u32)>,
     /// Test vectors: the SIMULATION section of PALASM, the test bench of Verilog.

@@ -91,6 +91,7 @@ fn notation(sources: &Sources, diagnostic: &Diagnostic) -> Notation {
     let path = first.map_or("", |source| source.path.as_str());
     let extension = Path::new(path).extension().and_then(|one| one.to_str()).unwrap_or_default();
     match extension.to_ascii_lowercase().as_str() {
+        "rules" => Notation::Rules,
         "scxml" => Notation::Scxml,
         "st" | "xml" => Notation::Iec,
         "c" | "h" => Notation::C,

@@ -11,7 +11,7 @@ use grafsynth_ir::net::{Evolution, Net, Property, PropertyRole};
 use grafsynth_ir::{Diagnostic, FileId, Valid, validate};
 use grafsynth_logic::{BusyMode, EncodeOptions};
 use grafsynth_sim::{Clocked, InputRow, Row, Simulator, Stimulus};
-use grafsynth_verify::Limits;
+use grafsynth_verify::{Explored, Limits};
 
 /// The maximum work of an enumeration before a build, as reactions times the size of the net; it takes some hundredths of a second.
 pub(crate) const ENUMERATION_WORK: u64 = 20_000_000;
@@ -22,18 +22,29 @@ pub(crate) const ENUMERATION_WORK: u64 = 20_000_000;
 pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
     match net.settings.evolution {
         Evolution::Single => grafsynth_verify::structural_facts(net),
-        Evolution::Stable { .. } => {
-            // The time of a reaction is proportional to the size of what it reads.
-            let size = (net.steps.len() + net.transitions.len()).max(1) as u64;
-            let limits = Limits {
-                pairs: limits.pairs.min((ENUMERATION_WORK / size).clamp(1_000, 100_000)),
-                // A diagram that unrolls micro-steps is either small or far too large, and a build must not wait for it.
-                image_bits: limits.image_bits.min(512),
-                image_work: limits.image_work.min(1_000_000),
-                ..limits.clone()
-            };
-            grafsynth_verify::facts(net, &limits)
-        }
+        Evolution::Stable { .. } => grafsynth_verify::facts(net, &quick(net, limits)),
+    }
+}
+
+/// The number of asserts that a short search refutes.
+#[must_use]
+pub fn refuted(net: &Valid<Net>, limits: &Limits) -> usize {
+    if net.properties.iter().all(|one| one.role != PropertyRole::Assert) {
+        return 0;
+    }
+    Explored::of(net, &quick(net, limits)).refuted()
+}
+
+/// The limits of a search that a build can wait for.
+fn quick(net: &Net, limits: &Limits) -> Limits {
+    // The time of a reaction is proportional to the size of what it reads.
+    let size = (net.steps.len() + net.transitions.len()).max(1) as u64;
+    Limits {
+        pairs: limits.pairs.min((ENUMERATION_WORK / size).clamp(1_000, 100_000)),
+        // A diagram that unrolls micro-steps is either small or far too large, and a build must not wait for it.
+        image_bits: limits.image_bits.min(512),
+        image_work: limits.image_work.min(1_000_000),
+        ..limits.clone()
     }
 }
 
@@ -116,7 +127,14 @@ pub fn emit_options(net: &Net, device: Option<&str>, vectors: Option<Vectors>) -
         device: device
             .map(str::to_owned)
             .or_else(|| net.board.device.as_ref().map(|name| name.text.clone())),
+        device_span: match device {
+            Some(_) => None,
+            None => net.board.device.as_ref().map(|name| name.span),
+        },
         pins: net.board.pins.iter().map(|(name, pin)| (name.text.clone(), *pin)).collect(),
+        pin_spans: (net.board.pins.iter())
+            .map(|(name, _)| (name.text.clone(), name.span))
+            .collect(),
         vectors,
         notes: transitions.collect(),
         ..EmitOptions::default()

@@ -10,7 +10,7 @@ use grafsynth_backend_pld::ice40::{Package, constraints};
 use grafsynth_backend_pld::{Dialect, Emitted, codes, read};
 use grafsynth_ir::diag::nearest;
 use grafsynth_ir::logic::Logic;
-use grafsynth_ir::{Diagnostic, FileId};
+use grafsynth_ir::{Diagnostic, FileId, Name};
 use grafsynth_verify::Limits;
 use grafsynth_verify::circuits::Pairs;
 
@@ -37,7 +37,7 @@ pub fn job(
     stem: &FileStem,
     emitted: &Emitted,
     device: Option<&str>,
-    board: &[(String, u32)],
+    board: &[(Name, u32)],
 ) -> Result<Job, Vec<Diagnostic>> {
     let Some(package) = Package::find(device) else {
         let device = device.unwrap_or_default();

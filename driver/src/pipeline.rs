@@ -11,7 +11,7 @@
 pub use crate::built::{BuildOptions, Built, MapEntry, OutputFile, Refusal};
 use crate::circuit::{ENUMERATION_WORK, may_be_free, unconditional};
 pub use crate::circuit::{
-    Through, emit_options, facts, logic, logic_as, synchronised, through, vectors,
+    Through, emit_options, facts, logic, logic_as, refuted, synchronised, through, vectors,
 };
 pub use crate::circuit_notes::form;
 use crate::circuit_notes::one_clock_all_the_same;
@@ -149,12 +149,9 @@ fn ice40(
     // The pin assignment may be for another chip that the chart is also built for.
     let of_board = board.filter(|name| name.to_ascii_lowercase().starts_with("ice40"));
     let device = options.device.as_deref().or(of_board);
-    let pins: Vec<(String, u32)> = if board.is_none() || of_board.is_some() {
-        net.board.pins.iter().map(|(name, pin)| (name.text.clone(), *pin)).collect()
-    } else {
-        Vec::new()
-    };
-    match crate::ice40::job(&stem, emitted, device, &pins) {
+    let is_for_it = board.is_none() || of_board.is_some();
+    let pins = if is_for_it { net.board.pins.as_slice() } else { &[] };
+    match crate::ice40::job(&stem, emitted, device, pins) {
         Ok(job) => {
             if let Some(chip) = built.chips.iter_mut().find(|chip| chip.file == format!("{stem}.v"))
             {

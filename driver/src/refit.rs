@@ -77,7 +77,12 @@ pub fn make(
             let name = Medium::Fuses.file_name(stem);
             let fitted = fitted(design, Dialect::Palasm, device, limits)?;
             let line = moved(line(&name, fitted.judged), &fitted.emitted);
-            burned(name, &fitted.placement?, line, report)
+            let (circuit, options) = (design.circuit()?, fitted.options);
+            // The user did not write the text: its signals have no pins if the circuit does not fit.
+            let placement = fitted.placement.map_err(|found| {
+                fuse::place_from(None, circuit, &options).err().unwrap_or(found)
+            })?;
+            burned(name, &placement, line, report)
         }
     }
 }
@@ -144,6 +149,7 @@ struct Fitted {
     /// The macrocells of the text, or why it does not define them.
     placement: Result<Placement, Vec<Diagnostic>>,
     judged: Judged,
+    options: EmitOptions,
 }
 
 /// The circuit in a language, minimised, with pins; the circuit that is read back from that text; and whether both are equal.
@@ -188,5 +194,5 @@ fn fitted(
         return Err(found);
     }
     let judged = judge(circuit, &back, limits);
-    Ok(Fitted { emitted, placement: said.placement, judged })
+    Ok(Fitted { emitted, placement: said.placement, judged, options })
 }

@@ -42,8 +42,10 @@ pub struct Label {
 /// The notation of a design, so that the help can use its words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Notation {
-    /// The chart language, rules text, and all notations that use the words of the chart language.
+    /// The chart language, and all notations that use its words.
     Graf,
+    /// Rules text.
+    Rules,
     /// SCXML.
     Scxml,
     /// Structured text and PLCopen XML.
@@ -223,6 +225,14 @@ pub fn any_error(diagnostics: &[Diagnostic]) -> bool {
 /// error. The distance must be at most a third of the word's length, but one edit is always allowed. A candidate that shares no letter with `word` never
 /// matches, nor does one that differs only in its digits: `s2` is another step than `s1`.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    nearest_type(word, candidates.into_iter().filter(|one| !differs_in_digits(word, one)))
+}
+
+/// Like [`nearest`], but the candidate may differ only in its digits, as types of chips do: `gal22v10` for `gal22v11`.
+pub fn nearest_type<'a>(
+    word: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
     let wanted: Vec<char> = word.chars().collect();
     let budget = (wanted.len().max(3) / 3) * 2;
     candidates
@@ -230,7 +240,6 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .filter(|candidate| *candidate != word)
         .filter(|candidate| candidate.chars().count().abs_diff(wanted.len()) * 2 <= budget)
         .filter(|candidate| shares_a_letter(&wanted, candidate))
-        .filter(|candidate| !differs_in_digits(word, candidate))
         .map(|candidate| (distance(&wanted, &candidate.chars().collect::<Vec<_>>()), candidate))
         .filter(|(distance, _)| *distance <= budget)
         .min_by_key(|(distance, _)| *distance)
@@ -309,5 +318,6 @@ mod tests {
         assert_eq!(nearest(".z", [".i", ".o"]), None);
         assert_eq!(nearest("s2", ["s1", "s10"]), None);
         assert_eq!(nearest("srv2", ["src2"]), Some("src2"));
+        assert_eq!(nearest_type("gal22v11", ["pal22v10", "gal22v10"]), Some("gal22v10"));
     }
 }

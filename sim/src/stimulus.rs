@@ -20,6 +20,8 @@ pub const MAX_DT: u32 = i32::MAX as u32;
 
 /// The number of errors after which reading stops.
 const MAX_ERRORS: usize = 100;
+/// The number of names that a message lists.
+const LISTED: usize = 12;
 
 /// A list of input rows. Only the given columns are stored; the others are 0.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -273,6 +275,7 @@ impl Reader<'_> {
             .chain(computed.iter().copied().filter(|name| !inputs.contains_key(name)))
             .collect();
         let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
+        let mut unknown = Vec::new();
         for cell in csv::cells(self.file, start, line) {
             let is_full = inputs.contains_key(cell.text) || computed.contains(cell.text);
             let named = if is_full || ["dt", "scan"].contains(&cell.text) {
@@ -298,24 +301,61 @@ impl Reader<'_> {
                         );
                         Meaning::Nothing
                     }
-                    None => self.meaning(&inputs, &computed, Cell { text: name, ..cell }),
+                    None => {
+                        let cell = Cell { text: name, ..cell };
+                        self.meaning(&inputs, &computed, cell, &mut unknown)
+                    }
                 },
             };
             if let Meaning::Input(input) = meaning {
                 self.stimulus.columns.push(input);
             }
             self.header.push(meaning);
-            if self.diagnostics.len() >= MAX_ERRORS {
+            if self.diagnostics.len() + unknown.len() >= MAX_ERRORS {
                 break;
             }
         }
+        self.unknown(&unknown);
     }
 
-    fn meaning(
+    /// Reports the columns that are neither inputs nor events, in one finding.
+    fn unknown(&mut self, columns: &[Cell<'_>]) {
+        let given = self.net.inputs.values().filter(|input| has_column(input.kind));
+        let names = || given.clone().map(|input| input.name.text.as_str()).chain(["dt"]);
+        let error =
+            |what| Diagnostic::error(codes::UNKNOWN_COLUMN, format!("the chart has no {what}"));
+        let known = format!("columns can be {}", listed(names()));
+        let finding = match columns {
+            [] => return,
+            [cell] => {
+                let error = error(format!("input or event `{}`", cell.text)).at(cell.span, "");
+                match nearest(cell.text, names()) {
+                    Some(name) => {
+                        error.help(format!("did you mean `{name}`?")).fix(cell.span, name)
+                    }
+                    None => error.help(known),
+                }
+            }
+            several => {
+                let all = listed(several.iter().map(|cell| cell.text));
+                let label = |finding: Diagnostic, cell: &Cell<'_>| {
+                    let near = nearest(cell.text, names());
+                    let near = near.map(|name| format!("did you mean `{name}`?"));
+                    finding.at(cell.span, near.unwrap_or_default())
+                };
+                let finding = error(format!("inputs or events {all}"));
+                several.iter().take(LISTED).fold(finding, label).help(known)
+            }
+        };
+        self.diagnostics.push(finding);
+    }
+
+    fn meaning<'c>(
         &mut self,
         inputs: &BTreeMap<&str, InputId>,
         computed: &BTreeSet<&str>,
-        cell: Cell<'_>,
+        cell: Cell<'c>,
+        unknown: &mut Vec<Cell<'c>>,
     ) -> Meaning {
         if cell.text == "dt" {
             return Meaning::Dt;
@@ -347,7 +387,7 @@ impl Reader<'_> {
             None => {
                 let known = self.net.inputs.values().filter(|input| has_column(input.kind));
                 let names = known.map(|input| input.name.text.as_str()).chain(["dt"]);
-                if let Some((sign, name)) = other_separator(cell.text, names.clone()) {
+                if let Some((sign, name)) = other_separator(cell.text, names) {
                     self.diagnostics.push(
                         Diagnostic::error(
                             codes::UNKNOWN_COLUMN,
@@ -359,17 +399,7 @@ impl Reader<'_> {
                     );
                     return Meaning::Nothing;
                 }
-                let error = Diagnostic::error(
-                    codes::UNKNOWN_COLUMN,
-                    format!("the chart has no input or event `{}`", cell.text),
-                )
-                .at(cell.span, "");
-                self.diagnostics.push(match nearest(cell.text, names.clone()) {
-                    Some(name) => {
-                        error.help(format!("did you mean `{name}`?")).fix(cell.span, name)
-                    }
-                    None => error.help(format!("columns can be {}", listed(names))),
-                });
+                unknown.push(cell);
                 Meaning::Nothing
             }
         }
@@ -537,7 +567,7 @@ impl Reader<'_> {
 fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
     let all: Vec<String> = names.map(|name| format!("`{name}`")).collect();
     match all.len() {
-        0..=12 => all.join(", "),
-        n => format!("{} and {} more", all[..12].join(", "), n - 12),
+        0..=LISTED => all.join(", "),
+        n => format!("{} and {} more", all[..LISTED].join(", "), n - LISTED),
     }
 }

@@ -91,6 +91,14 @@ impl<'n> Explored<'n> {
         decide(self.net, limits, &asserts, outcomes, states, ended)
     }
 
+    /// The number of asserts that the search itself refutes; [`Explored::properties`] may refute more by other methods.
+    #[must_use]
+    pub fn refuted(&self) -> usize {
+        let given_up = self.given_up.as_ref().map(|it| it.seen.outcomes.clone());
+        let outcomes = either(self.search.seen.outcomes.clone(), given_up);
+        outcomes.iter().filter(|one| matches!(one, Some(Outcome::Refuted { .. }))).count()
+    }
+
     /// Like [`waiting`].
     ///
     /// # Errors

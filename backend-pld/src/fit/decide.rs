@@ -12,7 +12,7 @@ use crate::fit::form::{Form, FormChoice};
 use crate::fit::misfit::{self, Misfit};
 use crate::fit::need::widest;
 use crate::{Dialect, EmitOptions};
-use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::diag::{Diagnostic, nearest_type};
 use grafsynth_ir::logic::{Logic, NodeId, PinInputId, PinOutput};
 use grafsynth_ir::names::{CUPL, GALASM, Namer, PALASM, PALASM_CHIP};
 use grafsynth_ir::net::Meta;
@@ -296,8 +296,11 @@ fn find_device(options: &EmitOptions, findings: &mut Vec<Diagnostic>) -> &'stati
     Device::find(name).unwrap_or_else(|| {
         let mut finding =
             Diagnostic::error(codes::UNKNOWN_DEVICE, format!("unknown device `{name}`"));
+        if let Some(span) = options.device_span {
+            finding = finding.at(span, "");
+        }
         let known: Vec<&str> = crate::device::DEVICES.iter().map(|device| device.name).collect();
-        let near = nearest(name, Device::names()).or_else(|| marked(name));
+        let near = nearest_type(name, Device::names()).or_else(|| marked(name));
         finding = finding.help(match near {
             Some(near) => {
                 format!("did you mean `{near}`? `build --device list` shows all devices")

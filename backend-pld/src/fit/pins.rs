@@ -7,8 +7,10 @@ use super::need::{MovedBecause, MovedPin, Need, Refusal, View};
 use crate::EmitOptions;
 use crate::codes;
 use crate::equations::{Equation, Equations, SignalIndex, Source, source_matches, source_name};
+use grafsynth_ir::Span;
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::logic::Logic;
+use std::collections::BTreeMap;
 
 /// The signals to place, before a device's mode is chosen.
 #[derive(Debug, Clone)]
@@ -18,6 +20,8 @@ pub(crate) struct Order {
     /// Everything that needs a pin, including the requested signals.
     pub(crate) wishes: Vec<PinRequest>,
     pub(crate) has_registers: bool,
+    /// The locations of the requests.
+    spans: BTreeMap<String, Span>,
 }
 
 impl Order {
@@ -78,6 +82,15 @@ impl Order {
             tried.push(attempt);
         }
         Err(tried)
+    }
+}
+
+/// A request that cannot be met, at its location if it has one.
+fn bad_pin(spans: &BTreeMap<String, Span>, name: &str, message: String) -> Diagnostic {
+    let finding = Diagnostic::error(codes::BAD_PIN, message);
+    match spans.get(name) {
+        Some(span) => finding.at(*span, ""),
+        None => finding,
     }
 }
 
@@ -143,12 +156,10 @@ impl Equations {
         for (name, pin) in &options.pins {
             let Some(index) = self.find_source(logic, name) else {
                 let known = self.signals.iter().map(|signal| source_name(logic, signal.source));
-                let mut finding = Diagnostic::error(
-                    codes::BAD_PIN,
-                    format!(
-                        "pin {pin} is assigned to `{name}`, but the circuit has no such signal"
-                    ),
+                let message = format!(
+                    "pin {pin} is assigned to `{name}`, but the circuit has no such signal"
                 );
+                let mut finding = bad_pin(&options.pin_spans, name, message);
                 if let Some(near) = nearest(name, known) {
                     finding = finding.help(format!("did you mean `{near}`?"));
                 }
@@ -159,13 +170,11 @@ impl Equations {
             let index = self.signals[index].shared.unwrap_or(index);
             match board.iter().find(|(known, ..)| known == pin) {
                 Some((_, other, _)) if *other == index => {}
-                Some((_, _, other)) => findings.push(
-                    Diagnostic::error(
-                        codes::BAD_PIN,
-                        format!("pin {pin} is assigned to `{other}` and to `{name}`"),
-                    )
-                    .help("assign a separate pin to each signal"),
-                ),
+                Some((_, _, other)) => {
+                    let message = format!("pin {pin} is assigned to `{other}` and to `{name}`");
+                    let finding = bad_pin(&options.pin_spans, name, message);
+                    findings.push(finding.help("assign a separate pin to each signal"));
+                }
                 None => board.push((*pin, index, name.clone())),
             }
         }
@@ -207,7 +216,7 @@ impl Equations {
             })
             .collect();
         let has_registers = self.equations.iter().any(|equation| equation.is_registered);
-        Order { board, wishes, has_registers }
+        Order { board, wishes, has_registers, spans: options.pin_spans.clone() }
     }
 
     /// Reports requested pins that cannot be used in any mode, with the reasons of the mode that accepts most of them.
@@ -222,10 +231,8 @@ impl Equations {
             let (pin, _, name) = &order.board[*at];
             let message =
                 format!("pin {pin} of {} cannot be `{name}`: {reason}", self.device.with_article());
-            findings.push(
-                Diagnostic::error(codes::BAD_PIN, message)
-                    .help(format!("possible pins: {}", best.view.possible(*need))),
-            );
+            let help = format!("possible pins: {}", best.view.possible(*need));
+            findings.push(bad_pin(&order.spans, name, message).help(help));
         }
     }
 

@@ -45,6 +45,10 @@ pub(crate) fn place(draft: &PldAst) -> Result<Placement, Vec<Diagnostic>> {
             (_, None) => {
                 let message = format!("`{}` has no pin, so it has no macrocell", signal.name);
                 placer.refuse(message, definition.span);
+                let own = placer.found.pop().map(|finding| {
+                    finding.plural(format!("`{}`", signal.name), "no pin and so no macrocell:", "")
+                });
+                placer.found.extend(own);
             }
             (_, Some(pin)) => {
                 if let Some(cell) = placer.cell(id, signal, pin, &definition) {

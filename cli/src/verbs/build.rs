@@ -24,8 +24,8 @@ use grafsynth_driver::trust;
 use grafsynth_engines::{EngineError, Job, exhaustive, ice40, measure};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::net::Net;
-use grafsynth_ir::{Diagnostic, Valid};
+use grafsynth_ir::net::{Net, PropertyRole};
+use grafsynth_ir::{Diagnostic, Valid, counted};
 use grafsynth_sim::Stimulus;
 use grafsynth_verify::{Limits, OpenReason};
 
@@ -131,10 +131,9 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
     }
     let targets = targets(&arguments.target)?;
     let style = Style::from_name(&arguments.style).ok_or_else(|| {
-        Stop::Usage(format!(
-            "unknown style `{}` (known: auto, switch, tables, bits, engine, program, btrans)",
-            arguments.style
-        ))
+        let (name, known) = (&arguments.style, Style::ALL.map(Style::name));
+        let near = did_you_mean(name, known);
+        Stop::Usage(format!("unknown style `{name}`{near} (known: {})", known.join(", ")))
     })?;
     let is_engine = |target: &Target| {
         matches!(target, Target::C(Some(Style::Engine | Style::Program)))
@@ -292,7 +291,23 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
     let outputs = outputs(session, arguments, &built, bitstreams);
     let made = Made { stem: &stem, net, made_of, outputs, lines: &built.lines };
     write(session, arguments, made, found)?;
+    if !arguments.report && !session.quiet {
+        refuted_asserts(session, net, &input.file, &limits);
+    }
     Ok(judged(session, arguments, &built.lines))
+}
+
+/// Notes the asserts that a short search refutes: a build does not prove asserts.
+fn refuted_asserts(session: &Session, net: &Valid<Net>, file: &str, limits: &Limits) {
+    let asserts = net.properties.iter().filter(|one| one.role == PropertyRole::Assert).count();
+    let n = pipeline::refuted(net, limits);
+    if n > 0 {
+        let (asserts, is) =
+            (counted(asserts, "assert", "asserts"), if n == 1 { "is" } else { "are" });
+        session.note(&format!(
+            "{n} of {asserts} {is} refuted: `grafsynth check {file}` shows the trace\n"
+        ));
+    }
 }
 
 /// The number of random reactions that `--measure` runs.

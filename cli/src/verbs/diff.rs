@@ -8,6 +8,8 @@ use crate::load::{Session, Stop};
 use crate::progress;
 use crate::report::{About, Answer, Status};
 use grafsynth_driver::diff::{Behaviour, Change, ChangeKind};
+use grafsynth_ir::Valid;
+use grafsynth_ir::net::Net;
 use grafsynth_verify::Scope;
 use grafsynth_verify::pair::SameBy;
 use grafsynth_verify::verdict::Verdict;
@@ -34,6 +36,9 @@ fn both(session: &mut Session, arguments: &Diff) -> Result<Exit, Stop> {
     }
     progress::doing(format!("comparing {} and {}", arguments.old, arguments.new));
     let diff = grafsynth_driver::diff::diff(&old, &new, arguments.random, arguments.seed);
+    if let Some(text) = boards(session, [(&arguments.old, &old.net), (&arguments.new, &new.net)]) {
+        session.tell(&text);
+    }
     for change in &diff.changes {
         session.answer(&answer_of(change), &text_of(change));
     }
@@ -91,6 +96,24 @@ fn both(session: &mut Session, arguments: &Diff) -> Result<Exit, Stop> {
             }
         },
     })
+}
+
+/// States the boards of two files, if only one of them has a board.
+fn boards(session: &Session, files: [(&String, &Valid<Net>); 2]) -> Option<String> {
+    let board = |net: &Valid<Net>| {
+        let span = net.board.device.as_ref()?.span;
+        Some(session.sources.get(span.file)?.path.clone())
+    };
+    let boards = files.map(|(path, net)| (path, board(net)));
+    if boards[0].1.is_some() == boards[1].1.is_some() {
+        return None;
+    }
+    let part = |(path, board): (&String, Option<String>)| match board {
+        Some(board) if board == *path => format!("{path} contains a board"),
+        Some(board) => format!("{path} is read with the board {board}"),
+        None => format!("{path} has no board"),
+    };
+    Some(boards.map(part).join("; ") + "\n")
 }
 
 /// A change in machine-readable form.

@@ -18,7 +18,11 @@ pub(crate) fn run(arguments: &Explain) -> Result<Exit, String> {
             Ok(Exit::Done)
         }
         None => {
-            let near = nearest(&code.to_ascii_uppercase(), pages::pages().map(|(code, _)| code))
+            // `g201` and `201` are short for `G0201`.
+            let full = format!("G{:0>4}", code.trim_start_matches(['G', 'g']));
+            let near = pages::pages().map(|(code, _)| code).find(|known| *known == full);
+            let near = near
+                .or_else(|| nearest(&full, pages::pages().map(|(code, _)| code)))
                 .map(|near| format!(", did you mean {near}?"))
                 .unwrap_or_default();
             Err(format!("unknown code `{code}`{near} (without a code, explain lists all)"))

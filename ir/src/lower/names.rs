@@ -16,6 +16,12 @@ use crate::net::{Driver, InputKind, StepId};
 use crate::span::{Name, Span};
 use itertools::Itertools as _;
 
+/// Pins that do not belong to a signal of the chart.
+pub(super) const BOARD_SIGNALS: [&str; 8] =
+    ["clock", "tick", "reset", "busy", "oe", "vcc", "gnd", "nc"];
+/// What a name in a board is looked up as ([`Lowering::wanting`]): a board declares nothing.
+pub(super) const BOARD_SIGNAL: &str = "signal";
+
 /// Limit of the candidates that all suggestions together may examine: a file with thousands of unknown names does not have typing errors.
 const MAX_CANDIDATES: usize = 500_000;
 
@@ -408,9 +414,19 @@ impl<'a> Lowering<'a> {
             next = if inside.is_some() { None } else { self.scopes[scope].parent };
         }
         self.suggestions += candidates.len();
-        match nearest(&name.text, candidates) {
+        let is_clock = matches!(name.text.to_ascii_lowercase().as_str(), "clk" | "ck" | "cp");
+        let near = match self.wanted {
+            BOARD_SIGNAL if is_clock => Some("clock"),
+            BOARD_SIGNAL => nearest(&name.text, candidates.into_iter().chain(BOARD_SIGNALS)),
+            _ => nearest(&name.text, candidates),
+        };
+        match near {
             Some(near) => finding.help(format!("did you mean `{near}`?")).fix(name.span, near),
             None if inside.is_some() => finding.help("declare it there, or write another name"),
+            None if self.wanted == BOARD_SIGNAL => finding.help(format!(
+                "a board assigns pins to inputs, outputs, variables and steps of the chart, and to {}: write one of these names, or remove the line",
+                BOARD_SIGNALS.map(|signal| format!("`{signal}`")).join(", ")
+            )),
             None => finding
                 .help(format!("declare it, as in `{} {name}`, or write another name", self.wanted))
                 .help_in(Notation::Iec, format!("declare `{name}`, or write another name")),
@@ -456,6 +472,9 @@ impl<'a> Lowering<'a> {
                 .help(match (symbol, wanted) {
                     (Symbol::Step(_) | Symbol::MacroStep(_), "a value") => {
                         format!("write `{name}.active` for its activity")
+                    }
+                    (_, "a signal") => {
+                        "write the name of an input, an output, a variable or a step".to_owned()
                     }
                     _ => format!("write the name of {wanted}, or declare one"),
                 }),

@@ -3,14 +3,12 @@
 
 use super::codes;
 use super::context::{Lowering, Outcome, ScopeId, Symbol, Work};
+use super::names::{BOARD_SIGNAL, BOARD_SIGNALS};
 use crate::chart;
 use crate::diag::Diagnostic;
 use crate::net::{Board, PlacedItem, Placement, StepId};
 use crate::span::{Name, Span};
 use std::collections::BTreeMap;
-
-/// Pins that do not belong to a signal of the chart.
-const BOARD_SIGNALS: &[&str] = &["clock", "tick", "reset", "busy", "oe", "vcc", "gnd", "nc"];
 
 /// Lowers the placement requests and the boards. Runs after `expand`.
 pub(super) fn placement(lowering: &mut Lowering<'_>) {
@@ -141,6 +139,6 @@ fn signal(lowering: &mut Lowering<'_>, scope: ScopeId, name: &Name) -> Outcome<S
     if let Some(found) = found {
         return Ok(format!("{found}{bit}"));
     }
-    let symbol = lowering.symbol(scope, &path)?;
+    let symbol = lowering.wanting(BOARD_SIGNAL, |lowering| lowering.symbol(scope, &path))?;
     Err(lowering.wrong_kind(name.span, name, symbol, "a signal"))
 }

@@ -5,7 +5,7 @@ use super::codes;
 use super::context::{Lowering, Role, ScopeId, Slot, Symbol, Use, Work};
 use super::names::Resolved;
 use crate::chart::{self, ActionHow, Block, DeclarationKind, StepItemKind, StmtKind};
-use crate::diag::Diagnostic;
+use crate::diag::{Diagnostic, Notation};
 use crate::expr::Type;
 use crate::net::{ActionId, ControlledAction, Driver, Meta, OutputId, Qualifier, Var, VarOrigin};
 use crate::span::{Name, Span};
@@ -326,7 +326,13 @@ fn role(
             Diagnostic::warning(codes::OUTPUT_UNDRIVEN, format!("nothing drives output `{name}`"))
                 .plural(format!("`{name}`"), "nothing drives outputs", "")
                 .at(name.span, "it keeps its initial value")
-                .help("use it in the body of a step, or remove it"),
+                .help("use it in the body of a step, or remove it")
+                .help_in(
+                    Notation::Rules,
+                    format!(
+                        "write it in the rule of a step, as in `step: |- {name}`, or remove it"
+                    ),
+                ),
         );
     }
     let output = &lowering.net.outputs[id];

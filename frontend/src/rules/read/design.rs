@@ -9,7 +9,7 @@ use grafsynth_ir::chart::{
     SettingKind, Step, StepItem, StepItemKind, StepRole, Transition,
 };
 use grafsynth_ir::diag::{Diagnostic, nearest};
-use grafsynth_ir::expr::{ExprKind, Type};
+use grafsynth_ir::expr::{ArithOp, ExprKind, Type};
 use grafsynth_ir::lower::codes::NO_INITIAL_STEP;
 use grafsynth_ir::net::{Meta, Policy};
 use grafsynth_ir::{FileId, Name, Span};
@@ -510,6 +510,21 @@ impl Builder<'_> {
             }
         });
         let is_clear = bare.is_empty();
+        if let Some(name) = bare.first()
+            && let Some((start, compared)) = multiplied(expr, name)
+        {
+            let text = self.text.get(start as usize..expr.span.end as usize).unwrap_or_default();
+            let (step, name, text) = (short(&name.text), name.span, format!("({text})"));
+            self.findings.report(|| {
+                let message = format!("step `{step}` is multiplied with a number of a comparison");
+                Diagnostic::error(codes::STEP_IN_CONDITION, message)
+                    .at(compared, "`*` multiplies numbers here")
+                    .at(name, "not a factor of the left side")
+                    .help(format!("write parentheses around the comparison: `{text}`"))
+                    .fix(Span { start, ..expr.span }, text)
+            });
+            return false;
+        }
         for name in bare {
             let shown = short(&name.text);
             self.findings.report(|| {
@@ -667,6 +682,14 @@ fn plain(name: &Name, is_output: bool) -> Declaration {
         DeclarationKind::Input { ty: Type::Bool, synchronous: false }
     };
     Declaration { name: name.clone(), kind, meta: Meta { span: name.span, ..Meta::default() } }
+}
+
+/// For `red*red.t >= 10 s`, which multiplies: the start of the last factor, and the span of the product. `name` is the first factor.
+fn multiplied(expr: &Expr, name: &Name) -> Option<(u32, Span)> {
+    let ExprKind::Compare(_, left, right) = &expr.kind else { return None };
+    let ExprKind::Arith(ArithOp::Mul, _, last) = &left.kind else { return None };
+    let is_last = !matches!(right.kind, ExprKind::Arith(..));
+    (is_last && name.span.start == left.span.start).then_some((last.span.start, left.span))
 }
 
 /// Visits all names without dots, including those inside edges and delays.
