@@ -100,10 +100,7 @@ fn of_types(from: &c::Unit) -> Unit {
             SymbolKind::Constant(value) => {
                 unit.constants.insert(name(), value);
             }
-            SymbolKind::Object { .. }
-            | SymbolKind::Local { .. }
-            | SymbolKind::Parameter
-            | SymbolKind::Function(_) => {}
+            _ => {}
         }
     }
     unit
@@ -181,12 +178,8 @@ impl Reader<'_> {
                     self.declared(*symbol);
                     self.function(*symbol, params, body)?;
                 }
-                ItemKind::Include(_)
-                | ItemKind::DeclareStruct(_)
-                | ItemKind::DefineStruct(_)
-                | ItemKind::DefineEnum(_)
-                | ItemKind::Typedef { .. }
-                | ItemKind::ExternC(_) => {}
+                // Types are already known.
+                _ => {}
             }
         }
         Ok(self.unit)
