@@ -22,13 +22,12 @@ pub(super) fn layout(unit: &Unit, machine: &Machine, ty: &Type) -> (u64, u64) {
             // Bit-fields of one-byte types: a new byte begins if the next field does not fit in the current one.
             let (mut bytes, mut align, mut open) = (0_u64, 1_u64, 0_u64);
             for member in members {
-                if let Some(width) = member.bits {
-                    let width = u64::from(width);
-                    if open < width {
+                if member.is_bit {
+                    if open == 0 {
                         bytes += 1;
                         open = 8;
                     }
-                    open -= width;
+                    open -= 1;
                     continue;
                 }
                 open = 0;

@@ -17,10 +17,9 @@ mod i8051;
 mod machine;
 mod memory;
 mod paths;
+mod read;
 mod rounds;
-mod syntax;
 mod tasks;
-mod tokens;
 mod tree;
 mod walk;
 mod x86_64;
@@ -34,7 +33,7 @@ pub use rounds::{Rounds, rounds};
 pub use tasks::{is_counted, tasks};
 pub use walk::Place;
 
-use crate::{Object, Package};
+use crate::{File, Package};
 use grafsynth_ir::net::StepId;
 use std::fmt;
 
@@ -139,33 +138,14 @@ pub fn bound(package: &Package, machine: &Machine) -> Result<Bound, NotUnderstoo
             "an engine interprets the chart, and its text is the same for all charts",
         ));
     }
-    let prefix = &package.interface.names.prefix;
     let stem = package.stem();
-    let name = format!("{stem}.c");
-    let source = package.files.iter().find(|file| file.name == name);
-    let source = source.ok_or_else(|| NotUnderstood::new(0, "a package without a source"))?;
+    let file = |name: &str| package.files.iter().find(|file| file.name == name);
+    let source = file(&format!("{stem}.c"))
+        .ok_or_else(|| NotUnderstood::new(0, "a package without a source"))?;
     let headers = [format!("{stem}.h"), format!("{stem}_port.h"), format!("{stem}_user.h")];
-    let headers = headers.iter().filter_map(|name| {
-        package.files.iter().find(|file| file.name == *name).map(|file| file.text.as_str())
-    });
-    of_texts(headers, &source.text, package, &source.map, prefix, machine)
-}
-
-/// The bound of a source and its headers; the texts are in the order in which they are read.
-fn of_texts<'a>(
-    headers: impl Iterator<Item = &'a str>,
-    source: &str,
-    package: &Package,
-    map: &[(u32, Vec<Object>)],
-    prefix: &str,
-    machine: &Machine,
-) -> Result<Bound, NotUnderstood> {
+    let headers: Vec<&File> = headers.iter().filter_map(|name| file(name)).collect();
     let marks = &package.marks;
-    let mut reader = tokens::Preprocessor::new(machine.defines);
-    for text in headers {
-        reader.read(text, false, &[])?;
-    }
-    reader.read(source, true, &marks.user)?;
-    let unit = syntax::parse(&reader.finish(), machine)?;
-    walk::bound(&unit, machine, prefix, marks, &package.contract, map)
+    let unit = read::read(&headers, source, &marks.user, machine)?;
+    let prefix = &package.interface.names.prefix;
+    walk::bound(&unit, machine, prefix, marks, &package.contract, &source.map)
 }

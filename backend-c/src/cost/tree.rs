@@ -1,4 +1,4 @@
-//! The emitted C as a tree: types, functions, statements, expressions. [`super::syntax`] reads it.
+//! The emitted C as a tree: types, functions, statements, expressions. [`super::read`] makes it.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -33,14 +33,14 @@ impl Type {
 pub(super) struct Member {
     pub(super) name: Rc<str>,
     pub(super) ty: Type,
-    /// The width of a bit-field.
-    pub(super) bits: Option<u8>,
+    /// True for a bit-field of one bit.
+    pub(super) is_bit: bool,
 }
 
 /// An expression.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Expr {
-    Number(i128, u8),
+    Number(i128),
     Name(Rc<str>),
     Member(Box<Expr>, Rc<str>),
     Index(Box<Expr>, Box<Expr>),
@@ -54,7 +54,6 @@ pub(super) enum Expr {
     Assign(Option<&'static str>, Box<Expr>, Box<Expr>),
     Choice(Box<Expr>, Box<Expr>, Box<Expr>),
     Cast(Type, Box<Expr>),
-    Size(Box<Expr>),
     /// A value in braces, of a table or an aggregate; contains its length.
     List(u64),
     /// A label or a barrier: costs nothing.
@@ -81,7 +80,7 @@ pub(super) enum Kind {
     /// The branches of a chain, each with its condition, and the statements of `else`.
     If(Vec<(Expr, Vec<Stmt>)>, Vec<Stmt>),
     /// The labels of each section with its statements; `default` has no value.
-    Switch(Expr, Vec<(Vec<Option<Expr>>, Vec<Stmt>)>),
+    Switch(Expr, Vec<(Vec<Option<i128>>, Vec<Stmt>)>),
     /// `for`, and `while`, which has no initialisation and no step.
     Loop {
         init: Option<Box<Stmt>>,
@@ -135,7 +134,7 @@ impl Unit {
     /// The value of an expression over constants.
     pub(super) fn value(&self, expr: &Expr) -> Option<i128> {
         Some(match expr {
-            Expr::Number(value, _) => *value,
+            Expr::Number(value) => *value,
             Expr::Name(name) => *self.constants.get(name)?,
             Expr::Unary("-", inner) => -self.value(inner)?,
             Expr::Unary("+", inner) => self.value(inner)?,
@@ -240,14 +239,13 @@ pub(super) fn each_inner(expr: &Expr, look: &mut dyn FnMut(&Expr)) {
         Expr::Member(inner, _)
         | Expr::Unary(_, inner)
         | Expr::Count(inner)
-        | Expr::Cast(_, inner)
-        | Expr::Size(inner) => look(inner),
+        | Expr::Cast(_, inner) => look(inner),
         Expr::Index(a, b) | Expr::Binary(_, a, b) | Expr::Assign(_, a, b) => {
             look(a);
             look(b);
         }
         Expr::Choice(a, b, c) => [a, b, c].into_iter().for_each(|it| look(it)),
         Expr::Call(_, all) => all.iter().for_each(look),
-        Expr::Number(..) | Expr::Name(_) | Expr::List(_) | Expr::Nothing => {}
+        Expr::Number(_) | Expr::Name(_) | Expr::List(_) | Expr::Nothing => {}
     }
 }

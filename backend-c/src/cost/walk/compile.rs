@@ -374,7 +374,7 @@ impl Walker<'_> {
                 self.lost_op("an assignment within an expression");
                 Code::Unknown(int)
             }
-            Expr::Number(..) | Expr::Size(_) | Expr::List(_) | Expr::Nothing => Code::Unknown(int),
+            Expr::Number(_) | Expr::List(_) | Expr::Nothing => Code::Unknown(int),
         }
     }
 
@@ -460,17 +460,6 @@ impl Walker<'_> {
             Type::Pointer(ty, false) => Some((Base::Behind(local.cell), Type::clone(ty))),
             Type::Void | Type::Number { .. } | Type::Array(..) | Type::Struct(_) => None,
         }
-    }
-
-    /// The values of the labels of a section.
-    pub(super) fn labels(&self, labels: &[Option<Expr>]) -> Vec<Option<i64>> {
-        labels
-            .iter()
-            .map(|label| {
-                let value = label.as_ref().and_then(|it| self.unit.value(it));
-                value.and_then(|it| i64::try_from(it).ok())
-            })
-            .collect()
     }
 
     /// Frees the cells of the locals that a list declares, because nothing reads them after the list.

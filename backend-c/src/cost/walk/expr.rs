@@ -49,7 +49,7 @@ impl Walker<'_> {
     pub(super) fn effect(&mut self, expr: &Expr) -> Result<(), NotUnderstood> {
         // `(void)name` and `((void)0)` cost nothing.
         if let Expr::Cast(Type::Void, inner) = expr
-            && matches!(**inner, Expr::Number(..) | Expr::Name(_))
+            && matches!(**inner, Expr::Number(_) | Expr::Name(_))
         {
             return Ok(());
         }
@@ -123,7 +123,7 @@ impl Walker<'_> {
             return Ok(value);
         }
         match expr {
-            Expr::Number(..) | Expr::Nothing | Expr::List(_) | Expr::Size(_) => {
+            Expr::Number(_) | Expr::Nothing | Expr::List(_) => {
                 Ok(Value::of(Type::number(16, false), false))
             }
             Expr::Name(name) => {
@@ -356,7 +356,7 @@ impl Walker<'_> {
                 match self.unit.member(&base.ty, name) {
                     Some(member) => {
                         let value = Value { is_kept, ..Value::of(member.ty.clone(), rom) };
-                        Ok((value, member.bits.is_some()))
+                        Ok((value, member.is_bit))
                     }
                     None => self.unknown(format!("the member `{name}`")),
                 }
@@ -449,8 +449,7 @@ impl Walker<'_> {
         let machine = self.machine;
         if matches!(&**name, "memcpy" | "memcmp" | "memset") {
             let bytes = match arguments.last() {
-                Some(Expr::Size(inner)) => self.size_of(inner)?,
-                Some(Expr::Number(bytes, _)) => u64::try_from(*bytes).unwrap_or(0),
+                Some(Expr::Number(bytes)) => u64::try_from(*bytes).unwrap_or(0),
                 Some(_) | None => return self.unknown(format!("the length of `{name}`")),
             };
             self.pay(machine.call);
@@ -507,23 +506,6 @@ impl Walker<'_> {
                 Some(replaced(value, &names.zip(arguments).collect()))
             }
             _ => None,
-        }
-    }
-
-    fn size_of(&mut self, expr: &Expr) -> Result<u64, NotUnderstood> {
-        let named = |it: &Expr| if let Expr::Name(name) = it { self.find(name) } else { None };
-        let ty = if let Expr::Unary("*", inner) = expr {
-            match named(inner).map(|it| &it.ty) {
-                Some(Type::Pointer(ty, _)) => Some(Type::clone(ty)),
-                Some(Type::Void | Type::Number { .. } | Type::Array(..) | Type::Struct(_))
-                | None => None,
-            }
-        } else {
-            named(expr).map(|it| it.ty.clone())
-        };
-        match ty {
-            Some(ty) => Ok(size(self.unit, self.machine, &ty)),
-            None => self.unknown("the size of an expression"),
         }
     }
 }

@@ -26,7 +26,7 @@ pub(super) fn replaced(expr: &Expr, arguments: &BTreeMap<&str, &Expr>) -> Expr {
         Expr::Assign(sign, a, b) => Expr::Assign(*sign, again(a), again(b)),
         Expr::Choice(a, b, c) => Expr::Choice(again(a), again(b), again(c)),
         Expr::Cast(ty, inner) => Expr::Cast(ty.clone(), again(inner)),
-        Expr::Number(..) | Expr::Size(_) | Expr::List(_) | Expr::Nothing => expr.clone(),
+        Expr::Number(_) | Expr::List(_) | Expr::Nothing => expr.clone(),
     }
 }
 
@@ -155,7 +155,7 @@ impl Frame {
                 self.read(b);
             }
             Expr::Choice(a, b, c) => [a, b, c].into_iter().for_each(|it| self.read(it)),
-            Expr::Number(..) | Expr::Name(_) | Expr::Size(_) | Expr::List(_) | Expr::Nothing => {}
+            Expr::Number(_) | Expr::Name(_) | Expr::List(_) | Expr::Nothing => {}
         }
     }
 
@@ -190,7 +190,7 @@ impl Frame {
                 self.expr(b);
             }
             Expr::Choice(a, b, c) => [a, b, c].into_iter().for_each(|it| self.expr(it)),
-            Expr::Number(..) | Expr::Name(_) | Expr::Size(_) | Expr::List(_) | Expr::Nothing => {}
+            Expr::Number(_) | Expr::Name(_) | Expr::List(_) | Expr::Nothing => {}
         }
     }
 }

@@ -196,7 +196,7 @@ impl Walker<'_> {
         &mut self,
         stmt: &Stmt,
         subject: &Expr,
-        sections: &[(Vec<Option<Expr>>, Vec<Stmt>)],
+        sections: &[(Vec<Option<i128>>, Vec<Stmt>)],
         info: &mut Info,
     ) -> Result<code::Op, NotUnderstood> {
         let machine = self.machine;
@@ -204,12 +204,8 @@ impl Walker<'_> {
         let n = labels.flatten().count() as u64;
         (info.own, info.calls) = self.measured(|it| {
             it.value(subject)?;
-            let values: Vec<i128> = sections
-                .iter()
-                .flat_map(|(labels, _)| labels.iter().flatten())
-                .filter_map(|label| it.unit.value(label))
-                .collect();
-            let range = values.iter().max().zip(values.iter().min());
+            let values = || sections.iter().flat_map(|(labels, _)| labels.iter().flatten());
+            let range = values().max().zip(values().min());
             let is_dense = range.is_some_and(|(most, least)| most - least < 3 * i128::from(n));
             let groups = sections.len() as u64;
             let from = u64::from(machine.table_from);
@@ -238,7 +234,8 @@ impl Walker<'_> {
         for (labels, body) in sections {
             let (flow, body) = self.list(body)?;
             flows.push(flow);
-            runs.push((self.labels(labels), body));
+            let values = labels.iter().map(|it| it.and_then(|it| i64::try_from(it).ok()));
+            runs.push((values.collect(), body));
         }
         for flow in flows.into_iter().rev() {
             let mut one = flow;
