@@ -45,15 +45,15 @@ const LONG: usize = 80;
 
 /// The bounds of the figures. Lower them with the figures; raise one only with a reason in the commit.
 const BOUNDS: [(&str, usize); 9] = [
-    ("code lines of frontend", 36_450),
-    ("code lines of c and backend-c", 28_800),
-    ("code lines of ir", 19_980),
-    ("code lines of driver", 10_550),
-    ("code lines of all crates", 146_700),
-    ("functions above 80 lines", 112),
+    ("code lines of frontend", 36_550),
+    ("code lines of c and backend-c", 28_250),
+    ("code lines of ir", 20_000),
+    ("code lines of driver", 10_590),
+    ("code lines of all crates", 146_550),
+    ("functions above 80 lines", 108),
     ("circles of files", 0),
     ("lines that list variants", 580),
-    ("text tests on emitted C", 6),
+    ("text tests on emitted C", 3),
 ];
 
 fn main() {
