@@ -295,7 +295,7 @@ fn distance(a: &[char], b: &[char]) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::{nearest, with_short_words};
+    use super::{nearest, nearest_type, with_short_words};
 
     #[test]
     fn long_words_of_a_finding_are_cut() {
