@@ -3,8 +3,8 @@
 use crate::circuit;
 use crate::codes;
 use crate::compare::{self, Outcome, nothing_in_common};
+use crate::design::Design;
 use crate::logic::{LogicDesign, interface};
-use crate::read::Design;
 use crate::run::{logic_trace, net_trace};
 use grafsynth_ir::arena::Arena;
 use grafsynth_ir::facts::Proof;
