@@ -48,9 +48,7 @@ pub fn convert(design: &Design, to: &Language) -> Result<Converted, Vec<Diagnost
         }
         (Design::Net(design), Writer::Circuit(write, _)) => write(&design.net)?,
         (Design::Logic(design), Writer::Circuit(_, write)) => write(design)?,
-        (_, Writer::None(why, instead)) => {
-            return Err(vec![Diagnostic::error(codes::WRITES_C, *why).help(*instead)]);
-        }
+        (_, Writer::None(why)) => return Err(vec![why()]),
     };
     Ok(Converted { text, lost: Vec::new() })
 }

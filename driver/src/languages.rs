@@ -4,6 +4,7 @@
 //! order of the rows is that of the lists on the command line.
 
 use crate::automaton;
+use crate::codes;
 use crate::design::NetDesign;
 use crate::fuse_design;
 use crate::jedec;
@@ -11,13 +12,19 @@ use crate::logic::LogicDesign;
 use crate::pipeline;
 use crate::recognise::{Words, names_a_gal};
 use grafsynth_backend_pld::read::Text;
-use grafsynth_backend_pld::{Dialect, codes::NOT_PLACED, pla};
+use grafsynth_backend_pld::{Dialect, pla};
 use grafsynth_frontend::{c, graf, kiss2, plcopen, rules, scxml, st};
 use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::Net;
-use grafsynth_ir::{Diagnostic, FileId, Span, Valid, text};
+use grafsynth_ir::{Diagnostic, FileId, Valid, text};
 use grafsynth_logic::minimise::Budget;
 use grafsynth_verify::Limits;
+
+/// What a parser returns: the design, if there is one, and all findings.
+type Read<T> = (Option<T>, Vec<Diagnostic>);
+
+/// A text, or why the language cannot express the design.
+type Printed = Result<String, Vec<Diagnostic>>;
 
 /// A language.
 #[derive(Debug)]
@@ -35,7 +42,7 @@ pub struct Language {
     /// Its writer.
     pub write: Writer,
     /// The function that prints the canonical form of a text, for `fmt`.
-    pub canonical: Option<fn(FileId, &str) -> Result<String, Vec<Diagnostic>>>,
+    pub canonical: Option<fn(FileId, &str) -> Printed>,
     /// True if its texts can name library files.
     pub has_libraries: bool,
     /// True if the files in a folder are charts of the user; false if `build` writes such files.
@@ -46,7 +53,7 @@ pub struct Language {
 #[derive(Debug)]
 pub struct Sign(u8, fn(&Words) -> bool);
 
-/// A parser, by what it makes of a text. All obey the limits that they are given; those without have fixed ones.
+/// A parser, by what it makes of a text. The third argument of those of charts are the limits of the command line.
 #[derive(Debug)]
 pub enum Reader {
     /// A chart.
@@ -54,29 +61,29 @@ pub enum Reader {
     /// A chart from a program in C.
     C(fn(FileId, &str, &graf::Limits, &c::Options) -> c::Parsed),
     /// A net; the last argument names it if the text does not.
-    Net(fn(FileId, &str, &graf::Limits, &str) -> (Option<Net>, Vec<Diagnostic>)),
+    Net(fn(FileId, &str, &graf::Limits, &str) -> Read<Net>),
     /// A circuit in equations or as a netlist.
     Equations(Dialect),
     /// A circuit without pins.
-    Circuit(fn(FileId, &str) -> (Option<Text>, Vec<Diagnostic>)),
+    Circuit(fn(FileId, &str) -> Read<Text>),
     /// The macrocells of a device.
-    Fuses(fn(FileId, &str) -> (Option<LogicDesign>, Vec<Diagnostic>)),
+    Fuses(fn(FileId, &str) -> Read<LogicDesign>),
 }
+
+/// A text with what it does not contain or expresses differently, or why the language cannot express the chart.
+type Written = Result<(String, Vec<Diagnostic>), Vec<Diagnostic>>;
 
 /// A writer, by what it accepts.
 #[derive(Debug)]
 pub enum Writer {
-    /// Charts; the second part of the result lists what the text does not contain or expresses differently.
-    Chart(fn(&NetDesign) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>>),
+    /// Charts.
+    Chart(fn(&NetDesign) -> Written),
     /// Circuits, in equations or as a netlist.
     Equations(Dialect),
     /// Circuits: of a net, and imported ones.
-    Circuit(
-        fn(&Valid<Net>) -> Result<String, Vec<Diagnostic>>,
-        fn(&LogicDesign) -> Result<String, Vec<Diagnostic>>,
-    ),
-    /// None: the message, and what to use instead.
-    None(&'static str, &'static str),
+    Circuit(fn(&Valid<Net>) -> Printed, fn(&LogicDesign) -> Printed),
+    /// None, for the reason in this finding.
+    None(fn() -> Diagnostic),
 }
 
 /// All languages.
@@ -119,7 +126,7 @@ pub static LANGUAGES: [Language; 15] = [
         "st",
         // `.exp`: IEC 61131-3 exports by other tools.
         &["st", "exp"],
-        Sign(3, |text| IEC.iter().any(|word| text.has_any_case(word))),
+        Sign(3, |text| IEC.split(' ').any(|word| text.has_any_case(word))),
         Reader::Chart(st::parse_within),
         Writer::Chart(|design| st::write_net(&design.net)),
     ),
@@ -163,7 +170,7 @@ pub static LANGUAGES: [Language; 15] = [
         "pla",
         &["pla"],
         Sign(2, |text| text.has(&[".i"]) && !text.has(&[".s"])),
-        Reader::Circuit(read_table),
+        Reader::Circuit(pla::read_text),
         Writer::Circuit(|net| table(&circuit(net)?), |design| table(design.circuit()?)),
     ),
     row(
@@ -194,10 +201,11 @@ pub static LANGUAGES: [Language; 15] = [
             &["c"],
             Sign(7, |text| text.has(&C)),
             Reader::C(c::parse_within),
-            Writer::None(
-                "C output has several files, and `convert` writes one",
-                "use `build FILE --target c -o FOLDER`, which also compares the C code with the chart",
-            ),
+            Writer::None(|| {
+                let why = "C output has several files, and `convert` writes one";
+                let instead = "use `build FILE --target c -o FOLDER`, which also compares the C code with the chart";
+                Diagnostic::error(codes::WRITES_C, why).help(instead)
+            }),
         )
     },
 ];
@@ -206,15 +214,7 @@ pub static LANGUAGES: [Language; 15] = [
 pub static GRAF: &Language = &LANGUAGES[0];
 
 /// The words at the start of a line in an IEC 61131-3 text, in any case.
-const IEC: [&str; 7] = [
-    "PROGRAM",
-    "FUNCTION_BLOCK",
-    "FUNCTION",
-    "CONFIGURATION",
-    "INITIAL_STEP",
-    "TYPE",
-    "VAR_GLOBAL",
-];
+const IEC: &str = "PROGRAM FUNCTION_BLOCK FUNCTION CONFIGURATION INITIAL_STEP TYPE VAR_GLOBAL";
 
 /// The words at the start of a line in C.
 const C: [&str; 8] = ["int", "void", "char", "static", "unsigned", "#include", "#define", "bool"];
@@ -262,7 +262,7 @@ impl Language {
 
     /// The languages that [`crate::convert`] writes.
     pub fn written() -> impl Iterator<Item = &'static Language> {
-        LANGUAGES.iter().filter(|language| !matches!(language.write, Writer::None(..)))
+        LANGUAGES.iter().filter(|language| !matches!(language.write, Writer::None(_)))
     }
 
     /// The extension of written files.
@@ -293,9 +293,7 @@ pub fn extensions(which: impl Fn(&Language) -> bool) -> String {
     all.join(" ")
 }
 
-fn lossless(
-    text: Result<String, Vec<Diagnostic>>,
-) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
+fn lossless(text: Printed) -> Written {
     text.map(|text| (text, Vec::new()))
 }
 
@@ -305,41 +303,19 @@ fn circuit(net: &Valid<Net>) -> Result<Logic, Vec<Diagnostic>> {
 }
 
 /// The table of a circuit's functions.
-fn table(logic: &Logic) -> Result<String, Vec<Diagnostic>> {
+fn table(logic: &Logic) -> Printed {
     Ok(pla::write(&pla::table(logic, Budget::default())?))
 }
 
-fn read_table(file: FileId, text: &str) -> (Option<Text>, Vec<Diagnostic>) {
-    let (table, mut found) = pla::read(file, text);
-    let text = table.map(|(table, places)| {
-        found.extend(pla::clashes(&table, &places));
-        let (logic, open) = pla::circuit(&table);
-        let no_pins = Diagnostic::error(NOT_PLACED, "a table has no pins and no macrocells")
-            .at(Span::new(file, 0, 0), "")
-            .help("build it with --refit");
-        Text {
-            logic: Some(logic),
-            beyond: pla::undefined(&table, &places, &open).into_iter().collect(),
-            placement: Err(vec![no_pins]),
-            findings: Vec::new(),
-        }
-    });
-    (text, found)
-}
-
-fn read_fuses(file: FileId, text: &str) -> (Option<LogicDesign>, Vec<Diagnostic>) {
+fn read_fuses(file: FileId, text: &str) -> Read<LogicDesign> {
     let (fuses, mut found) = grafsynth_backend_pld::jedec::read(file, text);
-    match fuses.map(|fuses| fuse_design::design(&fuses, file)) {
-        Some(Ok((design, more))) => {
-            found.extend(more);
-            (Some(design), found)
-        }
-        Some(Err(more)) => {
-            found.extend(more);
-            (None, found)
-        }
-        None => (None, found),
-    }
+    let design = fuses.map(|fuses| match fuse_design::design(&fuses, file) {
+        Ok((design, more)) => (Some(design), more),
+        Err(more) => (None, more),
+    });
+    let (design, more) = design.unwrap_or_default();
+    found.extend(more);
+    (design, found)
 }
 
 #[cfg(test)]
