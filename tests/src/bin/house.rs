@@ -50,9 +50,9 @@ const BOUNDS: [(&str, usize); 9] = [
     ("code lines of ir", 19_800),
     ("code lines of driver", 10_550),
     ("code lines of all crates", 146_700),
-    ("functions above 80 lines", 112),
+    ("functions above 80 lines", 100),
     ("circles of files", 0),
-    ("lines that list variants", 580),
+    ("lines that list variants", 566),
     ("text tests on emitted C", 6),
 ];
 
