@@ -76,7 +76,7 @@ impl Dialect {
 
     /// Its name on the command line.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Dialect::Palasm => "palasm",
             Dialect::Cupl => "cupl",

@@ -2,9 +2,14 @@
 
 use crate::exit::Demands;
 use crate::lists::did_you_mean;
+use crate::named::{CALLS, ENCODINGS, Emit, FORMS, GOALS, GROUPS, INTS, Notes, RESETS};
 use crate::render::MessageFormat;
 use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum, ValueHint};
-use grafsynth_backend_c::cost::{self, Machine};
+use grafsynth_backend_c::Io;
+use grafsynth_backend_c::cost::{self, Goal, Machine};
+use grafsynth_driver::coding::EncodingChoice;
+use grafsynth_driver::pipeline::ResetStyle;
+use grafsynth_driver::read::{CCalls, CGroup};
 use std::path::{Path, PathBuf};
 
 /// Compile charts to C and programmable logic, and check the results against the chart.
@@ -241,14 +246,14 @@ pub(crate) struct COptions {
     #[arg(long, value_name = "FUNCTION", help_heading = C_SOURCES)]
     pub(crate) keep: Vec<String>,
     /// Group the statements after each comment, or each block, into a macro-step.
-    #[arg(long, value_name = "WHAT", value_parser = ["comments", "blocks"], help_heading = C_SOURCES)]
-    pub(crate) group: Option<String>,
+    #[arg(long, value_name = "WHAT", value_parser = GROUPS, help_heading = C_SOURCES)]
+    pub(crate) group: Option<CGroup>,
     /// Make one macro-step per call, or share one among all calls of a function.
-    #[arg(long, value_name = "HOW", value_parser = ["copy", "share"], help_heading = C_SOURCES)]
-    pub(crate) calls: Option<String>,
+    #[arg(long, value_name = "HOW", value_parser = CALLS, help_heading = C_SOURCES)]
+    pub(crate) calls: Option<CCalls>,
     /// Width of `int` in bits.
-    #[arg(long, value_name = "BITS", value_parser = ["16", "32"], help_heading = C_SOURCES)]
-    pub(crate) int: Option<String>,
+    #[arg(long, value_name = "BITS", value_parser = INTS, help_heading = C_SOURCES)]
+    pub(crate) int: Option<u32>,
     /// Treat plain `char` as unsigned.
     #[arg(long, help_heading = C_SOURCES)]
     pub(crate) unsigned_char: bool,
@@ -298,23 +303,15 @@ fn constant(text: &str) -> Result<(String, i64), String> {
 impl COptions {
     /// These options in the form that the driver accepts.
     pub(crate) fn options(&self) -> grafsynth_driver::read::COptions {
-        use grafsynth_driver::read::{CCalls, CGroup, COptions};
+        use grafsynth_driver::read::COptions;
         let default = COptions::default();
         COptions {
-            int_bits: if self.int.as_deref() == Some("16") { 16 } else { default.int_bits },
+            int_bits: self.int.unwrap_or(default.int_bits),
             is_unsigned_char: self.unsigned_char,
             fuse: self.fuse,
             keep: self.keep.clone(),
-            group: match self.group.as_deref() {
-                Some("comments") => CGroup::Comments,
-                Some("blocks") => CGroup::Blocks,
-                _ => CGroup::Nothing,
-            },
-            calls: if self.calls.as_deref() == Some("share") {
-                CCalls::Share
-            } else {
-                CCalls::Copy
-            },
+            group: self.group.unwrap_or(default.group),
+            calls: self.calls.unwrap_or(default.calls),
             entry: self.entry.clone(),
             array_length: self.array_length.unwrap_or(default.array_length),
             defines: self.define.clone(),
@@ -343,8 +340,8 @@ pub(crate) struct Check {
     #[arg(long, value_name = "OUTPUT")]
     pub(crate) certify: Option<PathBuf>,
     /// Show notes on correct code: `conflicts` lists the conflicts that the policy decides, and which transition wins.
-    #[arg(long, value_name = "WHAT", value_parser = ["conflicts"], value_delimiter = ',')]
-    pub(crate) notes: Vec<String>,
+    #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
+    pub(crate) notes: Vec<Notes>,
     /// Write the trace of the first counterexample to this file, as `.csv`, `.vcd` or `.jsonl`, and those of the others to FILE-2, FILE-3. `sim --stimulus FILE` replays a `.csv`.
     #[arg(long, value_name = "FILE")]
     pub(crate) trace: Option<PathBuf>,
@@ -428,8 +425,8 @@ pub(crate) struct Build {
     #[arg(long, requires = "report")]
     pub(crate) measure: bool,
     /// For each output FILE, also write FILE.map.json, which maps its lines to the chart.
-    #[arg(long, value_name = "WHAT", value_parser = ["map"])]
-    pub(crate) emit: Option<String>,
+    #[arg(long, value_name = "WHAT", value_enum)]
+    pub(crate) emit: Option<Emit>,
     /// Jinja template for `--target template`, rendered with the JSON of the net; `my.py.j2` writes STEM.py; repeatable.
     #[arg(long, value_name = "FILE")]
     pub(crate) template: Vec<String>,
@@ -448,14 +445,14 @@ pub(crate) struct Build {
     #[arg(long, value_name = "STYLE", default_value = "auto", help_heading = C_OUTPUT)]
     pub(crate) style: String,
     /// Optimise for worst-case time (`speed`; ties by size) or for code size (`size`); requires `--for`.
-    #[arg(long, value_name = "WHAT", value_parser = ["speed", "size"], default_value = "speed", requires = "machine", help_heading = C_OUTPUT)]
-    pub(crate) optimise: String,
+    #[arg(long, value_name = "WHAT", value_parser = GOALS, default_value = "speed", requires = "machine", help_heading = C_OUTPUT)]
+    pub(crate) optimise: Goal,
     /// Write the C as a package in the folder STEM-WHAT: `plain` (with a Makefile), `arduino`, `platformio`, `cmake`; comma-separated or repeated.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', help_heading = C_OUTPUT)]
     pub(crate) package: Vec<String>,
     /// Pass Boolean inputs and outputs as `bool` members or as bits of words.
-    #[arg(long, value_name = "FORM", value_parser = ["members", "words"], default_value = "members", help_heading = C_OUTPUT)]
-    pub(crate) io: String,
+    #[arg(long, value_name = "FORM", value_parser = FORMS, default_value = "members", help_heading = C_OUTPUT)]
+    pub(crate) io: Io,
     /// Return early from a reaction that cannot change anything (same inputs and `dt` as the last reaction, which changed nothing).
     #[arg(long, help_heading = C_OUTPUT)]
     pub(crate) gate: bool,
@@ -476,8 +473,8 @@ pub(crate) struct Build {
     pub(crate) device: Option<String>,
     /// State encoding of mutually exclusive steps: `one-hot` (a flip-flop per step), `zero-hot` (a flip-flop per step except the first), `compact`
     /// (binary); `auto` uses the first that fits the device.
-    #[arg(long, value_name = "CODE", value_parser = ["auto", "one-hot", "zero-hot", "compact"], default_value = "auto", help_heading = CIRCUITS)]
-    pub(crate) encoding: String,
+    #[arg(long, value_name = "CODE", value_parser = ENCODINGS, default_value = "auto", help_heading = CIRCUITS)]
+    pub(crate) encoding: EncodingChoice,
     /// When a chart with `evolution stable` takes one clock per micro-step, with a `busy` pin, instead of one clock per reaction.
     #[arg(long, value_name = "WHEN", value_enum, default_value = "unproved", help_heading = CIRCUITS)]
     pub(crate) busy: Busy,
@@ -494,8 +491,8 @@ pub(crate) struct Build {
     #[arg(long, value_name = "NAME", help_heading = CIRCUITS)]
     pub(crate) reset: Option<String>,
     /// Reset at the next clock (`sync`) or at once (`async`).
-    #[arg(long, value_name = "STYLE", value_parser = ["sync", "async"], default_value = "sync", requires = "reset", help_heading = CIRCUITS)]
-    pub(crate) reset_style: String,
+    #[arg(long, value_name = "STYLE", value_parser = RESETS, default_value = "sync", requires = "reset", help_heading = CIRCUITS)]
+    pub(crate) reset_style: ResetStyle,
     /// Keep the pins of an earlier output (`.jed`, `.pld`, `.pds`) if the functions still fit there.
     #[arg(long, value_name = "FILE", help_heading = CIRCUITS)]
     pub(crate) keep_pins: Option<String>,
@@ -750,3 +747,24 @@ const EXAMPLES: [(&str, &str); 12] = [
   grafsynth completions fish > ~/.config/fish/completions/grafsynth.fish",
     ),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::command;
+    use grafsynth_driver::languages::LANGUAGES;
+
+    #[test]
+    fn the_help_names_the_files_of_every_language() {
+        let command = command();
+        for (verb, argument) in [("convert", "file"), ("check", "files"), ("compare", "files")] {
+            let verb = command.find_subcommand(verb).unwrap();
+            let known = verb.get_arguments().find(|it| it.get_id() == argument).unwrap();
+            let help = known.get_long_help().or(known.get_help()).unwrap().to_string();
+            let named: Vec<&str> = help.split([' ', '(', ')']).collect();
+            for language in &LANGUAGES {
+                let extension = format!(".{}", language.extension());
+                assert!(named.contains(&extension.as_str()), "{extension} is not in: {help}");
+            }
+        }
+    }
+}

@@ -1,7 +1,7 @@
 //! The values that an option accepts, for `--target list` and similar. They need no file, so they are answered before the command line is parsed.
 
 use grafsynth_backend_c::{Style, cost};
-use grafsynth_driver::format::Format;
+use grafsynth_driver::languages::{LANGUAGES, Language};
 use grafsynth_driver::target::{self, Target};
 use grafsynth_ir::diag::nearest;
 
@@ -96,14 +96,14 @@ fn engines() -> Vec<(String, String)> {
 }
 
 fn formats() -> Vec<(String, String)> {
-    Format::ALL.iter().map(|(format, ..)| entry(*format)).collect()
+    LANGUAGES.iter().map(entry).collect()
 }
 
 /// The formats that `convert` writes.
 fn written() -> Vec<(String, String)> {
-    Format::written().map(entry).collect()
+    Language::written().map(entry).collect()
 }
 
-fn entry(format: Format) -> (String, String) {
-    (format.name().to_owned(), format!("files `*.{}`", format.extension()))
+fn entry(language: &Language) -> (String, String) {
+    (language.name.to_owned(), format!("files `*.{}`", language.extension()))
 }

@@ -6,7 +6,7 @@ use crate::files;
 use crate::lists::did_you_mean;
 use crate::render::{self, Style};
 use crate::report::{Answer, Report, Status};
-use grafsynth_driver::format::Format;
+use grafsynth_driver::languages::{self, LANGUAGES, Language};
 use grafsynth_driver::libraries;
 use grafsynth_driver::read::{self, Design, LibraryText, NetDesign, ReadLimits, Texts};
 use grafsynth_driver::source::Sources;
@@ -223,17 +223,17 @@ impl Session {
     /// Reads a design with its companions and returns its findings; shows them if there is no design.
     pub(crate) fn design(&mut self, input: &Input) -> Result<(Design, Vec<Diagnostic>), Stop> {
         let reading = &input.reading;
-        let format = match &reading.from {
+        let language = match &reading.from {
             None => None,
-            Some(name) => Some(Format::named(name).ok_or_else(|| unknown_format(name))?),
+            Some(name) => Some(Language::named(name).ok_or_else(|| unknown_format(name))?),
         };
         let main = self.text(&input.file)?;
         let is_stdin = input.file == "-";
         let text = self.sources.get(main).filter(|_| is_stdin).map(|source| source.text.as_str());
-        let format = format.or_else(|| text.and_then(Format::guess));
+        let language = language.or_else(|| text.and_then(Language::guess));
         let mut texts = Texts {
             main,
-            format,
+            language,
             stem: FileStem::of_path(&input.file),
             c: reading.c.options(),
             machine: reading.machine,
@@ -296,8 +296,8 @@ impl Session {
         let mut open = vec![(main, path.to_owned())];
         while let Some((from, path)) = open.pop() {
             let Some(source) = self.sources.get(from) else { continue };
-            let is_graf = Format::of(&source.path, &source.text) == Some(Format::Graf);
-            if !is_graf && texts.format != Some(Format::Graf) {
+            let by_name = Language::of(&source.path, &source.text);
+            if ![by_name, texts.language].into_iter().flatten().any(|it| it.has_libraries) {
                 continue;
             }
             for name in libraries::wanted(from, &source.text.clone()) {
@@ -375,16 +375,11 @@ impl Session {
     pub(crate) fn net(&mut self, input: &Input) -> Result<(NetDesign, Vec<Diagnostic>), Stop> {
         match self.design(input)? {
             (Design::Net(design), found) => Ok((*design, found)),
-            (Design::Logic(_), _) => {
-                let charts = Format::ALL.iter().filter(|(format, ..)| format.is_chart());
-                let charts: Vec<String> =
-                    charts.map(|(_, _, extension)| format!(".{extension}")).collect();
-                Err(Stop::Input(format!(
-                    "{} is logic, but this verb needs a chart ({}); check, build, sim, compare and convert accept logic",
-                    input.file,
-                    charts.join(" ")
-                )))
-            }
+            (Design::Logic(_), _) => Err(Stop::Input(format!(
+                "{} is logic, but this verb needs a chart ({}); check, build, sim, compare and convert accept logic",
+                input.file,
+                languages::extensions(Language::is_chart)
+            ))),
         }
     }
 
@@ -401,24 +396,18 @@ impl Session {
 /// The charts in and below a folder, in the order of their paths.
 pub(crate) fn charts_below(folder: &str) -> Result<Vec<String>, Stop> {
     // C files are skipped unless requested: `build` writes them.
-    let is_chart = |path: &str| {
-        Format::of(path, "").is_some_and(|format| format.is_chart() && format != Format::C)
-    };
+    let is_found = |language: &Language| language.is_chart() && language.in_folders;
     let mut charts = files::below(folder)?;
-    charts.retain(|path| is_chart(path));
+    charts.retain(|path| Language::of(path, "").is_some_and(is_found));
     if charts.is_empty() {
-        let known = Format::ALL.iter().filter(|(format, ..)| format.is_chart());
-        let known: Vec<String> = known
-            .filter(|(format, ..)| *format != Format::C)
-            .map(|(_, _, extension)| format!(".{extension}"))
-            .collect();
-        return Err(Stop::Input(format!("{folder} contains no chart ({})", known.join(" "))));
+        let known = languages::extensions(is_found);
+        return Err(Stop::Input(format!("{folder} contains no chart ({known})")));
     }
     Ok(charts)
 }
 
 fn unknown_format(name: &str) -> Stop {
-    let known: Vec<&str> = Format::ALL.iter().map(|(_, name, _)| *name).collect();
+    let known: Vec<&str> = LANGUAGES.iter().map(|it| it.name).collect();
     let hint = did_you_mean(name, known.iter().copied());
     Stop::Usage(format!("unknown format `{name}`{hint} (known: {})", known.join(", ")))
 }

@@ -8,6 +8,7 @@ mod interrupt;
 mod lists;
 mod load;
 mod memory;
+mod named;
 mod progress;
 mod render;
 mod report;

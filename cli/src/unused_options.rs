@@ -5,7 +5,7 @@ use crate::files;
 use clap::ArgMatches;
 use clap::CommandFactory as _;
 use clap::parser::ValueSource;
-use grafsynth_driver::format::Format;
+use grafsynth_driver::languages::{GRAF, Language};
 use grafsynth_driver::target::Target;
 
 /// An option, what uses it, and whether the command uses it.
@@ -82,30 +82,30 @@ fn rules(verb: &Verb) -> Vec<Rule> {
 
 const CHARTS: &str = "charts, and this is logic";
 
-/// The formats of the files that a command names; `None` if only the text would show it.
-struct Files(Vec<Option<Format>>);
+/// The languages of the files that a command names; `None` if only the text would show it.
+struct Files(Vec<Option<&'static Language>>);
 
 impl Files {
     fn of<'f>(files: impl IntoIterator<Item = &'f String>, reading: &Reading) -> Files {
-        let said = reading.from.as_deref().and_then(Format::named);
-        let format = |file: &String| {
+        let said = reading.from.as_deref().and_then(Language::named);
+        let by_name = |file: &String| {
             // For a folder, all charts except C files are used.
-            if files::is_folder(file) { Some(Format::Graf) } else { Format::of(file, "") }
+            if files::is_folder(file) { Some(GRAF) } else { Language::of(file, "") }
         };
-        Files(files.into_iter().map(|file| said.or_else(|| format(file))).collect())
+        Files(files.into_iter().map(|file| said.or_else(|| by_name(file))).collect())
     }
 
-    /// True if a file may have such a format.
-    fn any(&self, is_it: impl Fn(Format) -> bool) -> bool {
-        self.0.iter().any(|format| format.is_none_or(&is_it))
+    /// True if a file may be in such a language.
+    fn any(&self, is_it: impl Fn(&Language) -> bool) -> bool {
+        self.0.iter().any(|language| language.is_none_or(&is_it))
     }
 
     fn any_chart(&self) -> bool {
-        self.any(Format::is_chart)
+        self.any(Language::is_chart)
     }
 
     fn any_logic(&self) -> bool {
-        self.any(|format| !format.is_chart())
+        self.any(|language| !language.is_chart())
     }
 }
 
@@ -125,7 +125,7 @@ fn of_reading(files: &Files) -> Vec<Rule> {
     let c = c.map(|option| Rule {
         option,
         taker: "charts in C (.c)",
-        is_taken: files.any(|format| format == Format::C),
+        is_taken: files.any(Language::is_c),
     });
     let of_charts = ["assert", "board", "machine"];
     let of_charts =
@@ -133,7 +133,7 @@ fn of_reading(files: &Files) -> Vec<Rule> {
     let root = Rule {
         option: "root",
         taker: "charts with `use` (.graf)",
-        is_taken: files.any(|format| format == Format::Graf),
+        is_taken: files.any(|language| language.has_libraries),
     };
     c.into_iter().chain(of_charts).chain([root]).collect()
 }

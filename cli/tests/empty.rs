@@ -2,15 +2,14 @@
 
 #![allow(clippy::disallowed_methods, reason = "tests write files and start the program")]
 
-use grafsynth_driver::format::Format;
+use grafsynth_driver::languages::LANGUAGES;
 use std::fs;
 use std::process::Command;
 
 #[test]
 fn an_empty_file_is_an_error_in_every_language() {
     let folder = tempfile::tempdir().unwrap();
-    let extensions = Format::ALL.iter().map(|(_, _, extension)| *extension);
-    for extension in extensions.chain(["exp", "kiss"]) {
+    for extension in LANGUAGES.iter().flat_map(|language| language.extensions) {
         // Empty, blank lines, and a byte order mark alone, as left by editors.
         for text in ["", " \n\n\t\n", "\u{feff}\n"] {
             let file = format!("nothing.{extension}");

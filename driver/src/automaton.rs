@@ -43,6 +43,79 @@ pub fn machine(net: &Valid<Net>) -> Result<Machine, Vec<Diagnostic>> {
 /// # Errors
 /// Like [`machine`].
 pub fn machine_within(net: &Valid<Net>, max_reactions: usize) -> Result<Machine, Vec<Diagnostic>> {
+    let (inputs, outputs) = bits(net)?;
+    let has_time = rows::uses_time(net);
+    let n_inputs = inputs.len() + usize::from(has_time);
+    let too_large = |message: String| {
+        let finding = Diagnostic::error(NO_TABLE, message).at(net.name.span, "");
+        vec![finding.help("convert a part of the chart, or write it as blif, net or graf")]
+    };
+    if n_inputs > MAX_INPUTS {
+        return Err(too_large(format!(
+            "the table would have 2^{n_inputs} inputs in each state; the limit is 2^{MAX_INPUTS}"
+        )));
+    }
+    let more_than =
+        |n: usize, what: &str| too_large(format!("the table would have more than {n} {what}"));
+    let mut simulator = Simulator::new(net);
+    simulator.reset();
+    let mut states: IndexMap<State, String> = IndexMap::new();
+    states.insert(simulator.state().clone(), name(net, simulator.row()));
+    let mut table = Machine {
+        name: net.name.text.clone(),
+        inputs: inputs.iter().map(|id| net.inputs[*id].name.text.clone()).collect(),
+        outputs: outputs.iter().map(|id| net.outputs[*id].name.text.clone()).collect(),
+        ..Machine::default()
+    };
+    if has_time {
+        table.inputs.push("tick".to_owned());
+    }
+    let mut answers: BTreeMap<Answer, BTreeSet<u32>> = BTreeMap::new();
+    let mut n_reactions = 0;
+    let mut at = 0;
+    while let Some((state, _)) = states.get_index(at) {
+        let state = state.clone();
+        answers.clear();
+        for code in 0..1_u32 << n_inputs {
+            let Some(row) = legal(net, &inputs, code, has_time) else { continue };
+            n_reactions += 1;
+            if n_reactions > max_reactions {
+                return Err(more_than(max_reactions, "entries"));
+            }
+            simulator.set_state(&state);
+            let shown = simulator.step(&row).clone();
+            let to = if shown.open.next || shown.open.row {
+                None
+            } else {
+                let entry = states.entry(simulator.state().clone());
+                let index = entry.index();
+                entry.or_insert_with(|| name(net, &shown));
+                Some(index)
+            };
+            if states.len() > MAX_STATES {
+                return Err(more_than(MAX_STATES, "states"));
+            }
+            let answer = Answer { to, outputs: cells(&shown, &outputs) };
+            answers.entry(answer).or_default().insert(code);
+        }
+        for (answer, codes) in &answers {
+            if answer.to.is_none() && answer.outputs.iter().all(|trit| *trit == Trit::Any) {
+                continue;
+            }
+            let (from, to, span) = (Some(at), answer.to, Span::default());
+            for inputs in cubes(codes, n_inputs) {
+                let outputs = answer.outputs.clone();
+                table.rows.push(kiss2::Row { inputs, from, to, outputs, span });
+            }
+        }
+        at += 1;
+    }
+    table.states = unique(states.into_values());
+    Ok(table)
+}
+
+/// The inputs and outputs of a table.
+fn bits(net: &Net) -> Result<(Vec<InputId>, Vec<OutputId>), Vec<Diagnostic>> {
     let mut found = Vec::new();
     let mut refuse = |span: Span, message: String, help: &str| {
         found.push(Diagnostic::error(NO_TABLE, message).at(span, "").help(help));
@@ -67,118 +140,46 @@ pub fn machine_within(net: &Valid<Net>, max_reactions: usize) -> Result<Machine,
         }
         outputs.push(id);
     }
-    if !found.is_empty() {
-        return Err(found);
+    if found.is_empty() { Ok((inputs, outputs)) } else { Err(found) }
+}
+
+/// The row of inputs with these bits, the last of which is the tick; `None` if the net excludes it.
+fn legal(net: &Valid<Net>, inputs: &[InputId], code: u32, has_time: bool) -> Option<InputRow> {
+    let tick = !has_time || code >> inputs.len() & 1 == 1;
+    let mut row = InputRow { dt: u32::from(tick), ..InputRow::zero(net) };
+    for (bit, input) in inputs.iter().enumerate() {
+        row = row.with(*input, i64::from(code >> bit & 1));
     }
-    let has_time = rows::uses_time(net);
-    let n_inputs = inputs.len() + usize::from(has_time);
-    let too_large = |message: String| {
-        vec![
-            Diagnostic::error(NO_TABLE, message)
-                .at(net.name.span, "")
-                .help("convert a part of the chart, or write it as blif, net or graf"),
-        ]
+    let is_event = |id: &&InputId| net.inputs[**id].kind.is_event() && row.value(**id) != 0;
+    let is_excluded = net.settings.events_exclusive && inputs.iter().filter(is_event).count() > 1;
+    (!is_excluded && !grafsynth_sim::breaks_assumption(net, &row)).then_some(row)
+}
+
+/// The outputs of a reaction; those that the net leaves undefined are don't-cares.
+fn cells(shown: &Row, outputs: &[OutputId]) -> Vec<Trit> {
+    let open = &shown.open;
+    let is_open = |output: &OutputId| {
+        let is_in_next = open.next && !open.fixed.contains(output);
+        open.row || open.outputs.contains(output) || is_in_next
     };
-    if n_inputs > MAX_INPUTS {
-        return Err(too_large(format!(
-            "the table would have 2^{n_inputs} inputs in each state; the limit is 2^{MAX_INPUTS}"
-        )));
-    }
-    let mut simulator = Simulator::new(net);
-    simulator.reset();
-    let mut states: IndexMap<State, String> = IndexMap::new();
-    states.insert(simulator.state().clone(), name(net, simulator.row()));
-    let mut table = Machine {
-        name: net.name.text.clone(),
-        inputs: inputs.iter().map(|id| net.inputs[*id].name.text.clone()).collect(),
-        outputs: outputs.iter().map(|id| net.outputs[*id].name.text.clone()).collect(),
-        ..Machine::default()
+    let cell = |output: &OutputId| match shown.outputs[output.index()] {
+        _ if is_open(output) => Trit::Any,
+        0 => Trit::Low,
+        _ => Trit::High,
     };
-    if has_time {
-        table.inputs.push("tick".to_owned());
-    }
-    let mut answers: BTreeMap<Answer, BTreeSet<u32>> = BTreeMap::new();
-    let mut n_reactions = 0;
-    let mut at = 0;
-    while let Some((state, _)) = states.get_index(at) {
-        let state = state.clone();
-        answers.clear();
-        for code in 0..1_u32 << n_inputs {
-            let tick = !has_time || code >> inputs.len() & 1 == 1;
-            let mut row = InputRow { dt: u32::from(tick), ..InputRow::zero(net) };
-            for (bit, input) in inputs.iter().enumerate() {
-                row = row.with(*input, i64::from(code >> bit & 1));
-            }
-            let n_events = inputs
-                .iter()
-                .filter(|id| net.inputs[**id].kind.is_event() && row.value(**id) != 0)
-                .count();
-            if grafsynth_sim::breaks_assumption(net, &row)
-                || net.settings.events_exclusive && n_events > 1
-            {
-                continue;
-            }
-            n_reactions += 1;
-            if n_reactions > max_reactions {
-                return Err(too_large(format!(
-                    "the table would have more than {max_reactions} entries"
-                )));
-            }
-            simulator.set_state(&state);
-            let shown = simulator.step(&row).clone();
-            let is_open = |output: &OutputId| {
-                shown.open.row
-                    || shown.open.outputs.contains(output)
-                    || shown.open.next && !shown.open.fixed.contains(output)
-            };
-            let cells = outputs.iter().map(|output| match shown.outputs[output.index()] {
-                _ if is_open(output) => Trit::Any,
-                0 => Trit::Low,
-                _ => Trit::High,
-            });
-            let cells = cells.collect();
-            let to = if shown.open.next || shown.open.row {
-                None
-            } else {
-                let entry = states.entry(simulator.state().clone());
-                let index = entry.index();
-                entry.or_insert_with(|| name(net, &shown));
-                Some(index)
-            };
-            if states.len() > MAX_STATES {
-                return Err(too_large(format!(
-                    "the table would have more than {MAX_STATES} states"
-                )));
-            }
-            answers.entry(Answer { to, outputs: cells }).or_default().insert(code);
-        }
-        for (answer, codes) in &answers {
-            if answer.to.is_none() && answer.outputs.iter().all(|trit| *trit == Trit::Any) {
-                continue;
-            }
-            for cube in cubes(codes, n_inputs) {
-                table.rows.push(kiss2::Row {
-                    inputs: cube,
-                    from: Some(at),
-                    to: answer.to,
-                    outputs: answer.outputs.clone(),
-                    span: Span::default(),
-                });
-            }
-        }
-        at += 1;
-    }
+    outputs.iter().map(cell).collect()
+}
+
+/// The states of a table: equal names get a number.
+fn unique(names: impl Iterator<Item = String>) -> Vec<kiss2::State> {
     let mut taken = BTreeSet::new();
-    for name in states.values() {
-        let mut own = name.clone();
-        let mut copy = 1;
-        while !taken.insert(own.clone()) {
-            copy += 1;
-            own = format!("{name}_{copy}");
-        }
-        table.states.push(kiss2::State { name: own, span: Span::default() });
-    }
-    Ok(table)
+    let mut own = |name: String| {
+        let copies = (2..).map(|copy| format!("{name}_{copy}"));
+        let free = std::iter::once(name.clone()).chain(copies).find(|one| !taken.contains(one));
+        taken.extend(free.clone());
+        kiss2::State { name: free.unwrap_or(name), span: Span::default() }
+    };
+    names.map(&mut own).collect()
 }
 
 /// The name of a state: its active steps.

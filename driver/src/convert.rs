@@ -1,13 +1,11 @@
-//! Converts one format to another, and prints the canonical form.
+//! Converts one format to another.
 
-use crate::automaton;
 use crate::codes;
-use crate::format::Format;
+use crate::design::Design;
+use crate::languages::{Language, Writer};
 use crate::pipeline;
-use crate::read::{Design, dialect};
-use grafsynth_ir::logic::Logic;
-use grafsynth_ir::{Diagnostic, FileId, Span};
-use grafsynth_logic::minimise::Budget;
+use grafsynth_backend_pld::Dialect;
+use grafsynth_ir::{Diagnostic, Span};
 use grafsynth_verify::Limits;
 
 /// A design in another format.
@@ -23,126 +21,45 @@ pub struct Converted {
 ///
 /// # Errors
 /// Everything that the target cannot express, each with its location.
-pub fn convert(design: &Design, to: Format) -> Result<Converted, Vec<Diagnostic>> {
-    if let (Design::Net(design), Format::Scxml) = (design, to) {
-        let (text, lost) = match &design.chart {
-            Some(chart) => grafsynth_frontend::scxml::write_design(chart, &design.net)?,
-            None => grafsynth_frontend::scxml::write_net(&design.net)?,
-        };
-        return Ok(Converted { text, lost });
-    }
-    if let Design::Net(design) = design
-        && matches!(to, Format::St | Format::Plcopen)
-    {
-        let (text, lost) = if to == Format::St {
-            grafsynth_frontend::st::write_net(&design.net)?
-        } else {
-            grafsynth_frontend::plcopen::write_net(&design.net)?
-        };
-        return Ok(Converted { text, lost });
-    }
-    Ok(Converted { text: plain(design, to)?, lost: Vec::new() })
-}
-
-/// The text of a design in a format that loses no information.
-fn plain(design: &Design, to: Format) -> Result<String, Vec<Diagnostic>> {
-    match (design, to) {
-        (Design::Net(design), Format::Graf) => match &design.chart {
-            Some(chart) => Ok(grafsynth_frontend::graf::write_design(chart)),
-            None => grafsynth_frontend::graf::write_net(&design.net),
-        },
-        (Design::Net(design), Format::Rules) => grafsynth_frontend::rules::write_net(&design.net),
-        (Design::Net(_), Format::Scxml | Format::St | Format::Plcopen) => {
-            unreachable!("what may lose something is written before")
+pub fn convert(design: &Design, to: &Language) -> Result<Converted, Vec<Diagnostic>> {
+    let text = match (design, &to.write) {
+        (Design::Net(design), Writer::Chart(write)) => {
+            let (text, lost) = write(design)?;
+            return Ok(Converted { text, lost });
         }
-        (Design::Net(design), Format::Net) => Ok(grafsynth_ir::text::print(&design.net)),
-        (
-            Design::Net(design),
-            Format::Palasm | Format::Cupl | Format::Galasm | Format::Verilog | Format::Blif,
-        ) => {
+        (Design::Logic(design), Writer::Chart(_)) => {
+            return Err(vec![logic_not_chart(&design.interface.name.span, to)]);
+        }
+        (Design::Net(design), Writer::Equations(dialect)) => {
             let net = &design.net;
             let facts = pipeline::facts(net, &Limits::default());
             let logic = pipeline::logic(net, &facts)?;
             let options = pipeline::emit_options(net, None, None);
-            Ok(pipeline::through(&logic, dialect(to), &options)?.emitted.text)
+            pipeline::through(&logic, *dialect, &options)?.emitted.text
         }
         // A design read from fuses is written product by product, regardless of its clocks.
-        (Design::Logic(logic), Format::Palasm) if logic.fuses.is_some() => {
+        (Design::Logic(logic), Writer::Equations(Dialect::Palasm)) if logic.fuses.is_some() => {
             let placement = logic.placement.as_ref().map_err(Clone::clone)?;
-            Ok(grafsynth_backend_pld::fuse::palasm(placement))
+            grafsynth_backend_pld::fuse::palasm(placement)
         }
-        (
-            Design::Logic(logic),
-            Format::Palasm | Format::Cupl | Format::Galasm | Format::Verilog | Format::Blif,
-        ) => {
+        (Design::Logic(logic), Writer::Equations(dialect)) => {
             let options = grafsynth_backend_pld::EmitOptions::default();
-            Ok(grafsynth_backend_pld::emit(logic.circuit()?, dialect(to), &options)?.text)
+            grafsynth_backend_pld::emit(logic.circuit()?, *dialect, &options)?.text
         }
-        (Design::Net(design), Format::Kiss2) => {
-            let machine = automaton::machine(&design.net)?;
-            Ok(grafsynth_frontend::kiss2::write(&machine))
-        }
-        (Design::Net(design), Format::Pla) => {
-            let facts = pipeline::facts(&design.net, &Limits::default());
-            table(&pipeline::logic(&design.net, &facts)?)
-        }
-        (Design::Logic(logic), Format::Pla) => table(logic.circuit()?),
-        (Design::Net(design), Format::Jedec) => {
-            let facts = pipeline::facts(&design.net, &Limits::default());
-            let logic = pipeline::logic(&design.net, &facts)?;
-            Ok(crate::jedec::burn(&design.net, &logic, None, None, None)?.text)
-        }
-        (Design::Logic(logic), Format::Jedec) => {
-            crate::jedec::as_written(logic.placement.as_ref().map_err(Clone::clone)?)
-        }
-        (_, Format::C) => Err(vec![
-            Diagnostic::error(codes::WRITES_C, "C output has several files, and `convert` writes one")
-                .help("use `build FILE --target c -o FOLDER`, which also compares the C code with the chart"),
-        ]),
-        (
-            Design::Logic(design),
-            Format::Graf
-            | Format::Rules
-            | Format::Scxml
-            | Format::St
-            | Format::Plcopen
-            | Format::Kiss2
-            | Format::Net,
-        ) => Err(vec![
-            logic_not_chart(&design.interface.name.span, to),
-        ]),
-    }
+        (Design::Net(design), Writer::Circuit(write, _)) => write(&design.net)?,
+        (Design::Logic(design), Writer::Circuit(_, write)) => write(design)?,
+        (_, Writer::None(why)) => return Err(vec![why()]),
+    };
+    Ok(Converted { text, lost: Vec::new() })
 }
 
 /// The finding about logic that would have to be written as a chart.
-fn logic_not_chart(place: &Span, to: Format) -> Diagnostic {
+fn logic_not_chart(place: &Span, to: &Language) -> Diagnostic {
     let message = format!(
         "logic cannot be written as {}: its flip-flops are not steps of a known chart",
-        to.name()
+        to.name
     );
     let finding = Diagnostic::error(codes::NEEDS_CHART, message)
         .help("set --to to palasm, cupl, galasm, verilog, blif or pla");
     if *place == Span::default() { finding } else { finding.at(*place, "this circuit") }
-}
-
-/// The table of a circuit's functions.
-fn table(logic: &Logic) -> Result<String, Vec<Diagnostic>> {
-    let table = grafsynth_backend_pld::pla::table(logic, Budget::default())?;
-    Ok(grafsynth_backend_pld::pla::write(&table))
-}
-
-/// The canonical form of a `.graf` text.
-///
-/// # Errors
-/// The findings of a text that cannot be read.
-pub fn format_graf(file: FileId, text: &str) -> Result<String, Vec<Diagnostic>> {
-    grafsynth_frontend::graf::format(file, text)
-}
-
-/// The canonical form of a `.rules` text.
-///
-/// # Errors
-/// The findings of a text that cannot be read.
-pub fn format_rules(file: FileId, text: &str) -> Result<String, Vec<Diagnostic>> {
-    grafsynth_frontend::rules::format(file, text)
 }

@@ -3,8 +3,8 @@
 use crate::circuit;
 use crate::codes;
 use crate::compare::{self, Outcome, nothing_in_common};
+use crate::design::Design;
 use crate::logic::{LogicDesign, interface};
-use crate::read::Design;
 use crate::run::{logic_trace, net_trace};
 use grafsynth_ir::arena::Arena;
 use grafsynth_ir::facts::Proof;
@@ -103,17 +103,12 @@ fn bind(net: &Net, logic: &Logic, renames: &Renames) -> Result<Bound, Vec<Diagno
                 } else {
                     "but the chart has no such input"
                 };
-                found.push(
-                    Diagnostic::error(
-                        codes::LOGIC_DOES_NOT_FIT,
-                        format!("the logic has an input `{}`, {why}", input.name),
-                    )
-                    .at(input.meta.span, "")
-                    .help(format!(
-                        "write `--rename {}=NAME`, where NAME is the name of this input in the chart",
-                        input.name
-                    )),
-                );
+                let message = format!("the logic has an input `{}`, {why}", input.name);
+                let finding = Diagnostic::error(codes::LOGIC_DOES_NOT_FIT, message);
+                found.push(finding.at(input.meta.span, "").help(format!(
+                    "write `--rename {}=NAME`, where NAME is the name of this input in the chart",
+                    input.name
+                )));
             }
         }
     }
@@ -153,8 +148,7 @@ fn bind(net: &Net, logic: &Logic, renames: &Renames) -> Result<Bound, Vec<Diagno
         .cloned()
         .collect();
     for id in bound.logic.flops.ids() {
-        let flop = &mut bound.logic.flops[id];
-        flop.holds = None;
+        bound.logic.flops[id].holds = None;
     }
     Ok(bound)
 }

@@ -8,7 +8,7 @@
 //!
 //! The files of the pipeline, in reading order; each needs only those above it and the data that it names:
 //!
-//! 1. [`read`]: texts to a [`read::Design`], with its libraries, board and properties
+//! 1. [`languages`]: one row per language; [`read`]: texts to a [`read::Design`], with its libraries, board and properties
 //! 2. `built`: the data of a build: options, files, results; `output_report`: the result for one output
 //! 3. `circuit`, [`coding`]: the circuit of a net, and the codes of its steps for a device
 //! 4. `context`: the data that all stages of one output share
@@ -27,15 +27,16 @@ pub mod coding;
 pub mod compare;
 mod context;
 pub mod convert;
+mod design;
 pub mod diff;
 pub mod evidence;
 mod fit_advice;
-pub mod format;
 pub mod forms;
 pub mod fuse_design;
 pub mod ice40;
 pub mod jedec;
 pub mod judge;
+pub mod languages;
 pub mod libraries;
 pub mod logic;
 pub mod minimise;
@@ -44,6 +45,7 @@ pub mod pages;
 pub mod pin_numbers;
 pub mod pipeline;
 pub mod read;
+mod recognise;
 pub mod refit;
 pub mod report;
 pub mod ring;

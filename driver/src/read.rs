@@ -1,43 +1,20 @@
 //! Sources to a design: the first half of every pipeline.
 
 use crate::codes;
-use crate::format::Format;
+use crate::languages::{self, Language, Reader};
 use crate::libraries;
 use crate::logic::LogicDesign;
 use crate::source::Sources;
 use crate::stem::FileStem;
-use crate::task_costs::{self, Counted};
-use grafsynth_backend_pld::Dialect;
-use grafsynth_backend_pld::codes::NOT_PLACED;
-use grafsynth_frontend::{c, graf, kiss2, plcopen, rules, scxml, st};
+use crate::task_costs;
+use grafsynth_frontend::graf;
 use grafsynth_ir::diag::{Code, any_error};
 use grafsynth_ir::net::Net;
-use grafsynth_ir::{Diagnostic, FileId, Span, Valid, chart, lower, text, validate};
+use grafsynth_ir::{Diagnostic, Span, Valid, chart, lower, validate};
 
+pub use crate::design::{Design, NetDesign};
 pub use crate::texts::{LibraryText, Texts};
 pub use grafsynth_frontend::c::{Calls as CCalls, Group as CGroup, Options as COptions};
-
-/// The contents of a source.
-#[derive(Debug, Clone)]
-pub enum Design {
-    /// A chart, and the net that runs.
-    Net(Box<NetDesign>),
-    /// Logic without a chart: the meaning of names is unknown.
-    Logic(Box<LogicDesign>),
-}
-
-/// A chart with its net.
-#[derive(Debug, Clone)]
-pub struct NetDesign {
-    /// The chart as drawn; `None` for a `.net` text.
-    pub chart: Option<chart::Design>,
-    /// The net that runs.
-    pub net: Valid<Net>,
-    /// The tasks whose costs are estimated by a model; `None` if there are none.
-    pub counted: Option<Counted>,
-    /// For a chart that was read from C: the C text that defines its extern functions.
-    pub library: Option<String>,
-}
 
 /// Limits of the front ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,81 +47,46 @@ pub fn read(
     limits: ReadLimits,
 ) -> (Option<Design>, Vec<Diagnostic>) {
     let Some(source) = sources.get(texts.main) else { return (None, Vec::new()) };
-    let Some(format) = texts.format.or_else(|| Format::of(&source.path, &source.text)) else {
-        return (None, vec![unknown_format(&source.path)]);
+    let Some(language) = texts.language.or_else(|| Language::of(&source.path, &source.text)) else {
+        return (None, vec![unknown_language(&source.path)]);
     };
-    let mut found = Vec::new();
-    let front = limits.front();
-    let chart_of = |parse: fn(FileId, &str, &graf::Limits) -> graf::Parsed, found: &mut Vec<_>| {
-        let parsed = parse(texts.main, &source.text, &front);
-        found.extend(parsed.diagnostics);
-        chart_design(sources, texts, limits, parsed.design, found)
-    };
-    let net_of = |net: Option<Net>, found: &mut Vec<_>| {
-        let net = kept(validate(net?), found)?;
-        with_properties(sources, texts, limits, None, net, found)
-    };
-    let design = match format {
-        Format::Graf => chart_of(graf::parse_within, &mut found),
-        Format::Rules => chart_of(rules::parse_within, &mut found),
-        Format::Scxml => chart_of(scxml::parse_within, &mut found),
-        Format::St => chart_of(st::parse_within, &mut found),
-        Format::Plcopen => chart_of(plcopen::parse_within, &mut found),
-        Format::C => {
-            let parsed = c::parse_within(texts.main, &source.text, &front, &texts.c);
-            found.extend(parsed.diagnostics);
-            let mut design = chart_design(sources, texts, limits, parsed.design, &mut found);
+    let (main, text, front) = (texts.main, &source.text, limits.front());
+    let (design, found) = match language.read {
+        Reader::Chart(parse) => {
+            let mut parsed = parse(main, text, &front);
+            let design =
+                chart_design(sources, texts, limits, parsed.design, &mut parsed.diagnostics);
+            (design, parsed.diagnostics)
+        }
+        Reader::C(parse) => {
+            let mut parsed = parse(main, text, &front, &texts.c);
+            let mut design =
+                chart_design(sources, texts, limits, parsed.design, &mut parsed.diagnostics);
             if let Some(Design::Net(design)) = &mut design {
                 design.library = parsed.library;
             }
-            design
+            (design, parsed.diagnostics)
         }
-        Format::Kiss2 => {
-            let (machine, more) = kiss2::parse_within(texts.main, &source.text, &front);
-            found.extend(more);
+        Reader::Net(parse) => {
             let name = texts.stem.as_ref().map(FileStem::identifier).unwrap_or_default();
-            net_of(machine.map(|machine| kiss2::net(&machine, &name)), &mut found)
+            let (net, mut found) = parse(main, text, &front, &name);
+            let net = net.and_then(|net| kept(validate(net), &mut found));
+            let design =
+                net.and_then(|net| with_properties(sources, texts, limits, None, net, &mut found));
+            (design, found)
         }
-        Format::Net => {
-            let (net, more) = text::parse(texts.main, &source.text);
-            found.extend(more);
-            net_of(net, &mut found)
+        Reader::Equations(dialect) => {
+            let read = grafsynth_backend_pld::read_text(dialect, main, text);
+            let mut found = Vec::new();
+            (logic_design(read, texts, &mut found), found)
         }
-        Format::Palasm | Format::Cupl | Format::Galasm | Format::Verilog | Format::Blif => {
-            let said = grafsynth_backend_pld::read_text(dialect(format), texts.main, &source.text);
-            logic_design(said, texts, &mut found)
+        Reader::Circuit(parse) => {
+            let (read, mut found) = parse(main, text);
+            (read.and_then(|read| logic_design(read, texts, &mut found)), found)
         }
-        Format::Jedec => {
-            let (file, more) = grafsynth_backend_pld::jedec::read(texts.main, &source.text);
-            found.extend(more);
-            file.and_then(|file| {
-                let design = crate::fuse_design::design(&file, texts.main);
-                let (design, more) = kept(design, &mut found)?;
-                found.extend(more);
-                Some(Design::Logic(Box::new(design)))
-            })
-        }
-        Format::Pla => {
-            let (table, more) = grafsynth_backend_pld::pla::read(texts.main, &source.text);
-            found.extend(more);
-            table.and_then(|(table, places)| {
-                found.extend(grafsynth_backend_pld::pla::clashes(&table, &places));
-                let (logic, open) = grafsynth_backend_pld::pla::circuit(&table);
-                let start = Span::new(texts.main, 0, 0);
-                let mut said = grafsynth_backend_pld::read::Text {
-                    logic: Some(logic),
-                    beyond: Vec::new(),
-                    placement: Err(vec![
-                        Diagnostic::error(NOT_PLACED, "a table has no pins and no macrocells")
-                            .at(start, "")
-                            .help("build it with --refit"),
-                    ]),
-                    findings: Vec::new(),
-                };
-                let undefined = grafsynth_backend_pld::pla::undefined(&table, &places, &open);
-                said.beyond.extend(undefined);
-                logic_design(said, texts, &mut found)
-            })
+        Reader::Fuses(parse) => {
+            let (design, found) = parse(main, text);
+            (design.map(|design| Design::Logic(Box::new(design))), found)
         }
     };
     let design = if any_error(&found) { None } else { design };
@@ -198,29 +140,11 @@ fn kept<T>(made: Result<T, Vec<Diagnostic>>, found: &mut Vec<Diagnostic>) -> Opt
     made.map_err(|more| found.extend(more)).ok()
 }
 
-/// The equation language of a format of logic.
-pub(crate) fn dialect(format: Format) -> Dialect {
-    match format {
-        Format::Cupl => Dialect::Cupl,
-        Format::Galasm => Dialect::Galasm,
-        Format::Verilog => Dialect::Verilog,
-        Format::Blif => Dialect::Blif,
-        _ => Dialect::Palasm,
-    }
-}
-
-fn unknown_format(path: &str) -> Diagnostic {
-    let known: Vec<String> =
-        Format::ALL.iter().map(|(_, _, extension)| format!(".{extension}")).collect();
-    let mut known = known;
-    known.dedup();
-    Diagnostic::error(
-        codes::UNKNOWN_FORMAT,
-        format!("cannot determine the format of {path} from its name"),
-    )
-    .help(format!(
+fn unknown_language(path: &str) -> Diagnostic {
+    let message = format!("cannot determine the format of {path} from its name");
+    Diagnostic::error(codes::UNKNOWN_FORMAT, message).help(format!(
         "give it with --from, as in `--from graf`, or rename the file; endings: {}",
-        known.join(" ")
+        languages::extensions(|_| true)
     ))
 }
 

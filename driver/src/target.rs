@@ -129,11 +129,7 @@ impl Target {
     /// True if its text assigns signals to the pins of a device.
     #[must_use]
     pub fn has_pins(self) -> bool {
-        match self.dialect() {
-            Some(Dialect::Palasm | Dialect::Cupl | Dialect::Galasm) => true,
-            Some(Dialect::Verilog | Dialect::Blif) => false,
-            None => self == Target::Jedec,
-        }
+        self == Target::Jedec || self.dialect().is_some_and(Dialect::is_flat)
     }
 
     /// True if its text can have a reset input.

@@ -1,6 +1,6 @@
 //! The texts that a design is read from. The driver opens no files: the caller supplies them all.
 
-use crate::format::Format;
+use crate::languages::Language;
 use crate::stem::FileStem;
 use grafsynth_backend_c::cost::Machine;
 use grafsynth_frontend::c::Options as COptions;
@@ -11,8 +11,8 @@ use grafsynth_ir::FileId;
 pub struct Texts {
     /// The design itself.
     pub main: FileId,
-    /// Its format.
-    pub format: Option<Format>,
+    /// Its language; `None` if its name shows it.
+    pub language: Option<&'static Language>,
     /// The stem of its file, which names a chart if the text does not. `None` for standard input.
     pub stem: Option<FileStem>,
     /// A board file.

@@ -1,7 +1,7 @@
 //! Charts in other languages, read back: a written chart behaves like the original, or is rejected.
 
 use grafsynth_driver::convert::convert;
-use grafsynth_driver::format::Format;
+use grafsynth_driver::languages::Language;
 use grafsynth_driver::read::{Design, NetDesign, ReadLimits, Texts, read};
 use grafsynth_driver::source::Sources;
 use grafsynth_ir::net::Net;
@@ -41,41 +41,49 @@ pub fn design_of(file: &str, text: &str) -> Result<Box<NetDesign>, String> {
 }
 
 /// The languages of charts that are written and read back.
-pub const FORMS: [Format; 6] =
-    [Format::Graf, Format::Rules, Format::Scxml, Format::St, Format::Plcopen, Format::Net];
+pub const FORMS: [&str; 6] = ["graf", "rules", "scxml", "st", "plcopen", "net"];
+
+/// The row of a language.
+///
+/// # Panics
+/// If no language has that name.
+#[must_use]
+pub fn language(name: &str) -> &'static Language {
+    Language::named(name).unwrap_or_else(|| panic!("no language {name}"))
+}
 
 /// Converts a chart to another language and back, and from there to a third one and back.
 #[must_use]
-pub fn there_and_back(chart: &NetDesign, to: Format, seed: u64) -> Came {
+pub fn there_and_back(chart: &NetDesign, to: &str, seed: u64) -> Came {
     let (came, again) = one_way(chart, to, seed);
     if let Some(again) = again {
         let next = FORMS[(seed % FORMS.len() as u64) as usize];
         if let (Came::Otherwise(why), _) = one_way(&again, next, seed) {
-            let text =
-                convert(&Design::Net(again), to).map_or_else(|_| String::new(), |it| it.text);
-            return Came::Otherwise(format!("from there to {}: {why}\n{text}", next.name()));
+            let text = convert(&Design::Net(again), language(to))
+                .map_or_else(|_| String::new(), |it| it.text);
+            return Came::Otherwise(format!("from there to {}: {why}\n{text}", next));
         }
     }
     came
 }
 
 /// A chart in another language, and the chart that is read back if it behaves alike.
-fn one_way(chart: &NetDesign, to: Format, seed: u64) -> (Came, Option<Box<NetDesign>>) {
+fn one_way(chart: &NetDesign, to: &str, seed: u64) -> (Came, Option<Box<NetDesign>>) {
     match written(chart, to, seed) {
         Ok((n_lost, again)) => (Came::Alike(n_lost), Some(again)),
         Err(came) => (came, None),
     }
 }
 
-fn written(chart: &NetDesign, to: Format, seed: u64) -> Result<(usize, Box<NetDesign>), Came> {
-    let converted = match convert(&Design::Net(Box::new(chart.clone())), to) {
+fn written(chart: &NetDesign, to: &str, seed: u64) -> Result<(usize, Box<NetDesign>), Came> {
+    let converted = match convert(&Design::Net(Box::new(chart.clone())), language(to)) {
         Ok(converted) => converted,
         Err(found) => {
             let why = found.first().map_or_else(String::new, |one| one.message.clone());
             return Err(Came::Refused(why));
         }
     };
-    let file = format!("a.{}", to.extension());
+    let file = format!("a.{}", language(to).extension());
     let again = match design_of(&file, &converted.text) {
         Ok(again) => again,
         Err(why) => {

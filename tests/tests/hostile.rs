@@ -1,7 +1,7 @@
 //! Damaged texts: every parser returns findings or a design and never panics; and a design that it accepts can be lowered, checked and run.
 
 use grafsynth_backend_pld::Dialect;
-use grafsynth_driver::format::Format;
+use grafsynth_driver::languages::LANGUAGES;
 use grafsynth_driver::pipeline;
 use grafsynth_driver::read::{Design, ReadLimits, Texts, read};
 use grafsynth_driver::run::logic_trace;
@@ -54,8 +54,8 @@ const TABLES: [&str; 2] = [
     "# a table\n.i 3\n.o 3\n.phase 101\n.type fdr\n000 1~0\n1-1 -01\n01- 010\n.end\n",
 ];
 
-/// Valid texts of a format, which the test damages.
-fn sound(format: Format) -> Vec<String> {
+/// Valid texts of a language, which the test damages.
+fn sound(language: &str) -> Vec<String> {
     let of_charts = |write: &dyn Fn(&grafsynth_driver::read::NetDesign) -> Option<String>| {
         CHARTS
             .iter()
@@ -80,24 +80,23 @@ fn sound(format: Format) -> Vec<String> {
             grafsynth_backend_pld::emit(&logic, dialect, &options).ok().map(|emitted| emitted.text)
         })
     };
-    match format {
-        Format::Graf => CHARTS.iter().map(|text| (*text).to_owned()).collect(),
-        Format::Rules => {
-            of_charts(&|design| grafsynth_frontend::rules::write_net(&design.net).ok())
-        }
-        Format::Scxml => SCXML.iter().map(|text| (*text).to_owned()).collect(),
-        Format::St => STRUCTURED.iter().map(|text| (*text).to_owned()).collect(),
-        Format::Plcopen => PROJECTS.iter().map(|text| (*text).to_owned()).collect(),
-        Format::Net => of_charts(&|design| Some(grafsynth_ir::text::print(&design.net))),
-        Format::Palasm => equations(Dialect::Palasm),
-        Format::Cupl => equations(Dialect::Cupl),
-        Format::Galasm => equations(Dialect::Galasm),
-        Format::Verilog => equations(Dialect::Verilog),
-        Format::Blif => equations(Dialect::Blif),
-        Format::Kiss2 => MACHINES.iter().map(|text| (*text).to_owned()).collect(),
-        Format::Jedec => FUSES.iter().map(|text| (*text).to_owned()).collect(),
-        Format::Pla => TABLES.iter().map(|text| (*text).to_owned()).collect(),
-        Format::C => SOURCES.iter().map(|text| (*text).to_owned()).collect(),
+    match language {
+        "graf" => CHARTS.iter().map(|text| (*text).to_owned()).collect(),
+        "rules" => of_charts(&|design| grafsynth_frontend::rules::write_net(&design.net).ok()),
+        "scxml" => SCXML.iter().map(|text| (*text).to_owned()).collect(),
+        "st" => STRUCTURED.iter().map(|text| (*text).to_owned()).collect(),
+        "plcopen" => PROJECTS.iter().map(|text| (*text).to_owned()).collect(),
+        "net" => of_charts(&|design| Some(grafsynth_ir::text::print(&design.net))),
+        "palasm" => equations(Dialect::Palasm),
+        "cupl" => equations(Dialect::Cupl),
+        "galasm" => equations(Dialect::Galasm),
+        "verilog" => equations(Dialect::Verilog),
+        "blif" => equations(Dialect::Blif),
+        "kiss2" => MACHINES.iter().map(|text| (*text).to_owned()).collect(),
+        "jedec" => FUSES.iter().map(|text| (*text).to_owned()).collect(),
+        "pla" => TABLES.iter().map(|text| (*text).to_owned()).collect(),
+        "c" => SOURCES.iter().map(|text| (*text).to_owned()).collect(),
+        _ => Vec::new(),
     }
 }
 
@@ -137,8 +136,9 @@ fn damaged(texts: &[String], random: &mut Random) -> String {
 
 #[test]
 fn damaged_designs_give_findings_or_designs() {
-    for (format, name, extension) in Format::ALL {
-        let texts = sound(format);
+    for language in &LANGUAGES {
+        let (name, extension) = (language.name, language.extension());
+        let texts = sound(name);
         assert!(texts.len() >= 2, "{name}: only {} valid texts", texts.len());
         let mut random = Random::new(17);
         let (mut n_sound, mut n_broken) = (0, 0);
@@ -146,7 +146,7 @@ fn damaged_designs_give_findings_or_designs() {
             let text = damaged(&texts, &mut random);
             let mut sources = Sources::default();
             let main = sources.add(format!("damaged.{extension}"), text.as_str());
-            let asked = Texts { main, format: Some(format), ..Texts::default() };
+            let asked = Texts { main, language: Some(language), ..Texts::default() };
             let (design, found) = read(&sources, &asked, ReadLimits::default());
             match design {
                 None => {

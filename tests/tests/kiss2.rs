@@ -3,7 +3,7 @@
 #![allow(clippy::print_stdout, reason = "tests report what they skip")]
 #![allow(clippy::disallowed_methods, reason = "tests read files")]
 
-use grafsynth_driver::format::Format;
+use grafsynth_driver::languages::Language;
 use grafsynth_driver::read::{Design, ReadLimits, Texts, read};
 use grafsynth_driver::run::logic_trace;
 use grafsynth_driver::source::Sources;
@@ -90,7 +90,7 @@ impl Interpreter {
 fn net_of(name: &str, text: &str) -> Valid<Net> {
     let mut sources = Sources::default();
     let main = sources.add(name, text);
-    let asked = Texts { main, format: Some(Format::Kiss2), ..Texts::default() };
+    let asked = Texts { main, language: Language::named("kiss2"), ..Texts::default() };
     let (design, found) = read(&sources, &asked, ReadLimits::default());
     match design {
         Some(Design::Net(design)) => design.net,

@@ -6,8 +6,8 @@
 #![allow(clippy::disallowed_methods, reason = "tests write files for other tools")]
 #![allow(clippy::print_stdout, reason = "tests report what they skip and what they counted")]
 
-use grafsynth_driver::format::Format;
 use grafsynth_driver::judge::{self, Renames};
+use grafsynth_driver::languages::Language;
 use grafsynth_driver::pipeline::{self, BuildOptions};
 use grafsynth_driver::read::{Design, ReadLimits, Texts, read};
 use grafsynth_driver::source::Sources;
@@ -279,8 +279,8 @@ fn with_other_fuse(text: &str, random: &mut Random) -> String {
 fn fate(subject: &Subject, text: &str) -> Fate {
     let mut sources = Sources::default();
     let main = sources.add(subject.file.as_str(), text);
-    let format = Format::named(subject.language);
-    let texts = Texts { main, format, ..Texts::default() };
+    let language = Language::named(subject.language);
+    let texts = Texts { main, language, ..Texts::default() };
     let (design, found) = read(&sources, &texts, ReadLimits::default());
     let Some(Design::Logic(design)) = design.filter(|_| !any_error(&found)) else {
         return Fate::Refused;

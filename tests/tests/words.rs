@@ -7,12 +7,11 @@
 use grafsynth_backend_c::{Options, Style};
 use grafsynth_backend_pld::{Dialect, EmitOptions, emit};
 use grafsynth_driver::convert::convert;
-use grafsynth_driver::format::Format;
 use grafsynth_driver::pipeline;
 use grafsynth_driver::read::Design;
 use grafsynth_engines::tools;
 use grafsynth_ir::names::{self, Target};
-use grafsynth_tests::conversions::design_of;
+use grafsynth_tests::conversions::{design_of, language};
 use grafsynth_tests::{chart, fleet};
 use grafsynth_verify::structural_facts;
 use std::fmt::Write as _;
@@ -158,12 +157,8 @@ fn words_of_c_are_names_in_every_compiler() {
 
 #[test]
 fn words_of_equations_are_names_when_read_back() {
-    let of = [
-        (&names::PALASM, Format::Palasm),
-        (&names::CUPL, Format::Cupl),
-        (&names::GALASM, Format::Galasm),
-    ];
-    for (target, format) in of {
+    let of = [(&names::PALASM, "palasm"), (&names::CUPL, "cupl"), (&names::GALASM, "galasm")];
+    for (target, name) in of {
         // The usual names of clocks are tested as words too.
         let words = words_of(target, &["clk", "clock", "ck"]);
         // The last group is padded, so that there is an object of each kind.
@@ -173,8 +168,8 @@ fn words_of_equations_are_names_when_read_back() {
                 let text = ring("pin", &turned(&words, by, 3), false);
                 let design =
                     design_of("a.graf", &text).unwrap_or_else(|why| panic!("{why}\n{text}"));
-                let written = convert(&Design::Net(design), format);
-                written.unwrap_or_else(|why| panic!("{} {why:#?}\n{text}", format.name()));
+                let written = convert(&Design::Net(design), language(name));
+                written.unwrap_or_else(|why| panic!("{name} {why:#?}\n{text}"));
             }
         }
     }

@@ -1,13 +1,35 @@
 //! Converts a table to a circuit without registers, and a circuit to the table of its functions.
 
-use super::{Kind, Pla};
-use crate::codes;
+use super::{Kind, Pla, clashes, read, undefined};
+use crate::codes::{self, NOT_PLACED};
+use crate::read::Text;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::logic::{Logic, NodeId, PinInput, PinOutput, PinRole};
+use grafsynth_ir::span::{FileId, Span};
 use grafsynth_logic::build::Builder;
 use grafsynth_logic::minimise::{Budget, Shape, sum_of_products};
 use grafsynth_logic::node_bdds::Var;
 use std::collections::BTreeMap;
+
+/// Reads a table as a circuit without pins and macrocells.
+#[must_use]
+pub fn read_text(file: FileId, text: &str) -> (Option<Text>, Vec<Diagnostic>) {
+    let (table, mut found) = read(file, text);
+    let text = table.map(|(table, places)| {
+        found.extend(clashes(&table, &places));
+        let (logic, open) = circuit(&table);
+        let no_pins = Diagnostic::error(NOT_PLACED, "a table has no pins and no macrocells")
+            .at(Span::new(file, 0, 0), "")
+            .help("build it with --refit");
+        Text {
+            logic: Some(logic),
+            beyond: undefined(&table, &places, &open).into_iter().collect(),
+            placement: Err(vec![no_pins]),
+            findings: Vec::new(),
+        }
+    });
+    (text, found)
+}
 
 /// The circuit of a table: each output is true exactly where the table defines it as on, so its don't-cares are false; an inverted output is
 /// the complement. Also returns the outputs with don't-cares.

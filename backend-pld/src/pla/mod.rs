@@ -22,7 +22,7 @@ mod read;
 mod tests;
 mod write;
 
-pub use circuit::{circuit, table};
+pub use circuit::{circuit, read_text, table};
 pub use clash::{clashes, function, undefined};
 pub use read::{Places, read};
 pub use write::write;

@@ -11,10 +11,9 @@ use crate::load::{Session, Stop};
 use crate::memory::Bound;
 use crate::progress;
 use grafsynth_backend_c::package::Ecosystem;
-use grafsynth_backend_c::{Package, Style, cost};
-use grafsynth_driver::coding::{Encoding, EncodingChoice};
+use grafsynth_backend_c::{Package, Style};
 use grafsynth_driver::ice40::judge;
-use grafsynth_driver::pipeline::{self, BuildOptions, Built, BusyMode, CEngine, Reset, ResetStyle};
+use grafsynth_driver::pipeline::{self, BuildOptions, Built, BusyMode, CEngine, Reset};
 use grafsynth_driver::read::Design;
 use grafsynth_driver::report::{self, Note, Outcome, OutputReport};
 use grafsynth_driver::stem::FileStem;
@@ -130,111 +129,18 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
         return Ok(Exit::Errors);
     }
     let targets = targets(&arguments.target)?;
-    let style = Style::from_name(&arguments.style).ok_or_else(|| {
-        let (name, known) = (&arguments.style, Style::ALL.map(Style::name));
-        let near = did_you_mean(name, known);
-        Stop::Usage(format!("unknown style `{name}`{near} (known: {})", known.join(", ")))
-    })?;
-    let is_engine = |target: &Target| {
-        matches!(target, Target::C(Some(Style::Engine | Style::Program)))
-            || (matches!(target, Target::C(None))
-                && matches!(style, Style::Engine | Style::Program))
-    };
-    if arguments.blob && !targets.iter().any(is_engine) {
-        return Err(Stop::Usage("--blob requires the target c-engine or c-program".to_owned()));
-    }
-    let packages = packages(&arguments.package)?;
-    if targets.contains(&Target::Template) == arguments.template.is_empty() {
-        return Err(Stop::Usage(
-            "the target `template` and the option --template FILE must be used together".to_owned(),
-        ));
-    }
-    let templates = templates(session, &arguments.template)?;
     let net = &design.net;
-    let limits = Limits { pairs: arguments.limits.proof_limit, ..Limits::default() };
-    let stimulus = match &arguments.stimulus {
-        None => None,
-        Some(path) => match super::sim::stimulus(session, net, Some(path), None, 0, 1)? {
-            Some(stimulus) => Some(stimulus),
-            None => return Ok(Exit::Errors),
-        },
-    };
-    let keep_pins = match &arguments.keep_pins {
-        Some(path) => earlier_pins(session, path)?,
-        None => Vec::new(),
+    let Some(options) = options(session, arguments, input, &stem, net, &targets)? else {
+        return Ok(Exit::Errors);
     };
     progress::doing(format!("exploring the states of {}", net.name));
-    let facts = pipeline::facts(net, &limits);
-    let source = input.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned();
-    let options = BuildOptions {
-        stem: Some(stem.clone()),
-        device: arguments.device.clone(),
-        c: grafsynth_backend_c::Options {
-            style,
-            machine: input.reading.machine,
-            goal: match arguments.optimise.as_str() {
-                "size" => cost::Goal::Size,
-                _ => cost::Goal::Speed,
-            },
-            io: match arguments.io.as_str() {
-                "words" => grafsynth_backend_c::Io::Words,
-                _ => grafsynth_backend_c::Io::Members,
-            },
-            gate: arguments.gate,
-            safe_state: arguments.safe_state,
-            trace: arguments.ring(),
-            callbacks: arguments.callbacks,
-            source,
-            ..Default::default()
-        },
-        packages,
-        templates,
-        busy: match arguments.busy {
-            Busy::Never => BusyMode::Never,
-            Busy::TooLarge => BusyMode::WhenTooLarge,
-            Busy::Unproved => BusyMode::WhenUnproved,
-            Busy::Always => BusyMode::Always,
-        },
-        synchronise: arguments.synchronise,
-        keep_pins,
-        encoding: match arguments.encoding.as_str() {
-            "one-hot" => EncodingChoice::This(Encoding::OneHot),
-            "zero-hot" => EncodingChoice::This(Encoding::ZeroHot),
-            "compact" => EncodingChoice::This(Encoding::Compact),
-            _ => EncodingChoice::Auto,
-        },
-        dont_cares: !arguments.no_dc,
-        safe: arguments.safe,
-        reset: arguments.reset.as_ref().map(|name| Reset {
-            name: name.clone(),
-            style: match arguments.reset_style.as_str() {
-                "async" => ResetStyle::Asynchronous,
-                _ => ResetStyle::Synchronous,
-            },
-        }),
-        stimulus,
-        prove: !arguments.no_proof,
-        trusts_code: arguments.trust.trust_code,
-        report: arguments.report,
-        limits: limits.clone(),
-    };
-    let (templates, others): (Vec<Target>, Vec<Target>) =
-        targets.iter().partition(|target| **target == Target::Template);
+    let facts = pipeline::facts(net, &options.limits);
     progress::doing(format!(
         "building and proving {} of {}",
         arguments.target.join(", "),
         net.name
     ));
-    let mut built = pipeline::build(net, &facts, &others, &options);
-    if !templates.is_empty() {
-        let bound = Bound::start(ENDLESS.id, "a template");
-        let mut rendered = pipeline::build(net, &facts, &templates, &options);
-        drop(bound);
-        built.files.append(&mut rendered.files);
-        built.lines.append(&mut rendered.lines);
-        built.found.append(&mut rendered.found);
-        built.refused.append(&mut rendered.refused);
-    }
+    let mut built = made(net, &facts, &targets, &options);
     found.append(&mut built.found);
     let engine = HostC { session, net, options: &options };
     if let Err((name, words)) = pipeline::check_c(net, &facts, &options, &mut built, &engine) {
@@ -248,30 +154,13 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
     }
     session.know_found(&found);
     know(session, net, &built.lines);
-    let mut bitstreams = bitstreams(&limits, &mut built);
+    let mut bitstreams = bitstreams(&options.limits, &mut built);
     if arguments.blob {
         bitstreams.extend(pipeline::images(&built));
     }
     let outcome = built.outcome();
     if session.demands.refuse(&found) {
-        session.show(&found);
-        let why = match any_error(&found) {
-            true if targets.len() > 1 => refusal(&built.refused),
-            true => refusal(&[]),
-            false => "warnings are denied".to_owned(),
-        };
-        // The findings do not name the targets.
-        if built.lines.is_empty() && built.refused.len() > 1 {
-            session.tell(&format!("nothing was written: {why}\n"));
-        }
-        let is_option = |one: &Diagnostic| {
-            one.code == grafsynth_driver::codes::UNKNOWN_DEVICE && one.labels.is_empty()
-        };
-        say(session, net, arguments.trace_file(), &built.lines, Some(&why))?;
-        if arguments.device.is_some() && found.iter().any(is_option) {
-            return Ok(Exit::Usage);
-        }
-        return Err(Stop::Errors);
+        return refused(session, arguments, net, &built, &targets, &found);
     }
     if outcome == Outcome::Refuted {
         session.show(&found);
@@ -285,14 +174,15 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
     }
     if arguments.report {
         let counted = design.counted.as_ref();
-        let page = report::page(net, &facts, &built, counted, &session.sources, &limits, &stem);
+        let (sources, limits) = (&session.sources, &options.limits);
+        let page = report::page(net, &facts, &built, counted, sources, limits, &stem);
         built.files.extend(page);
     }
     let outputs = outputs(session, arguments, &built, bitstreams);
     let made = Made { stem: &stem, net, made_of, outputs, lines: &built.lines };
     write(session, arguments, made, found)?;
     if !arguments.report && !session.quiet {
-        refuted_asserts(session, net, &input.file, &limits);
+        refuted_asserts(session, net, &input.file, &options.limits);
     }
     Ok(judged(session, arguments, &built.lines))
 }
@@ -308,6 +198,137 @@ fn refuted_asserts(session: &Session, net: &Valid<Net>, file: &str, limits: &Lim
             "{n} of {asserts} {is} refuted: `grafsynth check {file}` shows the trace\n"
         ));
     }
+}
+
+/// The options of a build; `None` if the stimulus has errors, which were shown.
+fn options(
+    session: &mut Session,
+    arguments: &Build,
+    input: &Input,
+    stem: &FileStem,
+    net: &Valid<Net>,
+    targets: &[Target],
+) -> Result<Option<BuildOptions>, Stop> {
+    let style = style(arguments, targets)?;
+    let packages = packages(&arguments.package)?;
+    if targets.contains(&Target::Template) == arguments.template.is_empty() {
+        return Err(Stop::Usage(
+            "the target `template` and the option --template FILE must be used together".to_owned(),
+        ));
+    }
+    let templates = templates(session, &arguments.template)?;
+    let stimulus = match &arguments.stimulus {
+        None => None,
+        Some(path) => match super::sim::stimulus(session, net, Some(path), None, 0, 1)? {
+            Some(stimulus) => Some(stimulus),
+            None => return Ok(None),
+        },
+    };
+    let keep_pins = match &arguments.keep_pins {
+        Some(path) => earlier_pins(session, path)?,
+        None => Vec::new(),
+    };
+    Ok(Some(BuildOptions {
+        stem: Some(stem.clone()),
+        device: arguments.device.clone(),
+        c: grafsynth_backend_c::Options {
+            style,
+            machine: input.reading.machine,
+            goal: arguments.optimise,
+            io: arguments.io,
+            gate: arguments.gate,
+            safe_state: arguments.safe_state,
+            trace: arguments.ring(),
+            callbacks: arguments.callbacks,
+            source: input.file.rsplit(['/', '\\']).next().unwrap_or_default().to_owned(),
+            ..Default::default()
+        },
+        packages,
+        templates,
+        busy: match arguments.busy {
+            Busy::Never => BusyMode::Never,
+            Busy::TooLarge => BusyMode::WhenTooLarge,
+            Busy::Unproved => BusyMode::WhenUnproved,
+            Busy::Always => BusyMode::Always,
+        },
+        synchronise: arguments.synchronise,
+        keep_pins,
+        encoding: arguments.encoding,
+        dont_cares: !arguments.no_dc,
+        safe: arguments.safe,
+        reset: arguments
+            .reset
+            .as_ref()
+            .map(|name| Reset { name: name.clone(), style: arguments.reset_style }),
+        stimulus,
+        prove: !arguments.no_proof,
+        trusts_code: arguments.trust.trust_code,
+        report: arguments.report,
+        limits: Limits { pairs: arguments.limits.proof_limit, ..Limits::default() },
+    }))
+}
+
+/// The style of the C.
+fn style(arguments: &Build, targets: &[Target]) -> Result<Style, Stop> {
+    let style = Style::from_name(&arguments.style).ok_or_else(|| {
+        let (name, known) = (&arguments.style, Style::ALL.map(Style::name));
+        let near = did_you_mean(name, known);
+        Stop::Usage(format!("unknown style `{name}`{near} (known: {})", known.join(", ")))
+    })?;
+    let has_image = |target: &Target| match target {
+        Target::C(own) => matches!(own.unwrap_or(style), Style::Engine | Style::Program),
+        _ => false,
+    };
+    if arguments.blob && !targets.iter().any(has_image) {
+        return Err(Stop::Usage("--blob requires the target c-engine or c-program".to_owned()));
+    }
+    Ok(style)
+}
+
+/// Builds all targets. Templates are the user's programs, so they get a bound on their work.
+fn made(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &BuildOptions) -> Built {
+    let (templates, others): (Vec<Target>, Vec<Target>) =
+        targets.iter().partition(|target| **target == Target::Template);
+    let mut built = pipeline::build(net, facts, &others, options);
+    if !templates.is_empty() {
+        let bound = Bound::start(ENDLESS.id, "a template");
+        let mut rendered = pipeline::build(net, facts, &templates, options);
+        drop(bound);
+        built.files.append(&mut rendered.files);
+        built.lines.append(&mut rendered.lines);
+        built.found.append(&mut rendered.found);
+        built.refused.append(&mut rendered.refused);
+    }
+    built
+}
+
+/// Reports that findings prevent the outputs from being written.
+fn refused(
+    session: &mut Session,
+    arguments: &Build,
+    net: &Valid<Net>,
+    built: &Built,
+    targets: &[Target],
+    found: &[Diagnostic],
+) -> Result<Exit, Stop> {
+    session.show(found);
+    let why = match any_error(found) {
+        true if targets.len() > 1 => refusal(&built.refused),
+        true => refusal(&[]),
+        false => "warnings are denied".to_owned(),
+    };
+    // The findings do not name the targets.
+    if built.lines.is_empty() && built.refused.len() > 1 {
+        session.tell(&format!("nothing was written: {why}\n"));
+    }
+    let is_option = |one: &Diagnostic| {
+        one.code == grafsynth_driver::codes::UNKNOWN_DEVICE && one.labels.is_empty()
+    };
+    say(session, net, arguments.trace_file(), &built.lines, Some(&why))?;
+    if arguments.device.is_some() && found.iter().any(is_option) {
+        return Ok(Exit::Usage);
+    }
+    Err(Stop::Errors)
 }
 
 /// The number of random reactions that `--measure` runs.

@@ -6,6 +6,7 @@ use crate::exit::Exit;
 use crate::files;
 use crate::lists::did_you_mean;
 use crate::load::{Session, Stop};
+use crate::named::Notes;
 use crate::progress;
 use crate::report::{About, Answer, Status, proof_name, reason};
 use grafsynth_backend_c::cost::Machine;
@@ -78,7 +79,7 @@ fn one(session: &mut Session, arguments: &Check, input: &Input) -> Result<Exit, 
         .filter(|finding| !grafsynth_driver::read::is_consequence(finding, &found))
         .collect();
     found.extend(own);
-    if arguments.notes.iter().any(|what| what == "conflicts") {
+    if arguments.notes.contains(&Notes::Conflicts) {
         found.extend(findings.notes);
     }
     found.extend(grafsynth_driver::trust::unseen(net));

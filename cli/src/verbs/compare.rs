@@ -8,8 +8,8 @@ use crate::files;
 use crate::load::{Session, Stop, charts_below};
 use crate::progress;
 use crate::report::{About, Answer, Status};
-use grafsynth_driver::format::Format;
 use grafsynth_driver::judge::Renames;
+use grafsynth_driver::languages::Language;
 use grafsynth_driver::read::Design;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -95,7 +95,7 @@ fn folders(session: &Session, arguments: &Compare, renames: &Renames) -> Result<
 /// How the second design is read: like the first, except for options that apply only to the first.
 fn of_second(first: &Reading, path: &str) -> Reading {
     Reading {
-        from: first.from.clone().filter(|_| Format::of(path, "").is_none()),
+        from: first.from.clone().filter(|_| Language::of(path, "").is_none()),
         assert: Vec::new(),
         board: None,
         ..first.clone()

@@ -10,7 +10,7 @@ use grafsynth_driver::compare as driver_compare;
 use grafsynth_driver::evidence::Evidence;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Valid, counted};
-use grafsynth_sim::{Difference, MAX_DT};
+use grafsynth_sim::{Difference, MAX_DT, Stimulus};
 use grafsynth_verify::pair::{Apart, Common, SameBy, charts_by_chance, charts_equal, charts_on};
 use grafsynth_verify::verdict::Verdict;
 use grafsynth_verify::{Limits, Scope};
@@ -33,93 +33,115 @@ pub(crate) fn run(
             return Ok(Exit::Errors);
         }
     };
-    let answer = |status, message: &str| {
-        let columns: Vec<&str> = common.columns.iter().map(|column| column.name.as_str()).collect();
-        let omitted: Vec<String> = common.omitted.iter().map(ToString::to_string).collect();
-        Answer::new(About::Equality, subject, status, message)
+    let stimulus = match arguments.stimulus.as_deref() {
+        None => None,
+        Some(path) => match stimulus(session, left, Some(path), None, arguments.seed, MAX_DT)? {
+            Some(stimulus) => Some(stimulus),
+            None => return Ok(Exit::Errors),
+        },
+    };
+    let trace = arguments.trace.as_deref();
+    let pair = Pair { left, right, first: "first", second: "second", trace };
+    let comparison = Comparison { session, subject, pair, common: &common };
+    match (stimulus, arguments.random.or(arguments.no_proof.then_some(10_000))) {
+        (Some(stimulus), _) => comparison.on(&stimulus),
+        (None, Some(reactions)) => comparison.by_chance(reactions, arguments.seed),
+        (None, None) => comparison.proved(arguments.seed),
+    }
+}
+
+/// A comparison of two charts in the columns that both have.
+struct Comparison<'a> {
+    session: &'a Session,
+    /// The names of the charts, for the report.
+    subject: &'a str,
+    pair: Pair<'a>,
+    common: &'a Common,
+}
+
+impl Comparison<'_> {
+    /// By one stimulus.
+    fn on(&self, stimulus: &Stimulus) -> Result<Exit, Stop> {
+        let Pair { left, right, .. } = self.pair;
+        let found = charts_on(left, right, self.common, stimulus);
+        if let Some(apart) = found.apart {
+            return self.refuted(&apart, &stimulus.to_csv(left));
+        }
+        let mut text =
+            format!("no difference on this stimulus: {}", counted(found.compared, "row", "rows"));
+        if found.compared < stimulus.len() {
+            text += &format!(
+                " of {}; row {} violates an assumption of one of the charts, or depends on something that one of them leaves undefined",
+                stimulus.len(),
+                found.compared + 1
+            );
+        }
+        let answer = self.answer(Status::Done, &text).with("reactions", found.compared);
+        self.session.answer(&answer, &format!("{text}\n{}", compared(self.common)));
+        Ok(Exit::Done)
+    }
+
+    /// By random reactions.
+    fn by_chance(&self, reactions: usize, seed: u64) -> Result<Exit, Stop> {
+        let Pair { left, right, .. } = self.pair;
+        match charts_by_chance(left, right, self.common, reactions, seed, MAX_DT) {
+            Err(apart) => self.refuted(&apart, &apart.left.to_csv(left)),
+            Ok(tested) if tested.reactions == 0 => Err(nothing_legal()),
+            Ok(tested) => {
+                let reactions = counted(tested.reactions, "reaction", "reactions");
+                let message = format!("no difference found in {reactions}");
+                let answer = self.answer(Status::Done, &message).tested(&tested);
+                let text = format!("{message}\n{tested}\n{}", compared(self.common));
+                self.session.answer(&answer, &text);
+                Ok(Exit::Done)
+            }
+        }
+    }
+
+    /// By a proof for every stimulus.
+    fn proved(&self, seed: u64) -> Result<Exit, Stop> {
+        let Pair { left, right, .. } = self.pair;
+        let columns = || compared(self.common);
+        match charts_equal(left, right, self.common, &Limits::default(), seed) {
+            Verdict::Proved(SameBy::Product { reactions: 0, .. }) => Err(nothing_legal()),
+            Verdict::Proved(by) => {
+                let answer = self.answer(Status::Proved, &by.to_string());
+                let answer = answer.proved_by(by.proof(), &Scope::EveryStimulus);
+                let text = format!("equal: proved for every stimulus {by}\n{}", columns());
+                self.session.answer(&answer, &text);
+                Ok(Exit::Done)
+            }
+            Verdict::Refuted(apart) => self.refuted(&apart, &apart.left.to_csv(left)),
+            Verdict::Open(why) => {
+                let answer = self.answer(Status::Open, &why.to_string()).open(&why);
+                let text = "open: no difference found, not proved equal";
+                self.session.answer(&answer, &format!("{text}: {why}\n{}", columns()));
+                Ok(self.session.demands.open(&why))
+            }
+        }
+    }
+
+    fn answer(&self, status: Status, message: &str) -> Answer {
+        let columns: Vec<&str> =
+            self.common.columns.iter().map(|column| column.name.as_str()).collect();
+        let omitted: Vec<String> = self.common.omitted.iter().map(ToString::to_string).collect();
+        Answer::new(About::Equality, self.subject, status, message)
             .with("compared", columns)
             .with("not_compared", omitted)
-    };
-    let pair =
-        Pair { left, right, first: "first", second: "second", trace: arguments.trace.as_deref() };
-    let refuted = |session: &Session, apart: &Apart, witness: &str| -> Result<Exit, Stop> {
-        let shown = pair.different(session, apart)?;
-        let answer = answer(Status::Refuted, &cells(&apart.difference, "first", "second"))
+    }
+
+    fn refuted(&self, apart: &Apart, witness: &str) -> Result<Exit, Stop> {
+        let Pair { right, first, second, .. } = self.pair;
+        let shown = self.pair.different(self.session, apart)?;
+        let answer = self
+            .answer(Status::Refuted, &cells(&apart.difference, first, second))
             .difference(&apart.difference)
             .with("is_shortest", apart.is_shortest)
             .with("witness_of_second", apart.right.to_csv(right))
             .witness(witness)
             .traces(shown.files);
-        session.answer(&answer, &shown.text);
+        self.session.answer(&answer, &shown.text);
         Ok(Exit::Refuted)
-    };
-    if let Some(path) = arguments.stimulus.as_deref() {
-        let Some(stimulus) = stimulus(session, left, Some(path), None, arguments.seed, MAX_DT)?
-        else {
-            return Ok(Exit::Errors);
-        };
-        let found = charts_on(left, right, &common, &stimulus);
-        return match found.apart {
-            Some(apart) => refuted(session, &apart, &stimulus.to_csv(left)),
-            None => {
-                let mut text = format!(
-                    "no difference on this stimulus: {}",
-                    counted(found.compared, "row", "rows")
-                );
-                if found.compared < stimulus.len() {
-                    text += &format!(
-                        " of {}; row {} violates an assumption of one of the charts, or depends on something that one of them leaves undefined",
-                        stimulus.len(),
-                        found.compared + 1
-                    );
-                }
-                session.answer(
-                    &answer(Status::Done, &text).with("reactions", found.compared),
-                    &format!("{text}\n{}", compared(&common)),
-                );
-                Ok(Exit::Done)
-            }
-        };
-    }
-    if let Some(reactions) = arguments.random.or(arguments.no_proof.then_some(10_000)) {
-        let found = charts_by_chance(left, right, &common, reactions, arguments.seed, MAX_DT);
-        return match found {
-            Err(apart) => refuted(session, &apart, &apart.left.to_csv(left)),
-            Ok(tested) if tested.reactions == 0 => Err(nothing_legal()),
-            Ok(tested) => {
-                let message = format!(
-                    "no difference found in {}",
-                    counted(tested.reactions, "reaction", "reactions")
-                );
-                session.answer(
-                    &answer(Status::Done, &message).tested(&tested),
-                    &format!("{message}\n{tested}\n{}", compared(&common)),
-                );
-                Ok(Exit::Done)
-            }
-        };
-    }
-    match charts_equal(left, right, &common, &Limits::default(), arguments.seed) {
-        Verdict::Proved(SameBy::Product { reactions: 0, .. }) => Err(nothing_legal()),
-        Verdict::Proved(by) => {
-            session.answer(
-                &answer(Status::Proved, &by.to_string())
-                    .proved_by(by.proof(), &Scope::EveryStimulus),
-                &format!("equal: proved for every stimulus {by}\n{}", compared(&common)),
-            );
-            Ok(Exit::Done)
-        }
-        Verdict::Refuted(apart) => refuted(session, &apart, &apart.left.to_csv(left)),
-        Verdict::Open(why) => {
-            session.answer(
-                &answer(Status::Open, &why.to_string()).open(&why),
-                &format!(
-                    "open: no difference found, not proved equal: {why}\n{}",
-                    compared(&common)
-                ),
-            );
-            Ok(session.demands.open(&why))
-        }
     }
 }
 

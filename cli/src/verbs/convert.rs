@@ -5,20 +5,20 @@ use crate::exit::Exit;
 use crate::files::{self, Output};
 use crate::lists::did_you_mean;
 use crate::load::{Session, Stop};
-use grafsynth_driver::format::Format;
+use grafsynth_driver::languages::Language;
 use grafsynth_driver::read::Design;
 use grafsynth_driver::stem::FileStem;
 use grafsynth_driver::target::Target;
 
 pub(crate) fn run(session: &mut Session, arguments: &Convert) -> Result<Exit, Stop> {
     let output = arguments.output.to_string_lossy();
-    let known = || Format::written().map(Format::name).collect::<Vec<_>>().join(", ");
+    let known = || Language::written().map(|it| it.name).collect::<Vec<_>>().join(", ");
     let to = match &arguments.to {
-        Some(name) => match Format::named(name) {
-            Some(format) => format,
+        Some(name) => match Language::named(name) {
+            Some(language) => language,
             None => return Err(no_format(&arguments.input.file, name, &known())),
         },
-        None => Format::of(&output, "").ok_or_else(|| {
+        None => Language::of(&output, "").ok_or_else(|| {
             Stop::Usage(format!(
                 "cannot tell the format from the name {output}: give it with --to ({})",
                 known()
@@ -80,6 +80,6 @@ fn no_format(file: &str, name: &str, known: &str) -> Stop {
             "`{name}` is a target, not a format: write it with `build {file} --target {name}`"
         ));
     }
-    let near = did_you_mean(name, Format::written().map(Format::name));
+    let near = did_you_mean(name, Language::written().map(|it| it.name));
     Stop::Usage(format!("unknown format `{name}`{near} (known: {known})"))
 }

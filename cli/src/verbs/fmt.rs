@@ -4,7 +4,7 @@ use crate::args::Fmt;
 use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
-use grafsynth_driver::format::Format;
+use grafsynth_driver::languages::{self, GRAF, Language};
 use std::path::PathBuf;
 
 pub(crate) fn run(session: &mut Session, arguments: &Fmt) -> Result<Exit, Stop> {
@@ -13,19 +13,13 @@ pub(crate) fn run(session: &mut Session, arguments: &Fmt) -> Result<Exit, Stop> 
     for path in &arguments.files {
         let file = session.text(path)?;
         let Some(source) = session.sources.get(file) else { continue };
-        let format = if path == "-" { Some(Format::Graf) } else { Format::of(path, &source.text) };
-        let formatted = match format {
-            Some(Format::Graf) => grafsynth_driver::convert::format_graf(file, &source.text),
-            Some(Format::Rules) => grafsynth_driver::convert::format_rules(file, &source.text),
-            Some(other) => {
-                return Err(Stop::Input(format!(
-                    "{path}: fmt formats charts (.graf .rules), not {}",
-                    other.name()
-                )));
-            }
-            None => return Err(Stop::Input(format!("{path}: fmt formats charts (.graf .rules)"))),
+        let language = if path == "-" { Some(GRAF) } else { Language::of(path, &source.text) };
+        let Some(canonical) = language.and_then(|language| language.canonical) else {
+            let known = languages::extensions(|language| language.canonical.is_some());
+            let other = language.map(|it| format!(", not {}", it.name)).unwrap_or_default();
+            return Err(Stop::Input(format!("{path}: fmt formats charts ({known}){other}")));
         };
-        match formatted {
+        match canonical(file, &source.text) {
             Err(found) => {
                 session.show(&found);
                 has_errors = true;

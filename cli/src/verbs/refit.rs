@@ -34,24 +34,7 @@ pub(super) fn run(
     let mut outcome = Outcome::Proved;
     let (mut is_circuit_needed, mut is_refused) = (false, false);
     for name in arguments.target.iter().flat_map(|names| names.split(',')) {
-        let wanted = match name {
-            "jedec" if arguments.refit => Wanted::Refit,
-            "jedec" => Wanted::AsWritten,
-            other => match Target::named(other).and_then(Target::dialect) {
-                Some(dialect) => Wanted::Text(dialect),
-                None => {
-                    return Err(Stop::Input(format!(
-                        "{} is logic, which cannot become `{name}`: it can become jedec, palasm, cupl, galasm, verilog or blif",
-                        input.file
-                    )));
-                }
-            },
-        };
-        if wanted == Wanted::AsWritten && arguments.device.is_some() {
-            return Err(Stop::Usage(
-                "a text that is used as written stays on its own device: use --refit to move it to another".to_owned(),
-            ));
-        }
+        let wanted = wanted(arguments, &input.file, name)?;
         if wanted != Wanted::AsWritten {
             if !std::mem::replace(&mut is_circuit_needed, true) {
                 session.show(&design.beyond);
@@ -60,14 +43,8 @@ pub(super) fn run(
                 return Err(Stop::Errors);
             }
         }
-        match refit::make(
-            design,
-            wanted,
-            arguments.device.as_deref(),
-            stem,
-            &limits,
-            arguments.report,
-        ) {
+        let device = arguments.device.as_deref();
+        match refit::make(design, wanted, device, stem, &limits, arguments.report) {
             Ok(made) => {
                 outcome = outcome.max(made.line.outcome());
                 built.lines.push(made.line);
@@ -109,4 +86,25 @@ pub(super) fn run(
     let made = Made { stem, net, made_of, outputs, lines: &built.lines };
     write(session, arguments, made, Vec::new())?;
     Ok(judged(session, arguments, &built.lines))
+}
+
+/// What a target makes of imported logic.
+fn wanted(arguments: &Build, file: &str, name: &str) -> Result<Wanted, Stop> {
+    let target = Target::named(name);
+    if target == Some(Target::Jedec) && !arguments.refit {
+        return match &arguments.device {
+            None => Ok(Wanted::AsWritten),
+            Some(_) => Err(Stop::Usage(
+                "a text that is used as written stays on its own device: use --refit to move it to another".to_owned(),
+            )),
+        };
+    }
+    if target == Some(Target::Jedec) {
+        return Ok(Wanted::Refit);
+    }
+    target.and_then(Target::dialect).map(Wanted::Text).ok_or_else(|| {
+        Stop::Input(format!(
+            "{file} is logic, which cannot become `{name}`: it can become jedec, palasm, cupl, galasm, verilog or blif"
+        ))
+    })
 }

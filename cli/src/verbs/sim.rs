@@ -9,7 +9,7 @@ use crate::report::{About, Answer, Status};
 use grafsynth_driver::logic::LogicDesign;
 use grafsynth_driver::read::Design;
 use grafsynth_driver::trust;
-use grafsynth_engines::{Availability, EngineError, Job};
+use grafsynth_engines::{Availability, Engine, EngineError, Job};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::net::{Net, StepId};
 use grafsynth_ir::{Diagnostic, FileId, Span, Valid, counted};
@@ -76,37 +76,54 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
         session.show(&simulator.notes().diagnostics(net));
         trace
     } else {
-        if let Availability::Missing(tool) = engine.availability() {
-            return Err(Stop::Input(format!(
-                "engine {} needs {tool}, which is not installed",
-                engine.name()
-            )));
-        }
-        let facts = grafsynth_driver::pipeline::facts(net, &grafsynth_verify::Limits::default());
-        let runnable = trust::runnable(net, arguments.trust.trust_code);
-        if engine.runs_c() && !arguments.trust.trust_code {
-            session.show(trust::left_out(net).as_slice());
-        }
-        let clocked = if engine.is_chip() {
-            let Some(clocked) = clocked(session, net, &stimulus) else { return Ok(Exit::Errors) };
-            Some(clocked)
-        } else {
-            None
-        };
-        let rows = clocked.as_ref().map_or(&stimulus, |clocked| &clocked.stimulus);
-        match engine.run(&Job { net: &runnable, facts: &facts, stimulus: rows }) {
-            Ok(trace) => clocked.map_or(trace.clone(), |clocked| clocked.by_rows(net, &trace)),
-            Err(EngineError::Refused(found)) => {
-                session.show(&found);
-                return Ok(Exit::Errors);
-            }
-            Err(EngineError::Failed(text)) => {
-                return Err(Stop::Input(format!("engine {} failed: {text}", engine.name())));
-            }
+        match by_engine(session, engine.as_ref(), net, &stimulus, arguments)? {
+            Some(trace) => trace,
+            None => return Ok(Exit::Errors),
         }
     };
     write(session, &trace, arguments)?;
     Ok(as_expected(session, arguments, &expected, &trace))
+}
+
+/// The trace on an engine; `None` if it refuses the chart, which is reported.
+fn by_engine(
+    session: &Session,
+    engine: &dyn Engine,
+    net: &Valid<Net>,
+    stimulus: &Stimulus,
+    arguments: &Sim,
+) -> Result<Option<Trace>, Stop> {
+    if let Availability::Missing(tool) = engine.availability() {
+        return Err(Stop::Input(format!(
+            "engine {} needs {tool}, which is not installed",
+            engine.name()
+        )));
+    }
+    let facts = grafsynth_driver::pipeline::facts(net, &grafsynth_verify::Limits::default());
+    let runnable = trust::runnable(net, arguments.trust.trust_code);
+    if engine.runs_c() && !arguments.trust.trust_code {
+        session.show(trust::left_out(net).as_slice());
+    }
+    let clocked = if engine.is_chip() {
+        let Some(clocked) = clocked(session, net, stimulus) else { return Ok(None) };
+        Some(clocked)
+    } else {
+        None
+    };
+    let rows = clocked.as_ref().map_or(stimulus, |clocked| &clocked.stimulus);
+    match engine.run(&Job { net: &runnable, facts: &facts, stimulus: rows }) {
+        Ok(trace) => Ok(Some(match clocked {
+            Some(clocked) => clocked.by_rows(net, &trace),
+            None => trace,
+        })),
+        Err(EngineError::Refused(found)) => {
+            session.show(&found);
+            Ok(None)
+        }
+        Err(EngineError::Failed(text)) => {
+            Err(Stop::Input(format!("engine {} failed: {text}", engine.name())))
+        }
+    }
 }
 
 /// Reports where the trace differs from the expected values of the stimulus.
@@ -194,7 +211,7 @@ fn write(session: &Session, trace: &Trace, arguments: &Sim) -> Result<(), Stop> 
 }
 
 /// The engine with that name, or an error that lists the known ones.
-pub(super) fn engine_named(name: &str) -> Result<Box<dyn grafsynth_engines::Engine>, Stop> {
+pub(super) fn engine_named(name: &str) -> Result<Box<dyn Engine>, Stop> {
     grafsynth_engines::named(name).ok_or_else(|| {
         let all = grafsynth_engines::all();
         let known: Vec<&str> = all.iter().map(|engine| engine.name()).collect();

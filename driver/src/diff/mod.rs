@@ -5,7 +5,7 @@ mod matching;
 mod net_text;
 mod parts;
 
-use crate::read::NetDesign;
+use crate::design::NetDesign;
 use grafsynth_verify::Limits;
 use grafsynth_verify::pair::{Answer, Common, Incomparable, charts_equal};
 

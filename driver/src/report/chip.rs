@@ -231,12 +231,8 @@ impl Chip {
         let mut known = Known::of(circuit);
         for role in roles {
             let printed = placement.name(role.pin).unwrap_or_default();
-            chip.signals.push(known.signal(
-                &role.object,
-                Some(role.pin),
-                printed,
-                role.is_inverted,
-            ));
+            let signal = known.signal(&role.object, Some(role.pin), printed, role.is_inverted);
+            chip.signals.push(signal);
         }
         // The fuses were decoded before they were written, so decoding succeeds.
         let cells = fuse::decode(map).map(|placement| placement.cells).unwrap_or_default();

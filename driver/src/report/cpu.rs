@@ -33,23 +33,12 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
         let bound = match cost::bound(package, machine) {
             Ok(bound) => bound,
             Err(error) => {
-                text += &format!("No time bound: {}.\n", error.what);
-                if let Some(n) = package.instructions {
-                    text += &format!(
-                        "\nA reaction runs at most {} of the program; the time of the engine for one instruction was not counted.\n",
-                        counted(n, "instruction", "instructions")
-                    );
-                    text += &rounds(subject);
-                }
+                text += &no_bound(subject, package, &error.what);
                 return Some(text);
             }
         };
         let measured = subject.built.measured.iter().find(|it| it.machine == machine.name);
-        let yours = match (bound.user_calls, bound.user_code) {
-            (0, false) => String::new(),
-            (0, true) => " + your code".to_owned(),
-            (n, _) => format!(" + {n} of your functions"),
-        };
+        let yours = user_part(bound.user_calls, bound.user_code);
         let seen = measured.map_or_else(String::new, |it| it.step.to_string());
         let (most, in_time) = match bound.unbounded {
             Some(_) => ("no bound".to_owned(), String::new()),
@@ -69,11 +58,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
         ]);
         if let Some(scan) = bound.scan.filter(|_| bound.unbounded.is_none()) {
             let isr = bound.scan_isr.map_or_else(String::new, |it| it.time.to_string());
-            let yours = if scan.user_calls > 0 {
-                format!(" + {} of your functions", scan.user_calls)
-            } else {
-                String::new()
-            };
+            let yours = user_part(scan.user_calls, false);
             scans.row([
                 machine.about.to_owned(),
                 format!("{} {}{yours}", scan.time, machine.unit),
@@ -97,6 +82,39 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
     if bounds.iter().any(|(_, bound)| bound.way == Way::Text) {
         text += &rounds(subject);
     }
+    text += &measured(subject);
+    text += &tasks(subject, &bounds);
+    if let Some((machine, bound)) = bounds.first().filter(|(_, it)| it.unbounded.is_none()) {
+        text += &path(subject, package, machine, bound);
+    }
+    Some(text)
+}
+
+/// What the cost of a reaction does not contain: `user_calls` calls of the user's functions, or other code of the user.
+fn user_part(user_calls: u64, user_code: bool) -> String {
+    match (user_calls, user_code) {
+        (0, false) => String::new(),
+        (0, true) => " + your code".to_owned(),
+        (n, _) => format!(" + {n} of your functions"),
+    }
+}
+
+/// Why there is no bound, and what is known instead.
+fn no_bound(subject: &Subject<'_>, package: &Package, why: &str) -> String {
+    let mut text = format!("No time bound: {why}.\n");
+    if let Some(n) = package.instructions {
+        text += &format!(
+            "\nA reaction runs at most {} of the program; the time of the engine for one instruction was not counted.\n",
+            counted(n, "instruction", "instructions")
+        );
+        text += &rounds(subject);
+    }
+    text
+}
+
+/// The measurements on simulated machines.
+fn measured(subject: &Subject<'_>) -> String {
+    let mut text = String::new();
     for it in &subject.built.measured {
         if let Some(machine) = cost::machine(it.machine) {
             let stack = it.stack.map_or_else(String::new, |n| format!(", {n} B of stack"));
@@ -106,11 +124,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
             );
         }
     }
-    text += &tasks(subject, &bounds);
-    if let Some((machine, bound)) = bounds.first().filter(|(_, it)| it.unbounded.is_none()) {
-        text += &path(subject, package, machine, bound);
-    }
-    Some(text)
+    text
 }
 
 /// How the bounds were found, or why one is missing.

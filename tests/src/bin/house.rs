@@ -50,9 +50,9 @@ const BOUNDS: [(&str, usize); 9] = [
     ("code lines of ir", 20_000),
     ("code lines of driver", 10_590),
     ("code lines of all crates", 146_550),
-    ("functions above 80 lines", 108),
+    ("functions above 80 lines", 99),
     ("circles of files", 0),
-    ("lines that list variants", 580),
+    ("lines that list variants", 566),
     ("text tests on emitted C", 3),
 ];
 
