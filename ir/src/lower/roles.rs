@@ -5,7 +5,7 @@ use super::codes;
 use super::context::{Lowering, Role, ScopeId, Slot, Symbol, Use, Work};
 use super::names::Resolved;
 use crate::chart::{self, ActionHow, Block, DeclarationKind, StepItemKind, StmtKind};
-use crate::diag::Diagnostic;
+use crate::diag::{Diagnostic, Notation};
 use crate::expr::Type;
 use crate::net::{ActionId, ControlledAction, Driver, Meta, OutputId, Qualifier, Var, VarOrigin};
 use crate::span::{Name, Span};
@@ -322,9 +322,18 @@ fn role(
         return Role::Broken;
     }
     if assigned.is_none() && first_use.is_none() {
+        let in_graf = match ty {
+            Type::Bool => "use it in the body of a step, or remove it".to_owned(),
+            Type::Int { hi, .. } => {
+                format!("assign it in a list, as in `entry {{ {name} := {hi} }}`, or remove it")
+            }
+        };
         lowering.report(
             Diagnostic::warning(codes::OUTPUT_UNDRIVEN, format!("nothing drives output `{name}`"))
                 .plural(format!("`{name}`"), "nothing drives outputs", "")
+                .help_in(Notation::Graf, in_graf)
+                .help_in(Notation::Iec, "assign it, or remove it")
+                .help_in(Notation::Scxml, "assign it in an <onentry>, or remove it")
                 .at(name.span, "it keeps its initial value")
                 .help("use it in the body of a step, or remove it"),
         );
