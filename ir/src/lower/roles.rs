@@ -142,8 +142,9 @@ impl<'a> Collected<'a> {
                     else {
                         continue;
                     };
+                    let wanted = if arguments.is_some() { "extern action" } else { "output" };
                     let found = match lowering
-                        .wanting("output", |lowering| lowering.symbol_of(scope, target))
+                        .wanting(wanted, |lowering| lowering.symbol_of(scope, target))
                     {
                         Ok(Symbol::Output(output)) => UseOf::Output(output.index()),
                         Ok(Symbol::Action(action)) => UseOf::Action(action),

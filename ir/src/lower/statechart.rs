@@ -125,7 +125,7 @@ fn goals(lowering: &mut Lowering<'_>, scope: ScopeId, paths: &[Path]) -> Outcome
     let mut found = Vec::new();
     let mut failed = None;
     for path in paths {
-        match lowering.symbol(scope, path) {
+        match lowering.wanting("state", |lowering| lowering.symbol(scope, path)) {
             Ok(Symbol::Step(state)) => found.push(Goal::State(state)),
             Ok(Symbol::History(history)) => found.push(Goal::History(history)),
             Ok(other) => failed = Some(lowering.wrong_kind(path.span(), path, other, "a state")),

@@ -345,7 +345,7 @@ impl Elaborator<'_> {
     ) -> Outcome<(Ty, Value)> {
         let value = self.value(frame, &argument.value)?;
         let ty = self.ty(self.objects[object].frame, &var.ty);
-        Ok((ty.clone(), self.fit(value, &ty, &var.name.text)?))
+        Ok((ty.clone(), self.fit(value, &ty, &format!("`{}`", var.name))?))
     }
 
     /// Binds an in-out parameter to the variable that a call gives.
