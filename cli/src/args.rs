@@ -366,7 +366,7 @@ fn build_trace(text: &str) -> Result<BuildTrace, String> {
     match text.parse() {
         Ok(entries @ 1..=8192) => Ok(BuildTrace::Ring(entries)),
         Ok(_) | Err(_) => Err(format!(
-            "{text} is not a file name, and not in 1..=8192, the range of `--trace-ring`"
+            "`{text}` is neither a file name nor a number of entries for `--trace-ring` (1 to 8192)"
         )),
     }
 }

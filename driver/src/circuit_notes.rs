@@ -24,10 +24,10 @@ pub(crate) fn safe(logic: &Logic, read_back: &Logic) -> Note {
             let flops = counted(codes.n_flops, "flip-flop", "flip-flops");
             Note::Safe(match codes.illegal {
                 1 => format!(
-                    "safe: the one illegal code of {flops} returns in one clock, proved over all codes"
+                    "safe: the one illegal code of {flops} leads to the initial situation in one clock, proved over all codes"
                 ),
                 n => format!(
-                    "safe: all {n} illegal codes of {flops} return in one clock, proved over all codes"
+                    "safe: all {n} illegal codes of {flops} lead to the initial situation in one clock, proved over all codes"
                 ),
             })
         }

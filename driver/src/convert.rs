@@ -55,10 +55,7 @@ pub fn convert(design: &Design, to: &Language) -> Result<Converted, Vec<Diagnost
 
 /// The finding about logic that would have to be written as a chart.
 fn logic_not_chart(place: &Span, to: &Language) -> Diagnostic {
-    let message = format!(
-        "logic cannot be written as {}: its flip-flops are not steps of a known chart",
-        to.name
-    );
+    let message = format!("logic cannot be written as {}: it does not define steps", to.name);
     let finding = Diagnostic::error(codes::NEEDS_CHART, message)
         .help("set --to to palasm, cupl, galasm, verilog, blif or pla");
     if *place == Span::default() { finding } else { finding.at(*place, "this circuit") }

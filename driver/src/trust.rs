@@ -23,7 +23,7 @@ pub fn unseen(net: &Net) -> Option<Diagnostic> {
         counted(places.len(), "block", "blocks"),
         if places.len() == 1 { "is" } else { "are" }
     );
-    let help = "its changes to `self` and `out` affect only the compiled chart; with `build --trust-code`, it also runs when the compiled chart is compared with the chart";
+    let help = "changes that this code makes to `self` and `out` affect only the compiled chart; with `build --trust-code`, the code also runs when the compiled chart is compared with the chart";
     note(&places, message, help)
 }
 

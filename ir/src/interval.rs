@@ -102,21 +102,27 @@ pub enum TypeErrorKind {
 impl fmt::Display for TypeErrorKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            TypeErrorKind::BoolExpected { lo, hi } if lo == hi => {
+                write!(f, "expected a Boolean, found the number {lo}")
+            }
             TypeErrorKind::BoolExpected { lo, hi } => {
                 write!(f, "expected a Boolean, found a number ({lo}..{hi})")
             }
             TypeErrorKind::IntExpected => f.write_str("expected a number, found a Boolean"),
             TypeErrorKind::Mixed => f.write_str("one side is a number, the other is a Boolean"),
             TypeErrorKind::Overflow64 { operator, lo, hi } => {
-                write!(f, "the result of `{operator}` is in {lo}..{hi}, which exceeds 64 bits")
+                let result = values(*lo, *hi);
+                write!(f, "the result of `{operator}` is {result}, which exceeds 64 bits")
             }
+            TypeErrorKind::DivisorMayBeZero { lo: 0, hi: 0 } => f.write_str("the divisor is 0"),
             TypeErrorKind::DivisorMayBeZero { lo, hi } => {
                 write!(f, "the divisor can be 0 (its range is {lo}..{hi})")
             }
             TypeErrorKind::IndexOutOfArray { lo, hi, len } => {
                 write!(
                     f,
-                    "the index is in {lo}..{hi}, but the array has elements 0..{}",
+                    "the index is {}, but the array has elements 0..{}",
+                    values(*lo, *hi),
                     i64::from(*len) - 1
                 )
             }
@@ -144,6 +150,22 @@ impl fmt::Display for TypeErrorKind {
     }
 }
 
+/// The values from `lo` to `hi`, as in "is 5" or "is in 0..5".
+pub(crate) fn values<T: fmt::Display + PartialEq>(lo: T, hi: T) -> String {
+    if lo == hi { lo.to_string() } else { format!("in {lo}..{hi}") }
+}
+
+/// Advice on an index from `lo` to `hi` that can be outside its array.
+pub(crate) fn index_help(lo: i64, hi: i64) -> &'static str {
+    if lo == hi {
+        "use an index of the array"
+    } else if lo < 0 {
+        "declare the index with the range of the array"
+    } else {
+        "declare the index with the range of the array, or use the index `mod` the number of elements"
+    }
+}
+
 impl TypeErrorKind {
     /// Advice on how to correct the error, if there is general advice.
     #[must_use]
@@ -155,15 +177,15 @@ impl TypeErrorKind {
             TypeErrorKind::IntExpected => {
                 Some("to convert a Boolean to a number, write `if c then 1 else 0`")
             }
+            TypeErrorKind::Overflow64 { lo, hi, .. } if lo == hi => Some("use smaller numbers"),
             TypeErrorKind::Overflow64 { .. } => {
                 Some("declare smaller ranges for the variables in it")
             }
+            TypeErrorKind::DivisorMayBeZero { lo: 0, hi: 0 } => Some("use another divisor"),
             TypeErrorKind::DivisorMayBeZero { .. } => {
                 Some("declare the divisor with a range that excludes 0")
             }
-            TypeErrorKind::IndexOutOfArray { .. } => Some(
-                "declare the index with the range of the array, or use the index `mod` the number of elements",
-            ),
+            TypeErrorKind::IndexOutOfArray { lo, hi, .. } => Some(index_help(*lo, *hi)),
             TypeErrorKind::Mixed => Some(
                 "a Boolean is compared without a number: for `x = 1` write `x`, for `x = 0` write `not x`",
             ),

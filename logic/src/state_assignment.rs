@@ -541,7 +541,7 @@ pub fn is_safe(logic: &Logic) -> Result<Codes, String> {
         functions.flop_level(flop);
     }
     let full = |_| {
-        "cannot prove that every illegal situation returns: the decision diagrams are too large"
+        "cannot prove that every illegal situation leads to the initial one: the decision diagrams are too large"
             .to_owned()
     };
     let mut illegal = Ref::FALSE;
@@ -553,7 +553,10 @@ pub fn is_safe(logic: &Logic) -> Result<Codes, String> {
         let next = functions.build(&mut bdd, logic, flop.next).map_err(full)?;
         let wrong = if flop.init { bdd.not(next).map_err(full)? } else { next };
         if bdd.and(illegal, wrong).map_err(full)? != Ref::FALSE {
-            return Err(format!("`{}` does not return from every illegal situation", flop.name));
+            return Err(format!(
+                "`{}` does not return to its initial value from every illegal situation",
+                flop.name
+            ));
         }
     }
     let levels = bdd.support(illegal);

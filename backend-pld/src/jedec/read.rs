@@ -284,7 +284,7 @@ impl<'a> Reader<'a> {
             self.error(
                 field.start - 1,
                 field.start,
-                "a quantity needs its letter",
+                "a `Q` field needs a second letter",
                 "write QF (fuses), QP (pins) or QV (test vectors), and the number",
             );
             return;
@@ -300,7 +300,7 @@ impl<'a> Reader<'a> {
                 if number > MOST_FUSES {
                     let message = format!("{number} fuses exceed the limit of {MOST_FUSES}");
                     let help =
-                        "check the number: the largest device in use has some hundred thousand";
+                        "check the number: the largest device in use has a few hundred thousand";
                     self.error(body.start, body.start + body.text.len(), message, help);
                 } else if self.n_fuses.is_some() {
                     self.error(
@@ -313,7 +313,7 @@ impl<'a> Reader<'a> {
                     self.error(
                         body.start,
                         body.start + body.text.len(),
-                        "the number of fuses comes after fuses",
+                        "the number of fuses comes after the first fuses",
                         "move this field before the first `L`",
                     );
                 } else {
@@ -403,7 +403,7 @@ impl<'a> Reader<'a> {
                     "correct the first number of this `L` field, or the number of fuses in `QF`",
                 ),
                 None => (
-                    "fuses before the number of fuses".to_owned(),
+                    "this `L` field comes before the number of fuses".to_owned(),
                     "write the number of fuses in a field before this one, as in `QF2194*`",
                 ),
             };
@@ -534,7 +534,7 @@ impl<'a> Reader<'a> {
                         format!("the checksum of the fuses is {said:04X}, but they add up to {counted:04X}"),
                     )
                     .at(span, "given here")
-                    .help("a fuse was changed after the file was written: get it from its source again"),
+                    .help("the file was changed after it was written: get it from its source again, or remove this field to skip the check"),
                 );
             }
         }

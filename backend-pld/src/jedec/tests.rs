@@ -56,7 +56,7 @@ fn everything_wrong_comes_at_once_with_its_place() {
         [
             "G0785 2:4 the number of fuses must be a decimal number, not `x`",
             "G0785 3:5 unknown quantity `Q1`",
-            "G0785 4:7 fuses before the number of fuses",
+            "G0785 4:7 this `L` field comes before the number of fuses",
             "G0785 5:2 the checksum of the fuses must have four hexadecimal digits, not `12`",
             "G0785 6:2 found vector 3, expected vector 1",
             "G0785 6:2 vector 3 has 1 letters for 4 pins",

@@ -648,7 +648,7 @@ impl Parser<'_, '_> {
             let finding = Diagnostic::warning(codes::TAKEN_AS, message);
             self.draft.report(
                 finding
-                    .at(at, format!("the lowest bit counts {:X} (hexadecimal)", lowest + 1))
+                    .at(at, format!("the lowest bit has the value {:X} (hexadecimal)", lowest + 1))
                     .help(help),
             );
         }

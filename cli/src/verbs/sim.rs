@@ -65,7 +65,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
     };
     let keeps_state = arguments.restore.is_some() || arguments.save.is_some();
     if keeps_state && engine.name() != "ir" {
-        return Err(Stop::Usage("only the engine ir can restore and save a state".to_owned()));
+        return Err(Stop::Usage("only the engine `ir` can restore and save a state".to_owned()));
     }
     let trace = if keeps_state {
         with_state(session, net, &stimulus, arguments)?

@@ -77,7 +77,7 @@ fn synchronisers(chip: &Chip) -> Option<String> {
     let chain = chip.chains.first()?;
     let pins = chip.chains.iter().map(|chain| inline(&chip.circuit.inputs[chain.input].name));
     Some(format!(
-        "{} {} in front of {}: these inputs arrive {} later, and may change at any time.",
+        "{} {} in front of each of these inputs: {}. They arrive {} later, and may change at any time.",
         counted(chain.flops.len(), "synchroniser flip-flop", "synchroniser flip-flops"),
         if chain.flops.len() == 1 { "is" } else { "are" },
         pins.collect::<Vec<_>>().join(", "),

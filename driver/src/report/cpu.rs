@@ -306,7 +306,7 @@ fn path(subject: &Subject<'_>, package: &Package, machine: &Machine, bound: &Bou
         table.row([time.to_string(), what, at, range]);
     }
     let mut text = format!(
-        "\nThe worst-case reaction on {} takes this path ({} {} in total; lines of `{}`):\n\n{}",
+        "\nThe worst-case reaction ({}) takes this path ({} {} in total; lines of `{}`):\n\n{}",
         machine.about,
         bound.step,
         machine.unit,

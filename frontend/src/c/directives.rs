@@ -128,7 +128,7 @@ impl Parser<'_> {
                     self.findings.report(|| {
                         Diagnostic::error(
                             codes::C_DIRECTIVE,
-                            format!("#{word} after the `#else` of its conditional"),
+                            format!("`#{word}` after the `#else` of its conditional"),
                         )
                         .at(line.span, "never reached")
                         .at(first, "the conditional")
@@ -169,7 +169,11 @@ impl Parser<'_> {
                     self.findings.report(|| {
                         Diagnostic::note(codes::C_INCLUDE, format!("{name} is not read"))
                             .at(line.span, "its declarations are unknown here")
-                            .help("declare the names that this file uses, or pass the output of `cc -E`")
+                            .help(if name.starts_with('<') {
+                                "declare in this file what it uses of the header, or preprocess it as shown by `explain G0484`"
+                            } else {
+                                "declare in this file what it uses of the header, or pass the output of `cc -E`"
+                            })
                     });
                 }
             }
@@ -190,16 +194,16 @@ impl Parser<'_> {
             "" | "pragma" | "line" | "ident" | "warning" => {}
             _ if word.bytes().all(|byte| byte.is_ascii_digit()) => {}
             _ => self.findings.report(|| {
-                Diagnostic::error(codes::C_DIRECTIVE, format!("#{word} is not supported"))
+                Diagnostic::error(codes::C_DIRECTIVE, format!("`#{word}` is not supported"))
                     .at(line.span, "")
-                    .help("pass the output of `cc -E`, which processes such lines")
+                    .help("remove it, or pass the output of `cc -E` if your compiler knows such lines")
             }),
         }
     }
 
     fn without_if(&mut self, word: &str, line: Line) {
         self.findings.report(|| {
-            Diagnostic::error(codes::C_DIRECTIVE, format!("#{word} without an `#if` before it"))
+            Diagnostic::error(codes::C_DIRECTIVE, format!("`#{word}` without an `#if` before it"))
                 .at(line.span, "no conditional is open here")
                 .help("write `#if` before it, or remove this line; an `#endif` before it may be one too many")
         });
@@ -366,7 +370,7 @@ impl Parser<'_> {
                     self.findings.report(|| {
                         Diagnostic::error(
                             codes::C_DIRECTIVE,
-                            format!("{text} is redefined as {value}; it was {old}"),
+                            format!("`{text}` is redefined as {value}; it was {old}"),
                         )
                         .at(name.span, "")
                         .help("use a different name for the second value, or pass the output of `cc -E`")

@@ -423,13 +423,13 @@ impl<'s> Flow<'_, 's> {
                 match self.switches.last_mut() {
                     None => self.jump_error(
                         span,
-                        "`default` outside of a switch",
+                        "`default` outside of a `switch`",
                         "move it into a `switch`, or remove it",
                     ),
                     Some(Switch { default: Some((_, first)), .. }) => {
                         let first = *first;
                         self.findings.report(|| {
-                            Diagnostic::error(codes::C_JUMP, "two defaults in one switch")
+                            Diagnostic::error(codes::C_JUMP, "two `default` labels in one `switch`")
                                 .at(span, "again here")
                                 .at(first, "first here")
                                 .help("remove one of them")
@@ -455,7 +455,7 @@ impl<'s> Flow<'_, 's> {
                 Some(node) => self.end_with(Next::Goto(node)),
                 None => self.jump_error(
                     span,
-                    "`break` outside of a loop or switch",
+                    "`break` outside of a loop or `switch`",
                     "remove it, or write `return` to leave the function",
                 ),
             },
@@ -606,7 +606,7 @@ impl<'s> Flow<'_, 's> {
                 self.findings.report(|| {
                     Diagnostic::error(
                         codes::C_JUMP,
-                        format!("two cases for {constant} in one switch"),
+                        format!("two cases for {constant} in one `switch`"),
                     )
                     .at(at, "again here")
                     .at(first, "first here")
@@ -641,7 +641,7 @@ impl<'s> Flow<'_, 's> {
             Some(switch) => switch.cases.push((constant, node, value.span, text)),
             None => self.jump_error(
                 value.span,
-                "`case` outside of a switch",
+                "`case` outside of a `switch`",
                 "move it into a `switch`, or remove it",
             ),
         }
@@ -655,7 +655,7 @@ impl<'s> Flow<'_, 's> {
         if let Some((node, is_defined, first)) = self.labels.get(&name.text).copied() {
             if is_definition && is_defined {
                 self.findings.report(|| {
-                    Diagnostic::error(codes::C_JUMP, format!("duplicate label {name}"))
+                    Diagnostic::error(codes::C_JUMP, format!("duplicate label `{name}`"))
                         .at(name.span, "again here")
                         .at(first, "first here")
                         .help("rename one of them, with each `goto` that means it")

@@ -284,7 +284,7 @@ fn initial_values(
                 findings.report(|| {
                     Diagnostic::error(
                         codes::C_CONSTANT,
-                        format!("the initial value of {} is not constant", var.name),
+                        format!("the initial value of `{}` is not constant", var.name),
                     )
                     .at(span, "not a constant expression")
                     .help("use numbers, characters, and names from `#define` and `enum`, or assign it in a function")

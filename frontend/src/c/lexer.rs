@@ -258,7 +258,7 @@ impl Lexer<'_, '_> {
                 let word = word.to_owned();
                 self.refuse(
                     span,
-                    || format!("{word} is not a valid C number"),
+                    || format!("`{word}` is not a valid C number"),
                     match radix {
                         8 => "a leading 0 makes it octal: its digits are 0 to 7",
                         _ => "not digits and a suffix such as `u` or `L`",
@@ -321,7 +321,7 @@ impl Lexer<'_, '_> {
                 self.at = (self.at + letter.len_utf8()).min(self.end);
                 let span = self.span(start);
                 let help = format!("write `\\\\` for a backslash, or `{letter}` alone");
-                self.refuse(span, || format!("unknown escape \\{letter}"), "", &help);
+                self.refuse(span, || format!("unknown escape `\\{letter}`"), "", &help);
                 0
             }
         })

@@ -356,11 +356,11 @@ impl<'t> Parser<'t> {
                             Diagnostic::error(
                                 codes::C_SYNTAX,
                                 format!(
-                                    "{name} is declared between the head and the body but is not a parameter"
+                                    "`{name}` is declared between the head and the body but is not a parameter"
                                 ),
                             )
                             .at(name.span, "not in the list of parameters")
-                            .help(format!("add {name} to the parameters in the parentheses, or move its declaration into the body"))
+                            .help(format!("add `{name}` to the parameters in the parentheses, or move its declaration into the body"))
                         });
                     }
                 }

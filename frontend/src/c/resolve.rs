@@ -256,7 +256,7 @@ impl<'s> Resolver<'s, '_> {
                         self.findings.report(|| {
                             Diagnostic::error(
                                 codes::C_TYPE,
-                                format!("the function {} is defined twice", def.name),
+                                format!("the function `{}` is defined twice", def.name),
                             )
                             .at(def.name.span, "again here")
                             .at(first, "first here")
@@ -451,7 +451,7 @@ impl<'s> Resolver<'s, '_> {
             } else if !name.text.is_empty() {
                 let first = first.name.span;
                 self.findings.report(|| {
-                    Diagnostic::error(codes::C_TYPE, format!("{name} is declared twice"))
+                    Diagnostic::error(codes::C_TYPE, format!("`{name}` is declared twice"))
                         .at(name.span, "again here")
                         .at(first, "first here")
                         .help("rename one of them, or remove it if both mean the same")

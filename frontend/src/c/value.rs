@@ -165,7 +165,7 @@ impl<'s> Flow<'_, 's> {
             let shown = one_line(self.program().text_of(base.span));
             self.error(
                 span,
-                || format!("{shown} is a constant, not a variable"),
+                || format!("`{shown}` is a constant, not a variable"),
                 "declare a variable for a value that changes",
             );
             return None;
@@ -207,7 +207,7 @@ impl<'s> Flow<'_, 's> {
                         span,
                         || {
                             format!(
-                                "element {} of {what} does not exist; its elements are 0..{}",
+                                "element {} of `{what}` does not exist; its elements are 0..{}",
                                 flat.lo,
                                 length - 1
                             )
@@ -276,13 +276,13 @@ impl<'s> Flow<'_, 's> {
                     Some(value) => value,
                     None => self.error(
                         span,
-                        || format!("{name} returns nothing, so it has no value"),
+                        || format!("`{name}` returns nothing, so it has no value"),
                         "call it in a statement, or declare the type of its result",
                     ),
                 },
                 None => self.error(
                     span,
-                    || format!("this chart has no function {name}"),
+                    || format!("this chart has no function `{name}`"),
                     "write the function in this file",
                 ),
             },
@@ -743,12 +743,12 @@ impl<'s> Flow<'_, 's> {
             if self.program().uses.range(body.start..body.end).any(|(_, used)| *used == var) {
                 let name = self.program().vars[var].name.text.clone();
                 let function = info.def.name.text.clone();
-                let help = format!("use only one way in {function}: its parameter, or {name}");
+                let help = format!("use only one way in `{function}`: its parameter, or `{name}`");
                 self.error(
                     span,
                     || {
                         format!(
-                            "{name} is passed by its address, but {function} also uses it by name"
+                            "`{name}` is passed by its address, but `{function}` also uses it by name"
                         )
                     },
                     &help,

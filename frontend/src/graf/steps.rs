@@ -254,7 +254,11 @@ impl Parser<'_> {
                 let word = self.word(0);
                 return Err(self.misplaced(
                     &format!("`{word}` is not allowed directly in a step"),
-                    "put it into `entry { … }`, `exit { … }` or `on EVENT { … }`",
+                    if word == "if" {
+                        "for an output with a condition, write `OUTPUT if CONDITION`; put statements into `entry { … }`, `exit { … }` or `on EVENT { … }`"
+                    } else {
+                        "put it into `entry { … }`, `exit { … }` or `on EVENT { … }`"
+                    },
                 ));
             }
             _ => self.action()?,

@@ -38,7 +38,7 @@ impl Reader<'_, '_> {
             && node.descendants().any(|one| matches!(tag(one), "connection" | "expression"))
         {
             unit.refuse(
-                "a connected vendorElement",
+                "a connected <vendorElement>",
                 self.span(node),
                 "express its function with standard elements",
             );
@@ -48,7 +48,7 @@ impl Reader<'_, '_> {
         for call in calls.filter_map(|one| one.text()).map(str::trim) {
             if !matches!(call, "operator" | "function" | "functionblock") {
                 let help = "move its content to an action or a function block";
-                unit.refuse(format!("a block of the kind {call}"), self.span(node), help);
+                unit.refuse(format!("a block with the call type `{call}`"), self.span(node), help);
             }
         }
         let mut seen = BTreeSet::new();

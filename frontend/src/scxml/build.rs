@@ -480,10 +480,10 @@ impl<'m> Builder<'m, '_> {
             self.found.report(|| {
                 Diagnostic::error(
                     codes::SCXML_LOCATION,
-                    format!("{target} is an input and cannot be assigned"),
+                    format!("`{target}` is an input and cannot be assigned"),
                 )
                 .at(target_span, "")
-                .help(format!("assign another data element, or remove g:role=\"input\" from the <data> of {target}"))
+                .help(format!("assign another data element, or remove g:role=\"input\" from the <data> of `{target}`"))
             });
             return None;
         }
@@ -501,7 +501,7 @@ impl<'m> Builder<'m, '_> {
                         Diagnostic::error(
                             codes::SCXML_LOCATION,
                             format!(
-                                "index {at} is out of range: {target} has the elements 0..{}",
+                                "index {at} is out of range: `{target}` has the elements 0..{}",
                                 len.saturating_sub(1)
                             ),
                         )
@@ -515,7 +515,7 @@ impl<'m> Builder<'m, '_> {
             (None, true) | (Some(_), false) => {
                 let what = if is_array { "an array" } else { "not an array" };
                 self.found.report(|| {
-                    Diagnostic::error(codes::SCXML_LOCATION, format!("{target} is {what}"))
+                    Diagnostic::error(codes::SCXML_LOCATION, format!("`{target}` is {what}"))
                         .at(target_span, "")
                         .help(format!("assign one of its elements, as in `{target}[0]`, or a data element that is not an array"))
                 });
@@ -544,7 +544,7 @@ impl<'m> Builder<'m, '_> {
             self.found.report(|| {
                 Diagnostic::error(
                     codes::SCXML_LOCATION,
-                    format!("the loop variable {item} must be a number or a Boolean that can be assigned"),
+                    format!("the loop variable `{item}` must be a number or a Boolean that can be assigned"),
                 )
                 .at(item.span, "")
                 .help("write a new name, or the name of a data element that is neither an array nor an input")
@@ -560,7 +560,7 @@ impl<'m> Builder<'m, '_> {
                 self.found.report(|| {
                     Diagnostic::error(
                         codes::SCXML_KIND,
-                        format!("{item} gets numbers from one array and Booleans from another"),
+                        format!("`{item}` gets numbers from one array and Booleans from another"),
                     )
                     .at(array.span, "")
                     .help("write another name for the item of this loop")
@@ -637,7 +637,7 @@ impl<'m> Builder<'m, '_> {
             return None;
         };
         if !var.is_array {
-            self.found.report(|| not_iterable(format!("{name} is not an array")));
+            self.found.report(|| not_iterable(format!("`{name}` is not an array")));
             return None;
         }
         if !var.is_assigned {

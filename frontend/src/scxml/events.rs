@@ -140,7 +140,7 @@ impl Alphabet {
                 found.report(|| {
                     Diagnostic::warning(
                         codes::SCXML_NEVER,
-                        format!("the chart does not use the event {name}"),
+                        format!("the chart does not use the event `{name}`"),
                     )
                     .at(name.span, "")
                 });

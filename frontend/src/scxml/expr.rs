@@ -467,7 +467,7 @@ impl Parser<'_, '_> {
             {
                 return Err(self.error(
                     span,
-                    &format!("{word} would be an octal number"),
+                    &format!("`{word}` would be an octal number"),
                     Some("remove the leading 0"),
                 ));
             }
@@ -475,18 +475,18 @@ impl Parser<'_, '_> {
         };
         match value {
             Some(value) if value <= i64::from(u32::MAX) => self.node(AstKind::Int(value), span, 0),
-            Some(_) => Err(self.error(span, &format!("{word} exceeds 32 bits"), Some(TOO_LARGE))),
+            Some(_) => Err(self.error(span, &format!("`{word}` exceeds 32 bits"), Some(TOO_LARGE))),
             None if word.bytes().all(|byte| byte.is_ascii_digit()) => {
-                Err(self.error(span, &format!("{word} exceeds 32 bits"), Some(TOO_LARGE)))
+                Err(self.error(span, &format!("`{word}` exceeds 32 bits"), Some(TOO_LARGE)))
             }
             None if word.contains(['.', 'e', 'E']) && hex.is_none() => Err(refuse(
                 span,
-                &format!("the fraction {word}"),
+                &format!("the fraction `{word}`"),
                 "use an integer in a smaller unit, such as tenths",
             )),
             None => Err(self.error(
                 span,
-                &format!("invalid number {word}"),
+                &format!("invalid number `{word}`"),
                 Some("write digits only, as in 15 or 0x0F"),
             )),
         }
@@ -536,12 +536,14 @@ impl Parser<'_, '_> {
                 "the data of an event",
                 "events carry no data: use one event for each value, or an input",
             ),
-            "_sessionid" | "_name" | "_ioprocessors" | "_x" => {
-                refuse(span, &format!("the system variable {word}"), "a controller has no sessions")
-            }
+            "_sessionid" | "_name" | "_ioprocessors" | "_x" => refuse(
+                span,
+                &format!("the system variable `{word}`"),
+                "a controller has no sessions",
+            ),
             "undefined" | "null" | "NaN" | "Infinity" | "NULL" => refuse(
                 span,
-                &format!("the value {word}"),
+                &format!("the value `{word}`"),
                 "a data element is always a number or a Boolean",
             ),
             "new" | "function" | "typeof" | "void" | "delete" | "sizeof" | "instanceof"

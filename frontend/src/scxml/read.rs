@@ -117,7 +117,7 @@ impl<'t> Reader<'_, 't> {
                 None => {
                     let finding = refuse(
                         model.whole(),
-                        &format!("the data model {}", model.text.trim()),
+                        &format!("the data model `{}`", model.text.trim()),
                         "the supported data models are null, ecmascript and c89, with integers and Booleans",
                     );
                     self.report(finding);
@@ -261,7 +261,7 @@ impl<'t> Reader<'_, 't> {
                 self.report(
                     Diagnostic::error(
                         codes::SCXML_LOCATION,
-                        format!("{id} is reserved: names with `_` belong to SCXML"),
+                        format!("`{id}` is reserved: names with `_` belong to SCXML"),
                     )
                     .at(id.span, "")
                     .help("choose a name that begins with a letter"),

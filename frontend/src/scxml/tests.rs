@@ -67,7 +67,7 @@ fn what_a_controller_has_not_is_refused_with_its_place() {
         told(&source),
         [
             "G0425 a string is not supported at '",
-            "G0425 the fraction 1.5 is not supported at 1.5",
+            "G0425 the fraction `1.5` is not supported at 1.5",
             "G0425 an object is not supported at {",
             "G0425 <invoke> is not supported at <invoke type='scxml'/>",
             "G0425 <script> is not supported at <script>",

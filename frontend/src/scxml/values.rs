@@ -123,7 +123,7 @@ impl Data {
                     kind_error(
                         span,
                         format!(
-                            "{} mixes numbers and Booleans: one of its initial values is {odd}",
+                            "`{}` mixes numbers and Booleans: one of its initial values is {odd}",
                             datum.id
                         ),
                     )
@@ -137,7 +137,7 @@ impl Data {
                             Diagnostic::error(
                                 codes::SCXML_RANGE,
                                 format!(
-                                    "the initial value {value} of {} is outside its range {lo}..{hi}",
+                                    "the initial value {value} of `{}` is outside its range {lo}..{hi}",
                                     datum.id
                                 ),
                             )
@@ -443,7 +443,7 @@ impl Data {
                 let var = self.get(name).ok_or_else(|| self.unknown(name, span, names))?;
                 if var.is_array {
                     return Err(Box::new(
-                        kind_error(span, format!("the array {name} cannot be used as a value"))
+                        kind_error(span, format!("the array `{name}` cannot be used as a value"))
                             .help(format!("use one of its elements: `{name}[0]`")),
                     ));
                 }
@@ -454,7 +454,7 @@ impl Data {
                 let var = self.get(name).ok_or_else(|| self.unknown(name, span, names))?;
                 if !var.is_array {
                     return Err(Box::new(
-                        kind_error(span, format!("{name} is not an array"))
+                        kind_error(span, format!("`{name}` is not an array"))
                             .help(format!("write `{name}` without an index")),
                     ));
                 }
@@ -470,7 +470,7 @@ impl Data {
                             kind_error(
                                 index.span,
                                 format!(
-                                    "index {at} is out of range: {name} has the elements 0..{last}"
+                                    "index {at} is out of range: `{name}` has the elements 0..{last}"
                                 ),
                             )
                             .help("write an index in this range, or add elements to the array"),

@@ -39,7 +39,7 @@ fn order_of(
     target: &Path,
     order: &ForceOrder,
 ) -> Outcome<usize> {
-    let symbol = lowering.symbol(scope, target)?;
+    let symbol = lowering.wanting("chart", |lowering| lowering.symbol(scope, target))?;
     let Symbol::Chart(forced) = symbol else {
         return Err(lowering.wrong_kind(target.span(), target, symbol, "a chart"));
     };
@@ -93,7 +93,7 @@ fn order_of(
 
 /// A step of a forcing order; its name belongs to the forced chart.
 fn forced_step(lowering: &mut Lowering<'_>, forced: ScopeId, path: &Path) -> Outcome<StepId> {
-    let symbol = lowering.symbol(forced, path)?;
+    let symbol = lowering.wanting("step", |lowering| lowering.symbol(forced, path))?;
     let step = if let Symbol::Step(step) = symbol {
         step
     } else if let Symbol::MacroStep(instance) = symbol {

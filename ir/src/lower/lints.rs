@@ -361,7 +361,7 @@ fn unreached(net: &Net, out: &mut Vec<Diagnostic>) {
             Diagnostic::warning(codes::UNREACHED_STEP, message)
                 .plural(format!("`{name}`"), "steps", format!("can never be active: {of_each}"))
                 .at(name.span, "")
-                .help("make it an initial step, add a transition to it, or remove it"),
+                .help("make the step initial, add a transition to it, or remove it"),
         );
     }
 }
@@ -461,7 +461,7 @@ fn no_way_out(net: &Net, out: &mut Vec<Diagnostic>) {
             )
             .plural(format!("`{name}`"), format!("{what}s"), "have no outgoing transition")
             .at(span, "no transition leaves it: once active, it stays active for ever")
-            .help("add a transition that leaves it"),
+            .help(format!("add a transition that leaves the {what}")),
         );
     }
 }
@@ -550,7 +550,7 @@ fn constants(net: &Net, out: &mut Vec<Diagnostic>) {
                     constant(
                         &transition.guard,
                         place(net, id),
-                        format!("the condition of `{name}` is never true, so it never fires"),
+                        format!("the condition of `{name}` is never true, so this transition never fires"),
                         "check the ranges of its variables, or remove the transition",
                     )
                     .plural(

@@ -142,8 +142,9 @@ impl<'a> Collected<'a> {
                     else {
                         continue;
                     };
+                    let wanted = if arguments.is_some() { "extern action" } else { "output" };
                     let found = match lowering
-                        .wanting("output", |lowering| lowering.symbol_of(scope, target))
+                        .wanting(wanted, |lowering| lowering.symbol_of(scope, target))
                     {
                         Ok(Symbol::Output(output)) => UseOf::Output(output.index()),
                         Ok(Symbol::Action(action)) => UseOf::Action(action),
@@ -322,9 +323,18 @@ fn role(
         return Role::Broken;
     }
     if assigned.is_none() && first_use.is_none() {
+        let in_graf = match ty {
+            Type::Bool => "use it in the body of a step, or remove it".to_owned(),
+            Type::Int { hi, .. } => {
+                format!("assign it in a list, as in `entry {{ {name} := {hi} }}`, or remove it")
+            }
+        };
         lowering.report(
             Diagnostic::warning(codes::OUTPUT_UNDRIVEN, format!("nothing drives output `{name}`"))
                 .plural(format!("`{name}`"), "nothing drives outputs", "")
+                .help_in(Notation::Graf, in_graf)
+                .help_in(Notation::Iec, "assign it, or remove it")
+                .help_in(Notation::Scxml, "assign it in an <onentry>, or remove it")
                 .at(name.span, "it keeps its initial value")
                 .help("use it in the body of a step, or remove it")
                 .help_in(

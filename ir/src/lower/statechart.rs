@@ -125,7 +125,7 @@ fn goals(lowering: &mut Lowering<'_>, scope: ScopeId, paths: &[Path]) -> Outcome
     let mut found = Vec::new();
     let mut failed = None;
     for path in paths {
-        match lowering.symbol(scope, path) {
+        match lowering.wanting("state", |lowering| lowering.symbol(scope, path)) {
             Ok(Symbol::Step(state)) => found.push(Goal::State(state)),
             Ok(Symbol::History(history)) => found.push(Goal::History(history)),
             Ok(other) => failed = Some(lowering.wrong_kind(path.span(), path, other, "a state")),
@@ -269,11 +269,11 @@ pub(super) fn transition<'a>(
     id: TransitionId,
     source: &'a chart::Transition,
 ) {
-    if let Some(what) = grafcet_part(source) {
+    if let Some((what, help)) = grafcet_part(source) {
         lowering.report(
             Diagnostic::error(codes::CHART_KIND, format!("{what} is not allowed in a statechart"))
                 .at(source.meta.span, "")
-                .help("remove it: the hierarchy determines what a transition leaves and which of two transitions wins"),
+                .help(help),
         );
         return;
     }
@@ -348,14 +348,23 @@ pub(super) fn transition<'a>(
     }
 }
 
-/// A feature of the transition that only a Grafcet has.
-fn grafcet_part(source: &chart::Transition) -> Option<&'static str> {
+/// A feature of the transition that only a Grafcet has, and what to write instead.
+fn grafcet_part(source: &chart::Transition) -> Option<(&'static str, &'static str)> {
     match source.sources.len() {
-        0 => Some("a source transition"),
-        1 if source.priority.is_some() => Some("the priority of a transition"),
-        1 if source.restart => Some("`restart`"),
+        0 => Some(("a source transition", "name the state that it leaves")),
+        1 if source.priority.is_some() => Some((
+            "the priority of a transition",
+            "remove it: the hierarchy, and then the order in the text, decide which transition fires",
+        )),
+        1 if source.restart => Some((
+            "`restart`",
+            "remove it: a transition always leaves its source and enters its targets again",
+        )),
         1 => None,
-        _ => Some("a transition with several sources"),
+        _ => Some((
+            "a transition with several sources",
+            "name one state before the arrow, and test the others, as in `when NAME.active`",
+        )),
     }
 }
 

@@ -47,8 +47,9 @@ impl<'a> Lowering<'a> {
                 self.assign(place, target, index.as_ref(), value)?
             }
             chart::StmtKind::Call { function, arguments } => {
-                let symbol =
-                    self.wanting("action", |lowering| lowering.symbol_of(place.scope, function))?;
+                let symbol = self.wanting("extern action", |lowering| {
+                    lowering.symbol_of(place.scope, function)
+                })?;
                 let output = if let Symbol::Output(output) = symbol
                     && self.net.outputs[output].is_extern()
                 {

@@ -4,8 +4,9 @@ use super::Checker;
 use super::expressions::Place;
 use crate::arena::Id;
 use crate::codes;
+use crate::diag::counted;
 use crate::expr::{Expr as GenericExpr, Type};
-use crate::interval::{DEPTH_LIMIT, LONGEST};
+use crate::interval::{DEPTH_LIMIT, LONGEST, index_help, values};
 use crate::net::{
     ActionUse, Driver, Evolution, Expr, Output, OutputId, Param, Stmt, StmtKind, VarOrigin,
 };
@@ -130,7 +131,8 @@ impl Checker<'_> {
     ) {
         if params.len() != arguments.len() {
             let (name, wanted, given) = (&output.name, params.len(), arguments.len());
-            let message = format!("`{name}` takes {wanted} argument(s), {given} given");
+            let wanted = counted(wanted, "argument", "arguments");
+            let message = format!("`{name}` takes {wanted}, found {given}");
             self.report(codes::STATEMENT, span, message);
         }
         for (param, argument) in params.iter().zip(arguments) {
@@ -324,12 +326,12 @@ impl Checker<'_> {
                     && (lo < 0 || hi >= i64::from(len))
                 {
                     let message = format!(
-                        "the index is in {lo}..{hi}, but `{}` has elements 0..{}",
+                        "the index is {}, but `{}` has elements 0..{}",
+                        values(lo, hi),
                         var.name,
                         i64::from(len) - 1
                     );
-                    let help = "declare the index with the range of the array, or use the index `mod` the number of elements";
-                    self.report_with_help(codes::INDEX, index.span, message, help);
+                    self.report_with_help(codes::INDEX, index.span, message, index_help(lo, hi));
                 }
             }
         }

@@ -5,6 +5,7 @@ use super::expressions::Place;
 use super::statements::ListKind;
 use crate::arena::IdMap;
 use crate::codes;
+use crate::diag::counted;
 use crate::expr::Type;
 use crate::net::{
     Enter, Evolution, ForcingOrder, InputKind, MAX_LIMIT, OpenCell, Part, PartId, PlacedItem,
@@ -74,8 +75,9 @@ impl Checker<'_> {
             let wanted = var.len.unwrap_or(1) as usize;
             if var.init.len() != 1 && var.init.len() != wanted {
                 let given = var.init.len();
-                let message =
-                    format!("`{name}` has {given} value(s) at reset, but {wanted} element(s)");
+                let given = counted(given, "value", "values");
+                let wanted = counted(wanted, "element", "elements");
+                let message = format!("`{name}` has {given} at reset, but {wanted}");
                 self.report_with_help(
                     codes::BAD_INIT,
                     span,

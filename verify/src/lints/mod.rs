@@ -201,11 +201,12 @@ fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
         }
         if data.guard.is_false() {
             warning = warning.at(data.guard.span, "this is never true");
-        } else if data.requires.len() > 1 {
-            warning = warning
-                .help("its preceding steps are never all active while its receptivity is true");
         } else {
-            warning = warning.help("its receptivity is never true while its preceding step is active, or another transition always wins");
+            warning = warning.help(match data.requires.len() {
+                0 => "the receptivity is never true, or another transition always wins",
+                1 => "the receptivity is never true while the preceding step is active, or another transition always wins",
+                _ => "the preceding steps are never all active while the receptivity is true, or another transition always wins",
+            });
         }
         out.push(warning);
     }

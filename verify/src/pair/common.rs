@@ -120,7 +120,7 @@ impl fmt::Display for Omitted {
                 write!(f, "verbatim code of the {side} is not compared: it is not executed")
             }
             Omitted::Input { name, side } => {
-                write!(f, "only the {side} reads `{name}`: it may have any value")
+                write!(f, "only the {side} has the input `{name}`, which may have any value")
             }
             Omitted::Values { name, left, right } => write!(
                 f,

@@ -147,11 +147,11 @@ fn conditions_without_a_value_or_an_end_are_findings() {
         ["G0488 `FAST` is not defined, so it is 0 in this condition"]
     );
     assert_eq!(of("#if defined FAST && FAST > 2\n#endif"), [""; 0]);
-    assert_eq!(of("#endif"), ["G0483 #endif without an `#if` before it"]);
-    assert_eq!(of("#else"), ["G0483 #else without an `#if` before it"]);
+    assert_eq!(of("#endif"), ["G0483 `#endif` without an `#if` before it"]);
+    assert_eq!(of("#else"), ["G0483 `#else` without an `#if` before it"]);
     assert_eq!(
         of("#if 0\n#else\n#else\n#endif"),
-        ["G0483 #else after the `#else` of its conditional"]
+        ["G0483 `#else` after the `#else` of its conditional"]
     );
     assert_eq!(of("#if 1"), ["G0483 this conditional has no `#endif`"]);
     assert_eq!(
@@ -160,7 +160,7 @@ fn conditions_without_a_value_or_an_end_are_findings() {
     );
     assert_eq!(of("#if 1 / 0\n#endif"), ["G0483 the condition is not a constant expression"]);
     assert_eq!(of("#error too old"), ["G0483 #error: too old"]);
-    assert_eq!(of("#define N 1\n#define N 2"), ["G0483 N is redefined as 2; it was 1"]);
+    assert_eq!(of("#define N 1\n#define N 2"), ["G0483 `N` is redefined as 2; it was 1"]);
     assert_eq!(of("#define N 1\n#undef N\n#define N 1"), [""; 0]);
     assert_eq!(of("#if\n#endif"), ["G0483 missing condition"]);
     let deep = format!("{}{}", "#if 1\n".repeat(400), "#endif\n".repeat(400));

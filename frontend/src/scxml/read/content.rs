@@ -55,7 +55,7 @@ impl<'t> Reader<'_, 't> {
             self.report(
                 Diagnostic::error(
                     codes::SCXML_ATTRIBUTE,
-                    format!("expected one event, found {event}, which matches several"),
+                    format!("expected one event, found `{event}`, which matches several"),
                 )
                 .at(event.span, "`*` is only for the events of a <transition>")
                 .help("write the complete name of one event"),
@@ -76,7 +76,7 @@ impl<'t> Reader<'_, 't> {
             self.report(
                 Diagnostic::error(
                     codes::SCXML_LOCATION,
-                    format!("{first} is a system variable and cannot be assigned"),
+                    format!("`{first}` is a system variable and cannot be assigned"),
                 )
                 .at(location.whole(), "")
                 .help("assign a data element that is declared with <data>"),
@@ -119,7 +119,7 @@ impl<'t> Reader<'_, 't> {
             if !known.contains(&value.text.trim().trim_end_matches('/')) {
                 let finding = refuse(
                     value.whole(),
-                    &format!("the {attribute} {} of <send>", value.text.trim()),
+                    &format!("the {attribute} `{}` of <send>", value.text.trim()),
                     "the chart sends events only to itself: remove `type`",
                 );
                 self.report(finding);
@@ -133,8 +133,8 @@ impl<'t> Reader<'_, 't> {
             Some(target) => {
                 let finding = refuse(
                     target.whole(),
-                    &format!("the target {} of <send>", target.text.trim()),
-                    "the chart sends events only to itself: remove `target`, or write #_internal",
+                    &format!("the target `{}` of <send>", target.text.trim()),
+                    "the chart sends events only to itself: remove `target`, or write target=\"#_internal\"",
                 );
                 self.report(finding);
                 return None;

@@ -349,9 +349,9 @@ impl<'t> Reader<'_, 't> {
         self.report(
             Diagnostic::error(
                 codes::SCXML_ATTRIBUTE,
-                format!("<{tag}> needs the attribute {attribute}"),
+                format!("<{tag}> needs the attribute `{attribute}`"),
             )
-            .at(span, format!("no {attribute}"))
+            .at(span, format!("no `{attribute}`"))
             .help(format!(
                 "add it, as in <{tag} {attribute}=\"{}\">",
                 match attribute {

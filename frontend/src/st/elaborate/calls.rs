@@ -107,7 +107,7 @@ impl Elaborator<'_> {
             && chart.actions.iter().any(|one| is_called(&one))
         {
             return Some(Err(self.refused(
-                &format!("a call of `{name}`, an action of a function block with a chart"),
+                &format!("a call of `{name}`, an action of a function block with a chart,"),
                 span,
                 "make the block the design, or make it a program that runs in parallel",
             )));
@@ -141,7 +141,7 @@ impl Elaborator<'_> {
         let key = (frame, action.map(|one| one.id.clone()));
         if self.open_bodies.contains(&key) {
             return Err(self.report(
-                Diagnostic::error(codes::ST_CALL, format!("{name} calls itself"))
+                Diagnostic::error(codes::ST_CALL, format!("`{name}` calls itself"))
                     .at(span, "in this call")
                     .help("write a FOR loop instead of the recursion"),
             ));
@@ -261,7 +261,7 @@ impl Elaborator<'_> {
         let pou = self.unit(index);
         let Body::Statements(body) = &pou.body else {
             return Err(self.refused(
-                &format!("a call of `{}` here, a function block with its own chart", pou.name),
+                &format!("a call of `{}`, a function block with its own chart, in this place", pou.name),
                 span,
                 "call it once in each scan, in a program without a chart and without RETURN or a condition around the call; or make it a program",
             ));
@@ -345,7 +345,7 @@ impl Elaborator<'_> {
     ) -> Outcome<(Ty, Value)> {
         let value = self.value(frame, &argument.value)?;
         let ty = self.ty(self.objects[object].frame, &var.ty);
-        Ok((ty.clone(), self.fit(value, &ty, &var.name.text)?))
+        Ok((ty.clone(), self.fit(value, &ty, &format!("`{}`", var.name))?))
     }
 
     /// Binds an in-out parameter to the variable that a call gives.

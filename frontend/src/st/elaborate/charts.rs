@@ -131,7 +131,7 @@ impl<'a> Elaborator<'a> {
         let arguments = self.named_arguments(index, arguments, span)?;
         if let Some(enable) = arguments.iter().find(|one| one.is_for("EN") || one.is_for("ENO")) {
             return Err(self.refused(
-                &format!("EN or ENO in a call of `{}`, a block with a chart", pou.name),
+                &format!("EN or ENO in a call of `{}`, a function block with a chart,", pou.name),
                 enable.value.span,
                 "a chart runs in every scan: give it an input that its transitions test",
             ));
@@ -174,14 +174,14 @@ impl<'a> Elaborator<'a> {
     fn check_chart(&mut self, pou: &Pou, prefix: &str, usage: &Usage, span: Span) -> Outcome<()> {
         if pou.options != ast::Options::default() {
             return Err(self.refused(
-                &format!("a call of `{}`, a block with settings in its chart", pou.name),
+                &format!("a call of `{}`, a function block with settings in its chart,", pou.name),
                 span,
                 "make the block the design, or move the settings to the program",
             ));
         }
         if usage.assigned.contains(&Symbol::of(prefix)) {
             return Err(self.refused(
-                &format!("assignments to variables of `{prefix}`, a block with a chart"),
+                &format!("assignments to variables of `{prefix}`, a function block with a chart,"),
                 span,
                 "pass them as inputs in the call",
             ));
@@ -194,7 +194,7 @@ impl<'a> Elaborator<'a> {
         if let Some(shared) = shared {
             return Err(self.refused(
                 &format!(
-                    "a call of `{}`, whose chart reads `{shared}`, which the program changes",
+                    "a call of `{}`, whose chart reads `{shared}`, a variable that the program changes,",
                     pou.name
                 ),
                 span,

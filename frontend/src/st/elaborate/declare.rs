@@ -367,7 +367,7 @@ impl<'a> Elaborator<'a> {
             Some(ast::Init::Value(value)) => self.value(place, value),
             Some(ast::Init::List(..) | ast::Init::Fields(..)) | None => Err(ErrorReported),
         };
-        let value = value.and_then(|value| self.fit(value, &Ty::Time, &var.name.text));
+        let value = value.and_then(|value| self.fit(value, &Ty::Time, &format!("`{}`", var.name)));
         value.unwrap_or_else(|_| Value::time(0, var.name.span))
     }
 }

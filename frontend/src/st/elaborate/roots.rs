@@ -84,7 +84,7 @@ impl Elaborator<'_> {
             let name = self.library.pous[*pou].name.name();
             let blocks: Vec<&str> =
                 inner.iter().map(|pou| self.library.pous[*pou].name.text.as_str()).collect();
-            let blocks = blocks.join(", ");
+            let blocks = format!("`{}`", blocks.join("`, `"));
             self.report(
                 Diagnostic::warning(
                     codes::ST_LEFT_OUT,

@@ -437,7 +437,7 @@ impl Elaborator<'_> {
         span: Span,
         out: &mut Block,
     ) -> Outcome<()> {
-        let mut value = self.fit(value, &place.ty, &place.name.text)?;
+        let mut value = self.fit(value, &place.ty, &format!("`{}`", place.name))?;
         if place.ty == Ty::Time {
             value.expr = self.stored_time(place, value.clone())?;
         }

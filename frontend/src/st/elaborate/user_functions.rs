@@ -104,7 +104,7 @@ impl Elaborator<'_> {
                 position += 1;
                 if let Some(argument) = given {
                     let argument = self.value(frame, &argument.value)?;
-                    value = self.fit(argument, &ty, &var.name.text)?;
+                    value = self.fit(argument, &ty, &format!("`{}`", var.name))?;
                 }
             }
             types.insert(key.clone(), ty);
@@ -224,7 +224,7 @@ impl Elaborator<'_> {
                         .help("make it a function block"),
                     ));
                 };
-                let value = self.fit(value, ty, &name.text)?;
+                let value = self.fit(value, ty, &format!("`{name}`"))?;
                 if nodes(&value.expr, MAX_NODES) >= MAX_NODES {
                     return Err(self.too_much(stmt.span));
                 }
