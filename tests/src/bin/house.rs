@@ -45,11 +45,11 @@ const LONG: usize = 80;
 
 /// The bounds of the figures. Lower them with the figures; raise one only with a reason in the commit.
 const BOUNDS: [(&str, usize); 9] = [
-    ("code lines of frontend", 36_550),
+    ("code lines of frontend", 36_570),
     ("code lines of c and backend-c", 28_250),
-    ("code lines of ir", 20_000),
+    ("code lines of ir", 20_050),
     ("code lines of driver", 10_590),
-    ("code lines of all crates", 146_550),
+    ("code lines of all crates", 146_650),
     ("functions above 80 lines", 99),
     ("circles of files", 0),
     ("lines that list variants", 566),
