@@ -74,7 +74,7 @@ impl Layout {
         Layout { upper: upper.to_string(), inputs, outputs, n_inputs, n_outputs }
     }
 
-    /// The bit number of an input, if it is a bit.
+    /// The bit number of an input, if it is passed as a bit of a word.
     pub(crate) fn input_bit(&self, input: InputId) -> Option<usize> {
         self.inputs[input]
     }

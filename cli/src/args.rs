@@ -412,7 +412,7 @@ pub(crate) struct Build {
     /// Output to write; repeatable (`list` lists the targets).
     #[arg(long, short, value_name = "TARGET", required = true)]
     pub(crate) target: Vec<String>,
-    /// Folder for the outputs. Their names begin with STEM, the name of the input file without its ending.
+    /// Folder for the outputs. Their names begin with STEM, the name of the input file without its ending; only the files of an engine are called `grafsynth_*`.
     #[arg(long, short, value_name = "DIR", default_value = ".")]
     pub(crate) output: PathBuf,
     /// Stimulus for test vectors, the SIMULATION section and the test bench.
@@ -433,8 +433,8 @@ pub(crate) struct Build {
     /// Skip the proofs; C and circuits are still tested on random reactions.
     #[arg(long)]
     pub(crate) no_proof: bool,
-    /// If an output is not equal to the chart, write the trace of the chart that shows it to this file, as `.csv`, `.vcd` or `.jsonl`, and that of the output to
-    /// FILE-2; further differences to FILE-3, .. `sim --stimulus FILE` replays a `.csv`.
+    /// If an output differs from the chart, write two traces that show the difference: that of the chart to this file, as `.csv`, `.vcd` or `.jsonl`, and that of
+    /// the output to FILE-2; further differences to FILE-3, .. `sim --stimulus FILE` replays a `.csv`.
     #[arg(long, value_name = "FILE", value_parser = build_trace, value_hint = ValueHint::FilePath)]
     pub(crate) trace: Option<BuildTrace>,
     #[command(flatten)]
@@ -634,7 +634,8 @@ pub(crate) struct Diff {
     /// Seed of the random reactions.
     #[arg(long, value_name = "K", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// If the behaviour differs, write the trace of the old chart that shows it to this file, as `.csv`, `.vcd` or `.jsonl`, and that of the new chart to FILE-2.
+    /// If the behaviour differs, write two traces that show the difference: that of the old chart to this file, as `.csv`, `.vcd` or `.jsonl`, and that of the new
+    /// chart to FILE-2.
     /// `sim --stimulus FILE` replays a `.csv`.
     #[arg(long, value_name = "FILE")]
     pub(crate) trace: Option<PathBuf>,

@@ -194,7 +194,7 @@ impl Reaction<'_> {
         set
     }
 
-    /// Adds an entry of a transition to the set. A history is replaced by what it has recorded, otherwise by its default. `seen` ends a cycle of histories.
+    /// Adds one item of the list of states that a transition enters to the entry set. A history is replaced by what it has recorded, otherwise by its default. `seen` ends a cycle of histories.
     fn add_to_entry_set(&self, enter: Enter, set: &mut EntrySet, seen: &mut [bool]) {
         match enter {
             Enter::Step(step) => set.states.insert(step),

@@ -61,7 +61,7 @@ pub fn there_and_back(chart: &NetDesign, to: &str, seed: u64) -> Came {
         if let (Came::Otherwise(why), _) = one_way(&again, next, seed) {
             let text = convert(&Design::Net(again), language(to))
                 .map_or_else(|_| String::new(), |it| it.text);
-            return Came::Otherwise(format!("from there to {}: {why}\n{text}", next));
+            return Came::Otherwise(format!("from there to {next}: {why}\n{text}"));
         }
     }
     came

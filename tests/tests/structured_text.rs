@@ -370,10 +370,16 @@ fn blocks_with_charts_do_in_a_program_what_they_do_alone() {
     assert!(column(&got, "both").contains(&1));
     for (body, what) in [
         ("red := NOT on; a(on := red);", "`on` of `a` as an expression that changes within a scan"),
-        ("IF ask THEN a(on := on); END_IF;", "a call of `lights` here"),
+        (
+            "IF ask THEN a(on := on); END_IF;",
+            "a call of `lights`, a function block with its own chart, in this place",
+        ),
         ("a(on := on); a(on := ask);", "a second call of a function block with a chart"),
         ("a.on := ask; a(ask := ask);", "assignments to variables of `a`"),
-        ("IF ask THEN RETURN; END_IF; a(on := on);", "a call of `lights` here"),
+        (
+            "IF ask THEN RETURN; END_IF; a(on := on);",
+            "a call of `lights`, a function block with its own chart, in this place",
+        ),
     ] {
         // The design is then the block alone, and the rejections are warnings (G0451).
         let mut sources = Sources::default();

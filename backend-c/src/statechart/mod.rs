@@ -142,7 +142,8 @@ fn everything(pieces: &Pieces) -> Vec<Stmt> {
     all
 }
 
-/// The parts of the functions of the evolution. When temps are assigned to functions, they count as one function.
+/// The code that runs while a statechart evolves: guards, transition actions, and the lists of the states. When temps are assigned to functions, all of it
+/// counts as one function.
 fn of_evolution(pieces: &Pieces) -> Vec<Piece<'_>> {
     let mut lists: Vec<&Vec<Stmt>> = Vec::new();
     for state in pieces.states.values() {

@@ -9,6 +9,7 @@ use grafsynth_ir::logic::{FlopId, Logic, NodeId, PinInput, PinOutput, PinRole, W
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::span::{FileId, Name, Span};
 use grafsynth_logic::build::Builder;
+use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The index of a signal.
@@ -314,13 +315,12 @@ impl PldAst {
                     device.inputs.iter().copied().filter(is_free).collect()
                 };
                 free.sort_unstable();
-                let shown: Vec<String> = free.iter().take(6).map(u32::to_string).collect();
+                let shown = free.iter().take(6).join(", ");
                 if !shown.is_empty() {
-                    let what = if wants_output { "outputs" } else { "inputs" };
+                    let what = if wants_output { "output" } else { "input" };
+                    let name = device.name;
                     finding = finding.help(format!(
-                        "use another pin; free {what} of the {}: {}",
-                        device.name,
-                        shown.join(", ")
+                        "use another free {what} pin of the {name}, such as {shown}"
                     ));
                 }
             }

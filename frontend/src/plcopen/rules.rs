@@ -21,7 +21,7 @@ pub(super) enum Times {
     /// Any number of times; only the first one is supported.
     First,
     Many,
-    /// At most one of all elements with this mark.
+    /// An alternative: a parent contains at most one of its elements with `Either`.
     Either,
     /// Part of the format but not supported, with an alternative.
     NotRead(&'static str),

@@ -25,7 +25,7 @@ pub(super) struct Event {
     /// Location of its first mention.
     pub(super) span: Span,
     pub(super) is_internal: bool,
-    /// Whether it is the completion of a state, which need not be declared.
+    /// Whether it is the completion event of a state; such an event need not be declared.
     pub(super) is_done: bool,
 }
 

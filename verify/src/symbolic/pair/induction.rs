@@ -251,7 +251,8 @@ impl Search<'_> {
         self.classes.push(Class { constant: None, bits: vec![bit] });
     }
 
-    /// Splits every class by the values of its bits in an example. The bits that agree with the constant, or with the first, stay.
+    /// Splits every class by the values of its bits in an example. The bits whose value is the constant of the class stay in it; if the class has no
+    /// constant, those that equal its first bit.
     fn split(&mut self, next: &[Lit], ones: &[Lit]) {
         let ones: indexmap::IndexSet<Lit> = ones.iter().copied().collect();
         let values = self.joint.aig.words(next, |lit| if ones.contains(&lit) { !0 } else { 0 });
