@@ -24,10 +24,10 @@ fn random_charts_behave_alike_in_every_language() {
         let all = FORMS.map(|form| (form, came(&text, form, *seed)));
         for (form, one) in &all {
             if let Came::Otherwise(_) = one {
-                let differs = |text: &str| matches!(came(text, *form, *seed), Came::Otherwise(_));
+                let differs = |text: &str| matches!(came(text, form, *seed), Came::Otherwise(_));
                 let small = shrunk(&text, differs);
-                let Came::Otherwise(why) = came(&small, *form, *seed) else { continue };
-                panic!("seed {seed} in {}\n{small}\n{why}", form);
+                let Came::Otherwise(why) = came(&small, form, *seed) else { continue };
+                panic!("seed {seed} in {form}\n{small}\n{why}");
             }
         }
         Some(all)
@@ -47,7 +47,7 @@ fn random_charts_behave_alike_in_every_language() {
     for form in FORMS {
         let alike = |what| n_of.get(&(form, what)).copied().unwrap_or(0);
         let n_alike = alike("alike") + alike("alike, losses listed");
-        assert!(n_alike >= 6, "only {n_alike} charts in {}", form);
+        assert!(n_alike >= 6, "only {n_alike} charts in {form}");
     }
 }
 
@@ -137,11 +137,11 @@ fn what_was_once_written_wrongly_behaves_alike_or_is_refused() {
     for (what, text, forms, is_written) in charts {
         for form in forms {
             for seed in 0..12 {
-                match came(text, *form, seed) {
-                    Came::Otherwise(why) => panic!("{what}, in {}: {why}", form),
-                    Came::Said => panic!("{what}, in {}: otherwise, as listed", form),
-                    Came::Alike(_) => assert!(is_written, "{what}, in {}", form),
-                    Came::Refused(why) => assert!(!is_written, "{what}, in {}: {why}", form),
+                match came(text, form, seed) {
+                    Came::Otherwise(why) => panic!("{what}, in {form}: {why}"),
+                    Came::Said => panic!("{what}, in {form}: otherwise, as listed"),
+                    Came::Alike(_) => assert!(is_written, "{what}, in {form}"),
+                    Came::Refused(why) => assert!(!is_written, "{what}, in {form}: {why}"),
                 }
             }
         }
