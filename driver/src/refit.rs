@@ -146,7 +146,7 @@ fn moved(mut line: OutputReport, emitted: &Emitted) -> OutputReport {
 /// A circuit that was fitted.
 struct Fitted {
     emitted: Emitted,
-    /// The macrocells of the text, or why it does not define them.
+    /// The macrocells that the text assigns, or the findings if it assigns none.
     placement: Result<Placement, Vec<Diagnostic>>,
     judged: Judged,
     options: EmitOptions,

@@ -133,7 +133,7 @@ pub(crate) fn either(
     }
 }
 
-/// Decides what a search of all states with any `dt` left open.
+/// Decides the asserts that the search of all states (with any `dt`) did not decide.
 pub(crate) fn decide(
     net: &Valid<Net>,
     limits: &Limits,

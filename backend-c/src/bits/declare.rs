@@ -104,7 +104,7 @@ impl Emit<'_> {
             .collect()
     }
 
-    /// Extern conditions that are called at the start of a reaction.
+    /// Statements at the start of a reaction for the extern conditions: a call or, for one that is called when first needed, a variable and a cleared flag.
     pub(crate) fn conditions(&self) -> Vec<Node> {
         let mut nodes = Vec::new();
         for input in self.eager.iter().chain(&self.lazy) {

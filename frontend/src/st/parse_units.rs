@@ -165,7 +165,7 @@ impl Parser<'_> {
         }
     }
 
-    /// The settings of the pragmas between two positions that no inner element has used.
+    /// The settings of the pragmas between two positions, without those that an inner element has already read.
     pub(crate) fn options(&mut self, from: usize, to: usize) -> Options {
         let mut options = Options::default();
         for setting in self.pragmas(from, to) {

@@ -8,7 +8,7 @@ pub(super) struct Rows {
     by_first: Vec<Vec<u32>>,
     is_in: Vec<bool>,
     limit: usize,
-    /// True if no column covers some point.
+    /// True if some point is covered by no column.
     pub(super) has_gap: bool,
 }
 

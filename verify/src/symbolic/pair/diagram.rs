@@ -207,7 +207,7 @@ impl Search {
         }
     }
 
-    /// The path from a state and inputs of the last ring back to reset.
+    /// A path from reset to a state and inputs of the last ring.
     fn way(&mut self, last: Ref) -> Result<Vec<Ones>, Failed> {
         let mut rows = Vec::new();
         let mut here = last;
