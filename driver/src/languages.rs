@@ -73,7 +73,7 @@ pub enum Reader {
 /// A text with what it does not contain or expresses differently, or why the language cannot express the chart.
 type Written = Result<(String, Vec<Diagnostic>), Vec<Diagnostic>>;
 
-/// A writer, by what it accepts.
+/// A writer of a language, by the kind of design that it accepts.
 #[derive(Debug)]
 pub enum Writer {
     /// Charts.

@@ -70,7 +70,7 @@ pub(super) struct Route {
 /// What a history records.
 #[derive(Debug, Clone)]
 pub(super) enum Memory {
-    /// The variable of its owner's region; for each state that it may record, what is entered.
+    /// The variable of the owner's region, and for each state that the history may record, what is entered.
     One(usize, Vec<(StepId, Vec<Enter>)>),
     /// The variables of these regions, all inside the owner, in document order: a deep history over several regions.
     Deep(Vec<usize>),

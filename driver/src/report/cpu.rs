@@ -99,7 +99,7 @@ fn user_part(user_calls: u64, user_code: bool) -> String {
     }
 }
 
-/// Why there is no bound, and what is known instead.
+/// Why a cost has no bound, and what is known instead.
 fn no_bound(subject: &Subject<'_>, package: &Package, why: &str) -> String {
     let mut text = format!("No time bound: {why}.\n");
     if let Some(n) = package.instructions {
