@@ -1,7 +1,11 @@
 //! The interface of a package: the emitted functions and their parameters.
 
+use crate::io::INPUT_BITS;
 use crate::names::Names;
+use crate::style_output::StyleOutput;
 use crate::times::Ticks;
+use grafsynth_ir::instance::{Place, Representation};
+use grafsynth_ir::net::{InputKind, Net};
 
 /// The data that a caller of the emitted functions must know; the harness is generated from them.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -41,5 +45,41 @@ impl Interface {
             all.push(format!("{prefix}_out_t *out"));
         }
         if all.is_empty() { "void".to_string() } else { all.join(", ") }
+    }
+}
+
+/// How the C of a style represents the net.
+pub(crate) fn representation(net: &Net, names: &Names, program: &StyleOutput) -> Representation {
+    let bit = |index: usize, width: usize| Place {
+        member: "bits".to_owned(),
+        element: u32::try_from(index / width).ok(),
+        bit: u32::try_from(index % width).ok(),
+    };
+    let handed = net.inputs.iter().filter(|(_, input)| input.kind.is_handed());
+    let inputs = handed.map(|(id, _)| {
+        let index = names.io.input_bit(id);
+        let place = index.map_or_else(
+            || Place::member(&names.inputs[id]),
+            |index| bit(index, INPUT_BITS),
+        );
+        (id, place)
+    });
+    let outputs = net.outputs.iter().filter(|(_, output)| !output.is_extern()).map(|(id, _)| {
+        let index = names.io.output_bit(id);
+        let place = index.map_or_else(
+            || Place::member(&names.outputs[id]),
+            |index| bit(index, names.io.output_bits()),
+        );
+        (id, place)
+    });
+    let called = net.inputs.iter().filter(|(_, input)| input.kind == InputKind::Extern);
+    let active = |step| (step, format!("{}_active_{}", names.prefix, names.steps[step]));
+    Representation {
+        prefix: names.prefix.clone(),
+        inputs: inputs.collect(),
+        outputs: outputs.collect(),
+        conditions: called.map(|(id, _)| (id, names.inputs[id].clone())).collect(),
+        state: program.holds.clone(),
+        active: net.steps.ids().map(active).collect(),
     }
 }

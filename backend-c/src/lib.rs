@@ -56,6 +56,7 @@ pub use harness::{explorer, harness, multi_harness};
 
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::facts::Facts;
+use grafsynth_ir::instance::Representation;
 use grafsynth_ir::net::{ActionId, InputId, Net, OutputId, StepId, TimerId, TransitionId, VarId};
 use grafsynth_ir::{Span, Valid};
 use refusal::Failure;
@@ -293,6 +294,8 @@ pub struct Package {
     pub image: Vec<u8>,
     /// The names and types that the harness needs.
     interface: interface::Interface,
+    /// How the C represents the net, for the proof; `None` if the style does not state it.
+    pub representation: Option<Representation>,
     /// If the style was chosen for a machine: the styles that were tried.
     pub tried: Vec<cost::Candidate>,
     /// For a chart as an interpreted program: the maximum number of instructions that one reaction runs, with the proved rounds of the evolution.
@@ -474,6 +477,8 @@ pub fn emit(
     let style = program.style;
     let image = program.engine.as_ref().map(|it| it.image.clone()).unwrap_or_default();
     let instructions = program.engine.as_ref().and_then(|it| it.instructions);
+    let representation = (!program.holds.is_empty() || program.instance.is_empty())
+        .then(|| interface::representation(net, &names, &program));
     let contract = cost::Contract::of(net, facts, &names, &program.ranges);
     let (files, interface, marks) = header::lay_out(net, facts, &names, program, options);
     Ok(Package {
@@ -483,6 +488,7 @@ pub fn emit(
         diagnostics,
         image,
         interface,
+        representation,
         tried: Vec::new(),
         instructions,
         marks,

@@ -6,6 +6,7 @@ use crate::range::Range;
 use crate::times::Ticks;
 use crate::{FileKind, Object};
 use grafsynth_ir::IdMap;
+use grafsynth_ir::instance::{Holds, Place};
 use grafsynth_ir::net::{Step, StepId, VarId};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -51,6 +52,8 @@ pub(crate) struct StyleOutput {
     pub(crate) engine: Option<Engine>,
     /// The value ranges of the instance members that are not single bits; empty if an engine stores them.
     pub(crate) ranges: Vec<Range>,
+    /// What each scalar of the instance holds, for the proof; empty if the style does not state it.
+    pub(crate) holds: Vec<(Place, Holds)>,
     /// Steps that have their own bit, so that only a proof shows that two of them exclude each other.
     pub(crate) one_bit: BTreeSet<StepId>,
 }

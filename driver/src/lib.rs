@@ -18,6 +18,7 @@
 //! 7. [`report`]: the page of a build
 
 pub mod automaton;
+pub mod c_proof;
 mod built;
 pub mod certify;
 mod circuit;

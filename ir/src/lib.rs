@@ -18,6 +18,7 @@ pub mod codes;
 pub mod diag;
 pub mod expr;
 pub mod facts;
+pub mod instance;
 pub mod interval;
 pub mod logic;
 pub mod lower;

@@ -42,6 +42,7 @@ pub use facts::{facts, structural_facts};
 pub use limits::Limits;
 pub use lints::{Check, Checked, Conflict, Decided, Findings};
 pub use properties::{Outcome, PropertyVerdict, check_assumption, properties, with_emergency};
+pub use symbolic::c as c_code;
 pub use symbolic::{Dominance, dominates};
 pub use verdict::{Open, OpenReason, Scope, Tested};
 pub use waiting::{Wait, Waiting, waiting};

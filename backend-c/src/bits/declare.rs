@@ -7,6 +7,7 @@ use crate::c::print::Node;
 use crate::cexpr::{constant, storage};
 use crate::range::Range;
 use crate::style_output::Member;
+use grafsynth_ir::instance::{Holds, Place};
 use grafsynth_ir::net::StepId;
 use grafsynth_ir::program::{Cell, Origin, TempRole};
 use std::collections::BTreeSet;
@@ -24,6 +25,23 @@ impl Emit<'_> {
                 Range { elements: cell.len.map(|len| (0, len)), is_count, ..whole }
             })
             .collect()
+    }
+
+    /// What each scalar of the instance holds.
+    pub(crate) fn holds(&self, fault: bool) -> Vec<(Place, Holds)> {
+        let here = self.program.cells.iter().filter(|(id, _)| !self.elsewhere.contains_key(id));
+        let mut all = Vec::new();
+        for (id, cell) in here {
+            let name = &self.cells[id];
+            match cell.len {
+                None => all.push((Place::member(name), Holds::Piece(cell.origin, 0))),
+                Some(len) => all.extend((0..len).map(|at| {
+                    (Place::element(name, at), Holds::Piece(cell.origin, at))
+                })),
+            }
+        }
+        all.extend(fault.then(|| (Place::member("fault"), Holds::Piece(Origin::Fault, 0))));
+        all
     }
 
     /// Steps that are stored as single bits of the instance.

@@ -255,6 +255,7 @@ impl<'a> Emit<'a> {
             helpers: self.helpers.clone(),
             engine: None,
             ranges: self.ranges(),
+            holds: self.holds(sets_fault),
             one_bit: self.one_bit(),
         }
     }

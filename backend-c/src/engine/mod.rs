@@ -670,6 +670,7 @@ fn emit(
         step,
         helpers: crate::cexpr::Helpers::default(),
         ranges: Vec::new(),
+        holds: Vec::new(),
         one_bit: std::collections::BTreeSet::new(),
         engine: Some(Engine {
             files: &FILES,

@@ -298,6 +298,7 @@ fn emit(
         step,
         helpers,
         ranges: Vec::new(),
+        holds: Vec::new(),
         one_bit: std::collections::BTreeSet::new(),
         engine: Some(Engine {
             files: &FILES,

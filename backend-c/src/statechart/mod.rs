@@ -376,6 +376,7 @@ impl Emit<'_> {
             helpers: self.statements.helpers.clone(),
             engine: None,
             ranges: self.ranges(),
+            holds: Vec::new(),
             one_bit: self.statements.one_bit(),
         }
     }

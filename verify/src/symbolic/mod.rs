@@ -14,6 +14,7 @@
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod aig;
+pub mod c;
 mod codes;
 mod dominance;
 mod ending;

@@ -35,7 +35,50 @@ impl Number {
         (0..n_bits as usize).map(|bit| shifted.bit(bit)).collect()
     }
 
-    fn bit(&self, at: usize) -> Lit {
+    /// The number with these bits, the last one of which is the sign; without bits, 0.
+    pub(crate) fn of_bits(bits: Vec<Lit>) -> Number {
+        if bits.is_empty() { Number::constant(0) } else { Number { bits }.trimmed() }
+    }
+
+    /// The bits; the last one is the sign.
+    pub(crate) fn bits(&self) -> &[Lit] {
+        &self.bits
+    }
+
+    /// The value, if it is constant.
+    pub(crate) fn as_constant(&self) -> Option<i128> {
+        let mut value = 0;
+        for (at, bit) in self.bits.iter().enumerate() {
+            let weight = i128::from(bit.as_constant()?) << at;
+            value += if at + 1 == self.bits.len() { -weight } else { weight };
+        }
+        Some(value)
+    }
+
+    /// Bounds of the value: each bit that is not constant counts as 0 and as 1.
+    pub(crate) fn bounds(&self) -> (i128, i128) {
+        let (mut least, mut largest) = (0, 0);
+        for (at, bit) in self.bits.iter().enumerate() {
+            let weight = 1_i128 << at;
+            let (zero, one) = if at + 1 == self.bits.len() { (-weight, 0) } else { (0, weight) };
+            match bit.as_constant() {
+                Some(true) => {
+                    let weight = if zero < 0 { zero } else { one };
+                    least += weight;
+                    largest += weight;
+                }
+                Some(false) => {}
+                None => {
+                    least += zero;
+                    largest += one;
+                }
+            }
+        }
+        (least, largest)
+    }
+
+    /// A bit; bits beyond the sign are equal to it.
+    pub(crate) fn bit(&self, at: usize) -> Lit {
         self.bits.get(at).or(self.bits.last()).copied().unwrap_or(Lit::FALSE)
     }
 
@@ -182,11 +225,6 @@ impl Number {
         let above = high.less(aig, self);
         let value = Number::select(aig, below, &low, self);
         Number::select(aig, above, &high, &value)
-    }
-
-    #[cfg(test)]
-    pub(crate) fn bits(&self) -> &[Lit] {
-        &self.bits
     }
 }
 

@@ -445,6 +445,7 @@ fn emit(
         step: run(false),
         helpers: Helpers::default(),
         ranges: Vec::new(),
+        holds: Vec::new(),
         one_bit: std::collections::BTreeSet::new(),
         engine: Some(Engine {
             files: &FILES,

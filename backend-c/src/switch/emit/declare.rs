@@ -7,6 +7,9 @@ use crate::cexpr::storage;
 use crate::range::Range;
 use crate::style_output::Member;
 use crate::times::count_type;
+use grafsynth_ir::instance::{Holds, Place};
+use grafsynth_ir::net::StepId;
+use grafsynth_ir::program::Origin;
 
 impl Emit<'_> {
     pub(super) fn instance(&self, fault: bool) -> Vec<Member> {
@@ -103,6 +106,40 @@ impl Emit<'_> {
             ranges.push(Range::of("fault".to_owned(), "bool", 0, 1));
         }
         ranges
+    }
+
+    /// What each scalar of the instance holds.
+    pub(super) fn holds(&self, fault: bool) -> Vec<(Place, Holds)> {
+        let mut all = Vec::new();
+        for (index, machine) in self.plan.machines.iter().enumerate() {
+            let place = match self.tables.place(index) {
+                Some((member, element)) => Place::element(member, element),
+                None => Place::member(&self.vars[index]),
+            };
+            let code = |step: &StepId| (*step, i64::from(self.plan.place[*step].1));
+            let steps = machine.steps.iter().map(code).collect();
+            all.push((place, Holds::ActiveOf { steps, none: machine.has_none.then_some(0) }));
+            if let Some(cap) = machine.timer_cap {
+                let steps = machine.steps.clone();
+                all.push((Place::member(&self.timers[index]), Holds::TimeOf { steps, cap }));
+            }
+        }
+        for (id, var) in self.net.vars.iter() {
+            let name = &self.names.vars[id];
+            match var.len {
+                None => all.push((Place::member(name), Holds::Piece(Origin::Var(id), 0))),
+                Some(len) => all.extend((0..len).map(|at| {
+                    (Place::element(name, at), Holds::Piece(Origin::Var(id), at))
+                })),
+            }
+        }
+        all.extend(self.framed.iter().flat_map(|it| it.statements.holds(false)));
+        for edge in &self.edges {
+            let place = Place::member(&self.names.edges[*edge]);
+            all.push((place, Holds::Piece(Origin::Edge(*edge), 0)));
+        }
+        all.extend(fault.then(|| (Place::member("fault"), Holds::Piece(Origin::Fault, 0))));
+        all
     }
 
     pub(super) fn enumerators(&self) -> Vec<Node> {

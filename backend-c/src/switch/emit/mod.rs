@@ -228,6 +228,7 @@ impl<'a> Emit<'a> {
             helpers: self.helpers.clone(),
             engine: None,
             ranges: self.ranges(fault_possible),
+            holds: self.holds(fault_possible),
             one_bit: BTreeSet::new(),
         }
     }

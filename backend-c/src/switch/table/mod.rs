@@ -203,6 +203,12 @@ impl Tables {
         self.of.get(machine).is_some_and(Option::is_some)
     }
 
+    /// The member and the index of the element that stores the variable.
+    pub(super) fn place(&self, machine: usize) -> Option<(&str, u32)> {
+        let (bank, position) = (*self.of.get(machine)?)?;
+        Some((&self.banks[bank].member, u32::try_from(position).ok()?))
+    }
+
     /// The element that stores the variable.
     pub(super) fn element(&self, machine: usize) -> Option<String> {
         let (bank, position) = (*self.of.get(machine)?)?;

@@ -1,0 +1,48 @@
+//! The proof of emitted C by induction: the text of a package is read for each kind of machine, and one reaction of it is compared with the net.
+
+use grafsynth_backend_c::Package;
+use grafsynth_c::{Config, Input, SourceFile, parse};
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::net::Net;
+use grafsynth_ir::{FileId, Valid};
+use grafsynth_verify::Limits;
+use grafsynth_verify::c_code::{Induction, prove};
+
+/// The machines: `int` has 32 bits on one and 16 on the other, so the proof applies to both.
+fn machines() -> [Config; 2] {
+    [Config::host(), Config::avr()]
+}
+
+/// Proves that the text of a package is the net, for every stimulus, on machines whose `int` has 16 or 32 bits.
+///
+/// # Errors
+/// The reason why there is no proof. The C may be right nevertheless.
+pub fn prove_c(
+    net: &Valid<Net>,
+    facts: &Facts,
+    package: &Package,
+    limits: &Limits,
+) -> Result<Induction, String> {
+    let Some(hint) = &package.representation else {
+        return Err(format!("the style `{}` is not covered by the induction", package.style));
+    };
+    let main = format!("{}.c", package.stem());
+    let (first, rest): (Vec<_>, Vec<_>) = package.files.iter().partition(|file| file.name == main);
+    let files: Vec<SourceFile> = first
+        .into_iter()
+        .chain(rest)
+        .zip(0..)
+        .map(|(file, at)| SourceFile { file: FileId(at), name: &file.name, text: &file.text })
+        .collect();
+    let mut proved = Induction::default();
+    for config in machines() {
+        let input = Input { files: &files, verbatim: &[], readers: &[], config: &config };
+        let (unit, found) = parse(&input);
+        let Some(unit) = unit else {
+            let why = found.into_iter().next().map_or_else(String::new, |it| it.message);
+            return Err(format!("the text is not C that can be read: {why}"));
+        };
+        proved = prove(net, facts, &unit, hint, limits)?;
+    }
+    Ok(proved)
+}

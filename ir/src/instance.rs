@@ -1,0 +1,68 @@
+//! How C code represents a net between two reactions: what each member of its structures holds. A back end states it; a proof takes it as a hint that it checks, so
+//! a wrong statement can prevent a proof, but never make a wrong one.
+
+use crate::net::{InputId, OutputId, StepId};
+use crate::program::Origin;
+
+/// The representation of a net in C.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Representation {
+    /// The prefix of functions and types: `PREFIX_step`, `PREFIX_t`.
+    pub prefix: String,
+    /// The places of the inputs in `PREFIX_in_t`.
+    pub inputs: Vec<(InputId, Place)>,
+    /// The places of the outputs in `PREFIX_out_t`.
+    pub outputs: Vec<(OutputId, Place)>,
+    /// The functions of the user that give the inputs that are calls.
+    pub conditions: Vec<(InputId, String)>,
+    /// What the scalars of `PREFIX_t` hold.
+    pub state: Vec<(Place, Holds)>,
+    /// For each step, the function that tells whether it is active.
+    pub active: Vec<(StepId, String)>,
+}
+
+/// A scalar member of a structure, or a bit of one.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Place {
+    /// The member.
+    pub member: String,
+    /// The index, if the member is an array.
+    pub element: Option<u32>,
+    /// The bit, if several values share the scalar.
+    pub bit: Option<u32>,
+}
+
+impl Place {
+    /// A member that is not an array.
+    #[must_use]
+    pub fn member(name: impl Into<String>) -> Place {
+        Place { member: name.into(), element: None, bit: None }
+    }
+
+    /// An element of a member that is an array.
+    #[must_use]
+    pub fn element(name: impl Into<String>, index: u32) -> Place {
+        Place { member: name.into(), element: Some(index), bit: None }
+    }
+}
+
+/// What a scalar of the instance holds.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Holds {
+    /// An element of a piece of the net's state; the element is 0 unless it is an array.
+    Piece(Origin, u32),
+    /// The number of the active one of some steps that exclude each other.
+    ActiveOf {
+        /// The steps and their numbers.
+        steps: Vec<(StepId, i64)>,
+        /// The number that means that none of them is active, if there is one.
+        none: Option<i64>,
+    },
+    /// The ticks since the active one of these steps became active, up to `cap`; anything up to `cap` if none of them is active.
+    TimeOf {
+        /// The steps.
+        steps: Vec<StepId>,
+        /// The maximum.
+        cap: i64,
+    },
+}

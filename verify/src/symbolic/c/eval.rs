@@ -1,0 +1,798 @@
+//! The expressions of C (C99 6.5), with their effects. Every conversion is a node of the tree; what the standard leaves undefined becomes an obligation.
+
+use std::rc::Rc;
+
+use grafsynth_c::tree::types::{IntKind, Type};
+use grafsynth_c::tree::{
+    BinaryOp, Callee, Expr, ExprKind, Init, Loc, LogicalOp, Place, PlaceKind, SymbolKind, UnaryOp,
+};
+use grafsynth_ir::expr::{ArithOp, CompareOp};
+
+use super::exec::{Done, Program};
+use super::memory::{
+    Address, Cell, Memory, Object, Pointer, Scalar, member_offset, merge_cells, merge_scalars,
+    n_cells, pointer_cases,
+};
+use super::value::{self, Int};
+use crate::symbolic::aig::Lit;
+use crate::symbolic::number::Number;
+
+/// The maximum number of elements that one access with a variable index considers.
+const MAX_TARGETS: usize = 1 << 16;
+
+impl<'u> Program<'u> {
+    /// Runs an expression whose value is not used.
+    pub(super) fn effect(&mut self, expr: &'u Expr, memory: &mut Memory) -> Done<()> {
+        match &expr.kind {
+            ExprKind::Assign(place, value) if place.ty.as_struct().is_some() => {
+                let cells = self.assigned(value, memory)?;
+                let to = self.addresses(place, memory)?;
+                for (at, cell) in cells.into_iter().enumerate() {
+                    let to: Vec<(Address, Lit)> =
+                        to.iter().map(|(it, when)| (it.behind(at), *when)).collect();
+                    self.store(&to, cell, memory)?;
+                }
+                Ok(())
+            }
+            ExprKind::Cast(ty, inner) if ty.ty == Type::Void => self.effect(inner, memory),
+            ExprKind::Comma(a, b) => {
+                self.effect(a, memory)?;
+                self.effect(b, memory)
+            }
+            ExprKind::Read(place) if !place.ty.is_scalar() => {
+                self.addresses(place, memory).map(|_| ())
+            }
+            _ => self.evaluate(expr, memory).map(|_| ()),
+        }
+    }
+
+    /// The value of an expression that has one.
+    pub(super) fn scalar(&mut self, expr: &'u Expr, memory: &mut Memory) -> Done<Scalar> {
+        self.evaluate(expr, memory)?.ok_or_else(|| "a value that is not there".to_owned())
+    }
+
+    pub(super) fn int(&mut self, expr: &'u Expr, memory: &mut Memory) -> Done<Int> {
+        match self.scalar(expr, memory)? {
+            Scalar::Int(value) => Ok(value),
+            Scalar::Pointer(_) => Err("a pointer used as a number".to_owned()),
+        }
+    }
+
+    /// The condition that a scalar is not 0.
+    pub(super) fn truth(&mut self, expr: &'u Expr, memory: &mut Memory) -> Done<Lit> {
+        let value = self.scalar(expr, memory)?;
+        Ok(self.is_not_zero(&value))
+    }
+
+    fn is_not_zero(&mut self, value: &Scalar) -> Lit {
+        match value {
+            Scalar::Int(value) => value.truth(&mut self.aig),
+            Scalar::Pointer(cases) => {
+                let null: Vec<Lit> = cases
+                    .iter()
+                    .filter(|(pointer, _)| *pointer == Pointer::Null)
+                    .map(|(_, when)| *when)
+                    .collect();
+                !self.aig.or_all(null)
+            }
+        }
+    }
+
+    /// The cells of a value that initialises or is assigned to an object.
+    pub(super) fn assigned(
+        &mut self,
+        value: &'u Expr,
+        memory: &mut Memory,
+    ) -> Done<Vec<Rc<Cell>>> {
+        if value.ty.as_struct().is_none() {
+            return Ok(vec![Rc::new(Cell::of(self.scalar(value, memory)?))]);
+        }
+        let ExprKind::Read(place) = &value.kind else {
+            return Err("a structure that a function returns".to_owned());
+        };
+        let n = n_cells(self.unit, &value.ty).ok_or("a structure without a size")?;
+        let from = self.addresses(place, memory)?;
+        (0..n)
+            .map(|at| {
+                let from: Vec<(Address, Lit)> =
+                    from.iter().map(|(it, when)| (it.behind(at), *when)).collect();
+                self.cell(&from, memory)
+            })
+            .collect()
+    }
+
+    /// Sets the cells of an object to 0.
+    pub(super) fn zero(&self, ty: &Type, cells: &mut [Rc<Cell>], at: &mut usize) {
+        match ty {
+            Type::Array(element, len) => {
+                for _ in 0..len.unwrap_or(0) {
+                    self.zero(&element.ty, cells, at);
+                }
+            }
+            Type::Struct(id) => {
+                for member in &self.unit.structs[*id].members {
+                    self.zero(&member.canonical.ty, cells, at);
+                }
+            }
+            _ => {
+                if let Some(cell) = cells.get_mut(*at) {
+                    *cell = Rc::new(Cell::of(match ty {
+                        Type::Pointer(_) => Scalar::Pointer(vec![(Pointer::Null, Lit::TRUE)]),
+                        Type::Int(IntKind::Bool) => Scalar::Int(Int::Bit(Lit::FALSE)),
+                        _ => Scalar::Int(Int::constant(0)),
+                    }));
+                }
+                *at += 1;
+            }
+        }
+    }
+
+    /// Fills the cells from `at` with an initialiser.
+    pub(super) fn fill(
+        &mut self,
+        ty: &Type,
+        init: &'u Init,
+        cells: &mut [Rc<Cell>],
+        at: usize,
+    ) -> Done<()> {
+        match init {
+            Init::Value(value) => {
+                // An initialiser in braces changes nothing.
+                let values = self.assigned(value, &mut Memory::default())?;
+                for (cell, value) in cells.iter_mut().skip(at).zip(values) {
+                    *cell = value;
+                }
+                Ok(())
+            }
+            Init::Parts(parts) => {
+                for part in parts {
+                    let index = usize::try_from(part.at).map_err(|_| "a large index")?;
+                    let (inner, offset) = match ty {
+                        Type::Array(element, _) => {
+                            let size = n_cells(self.unit, &element.ty).unwrap_or(0);
+                            (element.ty.clone(), index * size)
+                        }
+                        Type::Struct(id) => {
+                            let member = self.unit.structs[*id].members.get(index);
+                            let inner = member.map(|it| it.canonical.ty.clone());
+                            let offset = member_offset(self.unit, ty, index);
+                            inner.zip(offset).ok_or("an unknown member")?
+                        }
+                        _ => (ty.clone(), 0),
+                    };
+                    self.fill(&inner, &part.init, cells, at + offset)?;
+                }
+                Ok(())
+            }
+        }
+    }
+
+    fn kind(&self, expr: &Expr) -> Done<IntKind> {
+        self.unit.integer(&expr.ty).ok_or_else(|| "a value that is not a number".to_owned())
+    }
+
+    fn evaluate(&mut self, expr: &'u Expr, memory: &mut Memory) -> Done<Option<Scalar>> {
+        self.tick()?;
+        let number = |value: i128| Ok(Some(Scalar::Int(Int::constant(value))));
+        match &expr.kind {
+            ExprKind::Literal(value, _) => number(i128::from(*value)),
+            ExprKind::Bool(value) => {
+                Ok(Some(Scalar::Int(Int::Bit(Lit::constant(*value)))))
+            }
+            ExprKind::Constant(id) => match self.unit.symbols[*id].kind {
+                SymbolKind::Constant(value) => number(value),
+                _ => Err("an unknown constant".to_owned()),
+            },
+            ExprKind::SizeOf(_) => match self.unit.constant(expr) {
+                Some(value) => number(value),
+                None => Err("the size of something".to_owned()),
+            },
+            ExprKind::Null => Ok(Some(Scalar::Pointer(vec![(Pointer::Null, Lit::TRUE)]))),
+            ExprKind::Function(id) => {
+                Ok(Some(Scalar::Pointer(vec![(Pointer::Function(*id), Lit::TRUE)])))
+            }
+            ExprKind::Read(place) => {
+                if !place.ty.is_scalar() {
+                    return Err("a structure used as a value".to_owned());
+                }
+                let from = self.addresses(place, memory)?;
+                let cell = self.cell(&from, memory)?;
+                self.oblige(cell.unset, "reads a value that was never set", expr.span);
+                // Where nothing was set, the obligation fails.
+                Ok(Some(cell.value.clone().unwrap_or(Scalar::Int(Int::constant(0)))))
+            }
+            ExprKind::Address(place) | ExprKind::Decay(place) => {
+                let to = self.addresses(place, memory)?;
+                let cases = to.into_iter().map(|(it, when)| (Pointer::To(it), when)).collect();
+                Ok(Some(Scalar::Pointer(pointer_cases(&mut self.aig, cases))))
+            }
+            ExprKind::Unary(op, a) => self.unary(expr, *op, a, memory),
+            ExprKind::Binary(op, a, b) => {
+                let (x, y) = (self.scalar(a, memory)?, self.scalar(b, memory)?);
+                match (x, y) {
+                    (Scalar::Int(x), Scalar::Int(y)) => {
+                        let kind = self.kind(a)?;
+                        self.binary(*op, kind, &x, &y, expr.span).map(|it| Some(Scalar::Int(it)))
+                    }
+                    (x, y) => self.same_pointer(*op, &x, &y).map(|it| Some(Scalar::Int(it))),
+                }
+            }
+            ExprKind::Logical(op, all) => {
+                let is_and = *op == LogicalOp::And;
+                let lit = self.logical(is_and, all, memory)?;
+                Ok(Some(Scalar::Int(Int::Bit(lit))))
+            }
+            ExprKind::Choose(c, a, b) => {
+                let when = self.truth(c, memory)?;
+                match when.as_constant() {
+                    Some(true) => return self.evaluate(a, memory),
+                    Some(false) => return self.evaluate(b, memory),
+                    None => {}
+                }
+                let mut other = memory.clone();
+                self.assume(c, true, memory);
+                self.assume(c, false, &mut other);
+                let (yes, no) = (
+                    self.on_path(when, a, memory)?,
+                    self.on_path(!when, b, &mut other)?,
+                );
+                self.join(when, memory, other);
+                let (Some(yes), Some(no)) = (yes, no) else { return Ok(None) };
+                Ok(merge_scalars(&mut self.aig, &[(when, &yes), (!when, &no)]))
+            }
+            ExprKind::Comma(a, b) => {
+                self.effect(a, memory)?;
+                self.evaluate(b, memory)
+            }
+            ExprKind::Convert(a) | ExprKind::Cast(_, a) => {
+                if expr.ty == Type::Void {
+                    self.effect(a, memory)?;
+                    return Ok(None);
+                }
+                let value = self.scalar(a, memory)?;
+                self.converted(value, &a.ty, &expr.ty).map(Some)
+            }
+            ExprKind::Assign(place, value) => {
+                let value = self.scalar(value, memory)?;
+                let to = self.addresses(place, memory)?;
+                self.store(&to, Rc::new(Cell::of(value.clone())), memory)?;
+                Ok(Some(value))
+            }
+            ExprKind::Update(op, place, value, ty) => {
+                let operand = self.int(value, memory)?;
+                let to = self.addresses(place, memory)?;
+                let old = self.loaded(&to, memory, expr.span)?;
+                let old = self.converted(old, &place.ty, ty)?;
+                let (Scalar::Int(old), Some(kind)) = (old, self.unit.integer(ty)) else {
+                    return Err("arithmetic on pointers".to_owned());
+                };
+                let new = self.binary(*op, kind, &old, &operand, expr.span)?;
+                let new = self.converted(Scalar::Int(new), ty, &place.ty)?;
+                self.store(&to, Rc::new(Cell::of(new.clone())), memory)?;
+                Ok(Some(new))
+            }
+            ExprKind::Step { is_increment, is_prefix, place } => {
+                let to = self.addresses(place, memory)?;
+                let old = self.loaded(&to, memory, expr.span)?;
+                let Some(kind) = self.unit.integer(&place.ty) else {
+                    return Err("arithmetic on pointers".to_owned());
+                };
+                let ty = Type::Int(self.unit.machine.promoted(kind));
+                let Scalar::Int(wide) = self.converted(old.clone(), &place.ty, &ty)? else {
+                    return Err("arithmetic on pointers".to_owned());
+                };
+                let op = if *is_increment { BinaryOp::Add } else { BinaryOp::Sub };
+                let kind = self.unit.machine.promoted(kind);
+                let new = self.binary(op, kind, &wide, &Int::constant(1), expr.span)?;
+                let new = self.converted(Scalar::Int(new), &ty, &place.ty)?;
+                self.store(&to, Rc::new(Cell::of(new.clone())), memory)?;
+                Ok(Some(if *is_prefix { new } else { old }))
+            }
+            ExprKind::Call(Callee::Function(function), arguments) => {
+                let mut values = Vec::new();
+                for argument in arguments {
+                    values.push(self.scalar(argument, memory)?);
+                }
+                self.call(*function, values, memory)
+            }
+            ExprKind::Call(Callee::Pointer(_), _) => {
+                Err("a call through a pointer".to_owned())
+            }
+            ExprKind::Member(..) => Err("a structure that a function returns".to_owned()),
+        }
+    }
+
+    fn on_path(
+        &mut self,
+        when: Lit,
+        expr: &'u Expr,
+        memory: &mut Memory,
+    ) -> Done<Option<Scalar>> {
+        let before = self.here;
+        self.here = self.aig.and(before, when);
+        let done = self.evaluate(expr, memory);
+        self.here = before;
+        done
+    }
+
+    /// Joins two paths of an expression.
+    fn join(&mut self, when: Lit, memory: &mut Memory, other: Memory) {
+        let n_objects = memory.objects.len();
+        let ends = vec![(when, std::mem::take(memory)), (!when, other)];
+        *memory = Memory::merge(&mut self.aig, ends, n_objects);
+    }
+
+    fn logical(&mut self, is_and: bool, all: &'u [Expr], memory: &mut Memory) -> Done<Lit> {
+        let Some((first, rest)) = all.split_first() else { return Ok(Lit::constant(is_and)) };
+        let value = self.truth(first, memory)?;
+        if rest.is_empty() || value == Lit::constant(!is_and) {
+            return Ok(value);
+        }
+        let goes_on = if is_and { value } else { !value };
+        let mut later = memory.clone();
+        self.assume(first, is_and, &mut later);
+        let start = later.clone();
+        let before = self.here;
+        self.here = self.aig.and(before, goes_on);
+        let other = self.logical(is_and, rest, &mut later);
+        self.here = before;
+        let other = other?;
+        if !later.is_same(&start) {
+            self.join(!goes_on, memory, later);
+        }
+        Ok(if is_and { self.aig.and(value, other) } else { self.aig.or(value, other) })
+    }
+
+    fn unary(
+        &mut self,
+        expr: &'u Expr,
+        op: UnaryOp,
+        a: &'u Expr,
+        memory: &mut Memory,
+    ) -> Done<Option<Scalar>> {
+        if op == UnaryOp::Not {
+            let lit = self.truth(a, memory)?;
+            return Ok(Some(Scalar::Int(Int::Bit(!lit))));
+        }
+        let value = self.int(a, memory)?;
+        let kind = self.kind(expr)?;
+        let zero = Int::constant(0);
+        let result = match op {
+            UnaryOp::Plus | UnaryOp::Not => value,
+            UnaryOp::Neg => self.binary(BinaryOp::Sub, kind, &zero, &value, expr.span)?,
+            // In two's complement, ~a is -1 - a, which never overflows.
+            UnaryOp::BitNot => {
+                self.binary(BinaryOp::Sub, kind, &Int::constant(-1), &value, expr.span)?
+            }
+        };
+        Ok(Some(Scalar::Int(result)))
+    }
+
+    /// An operator on two integers of a common type (of a shift: the type of the left one).
+    fn binary(
+        &mut self,
+        op: BinaryOp,
+        kind: IntKind,
+        a: &Int,
+        b: &Int,
+        loc: Loc,
+    ) -> Done<Int> {
+        let compared = match op {
+            BinaryOp::Lt => Some(CompareOp::Lt),
+            BinaryOp::Le => Some(CompareOp::Le),
+            BinaryOp::Gt => Some(CompareOp::Gt),
+            BinaryOp::Ge => Some(CompareOp::Ge),
+            BinaryOp::Eq => Some(CompareOp::Eq),
+            BinaryOp::Ne => Some(CompareOp::Ne),
+            _ => None,
+        };
+        if let Some(op) = compared {
+            return Ok(Int::Bit(value::compare(&mut self.aig, op, a, b)));
+        }
+        if matches!(op, BinaryOp::Shl | BinaryOp::Shr) {
+            return self.shift(op == BinaryOp::Shl, kind, a, b, loc);
+        }
+        let arith = |op: ArithOp| {
+            move |aig: &mut _, a: &Number, b: &Number| Some(value::arith(aig, op, a, b))
+        };
+        let aig = &mut self.aig;
+        let found = match op {
+            BinaryOp::Add => value::binary(aig, a, b, i128::checked_add, arith(ArithOp::Add)),
+            BinaryOp::Sub => value::binary(aig, a, b, i128::checked_sub, arith(ArithOp::Sub)),
+            BinaryOp::Mul => value::binary(aig, a, b, i128::checked_mul, arith(ArithOp::Mul)),
+            BinaryOp::Div => value::binary(aig, a, b, i128::checked_div, arith(ArithOp::Div)),
+            BinaryOp::Rem => value::binary(aig, a, b, i128::checked_rem, arith(ArithOp::Mod)),
+            BinaryOp::BitAnd => value::binary(aig, a, b, |x, y| Some(x & y), |aig, a, b| {
+                Some((value::bitwise(aig, a, b, |aig, x, y| aig.and(x, y)), Lit::FALSE))
+            }),
+            BinaryOp::BitOr => value::binary(aig, a, b, |x, y| Some(x | y), |aig, a, b| {
+                Some((value::bitwise(aig, a, b, |aig, x, y| aig.or(x, y)), Lit::FALSE))
+            }),
+            BinaryOp::BitXor => value::binary(aig, a, b, |x, y| Some(x ^ y), |aig, a, b| {
+                Some((value::bitwise(aig, a, b, |aig, x, y| aig.xor(x, y)), Lit::FALSE))
+            }),
+            _ => None,
+        };
+        let (exact, without) = found.ok_or("an operator without a meaning")?;
+        self.oblige(without, "divides by 0", loc);
+        self.fitted(exact, kind, loc)
+    }
+
+    /// The exact result of an operator in its type: unsigned types wrap, signed ones must contain it (C99 6.2.5p9, 6.5p5).
+    fn fitted(&mut self, exact: Int, kind: IntKind, loc: Loc) -> Done<Int> {
+        let machine = self.unit.machine;
+        if machine.is_signed(kind) {
+            let (lo, hi) = machine.range(kind);
+            let outside = exact.outside(&mut self.aig, lo, hi);
+            self.oblige(outside, "overflows", loc);
+        }
+        Ok(exact.wrapped(&mut self.aig, machine.bits(kind), machine.is_signed(kind)))
+    }
+
+    fn shift(&mut self, is_left: bool, kind: IntKind, a: &Int, b: &Int, loc: Loc) -> Done<Int> {
+        let machine = self.unit.machine;
+        let bits = machine.bits(kind);
+        let bad = b.outside(&mut self.aig, 0, i128::from(bits) - 1);
+        self.oblige(bad, "shifts by too many bits", loc);
+        if is_left && machine.is_signed(kind) {
+            let negative = value::compare(&mut self.aig, CompareOp::Lt, a, &Int::constant(0));
+            self.oblige(negative, "shifts a negative number to the left", loc);
+        }
+        let Some(amounts) = b.cases() else {
+            return Err("a shift by a number that is not a constant".to_owned());
+        };
+        let mut ways = Vec::new();
+        for (amount, when) in amounts {
+            let Some(by) = usize::try_from(amount).ok().filter(|by| *by < 64) else { continue };
+            let value = match a.cases() {
+                Some(cases) => {
+                    let shifted = |x: i128| if is_left { x << by } else { x >> by };
+                    Int::choice(&mut self.aig, cases.into_iter().map(|(x, when)| (shifted(x), when)))
+                }
+                None => {
+                    let a = a.number(&mut self.aig);
+                    Int::Word(if is_left {
+                        value::shifted_left(&a, by)
+                    } else {
+                        value::shifted_right(&a, by)
+                    })
+                }
+            };
+            ways.push((when, value));
+        }
+        let exact = match ways.as_slice() {
+            [(_, only)] => only.clone(),
+            _ => Int::merge(&mut self.aig, &ways),
+        };
+        self.fitted(exact, kind, loc)
+    }
+
+    fn same_pointer(&mut self, op: BinaryOp, a: &Scalar, b: &Scalar) -> Done<Int> {
+        let (Scalar::Pointer(a), Scalar::Pointer(b)) = (a, b) else {
+            return Err("a pointer compared with a number".to_owned());
+        };
+        let is_equal = match op {
+            BinaryOp::Eq => true,
+            BinaryOp::Ne => false,
+            _ => return Err("arithmetic on pointers".to_owned()),
+        };
+        let mut ways = Vec::new();
+        for (x, when_x) in a {
+            for (y, when_y) in b {
+                if x == y {
+                    ways.push(self.aig.and(*when_x, *when_y));
+                }
+            }
+        }
+        let equal = self.aig.or_all(ways);
+        Ok(Int::Bit(equal.negate_if(!is_equal)))
+    }
+
+    /// A value converted to another type (C99 6.3).
+    fn converted(&mut self, value: Scalar, from: &Type, to: &Type) -> Done<Scalar> {
+        if let Some(kind) = self.unit.integer(to) {
+            if kind == IntKind::Bool {
+                let lit = self.is_not_zero(&value);
+                return Ok(Scalar::Int(Int::Bit(lit)));
+            }
+            let Scalar::Int(value) = value else {
+                return Err("a pointer converted to a number".to_owned());
+            };
+            let machine = self.unit.machine;
+            let wrapped =
+                value.wrapped(&mut self.aig, machine.bits(kind), machine.is_signed(kind));
+            return Ok(Scalar::Int(wrapped));
+        }
+        match (&value, to) {
+            (Scalar::Pointer(cases), Type::Pointer(target)) => {
+                let is_null = cases.iter().all(|(pointer, _)| *pointer == Pointer::Null);
+                let is_same = from.target().is_some_and(|from| from.ty == target.ty);
+                if is_null || is_same {
+                    return Ok(value);
+                }
+                Err("a conversion between pointers of different types".to_owned())
+            }
+            (Scalar::Int(number), Type::Pointer(_)) if number.as_constant() == Some(0) => {
+                Ok(Scalar::Pointer(vec![(Pointer::Null, Lit::TRUE)]))
+            }
+            _ => Err("a conversion to a type that is not a number".to_owned()),
+        }
+    }
+
+    fn loaded(&mut self, from: &[(Address, Lit)], memory: &Memory, loc: Loc) -> Done<Scalar> {
+        let cell = self.cell(from, memory)?;
+        self.oblige(cell.unset, "reads a value that was never set", loc);
+        Ok(cell.value.clone().unwrap_or(Scalar::Int(Int::constant(0))))
+    }
+
+    /// The cell at an address that is one of several.
+    fn cell(&mut self, from: &[(Address, Lit)], memory: &Memory) -> Done<Rc<Cell>> {
+        let mut cells = Vec::with_capacity(from.len());
+        for (address, when) in from {
+            cells.push((*when, self.at(*address, memory)?));
+        }
+        match cells.as_slice() {
+            [(_, only)] => Ok(only.clone()),
+            all => {
+                let all: Vec<(Lit, &Rc<Cell>)> = all.iter().map(|(when, it)| (*when, it)).collect();
+                Ok(merge_cells(&mut self.aig, &all))
+            }
+        }
+    }
+
+    fn at(&self, address: Address, memory: &Memory) -> Done<Rc<Cell>> {
+        let cells = match address.object {
+            Object::Constant(id) => self.constants.get(id),
+            Object::Changing(id) => memory.objects.get(id),
+        };
+        let cell = cells.and_then(|cells| cells.get(address.cell));
+        cell.cloned().ok_or_else(|| "an access outside of an object".to_owned())
+    }
+
+    fn store(&mut self, to: &[(Address, Lit)], cell: Rc<Cell>, memory: &mut Memory) -> Done<()> {
+        for (address, when) in to {
+            let Object::Changing(object) = address.object else {
+                return Err("an assignment to a constant".to_owned());
+            };
+            let new = if to.len() == 1 {
+                cell.clone()
+            } else {
+                let old = self.at(*address, memory)?;
+                merge_cells(&mut self.aig, &[(*when, &cell), (!*when, &old)])
+            };
+            if !memory.put(object, address.cell, new) {
+                return Err("an access outside of an object".to_owned());
+            }
+        }
+        Ok(())
+    }
+
+    // ---- places ----
+
+    /// The addresses of a place with their conditions, of which exactly one is true.
+    pub(super) fn addresses(
+        &mut self,
+        place: &'u Place,
+        memory: &mut Memory,
+    ) -> Done<Vec<(Address, Lit)>> {
+        self.tick()?;
+        match &place.kind {
+            PlaceKind::Symbol(id) => {
+                let local = self.frames.last().and_then(|frame| frame.get(id));
+                let object = local.or_else(|| self.statics.get(id)).copied();
+                let object = object.ok_or_else(|| {
+                    format!("the object `{}`, which keeps a value outside the instance", self.unit.symbols[*id].name)
+                })?;
+                Ok(vec![(Address { object, cell: 0 }, Lit::TRUE)])
+            }
+            PlaceKind::Member(base, member) => {
+                let offset = member_offset(self.unit, &base.ty, *member);
+                let offset = offset.ok_or("an unknown member")?;
+                let mut all = self.addresses(base, memory)?;
+                all.iter_mut().for_each(|(it, _)| it.cell += offset);
+                Ok(all)
+            }
+            PlaceKind::Element(base, index) => {
+                let index = self.int(index, memory)?;
+                let all = self.addresses(base, memory)?;
+                let Type::Array(element, Some(len)) = &base.ty else {
+                    return Err("an element of an array without a length".to_owned());
+                };
+                let size = n_cells(self.unit, &element.ty).ok_or("an element without a size")?;
+                let len = usize::try_from(*len).map_err(|_| "a large array")?;
+                self.elements(&all, &index, size, |_| len, place.span)
+            }
+            PlaceKind::At(pointer, index) => {
+                let index = self.int(index, memory)?;
+                let all = self.targets(pointer, memory, place.span)?;
+                let size = n_cells(self.unit, &place.ty).ok_or("an element without a size")?;
+                let lengths: Vec<usize> =
+                    self.constants.iter().map(|cells| cells.len()).collect();
+                let changing: Vec<usize> = memory.objects.iter().map(|it| it.len()).collect();
+                let left = move |it: Address| {
+                    let all = match it.object {
+                        Object::Constant(id) => lengths.get(id),
+                        Object::Changing(id) => changing.get(id),
+                    };
+                    all.map_or(0, |n| n.saturating_sub(it.cell) / size.max(1))
+                };
+                self.elements(&all, &index, size, left, place.span)
+            }
+            PlaceKind::Deref(pointer) => self.targets(pointer, memory, place.span),
+        }
+    }
+
+    /// What a pointer points to.
+    fn targets(
+        &mut self,
+        pointer: &'u Expr,
+        memory: &mut Memory,
+        loc: Loc,
+    ) -> Done<Vec<(Address, Lit)>> {
+        let Scalar::Pointer(cases) = self.scalar(pointer, memory)? else {
+            return Err("a number used as a pointer".to_owned());
+        };
+        let mut all = Vec::new();
+        for (pointer, when) in cases {
+            match pointer {
+                Pointer::To(address) => all.push((address, when)),
+                Pointer::Null | Pointer::Function(_) => {
+                    self.oblige(when, "uses a pointer to nothing", loc);
+                }
+            }
+        }
+        if all.is_empty() { Err("a pointer to nothing".to_owned()) } else { Ok(all) }
+    }
+
+    /// The elements at an index, counted from one of several addresses.
+    fn elements(
+        &mut self,
+        from: &[(Address, Lit)],
+        index: &Int,
+        size: usize,
+        len: impl Fn(Address) -> usize,
+        loc: Loc,
+    ) -> Done<Vec<(Address, Lit)>> {
+        let mut all = Vec::new();
+        for (address, when) in from {
+            let len = len(*address);
+            let outside = index.outside(&mut self.aig, 0, len as i128 - 1);
+            let outside = self.aig.and(*when, outside);
+            self.oblige(outside, "uses an index outside of its array", loc);
+            let inside: Vec<(usize, Lit)> = match index.cases() {
+                Some(cases) => cases
+                    .into_iter()
+                    .filter_map(|(value, when)| Some((usize::try_from(value).ok()?, when)))
+                    .filter(|(value, _)| *value < len)
+                    .collect(),
+                None if len <= MAX_TARGETS => {
+                    (0..len).map(|at| (at, index.is(&mut self.aig, at as i128))).collect()
+                }
+                None => return Err("an index into a large array".to_owned()),
+            };
+            for (at, is_here) in inside {
+                let when = self.aig.and(*when, is_here);
+                if when != Lit::FALSE {
+                    all.push((address.behind(at * size), when));
+                }
+            }
+        }
+        if all.is_empty() {
+            // The obligation above fails on each path that gets here.
+            return Err("an index that is always outside of its array".to_owned());
+        }
+        Ok(all)
+    }
+
+    // ---- what a condition tells about memory ----
+
+    /// Excludes the values of a cell for which the condition has the other truth value.
+    pub(super) fn assume(&mut self, condition: &'u Expr, holds: bool, memory: &mut Memory) {
+        match &condition.kind {
+            ExprKind::Unary(UnaryOp::Not, inner) => self.assume(inner, !holds, memory),
+            ExprKind::Logical(op, all) if (*op == LogicalOp::And) == holds => {
+                all.iter().for_each(|one| self.assume(one, holds, memory));
+            }
+            ExprKind::Convert(inner)
+                if self.unit.integer(&inner.ty).is_some()
+                    && self.unit.integer(&condition.ty).is_some() =>
+            {
+                self.assume(inner, holds, memory);
+            }
+            ExprKind::Binary(op, a, b) => {
+                let op = match op {
+                    BinaryOp::Eq => CompareOp::Eq,
+                    BinaryOp::Ne => CompareOp::Ne,
+                    BinaryOp::Lt => CompareOp::Lt,
+                    BinaryOp::Le => CompareOp::Le,
+                    BinaryOp::Gt => CompareOp::Gt,
+                    BinaryOp::Ge => CompareOp::Ge,
+                    _ => return,
+                };
+                if let Some(value) = self.unit.constant(b) {
+                    self.keep(a, memory, |own| compares(op, own, value) == holds);
+                } else if let Some(value) = self.unit.constant(a) {
+                    self.keep(b, memory, |own| compares(op, value, own) == holds);
+                }
+            }
+            ExprKind::Read(_) => self.keep(condition, memory, |own| (own != 0) == holds),
+            _ => {}
+        }
+    }
+
+    /// Excludes all other values of the cell that the expression reads.
+    pub(super) fn assume_one_of(&mut self, on: &'u Expr, values: &[i128], memory: &mut Memory) {
+        self.keep(on, memory, |own| values.binary_search(&own).is_ok());
+    }
+
+    fn keep(&mut self, expr: &'u Expr, memory: &mut Memory, is_possible: impl Fn(i128) -> bool) {
+        let machine = self.unit.machine;
+        let mut kinds = Vec::new();
+        let mut inner = expr;
+        while let ExprKind::Convert(part) | ExprKind::Cast(_, part) = &inner.kind {
+            let Some(kind) = self.unit.integer(&inner.ty) else { return };
+            kinds.push(kind);
+            inner = part;
+        }
+        let ExprKind::Read(place) = &inner.kind else { return };
+        if !is_plain(place) {
+            return;
+        }
+        let Ok(all) = self.addresses(place, memory) else { return };
+        let [(address, _)] = all.as_slice() else { return };
+        let Object::Changing(object) = address.object else { return };
+        let Ok(cell) = self.at(*address, memory) else { return };
+        let Some(Scalar::Int(value)) = &cell.value else { return };
+        let (Some(cases), None) = (value.cases(), value.as_constant()) else { return };
+        // The conversions around the cell must not change its values.
+        if cases.iter().any(|(own, _)| kinds.iter().any(|kind| machine.wrap(*own, *kind) != *own)) {
+            return;
+        }
+        let kept: Vec<(i128, Lit)> =
+            cases.iter().filter(|(own, _)| is_possible(*own)).copied().collect();
+        if kept.is_empty() || kept.len() == cases.len() {
+            return;
+        }
+        let value = match (value, kept.as_slice()) {
+            (Int::Bit(_), [(own, _)]) => Int::Bit(Lit::constant(*own != 0)),
+            _ => Int::choice(&mut self.aig, kept),
+        };
+        let value = Some(Scalar::Int(value));
+        let part = Cell { value, unset: cell.unset, whole: Some(cell.clone()) };
+        memory.put(object, address.cell, Rc::new(part));
+    }
+}
+
+impl Address {
+    /// The cell this many cells behind it.
+    pub(super) fn behind(self, cells: usize) -> Address {
+        Address { cell: self.cell + cells, ..self }
+    }
+}
+
+fn compares(op: CompareOp, a: i128, b: i128) -> bool {
+    match op {
+        CompareOp::Eq => a == b,
+        CompareOp::Ne => a != b,
+        CompareOp::Lt => a < b,
+        CompareOp::Le => a <= b,
+        CompareOp::Gt => a > b,
+        CompareOp::Ge => a >= b,
+    }
+}
+
+/// True if finding the place has no effect.
+fn is_plain(place: &Place) -> bool {
+    let reads = |expr: &Expr| match &expr.kind {
+        ExprKind::Read(place) | ExprKind::Decay(place) => is_plain(place),
+        ExprKind::Literal(..) | ExprKind::Constant(_) => true,
+        _ => false,
+    };
+    match &place.kind {
+        PlaceKind::Symbol(_) => true,
+        PlaceKind::Member(base, _) => is_plain(base),
+        PlaceKind::Element(base, index) => is_plain(base) && reads(index),
+        PlaceKind::At(pointer, index) => reads(pointer) && reads(index),
+        PlaceKind::Deref(pointer) => reads(pointer),
+    }
+}

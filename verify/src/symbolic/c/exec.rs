@@ -1,0 +1,523 @@
+//! The statements of C, executed on all paths at once: each path has a condition, and memory is merged where paths join.
+//!
+//! Conditions of paths are relative to the statement that made them, so that an `if` without exits leaves nothing but the values that it changed.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use grafsynth_c::tree::{
+    Arm, Case, Init, ItemKind, Label, Loc, Stmt, StmtKind, SymbolId, SymbolKind, Unit,
+};
+use grafsynth_c::walk::each_item;
+
+use super::memory::{Cell, Cells, Memory, Object, Scalar, merge_scalars, n_cells};
+use super::value::Int;
+use crate::symbolic::aig::{Aig, Lit};
+
+/// The maximum number of statements and expressions that are executed, with those of other paths.
+const MAX_WORK: u64 = 20_000_000;
+/// The maximum nesting of calls.
+const MAX_CALLS: usize = 64;
+/// The maximum number of rounds of one loop.
+const MAX_ROUNDS: usize = 5_000;
+
+/// The reason why the program cannot be executed.
+pub(super) type Stop = String;
+pub(super) type Done<T> = Result<T, Stop>;
+
+/// Something that valid C must never do.
+#[derive(Debug, Clone)]
+pub(super) struct Obligation {
+    /// The condition under which the program does it.
+    pub(super) broken: Lit,
+    /// What it would be.
+    pub(super) what: &'static str,
+    pub(super) loc: Loc,
+}
+
+struct Function<'u> {
+    params: &'u [SymbolId],
+    body: &'u [Stmt],
+}
+
+/// The program and the paths on which it is.
+pub(super) struct Program<'u> {
+    pub(super) unit: &'u Unit,
+    pub(super) aig: Aig,
+    functions: BTreeMap<SymbolId, Function<'u>>,
+    pub(super) constants: Vec<Cells>,
+    pub(super) statics: BTreeMap<SymbolId, Object>,
+    /// The objects of the locals, by call.
+    pub(super) frames: Vec<BTreeMap<SymbolId, Object>>,
+    /// The values of functions that the user provides.
+    pub(super) given: BTreeMap<SymbolId, Scalar>,
+    /// The condition of the current path.
+    pub(super) here: Lit,
+    pub(super) obligations: Vec<Obligation>,
+    work: u64,
+    node_limit: usize,
+}
+
+/// The ends of a statement: each with its condition, relative to the start of the statement.
+#[derive(Default)]
+struct Flow {
+    normal: Option<(Lit, Memory)>,
+    breaks: Vec<(Lit, Memory)>,
+    continues: Vec<(Lit, Memory)>,
+    returns: Vec<(Lit, Memory, Option<Scalar>)>,
+}
+
+impl Flow {
+    fn on(memory: Memory) -> Flow {
+        Flow { normal: Some((Lit::TRUE, memory)), ..Flow::default() }
+    }
+
+    /// Adds the exits of a part that starts under a condition. Returns its normal end.
+    fn absorb(&mut self, aig: &mut Aig, when: Lit, part: Flow) -> Option<(Lit, Memory)> {
+        for (to, from) in
+            [(&mut self.breaks, part.breaks), (&mut self.continues, part.continues)]
+        {
+            for (condition, memory) in from {
+                to.push((aig.and(when, condition), memory));
+            }
+        }
+        for (condition, memory, value) in part.returns {
+            self.returns.push((aig.and(when, condition), memory, value));
+        }
+        part.normal
+    }
+}
+
+impl<'u> Program<'u> {
+    /// The program of a unit; its constants are evaluated.
+    pub(super) fn new(unit: &'u Unit, aig: Aig, node_limit: usize) -> Done<Self> {
+        let mut program = Program {
+            unit,
+            aig,
+            functions: BTreeMap::new(),
+            constants: Vec::new(),
+            statics: BTreeMap::new(),
+            frames: vec![BTreeMap::new()],
+            given: BTreeMap::new(),
+            here: Lit::TRUE,
+            obligations: Vec::new(),
+            work: 0,
+            node_limit,
+        };
+        let mut objects = Vec::new();
+        each_item(&unit.items, &mut |item| match &item.kind {
+            ItemKind::Function { symbol, params, body } => {
+                program.functions.insert(*symbol, Function { params, body });
+            }
+            ItemKind::Object { symbol, init, .. } => objects.push((*symbol, init.as_ref())),
+            _ => {}
+        });
+        for (symbol, init) in objects {
+            let data = &unit.symbols[symbol];
+            // An object that can change keeps a value between reactions outside the instance.
+            if !unit.has_const(&data.canonical) {
+                continue;
+            }
+            let cells = program.initialised(&data.canonical.ty, init, true)?;
+            program.constants.push(Rc::new(cells));
+            program.statics.insert(symbol, Object::Constant(program.constants.len() - 1));
+        }
+        Ok(program)
+    }
+
+    /// The cells of an object with an initialiser; without one, it is 0 if it `is_static`, else it has no value.
+    pub(super) fn initialised(
+        &mut self,
+        ty: &grafsynth_c::tree::types::Type,
+        init: Option<&'u Init>,
+        is_static: bool,
+    ) -> Done<Vec<Rc<Cell>>> {
+        let n = n_cells(self.unit, ty).ok_or("an object without a size")?;
+        if n > 1 << 20 {
+            return Err("an object that is too large".to_owned());
+        }
+        let mut cells = vec![Rc::new(Cell::UNSET); n];
+        if init.is_some() || is_static {
+            let mut at = 0;
+            self.zero(ty, &mut cells, &mut at);
+        }
+        if let Some(init) = init {
+            self.fill(ty, init, &mut cells, 0)?;
+        }
+        Ok(cells)
+    }
+
+    pub(super) fn call(
+        &mut self,
+        function: SymbolId,
+        arguments: Vec<Scalar>,
+        memory: &mut Memory,
+    ) -> Done<Option<Scalar>> {
+        let data = &self.unit.symbols[function];
+        let Some(Function { params, body }) = self.functions.get(&function) else {
+            return match self.given.get(&function) {
+                Some(value) => Ok(Some(value.clone())),
+                None => Err(format!("a call of `{}`, which is not in the text", data.name)),
+            };
+        };
+        if self.frames.len() > MAX_CALLS {
+            return Err("calls that are nested too deeply".to_owned());
+        }
+        let (params, body) = (*params, *body);
+        let n_objects = memory.objects.len();
+        let mut inner = memory.clone();
+        let mut frame = BTreeMap::new();
+        for (param, value) in params.iter().zip(arguments) {
+            frame.insert(*param, inner.add(vec![Rc::new(Cell::of(value))]));
+        }
+        self.frames.push(frame);
+        let flow = self.block(body, inner);
+        self.frames.pop();
+        let flow = flow?;
+        let mut ends = flow.returns;
+        ends.extend(flow.normal.map(|(when, memory)| (when, memory, None)));
+        let values: Vec<(Lit, &Scalar)> =
+            ends.iter().filter_map(|(when, _, value)| Some((*when, value.as_ref()?))).collect();
+        let value = merge_scalars(&mut self.aig, &values);
+        let memories = ends.into_iter().map(|(when, memory, _)| (when, memory)).collect();
+        *memory = Memory::merge(&mut self.aig, memories, n_objects);
+        Ok(value)
+    }
+
+    /// Counts work, and ends it when it is too much.
+    pub(super) fn tick(&mut self) -> Done<()> {
+        self.work += 1;
+        if self.work > MAX_WORK {
+            return Err(format!("more than {MAX_WORK} steps of execution"));
+        }
+        if self.aig.len() > self.node_limit {
+            return Err(format!("the reaction has more than {} nodes", self.node_limit));
+        }
+        Ok(())
+    }
+
+    /// Runs a part under an additional condition.
+    fn under<T>(&mut self, when: Lit, part: impl FnOnce(&mut Self) -> Done<T>) -> Done<T> {
+        let before = self.here;
+        self.here = self.aig.and(before, when);
+        let done = part(self);
+        self.here = before;
+        done
+    }
+
+    /// Notes that something undefined happens here under a condition.
+    pub(super) fn oblige(&mut self, bad: Lit, what: &'static str, loc: Loc) {
+        let broken = self.aig.and(self.here, bad);
+        if broken != Lit::FALSE {
+            self.obligations.push(Obligation { broken, what, loc });
+        }
+    }
+
+    fn block(&mut self, list: impl IntoIterator<Item = &'u Stmt>, memory: Memory) -> Done<Flow> {
+        let n_objects = memory.objects.len();
+        let before = self.here;
+        let mut all = Flow::default();
+        let mut now = Some((Lit::TRUE, memory));
+        for stmt in list {
+            let Some((when, memory)) = now.take() else { break };
+            let part = match self.stmt(stmt, memory) {
+                Ok(part) => part,
+                Err(stop) => {
+                    self.here = before;
+                    return Err(stop);
+                }
+            };
+            if let Some((then, memory)) = all.absorb(&mut self.aig, when, part) {
+                let when = self.aig.and(when, then);
+                self.here = self.aig.and(before, when);
+                now = (when != Lit::FALSE).then_some((when, memory));
+            }
+        }
+        self.here = before;
+        if let Some((_, memory)) = &mut now {
+            memory.objects.truncate(n_objects);
+        }
+        all.normal = now;
+        Ok(all)
+    }
+
+    fn stmt(&mut self, stmt: &'u Stmt, mut memory: Memory) -> Done<Flow> {
+        self.tick()?;
+        match &stmt.kind {
+            StmtKind::Expr(expr) => {
+                self.effect(expr, &mut memory)?;
+                Ok(Flow::on(memory))
+            }
+            StmtKind::Define { symbol, init } => {
+                let data = &self.unit.symbols[*symbol];
+                if matches!(data.kind, SymbolKind::Local { is_static: true }) {
+                    if !self.unit.has_const(&data.canonical) {
+                        return Err(format!("the static object `{}`", data.name));
+                    }
+                    if !self.statics.contains_key(symbol) {
+                        let cells = self.initialised(&data.canonical.ty, init.as_ref(), true)?;
+                        self.constants.push(Rc::new(cells));
+                        let object = Object::Constant(self.constants.len() - 1);
+                        self.statics.insert(*symbol, object);
+                    }
+                    return Ok(Flow::on(memory));
+                }
+                let cells = match init {
+                    Some(Init::Value(value)) => self.assigned(value, &mut memory)?,
+                    init => self.initialised(&data.canonical.ty, init.as_ref(), false)?,
+                };
+                let object = memory.add(cells);
+                if let Some(frame) = self.frames.last_mut() {
+                    frame.insert(*symbol, object);
+                }
+                Ok(Flow::on(memory))
+            }
+            StmtKind::If { arms, otherwise } => self.branches(arms, otherwise, memory),
+            StmtKind::Switch { on, cases } => {
+                let value = self.int(on, &mut memory)?;
+                self.switch(on, &value, cases, memory)
+            }
+            StmtKind::While { condition, body } => {
+                self.rounds(Some(condition), body, None, false, memory)
+            }
+            StmtKind::DoWhile { body, condition } => {
+                self.rounds(Some(condition), body, None, true, memory)
+            }
+            StmtKind::For { init, condition, step, body } => {
+                let n_objects = memory.objects.len();
+                let mut all = Flow::default();
+                for one in init {
+                    let part = self.stmt(one, memory)?;
+                    let Some((_, after)) = all.absorb(&mut self.aig, Lit::TRUE, part) else {
+                        return Ok(all);
+                    };
+                    memory = after;
+                }
+                let mut flow =
+                    self.rounds(condition.as_ref(), body, step.as_ref(), false, memory)?;
+                if let Some((_, memory)) = &mut flow.normal {
+                    memory.objects.truncate(n_objects);
+                }
+                Ok(flow)
+            }
+            StmtKind::Break => {
+                Ok(Flow { breaks: vec![(Lit::TRUE, memory)], ..Flow::default() })
+            }
+            StmtKind::Continue => {
+                Ok(Flow { continues: vec![(Lit::TRUE, memory)], ..Flow::default() })
+            }
+            StmtKind::Return(value) => {
+                let value = match value {
+                    Some(value) => Some(self.scalar(value, &mut memory)?),
+                    None => None,
+                };
+                Ok(Flow { returns: vec![(Lit::TRUE, memory, value)], ..Flow::default() })
+            }
+            StmtKind::Block(body) => self.block(body, memory),
+            StmtKind::Barrier => Ok(Flow::on(memory)),
+            StmtKind::Opaque(_) => Err("C code of the chart's author".to_owned()),
+        }
+    }
+
+    fn branches(&mut self, arms: &'u [Arm], otherwise: &'u [Stmt], memory: Memory) -> Done<Flow> {
+        let Some((arm, rest)) = arms.split_first() else { return self.block(otherwise, memory) };
+        let n_objects = memory.objects.len();
+        let mut memory = memory;
+        let when = self.truth(&arm.condition, &mut memory)?;
+        match when.as_constant() {
+            Some(true) => return self.block(&arm.body, memory),
+            Some(false) => return self.branches(rest, otherwise, memory),
+            None => {}
+        }
+        let mut then = memory.clone();
+        self.assume(&arm.condition, true, &mut then);
+        self.assume(&arm.condition, false, &mut memory);
+        let yes = self.under(when, |this| this.block(&arm.body, then))?;
+        let no = self.under(!when, |this| this.branches(rest, otherwise, memory))?;
+        let mut all = Flow::default();
+        let yes = all.absorb(&mut self.aig, when, yes);
+        let no = all.absorb(&mut self.aig, !when, no);
+        all.normal = match (yes, no) {
+            (None, None) => None,
+            (Some((then, memory)), None) => Some((self.aig.and(when, then), memory)),
+            (None, Some((then, memory))) => Some((self.aig.and(!when, then), memory)),
+            (Some((yes, then)), Some((no, otherwise))) => {
+                let ends = vec![(when, then), (!when, otherwise)];
+                let memory = Memory::merge(&mut self.aig, ends, n_objects);
+                Some((self.aig.ite(when, yes, no), memory))
+            }
+        };
+        Ok(all)
+    }
+
+    fn switch(
+        &mut self,
+        on: &'u grafsynth_c::tree::Expr,
+        value: &Int,
+        cases: &'u [Case],
+        memory: Memory,
+    ) -> Done<Flow> {
+        let n_objects = memory.objects.len();
+        let target = |value: i128| {
+            let is = |case: &Case, wanted: Option<i128>| {
+                case.labels.iter().any(|label| match label {
+                    Label::Case(_, value) => Some(*value) == wanted,
+                    Label::Default => wanted.is_none(),
+                })
+            };
+            let exact = cases.iter().position(|case| is(case, Some(value)));
+            exact.or_else(|| cases.iter().position(|case| is(case, None))).unwrap_or(cases.len())
+        };
+        // For each case, and after them for none: its condition, and the values that lead to it.
+        let mut starts: BTreeMap<usize, (Vec<Lit>, Vec<i128>)> = BTreeMap::new();
+        if let Some(all) = value.cases() {
+            let index: BTreeMap<i128, usize> = cases
+                .iter()
+                .enumerate()
+                .flat_map(|(at, case)| {
+                    case.labels.iter().filter_map(move |label| match label {
+                        Label::Case(_, value) => Some((*value, at)),
+                        Label::Default => None,
+                    })
+                })
+                .collect();
+            let default = target(i128::MAX);
+            for (value, condition) in all {
+                let at = index.get(&value).copied().unwrap_or(default);
+                let start = starts.entry(at).or_default();
+                start.0.push(condition);
+                start.1.push(value);
+            }
+        } else {
+            let mut handled = Vec::new();
+            for (at, case) in cases.iter().enumerate() {
+                for label in &case.labels {
+                    if let Label::Case(_, label) = label {
+                        let is = value.is(&mut self.aig, *label);
+                        handled.push(is);
+                        starts.entry(at).or_default().0.push(is);
+                    }
+                }
+            }
+            let none = !self.aig.or_all(handled);
+            starts.entry(target(i128::MAX)).or_default().0.push(none);
+        }
+        let mut all = Flow::default();
+        let mut ends: Vec<(Lit, Memory)> = Vec::new();
+        let is_only = starts.len() == 1;
+        for (at, (conditions, values)) in starts {
+            let when = if is_only { Lit::TRUE } else { self.aig.or_all(conditions) };
+            if when == Lit::FALSE {
+                continue;
+            }
+            let mut memory = memory.clone();
+            if !values.is_empty() {
+                self.assume_one_of(on, &values, &mut memory);
+            }
+            let body = cases.iter().skip(at).flat_map(|case| &case.body);
+            let mut flow = self.under(when, |this| this.block(body, memory))?;
+            let breaks = std::mem::take(&mut flow.breaks);
+            let normal = all.absorb(&mut self.aig, when, flow);
+            for (then, memory) in breaks.into_iter().chain(normal) {
+                let when = self.aig.and(when, then);
+                if when != Lit::FALSE {
+                    ends.push((when, memory));
+                }
+            }
+        }
+        let is_total = all.returns.is_empty() && all.continues.is_empty();
+        all.normal = self.joined(ends, is_total, n_objects);
+        Ok(all)
+    }
+
+    /// The end of paths with explicit conditions; `is_total` if one of them is always true.
+    fn joined(
+        &mut self,
+        ends: Vec<(Lit, Memory)>,
+        is_total: bool,
+        n_objects: usize,
+    ) -> Option<(Lit, Memory)> {
+        if ends.is_empty() {
+            return None;
+        }
+        let when = if is_total {
+            Lit::TRUE
+        } else {
+            self.aig.or_all(ends.iter().map(|(when, _)| *when).collect::<Vec<_>>())
+        };
+        Some((when, Memory::merge(&mut self.aig, ends, n_objects)))
+    }
+
+    /// A loop; with `is_do`, the first round has no condition.
+    fn rounds(
+        &mut self,
+        condition: Option<&'u grafsynth_c::tree::Expr>,
+        body: &'u [Stmt],
+        step: Option<&'u grafsynth_c::tree::Expr>,
+        is_do: bool,
+        memory: Memory,
+    ) -> Done<Flow> {
+        let before = self.here;
+        let done = self.rounds_from(condition, body, step, is_do, memory);
+        self.here = before;
+        done
+    }
+
+    fn rounds_from(
+        &mut self,
+        condition: Option<&'u grafsynth_c::tree::Expr>,
+        body: &'u [Stmt],
+        step: Option<&'u grafsynth_c::tree::Expr>,
+        is_do: bool,
+        mut memory: Memory,
+    ) -> Done<Flow> {
+        let n_objects = memory.objects.len();
+        let before = self.here;
+        let mut all = Flow::default();
+        let mut ends: Vec<(Lit, Memory)> = Vec::new();
+        let mut running = Lit::TRUE;
+        for round in 0.. {
+            if round > MAX_ROUNDS {
+                return Err(format!("a loop of more than {MAX_ROUNDS} rounds"));
+            }
+            if let Some(condition) = condition.filter(|_| round > 0 || !is_do) {
+                let goes_on = self.truth(condition, &mut memory)?;
+                if goes_on != Lit::TRUE {
+                    let ends_here = self.aig.and(running, !goes_on);
+                    let mut memory = memory.clone();
+                    self.assume(condition, false, &mut memory);
+                    if ends_here != Lit::FALSE {
+                        ends.push((ends_here, memory));
+                    }
+                }
+                self.assume(condition, true, &mut memory);
+                running = self.aig.and(running, goes_on);
+                self.here = self.aig.and(before, running);
+                if running == Lit::FALSE {
+                    break;
+                }
+            }
+            let mut flow = self.block(body, memory)?;
+            let breaks = std::mem::take(&mut flow.breaks);
+            let continues = std::mem::take(&mut flow.continues);
+            let normal = all.absorb(&mut self.aig, running, flow);
+            for (when, memory) in breaks {
+                ends.push((self.aig.and(running, when), memory));
+            }
+            let on: Vec<(Lit, Memory)> = continues.into_iter().chain(normal).collect();
+            let Some((then, after)) = self.joined(on, false, n_objects) else { break };
+            memory = after;
+            running = self.aig.and(running, then);
+            self.here = self.aig.and(before, running);
+            if running == Lit::FALSE {
+                break;
+            }
+            if let Some(step) = step {
+                self.effect(step, &mut memory)?;
+            }
+        }
+        let is_total = all.returns.is_empty();
+        all.normal = self.joined(ends, is_total, n_objects);
+        Ok(all)
+    }
+}

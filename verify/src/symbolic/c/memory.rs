@@ -1,0 +1,215 @@
+//! The memory of the C program: objects as lists of scalar cells, with copies that cost little.
+
+use std::rc::Rc;
+
+use grafsynth_c::tree::SymbolId;
+use grafsynth_c::tree::Unit;
+use grafsynth_c::tree::types::Type;
+
+use super::value::Int;
+use crate::symbolic::aig::{Aig, Lit};
+
+/// A scalar value.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Scalar {
+    Int(Int),
+    /// Pointers with their conditions, of which exactly one is true.
+    Pointer(Vec<(Pointer, Lit)>),
+}
+
+/// A pointer value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Pointer {
+    Null,
+    /// The cell, or the aggregate that starts there.
+    To(Address),
+    Function(SymbolId),
+}
+
+/// A cell of an object.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Address {
+    pub(super) object: Object,
+    pub(super) cell: usize,
+}
+
+/// Identifies an object.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Object {
+    /// A constant of the program, which no path changes.
+    Constant(usize),
+    /// Any other object.
+    Changing(usize),
+}
+
+/// The contents of a cell.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Cell {
+    /// The value; `None` before the first assignment.
+    pub(super) value: Option<Scalar>,
+    /// The condition that it has no value yet.
+    pub(super) unset: Lit,
+    /// The cell of which this one is the part that is possible on the current path.
+    pub(super) whole: Option<Rc<Cell>>,
+}
+
+impl Cell {
+    pub(super) const UNSET: Cell = Cell { value: None, unset: Lit::TRUE, whole: None };
+
+    pub(super) fn of(value: Scalar) -> Cell {
+        Cell { value: Some(value), unset: Lit::FALSE, whole: None }
+    }
+}
+
+/// The cells of an object.
+pub(super) type Cells = Rc<Vec<Rc<Cell>>>;
+
+/// All objects that can change.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Memory {
+    pub(super) objects: Vec<Cells>,
+}
+
+impl Memory {
+    /// A new object with these cells.
+    pub(super) fn add(&mut self, cells: Vec<Rc<Cell>>) -> Object {
+        self.objects.push(Rc::new(cells));
+        Object::Changing(self.objects.len() - 1)
+    }
+
+    /// True if both are copies of one memory to which nothing was assigned since.
+    pub(super) fn is_same(&self, other: &Memory) -> bool {
+        self.objects.len() == other.objects.len()
+            && self.objects.iter().zip(&other.objects).all(|(a, b)| Rc::ptr_eq(a, b))
+    }
+
+    /// Replaces a cell; false if it does not exist.
+    pub(super) fn put(&mut self, object: usize, cell: usize, value: Rc<Cell>) -> bool {
+        let Some(cells) = self.objects.get_mut(object) else { return false };
+        match Rc::make_mut(cells).get_mut(cell) {
+            Some(place) => {
+                *place = value;
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// The memory after several paths, each with its condition, of which exactly one is true. `n_objects` is the number of objects that existed before the paths
+    /// separated.
+    pub(super) fn merge(aig: &mut Aig, all: Vec<(Lit, Memory)>, n_objects: usize) -> Memory {
+        let mut all = all;
+        if all.len() == 1 {
+            let mut only = all.pop().map(|(_, memory)| memory).unwrap_or_default();
+            only.objects.truncate(n_objects);
+            return only;
+        }
+        let mut objects = Vec::with_capacity(n_objects);
+        for at in 0..n_objects {
+            let versions: Vec<(Lit, &Cells)> =
+                all.iter().map(|(when, memory)| (*when, &memory.objects[at])).collect();
+            let Some((_, first)) = versions.first() else { break };
+            if versions.iter().all(|(_, cells)| Rc::ptr_eq(cells, first)) {
+                objects.push((*first).clone());
+                continue;
+            }
+            let merged = (0..first.len()).map(|cell| {
+                let cells: Vec<(Lit, &Rc<Cell>)> =
+                    versions.iter().map(|(when, cells)| (*when, &cells[cell])).collect();
+                merge_cells(aig, &cells)
+            });
+            objects.push(Rc::new(merged.collect()));
+        }
+        Memory { objects }
+    }
+}
+
+/// The whole of a cell.
+fn whole(cell: &Rc<Cell>) -> &Rc<Cell> {
+    let mut cell = cell;
+    while let Some(larger) = &cell.whole {
+        cell = larger;
+    }
+    cell
+}
+
+/// A cell after several paths, each with its condition, of which exactly one is true.
+pub(super) fn merge_cells(aig: &mut Aig, all: &[(Lit, &Rc<Cell>)]) -> Rc<Cell> {
+    let Some((_, first)) = all.first() else { return Rc::new(Cell::UNSET) };
+    if all.iter().all(|(_, cell)| Rc::ptr_eq(cell, first)) {
+        return (*first).clone();
+    }
+    // Nothing was assigned, only excluded.
+    if all.iter().all(|(_, cell)| Rc::ptr_eq(whole(cell), whole(first))) {
+        return whole(first).clone();
+    }
+    let unset: Vec<Lit> = all.iter().map(|(when, cell)| aig.and(*when, cell.unset)).collect();
+    let unset = aig.or_all(unset);
+    // A path without a value has any value.
+    let set: Vec<(Lit, &Scalar)> =
+        all.iter().filter_map(|(when, cell)| Some((*when, cell.value.as_ref()?))).collect();
+    let value = merge_scalars(aig, &set);
+    Rc::new(Cell { value, unset, whole: None })
+}
+
+/// A value after several paths. `None` without any, or if integers and pointers are mixed.
+pub(super) fn merge_scalars(aig: &mut Aig, all: &[(Lit, &Scalar)]) -> Option<Scalar> {
+    let (_, first) = all.first()?;
+    if all.iter().all(|(_, value)| value == first) {
+        return Some((*first).clone());
+    }
+    let mut ints = Vec::new();
+    let mut pointers = Vec::new();
+    for (when, value) in all {
+        match value {
+            Scalar::Int(value) => ints.push((*when, value.clone())),
+            Scalar::Pointer(cases) => {
+                for (pointer, condition) in cases {
+                    pointers.push((*pointer, aig.and(*when, *condition)));
+                }
+            }
+        }
+    }
+    match (ints.is_empty(), pointers.is_empty()) {
+        (false, true) => Some(Scalar::Int(Int::merge(aig, &ints))),
+        (true, false) => Some(Scalar::Pointer(pointer_cases(aig, pointers))),
+        _ => None,
+    }
+}
+
+/// The cases of a pointer, each target once.
+pub(super) fn pointer_cases(aig: &mut Aig, all: Vec<(Pointer, Lit)>) -> Vec<(Pointer, Lit)> {
+    let mut by_target: std::collections::BTreeMap<Pointer, Vec<Lit>> = Default::default();
+    for (pointer, condition) in all {
+        if condition != Lit::FALSE {
+            by_target.entry(pointer).or_default().push(condition);
+        }
+    }
+    if by_target.len() == 1 {
+        return by_target.into_keys().map(|pointer| (pointer, Lit::TRUE)).collect();
+    }
+    by_target.into_iter().map(|(pointer, ways)| (pointer, aig.or_all(ways))).collect()
+}
+
+/// The number of cells of an object of a type; `None` for types without objects.
+pub(super) fn n_cells(unit: &Unit, ty: &Type) -> Option<usize> {
+    match ty {
+        Type::Int(_) | Type::Enum(_) | Type::Pointer(_) => Some(1),
+        Type::Array(element, len) => {
+            n_cells(unit, &element.ty)?.checked_mul(usize::try_from((*len)?).ok()?)
+        }
+        Type::Struct(id) => unit.structs[*id]
+            .members
+            .iter()
+            .try_fold(0_usize, |sum, member| sum.checked_add(n_cells(unit, &member.canonical.ty)?)),
+        Type::Void | Type::Function(_) | Type::Named(_) => None,
+    }
+}
+
+/// The first cell of a member, counted from the start of its structure.
+pub(super) fn member_offset(unit: &Unit, ty: &Type, member: usize) -> Option<usize> {
+    let members = &unit.structs[ty.as_struct()?].members;
+    members.iter().take(member).try_fold(0_usize, |sum, one| {
+        sum.checked_add(n_cells(unit, &one.canonical.ty)?)
+    })
+}
