@@ -58,10 +58,8 @@ pub(crate) fn representation(net: &Net, names: &Names, program: &StyleOutput) ->
     let handed = net.inputs.iter().filter(|(_, input)| input.kind.is_handed());
     let inputs = handed.map(|(id, _)| {
         let index = names.io.input_bit(id);
-        let place = index.map_or_else(
-            || Place::member(&names.inputs[id]),
-            |index| bit(index, INPUT_BITS),
-        );
+        let place =
+            index.map_or_else(|| Place::member(&names.inputs[id]), |index| bit(index, INPUT_BITS));
         (id, place)
     });
     let outputs = net.outputs.iter().filter(|(_, output)| !output.is_extern()).map(|(id, _)| {

@@ -18,8 +18,8 @@
 //! 7. [`report`]: the page of a build
 
 pub mod automaton;
-pub mod c_proof;
 mod built;
+pub mod c_proof;
 pub mod certify;
 mod circuit;
 mod circuit_notes;

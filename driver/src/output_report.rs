@@ -8,8 +8,9 @@ use grafsynth_ir::logic::Logic;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Valid, counted};
 use grafsynth_sim::{Stimulus, Trace};
+use grafsynth_verify::c_code::Induction;
 use grafsynth_verify::equiv::{Counterexample, Verdict};
-use grafsynth_verify::{Certificate, Dominance, Method, Open, OpenReason, Scope};
+use grafsynth_verify::{Certificate, Dominance, Method, Open, OpenReason, Scope, Tested};
 
 /// The result for an output, from best to worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -84,6 +85,13 @@ pub enum OutputProof {
         reactions: u64,
         /// The stimuli that this applies to.
         scope: Scope,
+    },
+    /// The text of C, read back, gives the rows of the net, for every stimulus and in the states of any length of run.
+    Text {
+        /// The size of the proof.
+        induction: Induction,
+        /// The test of the compiled text, or the reason why there was none.
+        ran: Result<Tested, OpenReason>,
     },
 }
 
@@ -359,6 +367,7 @@ impl OutputProof {
             OutputProof::Rebuilt(_) => "equal-circuits",
             OutputProof::Bitstream(_) => "equal-bitstream",
             OutputProof::Run { .. } => "enumeration",
+            OutputProof::Text { .. } => "induction",
         }
     }
 }
@@ -537,6 +546,13 @@ impl std::fmt::Display for OutputProof {
                 counted(*states, "state", "states"),
                 counted(*reactions, "reaction", "reactions")
             ),
+            OutputProof::Text { induction, ran } => {
+                write!(f, "read back and {induction}, {}", Scope::EveryStimulus)?;
+                match ran {
+                    Ok(tested) => write!(f, "; compiled and {tested}"),
+                    Err(why) => write!(f, "; not compiled: {why}"),
+                }
+            }
         }
     }
 }

@@ -22,6 +22,7 @@ use grafsynth_ir::{FileId, Valid};
 use grafsynth_sim::{
     Column, InputRow, MAX_DT, Simulator, State, Stimulus, Thresholds, Trace, TraceLayout, Value,
 };
+use grafsynth_verify::c_code::Induction;
 use grafsynth_verify::{Limits, Open, OpenReason, Scope};
 use std::collections::BTreeMap;
 
@@ -29,6 +30,8 @@ use std::collections::BTreeMap;
 const MAX_ROWS: usize = 1 << 12;
 /// The maximum number of reactions with ticks at and around thresholds; several hundred thousand reactions are compared per second.
 const MAX_REACTIONS: u64 = 400_000;
+/// The same for a text that is proved, where the run is only a test of the proof and of the compiler.
+const FEW_REACTIONS: u64 = 20_000;
 /// The maximum number of additional reactions for a proof that covers every `dt`.
 const MAX_TICKS: u64 = 1_000_000;
 /// Tick counts that do not fit in counters of 8 and 16 bits, and the maximum for a signed counter of 32 bits.
@@ -38,7 +41,8 @@ const WIDE: [u32; 3] = [1 << 8, 1 << 16, MAX_DT];
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Refused(pub String);
 
-/// Compares a package with its net: by enumeration if `prove`, and by directed random reactions if that is not a complete proof.
+/// Compares a package with its net. `read` is the result of the proof of its text. The text is compiled and run as well: in every state if these are few or nothing
+/// else proves it, otherwise in directed random reactions. If a proof was not requested, only these are made.
 ///
 /// # Errors
 /// The compiler rejects the text.
@@ -47,9 +51,9 @@ pub fn check(
     net: &Valid<Net>,
     package: &Package,
     limits: &Limits,
-    prove: bool,
+    read: Result<Induction, OpenReason>,
 ) -> Result<OutputReport, Refused> {
-    let verdict = match verdict(net, package, limits, prove) {
+    let verdict = match verdict(net, package, limits, read) {
         Ok(verdict) => verdict,
         Err(Trouble::Compiler(words)) => return Err(Refused(words)),
         Err(Trouble::Machine(why)) => {
@@ -67,19 +71,34 @@ fn verdict(
     net: &Valid<Net>,
     package: &Package,
     limits: &Limits,
-    prove: bool,
+    read: Result<Induction, OpenReason>,
 ) -> Result<OutputVerdict, Trouble> {
     if tools::c_compiler().is_none() {
-        let reason = OpenReason::ToolMissing(vec!["a C compiler".to_owned()]);
-        return Ok(OutputVerdict::Open(Open::because(reason)));
+        let missing = OpenReason::ToolMissing(vec!["a C compiler".to_owned()]);
+        return Ok(match read {
+            Ok(induction) => {
+                OutputVerdict::Proved(OutputProof::Text { induction, ran: Err(missing) })
+            }
+            Err(_) => OutputVerdict::Open(Open::because(missing)),
+        });
     }
-    let reason = match proof(net, package, limits, prove)? {
-        Proof::Verdict(verdict) => return Ok(verdict),
-        Proof::None(reason) => reason,
-    };
-    Ok(match tested::run(net, package, 1)? {
-        tested::Answer::Equal(tested) => OutputVerdict::Open(Open::because(reason).tested(tested)),
-        tested::Answer::Different(found) => refuted(net, package, found),
+    let reactions = if read.is_ok() { FEW_REACTIONS } else { MAX_REACTIONS };
+    let mut reasons = Vec::new();
+    if read != Err(OpenReason::NotAsked) {
+        match proof(net, package, limits, reactions)? {
+            Proof::Verdict(verdict) => return Ok(verdict),
+            Proof::None(reason) => reasons.push(reason),
+        }
+    }
+    Ok(match (tested::run(net, package, 1)?, read) {
+        (tested::Answer::Different(found), _) => refuted(net, package, found),
+        (tested::Answer::Equal(tested), Ok(induction)) => {
+            OutputVerdict::Proved(OutputProof::Text { induction, ran: Ok(tested) })
+        }
+        (tested::Answer::Equal(tested), Err(why)) => {
+            reasons.push(why);
+            OutputVerdict::Open(Open { reasons, tested: Some(tested) })
+        }
     })
 }
 
@@ -148,11 +167,8 @@ fn proof(
     net: &Valid<Net>,
     package: &Package,
     limits: &Limits,
-    prove: bool,
+    reactions: u64,
 ) -> Result<Proof, Trouble> {
-    if !prove {
-        return Ok(Proof::None(OpenReason::NotAsked));
-    }
     let unread = unread_inputs(net, package);
     let in_net = rows::read_pins(net);
     let varies = |id: InputId| {
@@ -164,7 +180,8 @@ fn proof(
     let Some(inputs) = rows::all(net, &[1], MAX_ROWS, varies) else {
         return Ok(Proof::None(OpenReason::Rows { limit: MAX_ROWS as u64 }));
     };
-    let bound = limits.pairs.min(MAX_REACTIONS);
+    let bound = limits.pairs.min(reactions);
+    let ticks = if reactions < MAX_REACTIONS { reactions } else { MAX_TICKS };
     let started = Explorer::start(net, package)?;
     let mut search = Search {
         net,
@@ -180,7 +197,7 @@ fn proof(
         reactions: 0,
     };
     let explored =
-        search.explore((&started.row, started.instance), bound, limits.pairs.min(MAX_TICKS))?;
+        search.explore((&started.row, started.instance), bound, limits.pairs.min(ticks))?;
     Ok(match explored {
         Explored::Equal { states, reactions, scope: Scope::EveryStimulus } => {
             let (states, scope) = (states as u64, Scope::EveryStimulus);

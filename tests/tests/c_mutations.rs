@@ -6,14 +6,17 @@
 #![allow(clippy::print_stdout, reason = "tests report what they skip and what they counted")]
 
 use grafsynth_backend_c::{Options, Package, Style, harness};
+use grafsynth_driver::c_proof::prove_c;
 use grafsynth_driver::report::{Outcome, OutputReport};
 use grafsynth_driver::run::net_trace;
 use grafsynth_engines::{c, exhaustive, tools};
 use grafsynth_ir::Valid;
+use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
 use grafsynth_sim::{Directed, MAX_DT, Random, Start, Stimulus, compare};
 use grafsynth_tests::{chart, in_parallel, rounds};
-use grafsynth_verify::{Limits, facts};
+use grafsynth_verify::c_code::Induction;
+use grafsynth_verify::{Limits, OpenReason, facts};
 use std::time::Duration;
 
 /// Realistic charts, and two small ones with the features that those lack.
@@ -85,6 +88,7 @@ struct Subject {
     name: &'static str,
     style: &'static str,
     net: Valid<Net>,
+    facts: Facts,
     package: Package,
     changes: Vec<Change>,
 }
@@ -151,7 +155,14 @@ fn subjects() -> Vec<Subject> {
             let options = Options { style, ..Options::default() };
             let Ok(package) = grafsynth_backend_c::emit(&net, &facts, &options) else { continue };
             let changes = changes(&package);
-            all.push(Subject { name, style: style.name(), net: net.clone(), package, changes });
+            all.push(Subject {
+                name,
+                style: style.name(),
+                net: net.clone(),
+                facts: facts.clone(),
+                package,
+                changes,
+            });
         }
     }
     all
@@ -175,7 +186,8 @@ fn fate(subject: &Subject, change: &Change) -> Fate {
     let mut mutant = subject.package.clone();
     mutant.files[change.file].text.replace_range(change.from..change.to, &change.with);
     let net = &subject.net;
-    let report = match exhaustive::check(subject.name, net, &mutant, &Limits::default(), true) {
+    let read = read(net, &subject.facts, &mutant);
+    let report = match exhaustive::check(subject.name, net, &mutant, &Limits::default(), read) {
         Ok(report) => report,
         Err(exhaustive::Refused(_)) => return Fate::Uncompiled,
     };
@@ -190,6 +202,11 @@ fn fate(subject: &Subject, change: &Change) -> Fate {
             if difference(net, &mutant).is_some() { Fate::Missed } else { Fate::Tested }
         }
     }
+}
+
+/// The proof of the text by induction.
+fn read(net: &Valid<Net>, facts: &Facts, package: &Package) -> Result<Induction, OpenReason> {
+    prove_c(net, facts, package, &Limits::default()).map_err(OpenReason::Method)
 }
 
 fn is_tested(report: &OutputReport) -> bool {

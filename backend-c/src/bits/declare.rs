@@ -35,9 +35,9 @@ impl Emit<'_> {
             let name = &self.cells[id];
             match cell.len {
                 None => all.push((Place::member(name), Holds::Piece(cell.origin, 0))),
-                Some(len) => all.extend((0..len).map(|at| {
-                    (Place::element(name, at), Holds::Piece(cell.origin, at))
-                })),
+                Some(len) => all.extend(
+                    (0..len).map(|at| (Place::element(name, at), Holds::Piece(cell.origin, at))),
+                ),
             }
         }
         all.extend(fault.then(|| (Place::member("fault"), Holds::Piece(Origin::Fault, 0))));

@@ -218,10 +218,10 @@ impl Answer {
         match &report.verdict {
             OutputVerdict::Proved(proof) => {
                 let answer = answer.with("by", proof.name());
-                if let OutputProof::Run { scope, .. } = proof {
-                    answer.scope(scope)
-                } else {
-                    answer
+                match proof {
+                    OutputProof::Run { scope, .. } => answer.scope(scope),
+                    OutputProof::Text { .. } => answer.scope(&Scope::EveryStimulus),
+                    _ => answer,
                 }
             }
             OutputVerdict::Refuted(OutputFault::Row(fault)) => answer

@@ -26,6 +26,7 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Net, PropertyRole};
 use grafsynth_ir::{Diagnostic, Valid, counted};
 use grafsynth_sim::Stimulus;
+use grafsynth_verify::c_code::Induction;
 use grafsynth_verify::{Limits, OpenReason};
 
 pub(crate) fn run(session: &mut Session, arguments: &Build) -> Result<Exit, Stop> {
@@ -459,9 +460,13 @@ struct HostC<'a> {
 }
 
 impl CEngine for HostC<'_> {
-    fn check(&self, name: &str, package: &Package) -> Result<OutputReport, String> {
-        let BuildOptions { limits, prove, .. } = self.options;
-        let checked = exhaustive::check(name, self.net, package, limits, *prove);
+    fn check(
+        &self,
+        name: &str,
+        package: &Package,
+        read: Result<Induction, OpenReason>,
+    ) -> Result<OutputReport, String> {
+        let checked = exhaustive::check(name, self.net, package, &self.options.limits, read);
         checked.map_err(|exhaustive::Refused(words)| words)
     }
 

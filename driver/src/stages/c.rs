@@ -1,12 +1,15 @@
 //! The stages of C: emit, then check. C is checked by running it, so the caller passes an engine that can compile.
 
 use crate::built::{BuildOptions, Built, MapEntry, OutputFile};
+use crate::c_proof::prove_c;
 use crate::output_report::{Note, Outcome, OutputReport};
 use crate::trust::runnable;
 use grafsynth_backend_c::{File, Object, Package, Style};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Valid};
+use grafsynth_verify::OpenReason;
+use grafsynth_verify::c_code::Induction;
 use std::borrow::Cow;
 
 /// Emits C, adds its files and the package to run to a build, and returns the findings.
@@ -76,17 +79,22 @@ fn files(net: &Net, files: &[File]) -> Vec<OutputFile> {
 
 /// What compiles and runs C.
 pub trait CEngine {
-    /// Compares a package with the net of the build; the report has this name.
+    /// Compares a package with the net of the build; the report has this name. `read` is the result of the proof of its text.
     ///
     /// # Errors
     /// The compiler's message, if it rejects the text.
-    fn check(&self, name: &str, package: &Package) -> Result<OutputReport, String>;
+    fn check(
+        &self,
+        name: &str,
+        package: &Package,
+        read: Result<Induction, OpenReason>,
+    ) -> Result<OutputReport, String>;
 
     /// Called before a package is checked, with the results so far.
     fn begins(&self, name: &str, lines: &[OutputReport]);
 }
 
-/// Compares each C package of a build with the net: proved if requested and possible, otherwise tested. Files that were refuted are removed.
+/// Compares each C package of a build with the net: proved if requested and possible, and tested. Files that were refuted are removed.
 ///
 /// # Errors
 /// The name of a text that the compiler rejects, and the compiler's message.
@@ -101,7 +109,7 @@ pub fn check(
         let texts = package.files.iter().map(|file| file.name.as_str());
         let name = texts.into_iter().find(|name| name.ends_with(".c")).unwrap_or("c");
         engine.begins(name, &built.lines);
-        let checked = engine.check(name, package);
+        let checked = engine.check(name, package, read(net, facts, options, package));
         let mut line = checked.map_err(|words| (name.to_owned(), words))?;
         if !options.trusts_code && !net.c_texts().is_empty() {
             line.notes.push(Note::WithoutForeignCode);
@@ -120,6 +128,20 @@ pub fn check(
         built.lines.push(line);
     }
     Ok(())
+}
+
+/// Reads the text of a package back and proves it, if that is requested.
+fn read(
+    net: &Valid<Net>,
+    facts: &Facts,
+    options: &BuildOptions,
+    package: &Package,
+) -> Result<Induction, OpenReason> {
+    if !options.prove {
+        return Err(OpenReason::NotAsked);
+    }
+    prove_c(net, facts, package, &options.limits)
+        .map_err(|why| OpenReason::Method(format!("no induction: {why}")))
 }
 
 /// True if an output is this file of a C package, in any folder.
@@ -141,7 +163,7 @@ fn right_style(
         if package.files == wrong.files {
             continue;
         }
-        let checked = engine.check("", &package);
+        let checked = engine.check("", &package, read(net, facts, options, &package));
         let outcome = checked.map_or(Outcome::Refuted, |line| line.outcome());
         if outcome != Outcome::Refuted {
             return Note::OtherStyle { style: style.name(), outcome };

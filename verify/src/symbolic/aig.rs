@@ -199,6 +199,11 @@ impl Aig {
         Some(order)
     }
 
+    /// The number of nodes of a function, if it is at most `limit`.
+    pub(crate) fn size(&self, root: Lit, limit: usize) -> Option<usize> {
+        self.cone(&[root], limit).map(|cone| cone.len())
+    }
+
     /// The variables that a function structurally depends on.
     pub(crate) fn support(&self, roots: &[Lit], limit: usize) -> Option<Vec<Lit>> {
         let cone = self.cone(roots, limit)?;

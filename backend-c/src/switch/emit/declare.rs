@@ -128,9 +128,10 @@ impl Emit<'_> {
             let name = &self.names.vars[id];
             match var.len {
                 None => all.push((Place::member(name), Holds::Piece(Origin::Var(id), 0))),
-                Some(len) => all.extend((0..len).map(|at| {
-                    (Place::element(name, at), Holds::Piece(Origin::Var(id), at))
-                })),
+                Some(len) => all.extend(
+                    (0..len)
+                        .map(|at| (Place::element(name, at), Holds::Piece(Origin::Var(id), at))),
+                ),
             }
         }
         all.extend(self.framed.iter().flat_map(|it| it.statements.holds(false)));

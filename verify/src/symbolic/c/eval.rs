@@ -79,11 +79,7 @@ impl<'u> Program<'u> {
     }
 
     /// The cells of a value that initialises or is assigned to an object.
-    pub(super) fn assigned(
-        &mut self,
-        value: &'u Expr,
-        memory: &mut Memory,
-    ) -> Done<Vec<Rc<Cell>>> {
+    pub(super) fn assigned(&mut self, value: &'u Expr, memory: &mut Memory) -> Done<Vec<Rc<Cell>>> {
         if value.ty.as_struct().is_none() {
             return Ok(vec![Rc::new(Cell::of(self.scalar(value, memory)?))]);
         }
@@ -176,9 +172,7 @@ impl<'u> Program<'u> {
         let number = |value: i128| Ok(Some(Scalar::Int(Int::constant(value))));
         match &expr.kind {
             ExprKind::Literal(value, _) => number(i128::from(*value)),
-            ExprKind::Bool(value) => {
-                Ok(Some(Scalar::Int(Int::Bit(Lit::constant(*value)))))
-            }
+            ExprKind::Bool(value) => Ok(Some(Scalar::Int(Int::Bit(Lit::constant(*value))))),
             ExprKind::Constant(id) => match self.unit.symbols[*id].kind {
                 SymbolKind::Constant(value) => number(value),
                 _ => Err("an unknown constant".to_owned()),
@@ -232,10 +226,8 @@ impl<'u> Program<'u> {
                 let mut other = memory.clone();
                 self.assume(c, true, memory);
                 self.assume(c, false, &mut other);
-                let (yes, no) = (
-                    self.on_path(when, a, memory)?,
-                    self.on_path(!when, b, &mut other)?,
-                );
+                let (yes, no) =
+                    (self.on_path(when, a, memory)?, self.on_path(!when, b, &mut other)?);
                 self.join(when, memory, other);
                 let (Some(yes), Some(no)) = (yes, no) else { return Ok(None) };
                 Ok(merge_scalars(&mut self.aig, &[(when, &yes), (!when, &no)]))
@@ -295,19 +287,12 @@ impl<'u> Program<'u> {
                 }
                 self.call(*function, values, memory)
             }
-            ExprKind::Call(Callee::Pointer(_), _) => {
-                Err("a call through a pointer".to_owned())
-            }
+            ExprKind::Call(Callee::Pointer(_), _) => Err("a call through a pointer".to_owned()),
             ExprKind::Member(..) => Err("a structure that a function returns".to_owned()),
         }
     }
 
-    fn on_path(
-        &mut self,
-        when: Lit,
-        expr: &'u Expr,
-        memory: &mut Memory,
-    ) -> Done<Option<Scalar>> {
+    fn on_path(&mut self, when: Lit, expr: &'u Expr, memory: &mut Memory) -> Done<Option<Scalar>> {
         let before = self.here;
         self.here = self.aig.and(before, when);
         let done = self.evaluate(expr, memory);
@@ -369,14 +354,7 @@ impl<'u> Program<'u> {
     }
 
     /// An operator on two integers of a common type (of a shift: the type of the left one).
-    fn binary(
-        &mut self,
-        op: BinaryOp,
-        kind: IntKind,
-        a: &Int,
-        b: &Int,
-        loc: Loc,
-    ) -> Done<Int> {
+    fn binary(&mut self, op: BinaryOp, kind: IntKind, a: &Int, b: &Int, loc: Loc) -> Done<Int> {
         let compared = match op {
             BinaryOp::Lt => Some(CompareOp::Lt),
             BinaryOp::Le => Some(CompareOp::Le),
@@ -402,15 +380,31 @@ impl<'u> Program<'u> {
             BinaryOp::Mul => value::binary(aig, a, b, i128::checked_mul, arith(ArithOp::Mul)),
             BinaryOp::Div => value::binary(aig, a, b, i128::checked_div, arith(ArithOp::Div)),
             BinaryOp::Rem => value::binary(aig, a, b, i128::checked_rem, arith(ArithOp::Mod)),
-            BinaryOp::BitAnd => value::binary(aig, a, b, |x, y| Some(x & y), |aig, a, b| {
-                Some((value::bitwise(aig, a, b, |aig, x, y| aig.and(x, y)), Lit::FALSE))
-            }),
-            BinaryOp::BitOr => value::binary(aig, a, b, |x, y| Some(x | y), |aig, a, b| {
-                Some((value::bitwise(aig, a, b, |aig, x, y| aig.or(x, y)), Lit::FALSE))
-            }),
-            BinaryOp::BitXor => value::binary(aig, a, b, |x, y| Some(x ^ y), |aig, a, b| {
-                Some((value::bitwise(aig, a, b, |aig, x, y| aig.xor(x, y)), Lit::FALSE))
-            }),
+            BinaryOp::BitAnd => value::binary(
+                aig,
+                a,
+                b,
+                |x, y| Some(x & y),
+                |aig, a, b| {
+                    Some((value::bitwise(aig, a, b, |aig, x, y| aig.and(x, y)), Lit::FALSE))
+                },
+            ),
+            BinaryOp::BitOr => value::binary(
+                aig,
+                a,
+                b,
+                |x, y| Some(x | y),
+                |aig, a, b| Some((value::bitwise(aig, a, b, |aig, x, y| aig.or(x, y)), Lit::FALSE)),
+            ),
+            BinaryOp::BitXor => value::binary(
+                aig,
+                a,
+                b,
+                |x, y| Some(x ^ y),
+                |aig, a, b| {
+                    Some((value::bitwise(aig, a, b, |aig, x, y| aig.xor(x, y)), Lit::FALSE))
+                },
+            ),
             _ => None,
         };
         let (exact, without) = found.ok_or("an operator without a meaning")?;
@@ -447,7 +441,10 @@ impl<'u> Program<'u> {
             let value = match a.cases() {
                 Some(cases) => {
                     let shifted = |x: i128| if is_left { x << by } else { x >> by };
-                    Int::choice(&mut self.aig, cases.into_iter().map(|(x, when)| (shifted(x), when)))
+                    Int::choice(
+                        &mut self.aig,
+                        cases.into_iter().map(|(x, when)| (shifted(x), when)),
+                    )
                 }
                 None => {
                     let a = a.number(&mut self.aig);
@@ -499,8 +496,7 @@ impl<'u> Program<'u> {
                 return Err("a pointer converted to a number".to_owned());
             };
             let machine = self.unit.machine;
-            let wrapped =
-                value.wrapped(&mut self.aig, machine.bits(kind), machine.is_signed(kind));
+            let wrapped = value.wrapped(&mut self.aig, machine.bits(kind), machine.is_signed(kind));
             return Ok(Scalar::Int(wrapped));
         }
         match (&value, to) {
@@ -581,7 +577,10 @@ impl<'u> Program<'u> {
                 let local = self.frames.last().and_then(|frame| frame.get(id));
                 let object = local.or_else(|| self.statics.get(id)).copied();
                 let object = object.ok_or_else(|| {
-                    format!("the object `{}`, which keeps a value outside the instance", self.unit.symbols[*id].name)
+                    format!(
+                        "the object `{}`, which keeps a value outside the instance",
+                        self.unit.symbols[*id].name
+                    )
                 })?;
                 Ok(vec![(Address { object, cell: 0 }, Lit::TRUE)])
             }
@@ -606,8 +605,7 @@ impl<'u> Program<'u> {
                 let index = self.int(index, memory)?;
                 let all = self.targets(pointer, memory, place.span)?;
                 let size = n_cells(self.unit, &place.ty).ok_or("an element without a size")?;
-                let lengths: Vec<usize> =
-                    self.constants.iter().map(|cells| cells.len()).collect();
+                let lengths: Vec<usize> = self.constants.iter().map(|cells| cells.len()).collect();
                 let changing: Vec<usize> = memory.objects.iter().map(|it| it.len()).collect();
                 let left = move |it: Address| {
                     let all = match it.object {

@@ -74,9 +74,7 @@ impl Flow {
 
     /// Adds the exits of a part that starts under a condition. Returns its normal end.
     fn absorb(&mut self, aig: &mut Aig, when: Lit, part: Flow) -> Option<(Lit, Memory)> {
-        for (to, from) in
-            [(&mut self.breaks, part.breaks), (&mut self.continues, part.continues)]
-        {
+        for (to, from) in [(&mut self.breaks, part.breaks), (&mut self.continues, part.continues)] {
             for (condition, memory) in from {
                 to.push((aig.and(when, condition), memory));
             }
@@ -300,9 +298,7 @@ impl<'u> Program<'u> {
                 }
                 Ok(flow)
             }
-            StmtKind::Break => {
-                Ok(Flow { breaks: vec![(Lit::TRUE, memory)], ..Flow::default() })
-            }
+            StmtKind::Break => Ok(Flow { breaks: vec![(Lit::TRUE, memory)], ..Flow::default() }),
             StmtKind::Continue => {
                 Ok(Flow { continues: vec![(Lit::TRUE, memory)], ..Flow::default() })
             }

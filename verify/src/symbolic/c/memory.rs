@@ -209,7 +209,8 @@ pub(super) fn n_cells(unit: &Unit, ty: &Type) -> Option<usize> {
 /// The first cell of a member, counted from the start of its structure.
 pub(super) fn member_offset(unit: &Unit, ty: &Type, member: usize) -> Option<usize> {
     let members = &unit.structs[ty.as_struct()?].members;
-    members.iter().take(member).try_fold(0_usize, |sum, one| {
-        sum.checked_add(n_cells(unit, &one.canonical.ty)?)
-    })
+    members
+        .iter()
+        .take(member)
+        .try_fold(0_usize, |sum, one| sum.checked_add(n_cells(unit, &one.canonical.ty)?))
 }

@@ -16,6 +16,7 @@ mod value;
 
 use grafsynth_c::tree::Unit;
 use grafsynth_ir::Valid;
+use grafsynth_ir::counted;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::instance::Representation;
 use grafsynth_ir::net::Net;
@@ -32,6 +33,24 @@ pub struct Induction {
     pub solved: usize,
     /// The number of things that C leaves undefined and that were proved not to happen.
     pub obligations: usize,
+    /// The number of nodes of the graph in all questions for the solver, a measure of its work.
+    work: usize,
+}
+
+impl std::fmt::Display for Induction {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let functions = counted(self.same + self.solved, "function", "functions");
+        let Induction { same, solved, obligations, .. } = self;
+        write!(
+            f,
+            "proved by induction: {functions}, {same} equal by construction, {solved} by the solver"
+        )?;
+        if *obligations > 0 {
+            let dangers = counted(*obligations, "operation", "operations");
+            write!(f, ", {dangers} never undefined")?;
+        }
+        Ok(())
+    }
 }
 
 /// Proves that the C of a unit is the net, for every stimulus and every `dt` that the C accepts.

@@ -24,8 +24,17 @@ use crate::symbolic::reaction::{Inputs, Reaction};
 use crate::symbolic::state::{State, Value};
 use crate::symbolic::{CONE, Model, known_depth};
 
-/// The solver's conflicts for a question that can still be split into cases.
+/// The limits of one question: its conflicts, if it can still be split into cases, and otherwise; the nodes of a decision diagram; and the nodes of the graph of a
+/// reaction. Most questions need no solver, so one that needs much work will probably not end.
 const FEW_CONFLICTS: u64 = 500;
+const CONFLICTS: u64 = 4_000;
+const DIAGRAM: usize = 1 << 18;
+const NODES: usize = 400_000;
+/// The maximum number of conflicts of all questions about one reaction, and of nodes of the graph in all questions of a proof.
+const ALL_CONFLICTS: u64 = 20_000;
+const ALL_NODES: usize = 400_000;
+/// From this number of nodes on, questions that can be split into cases are.
+const FEW_NODES: usize = 100_000;
 /// The maximum number of cases times the size of the net.
 const MAX_CASES: usize = 8_000_000;
 
@@ -75,6 +84,16 @@ impl Subject<'_> {
     /// Proves reset and reaction, in one piece if possible, else by cases.
     pub(super) fn prove(self) -> Result<Induction, String> {
         refuse(self.net)?;
+        let limits = Limits {
+            conflicts: self.limits.conflicts.min(CONFLICTS),
+            bdd_nodes: self.limits.bdd_nodes.min(DIAGRAM),
+            circuit_nodes: self.limits.circuit_nodes.min(NODES),
+            ..self.limits.clone()
+        };
+        Subject { limits: &limits, ..self }.prove_within()
+    }
+
+    fn prove_within(self) -> Result<Induction, String> {
         let mut total = Induction::default();
         let mut reset = Attempt::new(self, None)?;
         let checks = reset.reset()?;
@@ -123,7 +142,13 @@ impl Subject<'_> {
             let conflicts = self.limits.conflicts;
             let conflicts =
                 if component.is_some() { conflicts.min(FEW_CONFLICTS) } else { conflicts };
-            let Some(why) = attempt.settle(&check, conflicts, total) else { continue };
+            let is_late = component.is_some() && total.work > FEW_NODES;
+            let settled = check.broken == Lit::FALSE || !is_late;
+            let why = match settled {
+                true => attempt.settle(&check, conflicts, total),
+                false => Some(String::new()),
+            };
+            let Some(why) = why else { continue };
             match component {
                 Some(component) => {
                     open.entry(component).or_default().insert(check.question);
@@ -175,7 +200,6 @@ struct Attempt<'a> {
     bit_of: BTreeMap<Lit, u32>,
     /// The place invariants with one active step: their steps, and the invariant as a function once it was needed.
     invariants: Vec<(BTreeSet<Lit>, Option<Lit>)>,
-    focus: Option<Focus>,
 }
 
 impl<'a> Attempt<'a> {
@@ -188,11 +212,8 @@ impl<'a> Attempt<'a> {
             let symbol = of.unit.symbols.values().find(|symbol| symbol.name == name)?;
             symbol.canonical.ty.as_struct()
         };
-        let structures = Structures {
-            instance: named("_t"),
-            inputs: named("_in_t"),
-            outputs: named("_out_t"),
-        };
+        let structures =
+            Structures { instance: named("_t"), inputs: named("_in_t"), outputs: named("_out_t") };
         let (mut state, mut inputs) = (model.state.clone(), model.inputs.clone());
         for step in &of.facts.unreachable_steps {
             state.active[step.index()] = Lit::FALSE;
@@ -218,7 +239,6 @@ impl<'a> Attempt<'a> {
             valid: Vec::new(),
             bit_of: BTreeMap::new(),
             invariants: Vec::new(),
-            focus,
         };
         let singles = of.facts.invariants.iter().filter(|invariant| invariant.count == 1);
         for invariant in singles {
@@ -260,7 +280,7 @@ impl<'a> Attempt<'a> {
                     Some(Value::Flag(lit)) => Ok(Scalar::Int(Int::Bit(lit))),
                     Some(Value::Number(number)) => Ok(Scalar::Int(Int::Word(number))),
                     // The second encoding has no such piece: the instance may hold anything there.
-                    None => self.anything(place),
+                    None => self.anything(self.structures.instance, place),
                 }
             }
             Holds::ActiveOf { steps, none } => {
@@ -303,8 +323,8 @@ impl<'a> Attempt<'a> {
     }
 
     /// A scalar without a meaning: any value of its type.
-    fn anything(&mut self, place: &Place) -> Result<Scalar, String> {
-        let (_, kind) = self.cell_of(self.structures.instance, place)?;
+    fn anything(&mut self, of: Option<StructId>, place: &Place) -> Result<Scalar, String> {
+        let (_, kind) = self.cell_of(of, place)?;
         if kind == IntKind::Bool {
             return Ok(Scalar::Int(Int::Bit(self.aig().variable())));
         }
@@ -342,7 +362,12 @@ impl<'a> Attempt<'a> {
     }
 
     /// What must be true for the state of the net and the instance to belong together.
-    fn related(&mut self, state: &State, fault: Lit, memory: &Memory) -> Result<Vec<Check>, String> {
+    fn related(
+        &mut self,
+        state: &State,
+        fault: Lit,
+        memory: &Memory,
+    ) -> Result<Vec<Check>, String> {
         let mut checks = Vec::new();
         for (at, (place, holds)) in self.of.hint.state.iter().enumerate() {
             let question = Question::State(at);
@@ -477,13 +502,11 @@ impl<'a> Attempt<'a> {
             }
         }
         let mut checks = Vec::new();
-        if self.focus.is_none() {
-            for (at, (step, name)) in self.of.hint.active.iter().enumerate() {
-                let Some(value) = self.ask(name, &mut memory)? else { continue };
-                let active = Value::Flag(self.state.active[step.index()]);
-                let broken = differs(self.aig(), &value, &active);
-                checks.push(Check { question: Question::Active(at), broken });
-            }
+        for (at, (step, name)) in self.of.hint.active.iter().enumerate() {
+            let Some(value) = self.ask(name, &mut memory)? else { continue };
+            let active = Value::Flag(self.state.active[step.index()]);
+            let broken = differs(self.aig(), &value, &active);
+            checks.push(Check { question: Question::Active(at), broken });
         }
         self.call("_step", &mut memory, Some(&dt))?;
         checks.extend(self.related(&next, fault, &memory)?);
@@ -540,7 +563,7 @@ impl<'a> Attempt<'a> {
         found
     }
 
-    /// The instance, the outputs without values, and the inputs.
+    /// The instance, the outputs, and the inputs; before the reset, instance and outputs have no values.
     fn memory(&mut self, state: Option<&[Scalar]>) -> Result<Memory, String> {
         let unset = |unit: &Unit, id: Option<StructId>| {
             let n = id.and_then(|id| n_cells(unit, &Type::Struct(id))).unwrap_or(0);
@@ -555,7 +578,15 @@ impl<'a> Attempt<'a> {
         }
         let mut memory = Memory::default();
         memory.add(cells);
-        memory.add(unset(self.of.unit, outputs));
+        let mut cells = unset(self.of.unit, outputs);
+        if state.is_some() {
+            // The reset set them, and the caller may have written anything since.
+            for (_, place) in &self.of.hint.outputs {
+                let (at, _) = self.cell_of(outputs, place)?;
+                cells[at] = Rc::new(Cell::of(self.anything(outputs, place)?));
+            }
+        }
+        memory.add(cells);
         let mut cells = unset(self.of.unit, inputs);
         let mut words: BTreeMap<usize, Vec<Lit>> = BTreeMap::new();
         for (input, place) in &self.of.hint.inputs {
@@ -694,7 +725,8 @@ impl<'a> Attempt<'a> {
                 *count.entry(component as usize).or_default() += 1;
             }
         }
-        let best = count.into_iter().max_by_key(|(component, n)| (*n, std::cmp::Reverse(*component)));
+        let best =
+            count.into_iter().max_by_key(|(component, n)| (*n, std::cmp::Reverse(*component)));
         best.map(|(component, _)| component)
     }
 
@@ -704,6 +736,11 @@ impl<'a> Attempt<'a> {
         if check.broken == Lit::FALSE {
             total.same += 1;
             return None;
+        }
+        let size = self.program.aig.size(check.broken, CONE);
+        total.work = total.work.saturating_add(size.unwrap_or(CONE));
+        if self.program.aig.spent() > ALL_CONFLICTS || total.work > ALL_NODES {
+            return Some("the solver reached its limit for all questions together".to_owned());
         }
         let limits = Limits { conflicts, ..self.of.limits.clone() };
         let broken = check.broken;

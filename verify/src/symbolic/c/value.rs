@@ -179,7 +179,9 @@ impl Int {
 
 fn merge_bits<'i>(aig: &mut Aig, all: impl Iterator<Item = (Lit, &'i Int)>) -> Lit {
     let all: Vec<(Lit, Lit)> = all
-        .filter_map(|(when, value)| if let Int::Bit(lit) = value { Some((when, *lit)) } else { None })
+        .filter_map(
+            |(when, value)| if let Int::Bit(lit) = value { Some((when, *lit)) } else { None },
+        )
         .collect();
     match all.as_slice() {
         [(_, only)] => *only,
@@ -297,8 +299,7 @@ pub(super) fn binary(
             }
         }
         let without = aig.or_all(without);
-        let value =
-            if cases.is_empty() { Int::constant(0) } else { Int::choice(aig, cases) };
+        let value = if cases.is_empty() { Int::constant(0) } else { Int::choice(aig, cases) };
         return Some((value, without));
     }
     let (a, b) = (a.number(aig), b.number(aig));
