@@ -18,7 +18,7 @@ impl CExpr {
             | (ArithOp::Mul | ArithOp::Div, _, Some(1)) => return a,
             (ArithOp::Sub, Some(0), _) => return b.neg(),
             (ArithOp::Add, Some(0), _) | (ArithOp::Mul, Some(1), _) => return b,
-            (ArithOp::Add | ArithOp::Sub | ArithOp::Mul | ArithOp::Div | ArithOp::Mod, _, _) => {}
+            _ => {}
         }
         // Operands with the same text are equal. They are folded here, because sdcc 4.2, which would fold them itself, wrongly passes a 16-bit 0 or 1 to a
         // function that expects 32 bits.
@@ -26,7 +26,13 @@ impl CExpr {
             match op {
                 ArithOp::Sub | ArithOp::Mod => return CExpr::int(0),
                 ArithOp::Div => return CExpr::int(1),
-                ArithOp::Add | ArithOp::Mul => {}
+                ArithOp::Add
+                | ArithOp::Mul
+                | ArithOp::BitAnd
+                | ArithOp::BitOr
+                | ArithOp::BitXor
+                | ArithOp::Shl
+                | ArithOp::Shr => {}
             }
         }
         // Validation rejects expressions without a result; the widest interval is only a fallback.
@@ -36,10 +42,18 @@ impl CExpr {
         if lo == hi {
             return CExpr::int(lo);
         }
+        if op == ArithOp::Sub
+            && let Some(signed) = CExpr::sign_extended(&a, &b)
+        {
+            return signed;
+        }
+        if op.is_bitwise() {
+            return CExpr::bitwise(op, a, b, (lo, hi));
+        }
         // A remainder has the sign of the dividend, so only the magnitude of the divisor matters.
         let b = match (op, b.constant().and_then(i64::checked_abs)) {
             (ArithOp::Mod, Some(magnitude)) => CExpr::int(magnitude),
-            (ArithOp::Mod | ArithOp::Add | ArithOp::Sub | ArithOp::Mul | ArithOp::Div, _) => b,
+            _ => b,
         };
         // sdcc 4.2 divides a byte by a negative constant as if the constant were unsigned.
         if op == ArithOp::Div
@@ -52,16 +66,16 @@ impl CExpr {
             };
         }
         let class = Class::of(lo, hi).max(a.class).max(b.class);
-        let prec = match op {
-            ArithOp::Add | ArithOp::Sub => Prec::Sum,
-            ArithOp::Mul | ArithOp::Div | ArithOp::Mod => Prec::Product,
-        };
+        let prec = if op.is_sum() { Prec::Sum } else { Prec::Product };
         let sign = match op {
             ArithOp::Add => "+",
             ArithOp::Sub => "-",
             ArithOp::Mul => "*",
             ArithOp::Div => "/",
             ArithOp::Mod => "%",
+            ArithOp::BitAnd | ArithOp::BitOr | ArithOp::BitXor | ArithOp::Shl | ArithOp::Shr => {
+                unreachable!("bit operators are handled above")
+            }
         };
         let unsigned = match (a.as_unsigned(), b.as_unsigned()) {
             (Some(a), Some(b)) if class == Class::Int && lo >= 0 => {
@@ -83,7 +97,13 @@ impl CExpr {
             return CExpr::arith_by(op, a, CExpr::int(magnitude), prefix).neg();
         }
         let word = match op {
-            ArithOp::Add | ArithOp::Sub => None,
+            ArithOp::Add
+            | ArithOp::Sub
+            | ArithOp::BitAnd
+            | ArithOp::BitOr
+            | ArithOp::BitXor
+            | ArithOp::Shl
+            | ArithOp::Shr => None,
             ArithOp::Mul => Some(WIDE_FUNCTIONS[0]),
             ArithOp::Div => Some(WIDE_FUNCTIONS[1]),
             ArithOp::Mod => Some(WIDE_FUNCTIONS[2]),

@@ -54,7 +54,13 @@ impl Num {
             return op.apply(self.lo, other.lo).map(|value| Num::constant(value, span));
         }
         let neutral = match op {
-            ArithOp::Add | ArithOp::Sub => 0,
+            ArithOp::Add
+            | ArithOp::Sub
+            | ArithOp::BitOr
+            | ArithOp::BitXor
+            | ArithOp::Shl
+            | ArithOp::Shr => 0,
+            ArithOp::BitAnd => -1,
             ArithOp::Mul | ArithOp::Div => 1,
             ArithOp::Mod => i64::MIN,
         };

@@ -14,8 +14,25 @@ use crate::codes;
 pub(crate) type Parse<T> = Result<T, ErrorReported>;
 
 /// Reserved words, which are never names. All other keywords depend on their context.
-pub(crate) const RESERVED: &[&str] =
-    &["and", "or", "not", "mod", "true", "false", "otherwise", "if"];
+pub(crate) const RESERVED: &[&str] = &[
+    "and",
+    "or",
+    "not",
+    "mod",
+    "band",
+    "bor",
+    "bxor",
+    "bnot",
+    "shl",
+    "shr",
+    "true",
+    "false",
+    "otherwise",
+    "if",
+];
+
+/// Reserved words that join two operands.
+pub(crate) const INFIX: &[&str] = &["and", "or", "mod", "band", "bor", "bxor", "shl", "shr"];
 
 /// Maximum lookahead in tokens.
 const AHEAD: usize = 4;
@@ -639,7 +656,8 @@ impl<'a> Parser<'a> {
                     if open == 0
                         && token.new_line
                         && token.start != failed
-                        && !matches!(self.word(0), "and" | "or" | "mod" | "not") =>
+                        && !INFIX.contains(&self.word(0))
+                        && !matches!(self.word(0), "not" | "bnot") =>
                 {
                     return;
                 }

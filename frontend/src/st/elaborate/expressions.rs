@@ -39,6 +39,11 @@ fn bounds(op: ArithOp, (al, ah): (i64, i64), (bl, bh): (i64, i64)) -> Kind {
             let most = (b_lo.abs().max(b_hi.abs()) - 1).max(0);
             (if al < 0 { -most } else { 0 }, if ah > 0 { most.min(a_hi) } else { 0 })
         }
+        ArithOp::BitAnd | ArithOp::BitOr | ArithOp::BitXor | ArithOp::Shl | ArithOp::Shr => {
+            let found = grafsynth_ir::interval::arith(op, (al, ah), (bl, bh));
+            let (lo, hi) = found.unwrap_or((i64::MIN, i64::MAX));
+            (lo.into(), hi.into())
+        }
     };
     Kind::Int(clamp(lo), clamp(hi))
 }
