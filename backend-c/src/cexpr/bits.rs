@@ -47,8 +47,8 @@ const TYPES: [i64; 3] = [0xff, 0xffff, 0xffff_ffff];
 fn unsigned_bits(most: i64) -> u32 {
     match most {
         ..=0xff => 8,
-        ..=0xffff => 16,
-        ..=0xffff_ffff => 32,
+        0x100..=0xffff => 16,
+        0x1_0000..=0xffff_ffff => 32,
         _ => 64,
     }
 }
@@ -74,7 +74,7 @@ impl Word {
     fn literal(value: u64, n_bits: u32) -> Self {
         let text = match value {
             ..=0xffff => format!("{value}U"),
-            ..=0xffff_ffff => format!("UINT32_C({value})"),
+            0x1_0000..=0xffff_ffff => format!("UINT32_C({value})"),
             _ => format!("UINT64_C({value})"),
         };
         Word { text, n_bits, is_composite: false }
@@ -224,21 +224,22 @@ impl CExpr {
             }
             ArithOp::Shl => CExpr::shifted_left(a, &b, (lo, hi)),
             ArithOp::Shr => CExpr::shifted_right(a, &b, (lo, hi)),
-            _ => {
-                let sign = match op {
-                    ArithOp::BitOr => "|",
-                    ArithOp::BitXor => "^",
-                    _ => "&",
-                };
-                if a.lo >= 0 && b.lo >= 0 {
-                    let word = Word::joined(a.exact_word(), sign, b.exact_word());
-                    return CExpr::of_word(word, (lo, hi));
-                }
-                let n_bits = signed_bits(a.lo.min(b.lo).min(lo), a.hi.max(b.hi).max(hi));
-                let word = Word::joined(a.low_bits(n_bits), sign, b.low_bits(n_bits));
-                CExpr::of_word(word.at_least(n_bits), (lo, hi))
+            ArithOp::BitAnd => CExpr::joined(&a, "&", &b, (lo, hi)),
+            ArithOp::BitOr => CExpr::joined(&a, "|", &b, (lo, hi)),
+            ArithOp::BitXor => CExpr::joined(&a, "^", &b, (lo, hi)),
+            ArithOp::Add | ArithOp::Sub | ArithOp::Mul | ArithOp::Div | ArithOp::Mod => {
+                unreachable!("no bit operator")
             }
         }
+    }
+
+    fn joined(a: &CExpr, sign: &str, b: &CExpr, (lo, hi): (i64, i64)) -> CExpr {
+        if a.lo >= 0 && b.lo >= 0 {
+            return CExpr::of_word(Word::joined(a.exact_word(), sign, b.exact_word()), (lo, hi));
+        }
+        let n_bits = signed_bits(a.lo.min(b.lo).min(lo), a.hi.max(b.hi).max(hi));
+        let word = Word::joined(a.low_bits(n_bits), sign, b.low_bits(n_bits));
+        CExpr::of_word(word, (lo, hi))
     }
 
     /// `(low bits bxor sign bit) - sign bit`, which reads the low bits in two's complement: a cast.
@@ -271,7 +272,16 @@ impl CExpr {
             ArithOp::BitOr | ArithOp::BitXor | ArithOp::Shl | ArithOp::Shr if is_zero(b) => {
                 Some(a.clone())
             }
-            _ => None,
+            ArithOp::Add
+            | ArithOp::Sub
+            | ArithOp::Mul
+            | ArithOp::Div
+            | ArithOp::Mod
+            | ArithOp::BitAnd
+            | ArithOp::BitOr
+            | ArithOp::BitXor
+            | ArithOp::Shl
+            | ArithOp::Shr => None,
         }
     }
 
@@ -282,7 +292,10 @@ impl CExpr {
             let word = a.exact_word().resized(n_bits);
             return CExpr::of_word(word.shifted("<<", by), (lo, hi));
         }
-        if let Some(by @ 0..=62) = by.constant() {
+        // Some compilers lack products of 64 bits.
+        if let Some(by @ 0..=62) = by.constant()
+            && Class::of(lo, hi) < Class::Huge
+        {
             return CExpr::arith(ArithOp::Mul, a, CExpr::int(1 << by));
         }
         let n_bits = signed_bits(a.lo.min(lo), a.hi.max(hi));
@@ -293,8 +306,8 @@ impl CExpr {
     fn shifted_right(a: CExpr, by: &CExpr, (lo, hi): (i64, i64)) -> CExpr {
         let wider_than = |most: i64| match most {
             ..8 => 8,
-            ..16 => 16,
-            ..32 => 32,
+            8..16 => 16,
+            16..32 => 32,
             _ => 64,
         };
         if a.lo >= 0 {
@@ -328,10 +341,6 @@ impl Word {
     fn cast(self) -> Word {
         let text = format!("(uint{}_t){}", self.n_bits, self.operand());
         Word { text, is_composite: false, ..self }
-    }
-
-    fn at_least(self, n_bits: u32) -> Word {
-        if self.n_bits < n_bits { self.resized(n_bits) } else { self }
     }
 
     fn shifted(self, sign: &str, by: &CExpr) -> Word {
