@@ -22,18 +22,11 @@ impl CExpr {
         }
         // Operands with the same text are equal. They are folded here, because sdcc 4.2, which would fold them itself, wrongly passes a 16-bit 0 or 1 to a
         // function that expects 32 bits.
-        if a.text == b.text {
-            match op {
-                ArithOp::Sub | ArithOp::Mod => return CExpr::int(0),
-                ArithOp::Div => return CExpr::int(1),
-                ArithOp::Add
-                | ArithOp::Mul
-                | ArithOp::BitAnd
-                | ArithOp::BitOr
-                | ArithOp::BitXor
-                | ArithOp::Shl
-                | ArithOp::Shr => {}
-            }
+        if a.text == b.text && matches!(op, ArithOp::Sub | ArithOp::Mod) {
+            return CExpr::int(0);
+        }
+        if a.text == b.text && op == ArithOp::Div {
+            return CExpr::int(1);
         }
         // Validation rejects expressions without a result; the widest interval is only a fallback.
         let (lo, hi) =
@@ -67,16 +60,7 @@ impl CExpr {
         }
         let class = Class::of(lo, hi).max(a.class).max(b.class);
         let prec = if op.is_sum() { Prec::Sum } else { Prec::Product };
-        let sign = match op {
-            ArithOp::Add => "+",
-            ArithOp::Sub => "-",
-            ArithOp::Mul => "*",
-            ArithOp::Div => "/",
-            ArithOp::Mod => "%",
-            ArithOp::BitAnd | ArithOp::BitOr | ArithOp::BitXor | ArithOp::Shl | ArithOp::Shr => {
-                unreachable!("bit operators are handled above")
-            }
-        };
+        let sign = sign(op);
         let unsigned = match (a.as_unsigned(), b.as_unsigned()) {
             (Some(a), Some(b)) if class == Class::Int && lo >= 0 => {
                 let text = format!("{} {sign} {}", a.operand(prec), b.within(Prec::Unary));
@@ -139,6 +123,22 @@ impl CExpr {
             inner.within(Prec::Unary)
         };
         CExpr::exact(format!("-{inner}"), Prec::Unary, class, (lo, hi))
+    }
+}
+
+/// The operator in C.
+pub(super) fn sign(op: ArithOp) -> &'static str {
+    match op {
+        ArithOp::Add => "+",
+        ArithOp::Sub => "-",
+        ArithOp::Mul => "*",
+        ArithOp::Div => "/",
+        ArithOp::Mod => "%",
+        ArithOp::BitAnd => "&",
+        ArithOp::BitOr => "|",
+        ArithOp::BitXor => "^",
+        ArithOp::Shl => "<<",
+        ArithOp::Shr => ">>",
     }
 }
 

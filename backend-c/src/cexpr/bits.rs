@@ -13,6 +13,7 @@
 //! If an operand can be negative, it is cast to the unsigned type as wide as the class that contains both operands, which is defined in C as the low bits of its
 //! two's complement. A negative result is converted back: C leaves that conversion to the implementation, and all compilers keep the bits.
 
+use super::arith::sign;
 use super::{CExpr, Class, Prec};
 use grafsynth_ir::expr::ArithOp;
 use grafsynth_ir::interval;
@@ -224,11 +225,11 @@ impl CExpr {
             }
             ArithOp::Shl => CExpr::shifted_left(a, &b, (lo, hi)),
             ArithOp::Shr => CExpr::shifted_right(a, &b, (lo, hi)),
-            ArithOp::BitAnd => CExpr::joined(&a, "&", &b, (lo, hi)),
-            ArithOp::BitOr => CExpr::joined(&a, "|", &b, (lo, hi)),
-            ArithOp::BitXor => CExpr::joined(&a, "^", &b, (lo, hi)),
+            ArithOp::BitAnd | ArithOp::BitOr | ArithOp::BitXor => {
+                CExpr::joined(&a, sign(op), &b, (lo, hi))
+            }
             ArithOp::Add | ArithOp::Sub | ArithOp::Mul | ArithOp::Div | ArithOp::Mod => {
-                unreachable!("no bit operator")
+                unreachable!("`arith` handles these")
             }
         }
     }

@@ -238,13 +238,7 @@ impl<'a> Parser<'a> {
             match op {
                 ArithOp::Div => division = division.or(Some(sign)),
                 ArithOp::Add | ArithOp::Mul => {}
-                ArithOp::Sub
-                | ArithOp::Mod
-                | ArithOp::BitAnd
-                | ArithOp::BitOr
-                | ArithOp::BitXor
-                | ArithOp::Shl
-                | ArithOp::Shr => is_arithmetic = true,
+                _ => is_arithmetic = true,
             }
             let operand = self.operand_at(level.tighter())?;
             depth = depth.max(operand.depth);
@@ -394,20 +388,7 @@ impl<'a> Parser<'a> {
                     }
                     self.negated(token, operand)
                 }
-                "bnot" => {
-                    self.advance();
-                    let operand = self.operand_at(Level::Prefix)?;
-                    let depth = self.deeper(operand.depth)?;
-                    let span = self.span_from(token.start);
-                    let ones = Box::new(Expr::new(ExprKind::Int(-1), span));
-                    let kind = ExprKind::Arith(ArithOp::BitXor, Box::new(operand.expr), ones);
-                    Ok(Operand {
-                        expr: Expr::new(kind, span),
-                        depth,
-                        sort: Sort::Number,
-                        loose: None,
-                    })
-                }
+                "bnot" => self.complement(token),
                 "if" => self.select(token),
                 "true" | "false" => {
                     let value = self.word(0) == "true";
@@ -473,6 +454,17 @@ impl<'a> Parser<'a> {
             sort: Sort::Truth,
             loose: None,
         })
+    }
+
+    /// Parses `bnot x`, which is `x bxor -1`.
+    fn complement(&mut self, sign: Token) -> Parse<Operand> {
+        self.advance();
+        let operand = self.operand_at(Level::Prefix)?;
+        let depth = self.deeper(operand.depth)?;
+        let span = self.span_from(sign.start);
+        let ones = Box::new(Expr::new(ExprKind::Int(-1), span));
+        let kind = ExprKind::Arith(ArithOp::BitXor, Box::new(operand.expr), ones);
+        Ok(Operand { expr: Expr::new(kind, span), depth, sort: Sort::Number, loose: None })
     }
 
     fn edge(&mut self, sign: Token, is_rise: bool, operand: Operand) -> Parse<Operand> {

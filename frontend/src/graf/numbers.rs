@@ -5,8 +5,7 @@
 //! reports nothing.
 
 use super::lexer::Lexer;
-use super::parser::INFIX;
-use super::token::{Kind, SINK, Token};
+use super::token::{INFIX, Kind, SINK, Token};
 
 /// What the parser must know about a source in advance: the names that it declares as integers, and its outputs.
 #[derive(Debug, Clone, Default)]

@@ -6,7 +6,7 @@ use grafsynth_ir::{FileId, Name, Span};
 
 use super::lexer::{LexError, Lexer, is_typeset_quote};
 use super::numbers::{Numbers, name_of, slice};
-use super::token::{Kind, Token};
+use super::token::{INFIX, Kind, Token};
 use super::{Comment, Limits};
 use crate::codes;
 
@@ -30,9 +30,6 @@ pub(crate) const RESERVED: &[&str] = &[
     "otherwise",
     "if",
 ];
-
-/// Reserved words that join two operands.
-pub(crate) const INFIX: &[&str] = &["and", "or", "mod", "band", "bor", "bxor", "shl", "shr"];
 
 /// Maximum lookahead in tokens.
 const AHEAD: usize = 4;

@@ -171,32 +171,7 @@ impl ExprWriter {
                     self.write(out, inner, Level::Prefix);
                 }
             }
-            ExprKind::Arith(op, a, b) if is_complement(*op, b) => {
-                out.push_str("bnot ");
-                self.write(out, a, Level::Prefix);
-            }
-            ExprKind::Arith(op, a, b) => {
-                let (left, right) = if op.is_sum() {
-                    (Level::Add, Level::Mul)
-                } else {
-                    (Level::Mul, Level::Prefix)
-                };
-                // Few readers know how bit operators bind.
-                let level = |side: &Expr, level| match &side.kind {
-                    ExprKind::Arith(inner, ..)
-                        if inner != op && (inner.is_bitwise() || op.is_bitwise()) =>
-                    {
-                        Level::Prefix
-                    }
-                    _ => level,
-                };
-                let (left, right) = (level(a, left), level(b, right));
-                self.write(out, a, left);
-                out.push(' ');
-                out.push_str(op.symbol());
-                out.push(' ');
-                self.write(out, b, right);
-            }
+            ExprKind::Arith(op, a, b) => self.arith(out, *op, a, b),
             ExprKind::Select(condition, a, b) => {
                 out.push_str("if ");
                 self.write(out, condition, Level::Or);
@@ -206,6 +181,29 @@ impl ExprWriter {
                 self.write(out, b, Level::Or);
             }
         }
+    }
+
+    fn arith(&self, out: &mut String, op: ArithOp, a: &Expr, b: &Expr) {
+        if is_complement(op, b) {
+            out.push_str("bnot ");
+            return self.write(out, a, Level::Prefix);
+        }
+        let (left, right) =
+            if op.is_sum() { (Level::Add, Level::Mul) } else { (Level::Mul, Level::Prefix) };
+        // Few readers know how bit operators bind.
+        let level = |side: &Expr, level| match &side.kind {
+            ExprKind::Arith(inner, ..)
+                if *inner != op && (inner.is_bitwise() || op.is_bitwise()) =>
+            {
+                Level::Prefix
+            }
+            _ => level,
+        };
+        self.write(out, a, level(a, left));
+        out.push(' ');
+        out.push_str(op.symbol());
+        out.push(' ');
+        self.write(out, b, level(b, right));
     }
 
     fn list(&self, out: &mut String, all: &[Expr], between: &str, level: Level) {
