@@ -9,6 +9,7 @@ pub mod codes;
 mod from_net;
 pub mod graf;
 pub mod kiss2;
+mod number;
 pub mod plcopen;
 pub mod props;
 pub mod rules;

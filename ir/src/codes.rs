@@ -74,6 +74,8 @@ codes! {
     MACRO = "G0335", "macro-step without its entry or exit step";
     /// An emergency cannot force every output at once.
     EMERGENCY = "G0336", "unenforceable emergency";
+    /// The amount of a shift can be below 0 or above 63.
+    SHIFT = "G0337", "shift by an amount out of range";
 }
 
 /// The code for this kind of type error.
@@ -85,6 +87,7 @@ pub fn of_type_error(kind: &TypeErrorKind) -> Code {
         }
         TypeErrorKind::Overflow64 { .. } => OVERFLOW,
         TypeErrorKind::DivisorMayBeZero { .. } => DIVISOR,
+        TypeErrorKind::ShiftOutOfRange { .. } => SHIFT,
         TypeErrorKind::IndexOutOfArray { .. }
         | TypeErrorKind::ArrayWithoutIndex
         | TypeErrorKind::NotAnArray => INDEX,

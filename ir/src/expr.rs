@@ -2,7 +2,8 @@
 //!
 //! A value is a Boolean or an exact integer. There is no short-circuit evaluation and no overflow: every expression has a static interval
 //! ([`crate::interval`]), and an expression whose interval exceeds 64 bits is rejected before anything is built from it. Division truncates toward zero
-//! and `mod` has the sign of the dividend, as in C99.
+//! and `mod` has the sign of the dividend, as in C99. The bit operators work on the two's complement of an exact integer, which has infinitely many bits, so they
+//! need no width: a mask states the width explicitly.
 
 use crate::span::Span;
 use std::convert::Infallible;
@@ -73,7 +74,9 @@ pub enum CompareOp {
     Ge,
 }
 
-/// Integer arithmetic. `Div` truncates toward zero, `Mod` has the dividend's sign.
+/// Integer arithmetic. `Div` truncates toward zero, `Mod` has the dividend's sign. The bit operators read their operands as two's complement with infinitely
+/// many bits; `Shl` multiplies by a power of two, and `Shr` divides by one and rounds down. The amount of a shift is in `0..=63`. The complement of `x`
+/// has no operator of its own: it is `x` `BitXor` -1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[expect(missing_docs, reason = "the names are the usual ones")]
 pub enum ArithOp {
@@ -82,7 +85,15 @@ pub enum ArithOp {
     Mul,
     Div,
     Mod,
+    BitAnd,
+    BitOr,
+    BitXor,
+    Shl,
+    Shr,
 }
+
+/// The largest amount of a shift.
+pub const LARGEST_SHIFT: i64 = 63;
 
 /// The kinds of expressions.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -166,7 +177,8 @@ impl CompareOp {
 }
 
 impl ArithOp {
-    /// The exact result, or `None` if the divisor is 0 or the result exceeds 64 bits (validation excludes both).
+    /// The exact result, or `None` if the divisor is 0, the amount of a shift is not in `0..=63`, or the result exceeds 64 bits (validation excludes all
+    /// three).
     #[must_use]
     pub fn apply(self, a: i64, b: i64) -> Option<i64> {
         match self {
@@ -175,7 +187,38 @@ impl ArithOp {
             ArithOp::Mul => a.checked_mul(b),
             ArithOp::Div => a.checked_div(b),
             ArithOp::Mod => a.checked_rem(b),
+            ArithOp::BitAnd => Some(a & b),
+            ArithOp::BitOr => Some(a | b),
+            ArithOp::BitXor => Some(a ^ b),
+            ArithOp::Shl => {
+                let by = u32::try_from(b).ok().filter(|_| b <= LARGEST_SHIFT)?;
+                i64::try_from(i128::from(a) << by).ok()
+            }
+            ArithOp::Shr => a.checked_shr(u32::try_from(b).ok()?),
         }
+    }
+
+    /// True for `band`, `bor`, `bxor`, `shl` and `shr`.
+    #[must_use]
+    pub fn is_bitwise(self) -> bool {
+        match self {
+            ArithOp::Add | ArithOp::Sub | ArithOp::Mul | ArithOp::Div | ArithOp::Mod => false,
+            ArithOp::BitAnd | ArithOp::BitOr | ArithOp::BitXor | ArithOp::Shl | ArithOp::Shr => {
+                true
+            }
+        }
+    }
+
+    /// True for `shl` and `shr`, whose right operand is in `0..=63`.
+    #[must_use]
+    pub fn is_shift(self) -> bool {
+        matches!(self, ArithOp::Shl | ArithOp::Shr)
+    }
+
+    /// True if the operator binds like a sum: `+ - bor bxor`. The others bind tighter, like a product.
+    #[must_use]
+    pub fn is_sum(self) -> bool {
+        matches!(self, ArithOp::Add | ArithOp::Sub | ArithOp::BitOr | ArithOp::BitXor)
     }
 
     /// The operator in the chart language.
@@ -187,6 +230,11 @@ impl ArithOp {
             ArithOp::Mul => "*",
             ArithOp::Div => "/",
             ArithOp::Mod => "mod",
+            ArithOp::BitAnd => "band",
+            ArithOp::BitOr => "bor",
+            ArithOp::BitXor => "bxor",
+            ArithOp::Shl => "shl",
+            ArithOp::Shr => "shr",
         }
     }
 }

@@ -8,7 +8,7 @@
 //! interval of a `select` is the hull of both branches, for any condition.
 
 use crate::arena::Arena;
-use crate::expr::{ArithOp, CompareOp, Expr, ExprKind, Type};
+use crate::expr::{ArithOp, CompareOp, Expr, ExprKind, LARGEST_SHIFT, Type};
 use crate::net::{Leaf, Net, PropertyLeaf};
 use crate::span::Span;
 use std::fmt;
@@ -59,6 +59,13 @@ pub enum TypeErrorKind {
         /// Smallest value of the divisor.
         lo: i64,
         /// Largest value of the divisor.
+        hi: i64,
+    },
+    /// The interval of the amount of a shift is not within `0..=63`.
+    ShiftOutOfRange {
+        /// Smallest amount.
+        lo: i64,
+        /// Largest amount.
         hi: i64,
     },
     /// The interval of an index is not within `0..len`.
@@ -117,6 +124,13 @@ impl fmt::Display for TypeErrorKind {
             TypeErrorKind::DivisorMayBeZero { lo: 0, hi: 0 } => f.write_str("the divisor is 0"),
             TypeErrorKind::DivisorMayBeZero { lo, hi } => {
                 write!(f, "the divisor can be 0 (its range is {lo}..{hi})")
+            }
+            TypeErrorKind::ShiftOutOfRange { lo, hi } => {
+                write!(
+                    f,
+                    "the amount of the shift is {}, but the limits are 0 and 63",
+                    values(*lo, *hi)
+                )
             }
             TypeErrorKind::IndexOutOfArray { lo, hi, len } => {
                 write!(
@@ -185,6 +199,10 @@ impl TypeErrorKind {
             TypeErrorKind::DivisorMayBeZero { .. } => {
                 Some("declare the divisor with a range that excludes 0")
             }
+            TypeErrorKind::ShiftOutOfRange { lo, hi } if lo == hi => Some("use another amount"),
+            TypeErrorKind::ShiftOutOfRange { .. } => Some(
+                "declare the amount with a range within 0..63, or limit it: for example `n band 31`",
+            ),
             TypeErrorKind::IndexOutOfArray { lo, hi, .. } => Some(index_help(*lo, *hi)),
             TypeErrorKind::Mixed => Some(
                 "a Boolean is compared without a number: for `x = 1` write `x`, for `x = 0` write `not x`",
@@ -369,35 +387,49 @@ fn comparison<L>(
     }
 }
 
-fn arithmetic(op: ArithOp, a: (i64, i64), b: (i64, i64), span: Span, divisor_span: Span) -> Typed {
-    if may_divide_by_zero(op, b) {
-        return refuse(divisor_span, TypeErrorKind::DivisorMayBeZero { lo: b.0, hi: b.1 });
+fn arithmetic(op: ArithOp, a: (i64, i64), b: (i64, i64), span: Span, right_span: Span) -> Typed {
+    if let Some(kind) = bad_operand(op, b) {
+        return refuse(right_span, kind);
     }
     let (lo, hi) = exact(op, a, b);
     fit(op.symbol(), lo, hi, span)
 }
 
-/// The interval of an arithmetic result. `None` if the divisor may be 0 or a bound exceeds 64 bits.
+/// The interval of an arithmetic result. `None` if the divisor may be 0, a shift may be by less than 0 or more than 63, or a bound exceeds 64 bits.
 #[must_use]
 pub fn arith(op: ArithOp, a: (i64, i64), b: (i64, i64)) -> Option<(i64, i64)> {
-    if may_divide_by_zero(op, b) {
+    if bad_operand(op, b).is_some() {
         return None;
     }
     let (lo, hi) = exact(op, a, b);
     Some((i64::try_from(lo).ok()?, i64::try_from(hi).ok()?))
 }
 
-fn may_divide_by_zero(op: ArithOp, (lo, hi): (i64, i64)) -> bool {
-    matches!(op, ArithOp::Div | ArithOp::Mod) && lo <= 0 && hi >= 0
+/// Why the right operand is not allowed: a divisor that may be 0, or an amount that may be out of range.
+fn bad_operand(op: ArithOp, (lo, hi): (i64, i64)) -> Option<TypeErrorKind> {
+    match op {
+        ArithOp::Div | ArithOp::Mod if lo <= 0 && hi >= 0 => {
+            Some(TypeErrorKind::DivisorMayBeZero { lo, hi })
+        }
+        ArithOp::Shl | ArithOp::Shr if lo < 0 || hi > LARGEST_SHIFT => {
+            Some(TypeErrorKind::ShiftOutOfRange { lo, hi })
+        }
+        _ => None,
+    }
 }
 
-/// The interval of an arithmetic result whose divisor is not 0.
+/// The interval of an arithmetic result whose right operand is allowed.
 fn exact(op: ArithOp, (a_lo, a_hi): (i64, i64), (b_lo, b_hi): (i64, i64)) -> (i128, i128) {
     let (al, ah, bl, bh) = (i128::from(a_lo), i128::from(a_hi), i128::from(b_lo), i128::from(b_hi));
-    // Multiplication is monotone in each operand, and so is truncated division while the divisor keeps its sign: the extremes are at the corners.
+    // Multiplication is monotone in each operand, and so are shifts, and truncated division while the divisor keeps its sign: the extremes are at the
+    // corners.
     let corners = |f: fn(i128, i128) -> i128| {
         let all = [f(al, bl), f(al, bh), f(ah, bl), f(ah, bh)];
         (all.into_iter().min().unwrap_or(0), all.into_iter().max().unwrap_or(0))
+    };
+    let bits = |f: fn(bool, bool) -> bool| {
+        let (lo, hi) = bitwise(f, (a_lo, a_hi), (b_lo, b_hi));
+        (lo.into(), hi.into())
     };
     match op {
         ArithOp::Add => (al + bl, ah + bh),
@@ -410,7 +442,61 @@ fn exact(op: ArithOp, (a_lo, a_hi): (i64, i64), (b_lo, b_hi): (i64, i64)) -> (i1
             let overflows = a_lo == i64::MIN && b_lo <= -1 && b_hi >= -1;
             if overflows { (lo.min(al), -al) } else { (lo, hi) }
         }
+        ArithOp::BitAnd => bits(|x, y| x && y),
+        ArithOp::BitOr => bits(|x, y| x || y),
+        ArithOp::BitXor => bits(|x, y| x != y),
+        ArithOp::Shl => corners(|x, by| x << by),
+        ArithOp::Shr => corners(|x, by| x >> by),
     }
+}
+
+/// The exact interval of an operation that combines the operands bit by bit.
+fn bitwise(f: fn(bool, bool) -> bool, a: (i64, i64), b: (i64, i64)) -> (i64, i64) {
+    (!largest(|x, y| !f(x, y), a, b), largest(f, a, b))
+}
+
+/// The largest result of an operation that combines the operands bit by bit. The bits are chosen from the sign down: each one as large as the operands allow.
+/// The state of a choice is which bounds the bits chosen so far are equal to; they do not limit the lower bits of an operand that already differs from them.
+fn largest(f: impl Fn(bool, bool) -> bool, a: (i64, i64), b: (i64, i64)) -> i64 {
+    /// Whether the bits chosen so far are equal to those of `a.0`, `a.1`, `b.0` and `b.1`.
+    type Equal = [bool; 4];
+    let bounds = [a.0, a.1, b.0, b.1];
+    let mut states: Vec<Equal> = vec![[true; 4]];
+    let mut result = 0_i64;
+    for at in (0..i64::BITS).rev() {
+        // The sign bit has a negative weight: with all of them inverted, the order is that of the numbers.
+        let is_sign = at == i64::BITS - 1;
+        let limit = bounds.map(|bound| (bound >> at & 1 == 1) != is_sign);
+        let next = |state: &Equal, x: bool, y: bool| -> Option<Equal> {
+            let digits = [x, x, y, y];
+            let mut equal = *state;
+            for side in 0..4 {
+                let is_lower = side % 2 == 0;
+                let (digit, limit) = (digits[side], limit[side]);
+                if state[side] && digit != limit && digit != is_lower {
+                    return None;
+                }
+                equal[side] &= digit == limit;
+            }
+            Some(equal)
+        };
+        let mut best = (false, Vec::new());
+        for state in &states {
+            for (x, y) in [(false, false), (false, true), (true, false), (true, true)] {
+                let Some(equal) = next(state, x, y) else { continue };
+                let digit = f(x != is_sign, y != is_sign) != is_sign;
+                if digit && !best.0 {
+                    best = (true, Vec::new());
+                }
+                if digit == best.0 && !best.1.contains(&equal) {
+                    best.1.push(equal);
+                }
+            }
+        }
+        result |= i64::from(best.0 != is_sign) << at;
+        states = best.1;
+    }
+    result
 }
 
 /// The interval of a truncated remainder. A remainder is smaller than the largest divisor (both as absolute values), no farther from 0 than the dividend, and
@@ -560,6 +646,22 @@ mod tests {
     }
 
     #[test]
+    fn intervals_of_bit_operators_are_tight() {
+        let byte = (0, 255);
+        assert_eq!(super::arith(ArithOp::BitAnd, (-1000, 70_000), (15, 15)), Some((0, 15)));
+        assert_eq!(super::arith(ArithOp::BitAnd, byte, (-16, -16)), Some((0, 240)));
+        assert_eq!(super::arith(ArithOp::BitOr, byte, (0, 1023)), Some((0, 1023)));
+        assert_eq!(super::arith(ArithOp::BitOr, byte, (256, 256)), Some((256, 511)));
+        assert_eq!(super::arith(ArithOp::BitXor, byte, (-1, -1)), Some((-256, -1)));
+        assert_eq!(super::arith(ArithOp::BitXor, (i64::MIN, -1), byte), Some((i64::MIN, -1)));
+        assert_eq!(super::arith(ArithOp::Shr, (-7, 255), (1, 4)), Some((-4, 127)));
+        assert_eq!(super::arith(ArithOp::Shl, byte, (0, 31)), Some((0, 255 << 31)));
+        assert_eq!(super::arith(ArithOp::Shl, byte, (0, 63)), None, "more than 64 bits");
+        assert_eq!(super::arith(ArithOp::Shr, byte, (-1, 3)), None, "a negative amount");
+        assert_eq!(super::arith(ArithOp::Shr, byte, (0, 64)), None, "an amount of 64");
+    }
+
+    #[test]
     fn what_has_no_type_says_why() {
         let types = [int(-3, 5), int(2, 4), Type::Bool];
         let div = arith(ArithOp::Div, leaf(1), leaf(0));
@@ -610,7 +712,12 @@ mod tests {
                 Just(ArithOp::Sub),
                 Just(ArithOp::Mul),
                 Just(ArithOp::Div),
-                Just(ArithOp::Mod)
+                Just(ArithOp::Mod),
+                Just(ArithOp::BitAnd),
+                Just(ArithOp::BitOr),
+                Just(ArithOp::BitXor),
+                Just(ArithOp::Shl),
+                Just(ArithOp::Shr)
             ];
             prop_oneof![
                 4 => (ops, inner.clone(), inner.clone()).prop_map(|(op, a, b)| arith(op, a, b)),
@@ -650,8 +757,11 @@ mod tests {
         #[test]
         fn one_operator_is_exact(al in -9i64..9, aw in 0i64..6, bl in -9i64..9, bw in 0i64..6) {
             let (ah, bh) = (al + aw, bl + bw);
-            for op in [ArithOp::Add, ArithOp::Sub, ArithOp::Mul, ArithOp::Div] {
-                if op == ArithOp::Div && bl <= 0 && bh >= 0 { continue; }
+            for op in [
+                ArithOp::Add, ArithOp::Sub, ArithOp::Mul, ArithOp::Div, ArithOp::BitAnd, ArithOp::BitOr, ArithOp::BitXor,
+                ArithOp::Shl, ArithOp::Shr,
+            ] {
+                if op == ArithOp::Div && bl <= 0 && bh >= 0 || op.is_shift() && bl < 0 { continue; }
                 let all: Vec<i64> =
                     (al..=ah).flat_map(|a| (bl..=bh).filter_map(move |b| op.apply(a, b))).collect();
                 let hull = int(*all.iter().min().unwrap(), *all.iter().max().unwrap());

@@ -6,6 +6,7 @@
 
 use crate::build::Builder;
 use grafsynth_ir::expr::{ArithOp, CompareOp};
+use grafsynth_ir::interval;
 use grafsynth_ir::logic::NodeId;
 
 /// An integer made of nodes.
@@ -296,7 +297,95 @@ pub fn arith(builder: &mut Builder, op: ArithOp, a: Word, b: Word) -> Word {
         ArithOp::Mul => mul(builder, a, b),
         ArithOp::Div => div_mod(builder, a, b).0,
         ArithOp::Mod => div_mod(builder, a, b).1,
+        ArithOp::BitAnd => bit_by_bit(builder, op, &a, &b, |builder, x, y| builder.and([x, y])),
+        ArithOp::BitOr => bit_by_bit(builder, op, &a, &b, |builder, x, y| builder.or([x, y])),
+        ArithOp::BitXor => bit_by_bit(builder, op, &a, &b, Builder::xor),
+        ArithOp::Shl | ArithOp::Shr => shift(builder, op, &a, b),
     }
+}
+
+/// The interval as 64-bit numbers; validation shows that no value exceeds them.
+fn within_64_bits(word: &Word) -> (i64, i64) {
+    let narrow = |value: i128| value.clamp(i64::MIN.into(), i64::MAX.into()) as i64;
+    (narrow(word.lo), narrow(word.hi))
+}
+
+/// The number of bits of the two's complement of `lo..=hi`, with the sign bit only if a value is negative.
+fn two_complement_width(lo: i128, hi: i128) -> usize {
+    width(hi).max(width(-1 - lo)) + usize::from(lo < 0)
+}
+
+/// The `n` lowest bits of the two's complement.
+fn two_complement(builder: &mut Builder, word: &Word, n: usize) -> Vec<NodeId> {
+    let by: Vec<NodeId> = (0..n).map(|index| builder.constant(bit(word.offset, index))).collect();
+    add_bits(builder, &word.bits, &by, n)
+}
+
+/// The number within `lo..=hi` with this two's complement. With the offset of its sign, it needs only an inverter.
+fn from_two_complement(
+    builder: &mut Builder,
+    mut bits: Vec<NodeId>,
+    (lo, hi): (i128, i128),
+) -> Word {
+    let n = two_complement_width(lo, hi);
+    bits.truncate(n);
+    let offset = if lo < 0 { -(1 << (n - 1)) } else { 0 };
+    if lo < 0
+        && let Some(sign) = bits.last_mut()
+    {
+        *sign = builder.not(*sign);
+    }
+    Word { bits, offset, lo, hi }
+}
+
+/// One gate for each bit of the result, and wires where an operand is constant.
+fn bit_by_bit(
+    builder: &mut Builder,
+    op: ArithOp,
+    a: &Word,
+    b: &Word,
+    gate: impl Fn(&mut Builder, NodeId, NodeId) -> NodeId,
+) -> Word {
+    let bounds = interval::arith(op, within_64_bits(a), within_64_bits(b));
+    let (lo, hi) = bounds.unwrap_or((i64::MIN, i64::MAX));
+    let n = two_complement_width(lo.into(), hi.into());
+    let (x, y) = (two_complement(builder, a, n), two_complement(builder, b, n));
+    let bits = x.into_iter().zip(y).map(|(x, y)| gate(builder, x, y)).collect();
+    from_two_complement(builder, bits, (lo.into(), hi.into()))
+}
+
+/// A shift by a constant is made of wires only. Otherwise each bit of the amount selects between the number and the number shifted by a power of two.
+fn shift(builder: &mut Builder, op: ArithOp, a: &Word, amount: Word) -> Word {
+    let (least, most) = (amount.lo.clamp(0, 63), amount.hi.clamp(0, 63));
+    let by = |value: i128, amount: i128| {
+        if op == ArithOp::Shl { value << amount } else { value >> amount }
+    };
+    let corners = [by(a.lo, least), by(a.lo, most), by(a.hi, least), by(a.hi, most)];
+    let lo = corners.into_iter().min().unwrap_or(0);
+    let hi = corners.into_iter().max().unwrap_or(0);
+    let n = two_complement_width(lo, hi).max(two_complement_width(a.lo, a.hi));
+    let mut bits = two_complement(builder, a, n);
+    let fill = bits.last().copied().filter(|_| a.lo < 0);
+    let fill = fill.unwrap_or_else(|| builder.constant(false));
+    let no = builder.constant(false);
+    let moved = |bits: &[NodeId], by: usize| -> Vec<NodeId> {
+        if op == ArithOp::Shl {
+            std::iter::repeat_n(no, by).chain(bits.iter().copied()).take(n).collect()
+        } else {
+            let rest = bits.iter().skip(by).copied();
+            rest.chain(std::iter::repeat(fill)).take(n).collect()
+        }
+    };
+    if least == most {
+        bits = moved(&bits, usize::try_from(least).unwrap_or(0));
+    } else {
+        for (index, selects) in amount.plain(builder).bits.into_iter().take(6).enumerate() {
+            let shifted = moved(&bits, 1 << index);
+            let pairs = bits.into_iter().zip(shifted);
+            bits = pairs.map(|(kept, moved)| builder.mux(selects, moved, kept)).collect();
+        }
+    }
+    from_two_complement(builder, bits, (lo, hi))
 }
 
 fn add(builder: &mut Builder, a: &Word, b: &Word) -> Word {
@@ -490,6 +579,29 @@ mod tests {
         })
     }
 
+    #[test]
+    fn masks_and_shifts_by_constants_are_wires() {
+        for (lo, hi) in [(0, 255), (-128, 127), (-8, 255)] {
+            let mut builder = Builder::default();
+            let x = operand(&mut builder, lo, hi);
+            let n_inputs = builder.logic.nodes.len();
+            for (op, constant) in
+                [(ArithOp::BitAnd, 60), (ArithOp::Shl, 5), (ArithOp::Shr, 3), (ArithOp::Shr, 20)]
+            {
+                let _ = arith(&mut builder, op, x.clone(), Word::constant(constant));
+            }
+            let n_gates = builder.logic.nodes.len() - n_inputs;
+            // Constants, and inverters of signs; only the offset -8 needs an adder.
+            assert!(n_gates <= 3 || lo == -8, "{n_gates} gates for {lo}..{hi}");
+        }
+        let mut builder = Builder::default();
+        let (x, y) = (operand(&mut builder, 0, 255), operand(&mut builder, 0, 255));
+        let n_before = builder.logic.nodes.len();
+        let both = arith(&mut builder, ArithOp::BitAnd, x, y);
+        assert_eq!(both.bits.len(), 8);
+        assert!(builder.logic.nodes.len() <= n_before + 8 + 2, "one gate for each bit");
+    }
+
     proptest! {
         #[test]
         fn arithmetic_is_exact((a, a_lo, a_hi) in range_with(), (b, b_lo, b_hi) in range_with(), c in any::<bool>()) {
@@ -498,8 +610,13 @@ mod tests {
             let x = operand(&mut builder, a_lo, a_hi);
             let y = operand(&mut builder, b_lo, b_hi);
             let z = operand(&mut builder, 0, 1);
-            for op in [ArithOp::Add, ArithOp::Sub, ArithOp::Mul, ArithOp::Div, ArithOp::Mod] {
-                if matches!(op, ArithOp::Div | ArithOp::Mod) && b_lo <= 0 && b_hi >= 0 {
+            for op in [
+                ArithOp::Add, ArithOp::Sub, ArithOp::Mul, ArithOp::Div, ArithOp::Mod, ArithOp::BitAnd, ArithOp::BitOr, ArithOp::BitXor,
+                ArithOp::Shl, ArithOp::Shr,
+            ] {
+                if matches!(op, ArithOp::Div | ArithOp::Mod) && b_lo <= 0 && b_hi >= 0
+                    || op.is_shift() && (b_lo < 0 || b_hi > 50)
+                {
                     continue;
                 }
                 let word = arith(&mut builder, op, x.clone(), y.clone());

@@ -522,8 +522,18 @@ fn arithmetic(op: ArithOp, a: i64, b: i64) -> Option<i64> {
         ArithOp::Mul => a * b,
         ArithOp::Div => a.checked_div(b)?,
         ArithOp::Mod => a.checked_rem(b)?,
+        ArithOp::BitAnd => a & b,
+        ArithOp::BitOr => a | b,
+        ArithOp::BitXor => a ^ b,
+        ArithOp::Shl => a * power(b)?,
+        ArithOp::Shr => a.div_euclid(power(b)?),
     };
     i64::try_from(exact).ok()
+}
+
+/// 2 to the power of the amount of a shift, which is at most 63.
+fn power(amount: i128) -> Option<i128> {
+    (0..=63).contains(&amount).then(|| 1 << amount)
 }
 
 /// The value of a leaf.

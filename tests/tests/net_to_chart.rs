@@ -114,7 +114,7 @@ fn random_enclosing_steps_are_drawn_again() {
         sharing: false,
         ..Features::everything().without_statecharts()
     };
-    random_nets(&features, 1500, 20, 40);
+    random_nets(&features, 2000, 20, 40);
 }
 
 fn below(folder: &Path, out: &mut Vec<PathBuf>) {

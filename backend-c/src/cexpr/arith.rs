@@ -18,16 +18,15 @@ impl CExpr {
             | (ArithOp::Mul | ArithOp::Div, _, Some(1)) => return a,
             (ArithOp::Sub, Some(0), _) => return b.neg(),
             (ArithOp::Add, Some(0), _) | (ArithOp::Mul, Some(1), _) => return b,
-            (ArithOp::Add | ArithOp::Sub | ArithOp::Mul | ArithOp::Div | ArithOp::Mod, _, _) => {}
+            _ => {}
         }
         // Operands with the same text are equal. They are folded here, because sdcc 4.2, which would fold them itself, wrongly passes a 16-bit 0 or 1 to a
         // function that expects 32 bits.
-        if a.text == b.text {
-            match op {
-                ArithOp::Sub | ArithOp::Mod => return CExpr::int(0),
-                ArithOp::Div => return CExpr::int(1),
-                ArithOp::Add | ArithOp::Mul => {}
-            }
+        if a.text == b.text && matches!(op, ArithOp::Sub | ArithOp::Mod) {
+            return CExpr::int(0);
+        }
+        if a.text == b.text && op == ArithOp::Div {
+            return CExpr::int(1);
         }
         // Validation rejects expressions without a result; the widest interval is only a fallback.
         let (lo, hi) =
@@ -36,10 +35,18 @@ impl CExpr {
         if lo == hi {
             return CExpr::int(lo);
         }
+        if op == ArithOp::Sub
+            && let Some(signed) = CExpr::sign_extended(&a, &b)
+        {
+            return signed;
+        }
+        if op.is_bitwise() {
+            return CExpr::bitwise(op, a, b, (lo, hi));
+        }
         // A remainder has the sign of the dividend, so only the magnitude of the divisor matters.
         let b = match (op, b.constant().and_then(i64::checked_abs)) {
             (ArithOp::Mod, Some(magnitude)) => CExpr::int(magnitude),
-            (ArithOp::Mod | ArithOp::Add | ArithOp::Sub | ArithOp::Mul | ArithOp::Div, _) => b,
+            _ => b,
         };
         // sdcc 4.2 divides a byte by a negative constant as if the constant were unsigned.
         if op == ArithOp::Div
@@ -52,17 +59,8 @@ impl CExpr {
             };
         }
         let class = Class::of(lo, hi).max(a.class).max(b.class);
-        let prec = match op {
-            ArithOp::Add | ArithOp::Sub => Prec::Sum,
-            ArithOp::Mul | ArithOp::Div | ArithOp::Mod => Prec::Product,
-        };
-        let sign = match op {
-            ArithOp::Add => "+",
-            ArithOp::Sub => "-",
-            ArithOp::Mul => "*",
-            ArithOp::Div => "/",
-            ArithOp::Mod => "%",
-        };
+        let prec = if op.is_sum() { Prec::Sum } else { Prec::Product };
+        let sign = sign(op);
         let unsigned = match (a.as_unsigned(), b.as_unsigned()) {
             (Some(a), Some(b)) if class == Class::Int && lo >= 0 => {
                 let text = format!("{} {sign} {}", a.operand(prec), b.within(Prec::Unary));
@@ -83,7 +81,13 @@ impl CExpr {
             return CExpr::arith_by(op, a, CExpr::int(magnitude), prefix).neg();
         }
         let word = match op {
-            ArithOp::Add | ArithOp::Sub => None,
+            ArithOp::Add
+            | ArithOp::Sub
+            | ArithOp::BitAnd
+            | ArithOp::BitOr
+            | ArithOp::BitXor
+            | ArithOp::Shl
+            | ArithOp::Shr => None,
             ArithOp::Mul => Some(WIDE_FUNCTIONS[0]),
             ArithOp::Div => Some(WIDE_FUNCTIONS[1]),
             ArithOp::Mod => Some(WIDE_FUNCTIONS[2]),
@@ -119,6 +123,22 @@ impl CExpr {
             inner.within(Prec::Unary)
         };
         CExpr::exact(format!("-{inner}"), Prec::Unary, class, (lo, hi))
+    }
+}
+
+/// The operator in C.
+pub(super) fn sign(op: ArithOp) -> &'static str {
+    match op {
+        ArithOp::Add => "+",
+        ArithOp::Sub => "-",
+        ArithOp::Mul => "*",
+        ArithOp::Div => "/",
+        ArithOp::Mod => "%",
+        ArithOp::BitAnd => "&",
+        ArithOp::BitOr => "|",
+        ArithOp::BitXor => "^",
+        ArithOp::Shl => "<<",
+        ArithOp::Shr => ">>",
     }
 }
 

@@ -15,6 +15,9 @@
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod arith;
+mod bits;
+
+use bits::{Bits, Word};
 
 pub(crate) use arith::{Helpers, WIDE_FUNCTIONS, saturated};
 
@@ -89,6 +92,8 @@ pub(crate) struct CExpr {
     signed: Option<(String, Prec)>,
     /// The spelling that is unsigned and at most one byte wide, if it differs from `text`.
     unsigned: Option<(String, Prec)>,
+    /// The spelling for bit operators.
+    bits: Option<Box<Bits>>,
     /// For a comparison with a constant: the compared expression and the constant. They show if a conjunction or disjunction of two
     /// comparisons is constant.
     pub(crate) asks: Option<Box<Question>>,
@@ -151,6 +156,7 @@ impl CExpr {
             is_unsigned: false,
             signed: None,
             unsigned: None,
+            bits: None,
             asks: None,
         }
     }
@@ -205,12 +211,14 @@ impl CExpr {
                 let class = Class::of(lo, hi);
                 match storage(ty) {
                     // An unsigned type as wide as the class would convert the other operand too, so it is widened at once.
-                    "uint16_t" if class == Class::Wide => {
-                        CExpr::exact(format!("(int32_t){text}"), Prec::Unary, class, (lo, hi))
-                    }
-                    "uint32_t" => {
-                        CExpr::exact(format!("(int64_t){text}"), Prec::Unary, class, (lo, hi))
-                    }
+                    "uint16_t" if class == Class::Wide => CExpr {
+                        bits: Some(Box::new(Bits::Word(Word::place(&text, 16)))),
+                        ..CExpr::exact(format!("(int32_t){text}"), Prec::Unary, class, (lo, hi))
+                    },
+                    "uint32_t" => CExpr {
+                        bits: Some(Box::new(Bits::Word(Word::place(&text, 32)))),
+                        ..CExpr::exact(format!("(int64_t){text}"), Prec::Unary, class, (lo, hi))
+                    },
                     // It is narrower than the class, so arithmetic widens it anyway.
                     narrow @ ("uint8_t" | "int8_t" | "int16_t") => CExpr {
                         signed: Some((format!("(int){text}"), Prec::Unary)),
@@ -404,8 +412,11 @@ impl CExpr {
             return CExpr::bool(known);
         }
         let subjects = (a.text.clone(), b.text.clone());
-        let (a, b) = CExpr::paired(a, b);
-        let text = format!("{} {} {}", a.within(Prec::Unary), c_sign(op), b.within(Prec::Unary));
+        let (left, right) = CExpr::compared_as_words(&a, &b).unwrap_or_else(|| {
+            let (a, b) = CExpr::paired(a.clone(), b.clone());
+            (a.within(Prec::Unary), b.within(Prec::Unary))
+        });
+        let text = format!("{left} {} {right}", c_sign(op));
         let asks = match (a.constant(), b.constant()) {
             (None, Some(constant)) => {
                 Some(Question { interval: (a.lo, a.hi), subject: subjects.0, op, constant })
@@ -490,6 +501,20 @@ impl CExpr {
         // A value computed in the type that stores it needs no cast; nor does a literal that fits.
         if self.class == Class::Bool || is_literal || name == self.class.name() {
             return self.text.clone();
+        }
+        if name == "int8_t" && self.is_signed_word(8)
+            || name == "int16_t" && self.is_signed_word(16)
+        {
+            return self.text.clone();
+        }
+        if let Some(Bits::Word(word) | Bits::Flipped(word, _)) = self.bits.as_deref() {
+            let unsigned_bits = match name {
+                "uint8_t" => Some(8),
+                "uint16_t" => Some(16),
+                "uint32_t" => Some(32),
+                _ => None,
+            };
+            return word.converted(name, unsigned_bits);
         }
         if name == "uint8_t"
             && let Some(unsigned) = self.as_unsigned()

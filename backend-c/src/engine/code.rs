@@ -138,6 +138,11 @@ impl Assembler<'_> {
                     ArithOp::Sub => Op::Sub,
                     ArithOp::Mul => Op::Mul,
                     ArithOp::Div | ArithOp::Mod => return refuse("a division", span),
+                    ArithOp::BitAnd
+                    | ArithOp::BitOr
+                    | ArithOp::BitXor
+                    | ArithOp::Shl
+                    | ArithOp::Shr => return refuse("a bit operator", span),
                 });
                 Ok(())
             }

@@ -61,17 +61,25 @@
 #define GP_OP_LOOP 41U
 #define GP_OP_WHILE 42U /* leaves the loop if false */
 #define GP_OP_AGAIN 43U /* the end of LOOP */
-#define GP_N_OPS 44U
+/* Bit operators: two's complement of 64 bits; amounts are 0 to 63. */
+#define GP_OP_BIT_AND 44U
+#define GP_OP_BIT_OR 45U
+#define GP_OP_BIT_XOR 46U
+#define GP_OP_SHL 47U
+#define GP_OP_SHR 48U
+#define GP_N_OPS 49U
 
 /* The number of values that an instruction pops and pushes (a nibble each), and the bytes of its operand. */
 static GS_ROM uint8_t gp_stack_use[GP_N_OPS] = {
     0x01U, 0x01U, 0x01U, 0x01U, 0x01U, 0x01U, 0x01U, 0x01U, 0x01U, 0x11U, 0x11U, 0x11U, 0x21U, 0x21U, 0x21U,
     0x21U, 0x21U, 0x21U, 0x21U, 0x21U, 0x21U, 0x21U, 0x21U, 0x21U, 0x21U, 0x10U, 0x10U, 0x10U, 0x10U, 0x20U,
-    0x10U, 0x10U, 0x00U, 0x00U, 0x00U, 0x00U, 0x00U, 0x10U, 0x00U, 0x10U, 0x10U, 0x00U, 0x10U, 0x00U
+    0x10U, 0x10U, 0x00U, 0x00U, 0x00U, 0x00U, 0x00U, 0x10U, 0x00U, 0x10U, 0x10U, 0x00U, 0x10U, 0x00U, 0x21U,
+    0x21U, 0x21U, 0x21U, 0x21U
 };
 static GS_ROM uint8_t gp_operand[GP_N_OPS] = {
     1U, 4U, 8U, 0U, 2U, 2U, 2U, 2U, 2U, 2U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U, 0U,
-    0U, 0U, 0U, 2U, 2U, 2U, 2U, 2U, 2U, 0U, 2U, 3U, 2U, 2U, 0U, 2U, 2U, 2U, 2U, 6U, 0U, 0U
+    0U, 0U, 0U, 2U, 2U, 2U, 2U, 2U, 2U, 0U, 2U, 3U, 2U, 2U, 0U, 2U, 2U, 2U, 2U, 6U, 0U, 0U,
+    0U, 0U, 0U, 0U, 0U
 };
 
 /* --- checking ----------------------------------------------------------------------------------------------------------------------------- */
@@ -370,6 +378,19 @@ static int64_t gp_divide(int64_t a, int64_t b, bool wants_rest) GS_ON_STACK
     return value;
 }
 
+/* The amount of a shift; a damaged image may contain any. */
+static uint8_t gp_amount(int64_t by) GS_ON_STACK
+{
+    return (uint8_t)((uint64_t)by & 63U);
+}
+
+/* Rounds down: the complement of a negative number is shifted. */
+static int64_t gp_shift_right(int64_t a, uint8_t by) GS_ON_STACK
+{
+    const uint64_t flip = (a < 0) ? UINT64_MAX : (uint64_t)0U;
+    return gp_signed((((uint64_t)a ^ flip) >> by) ^ flip);
+}
+
 static int64_t gp_truth(bool value) GS_ON_STACK
 {
     return value ? 1 : 0;
@@ -417,6 +438,21 @@ static int64_t gp_two(uint8_t op, int64_t a, int64_t b)
         break;
     case GP_OP_MOD:
         value = gp_divide(a, b, true);
+        break;
+    case GP_OP_BIT_AND:
+        value = gp_signed((uint64_t)a & (uint64_t)b);
+        break;
+    case GP_OP_BIT_OR:
+        value = gp_signed((uint64_t)a | (uint64_t)b);
+        break;
+    case GP_OP_BIT_XOR:
+        value = gp_signed((uint64_t)a ^ (uint64_t)b);
+        break;
+    case GP_OP_SHL:
+        value = gp_signed((uint64_t)a << gp_amount(b));
+        break;
+    case GP_OP_SHR:
+        value = gp_shift_right(a, gp_amount(b));
         break;
     default:
         break;
@@ -650,7 +686,7 @@ uint8_t gp_go(gp_run_t *run)
             } else {
                 *top = gp_get(run, gs_u16(run->image, operand), *top);
             }
-        } else if (op < GP_OP_SET_BIT) {
+        } else if ((op < GP_OP_SET_BIT) || (op >= GP_OP_BIT_AND)) {
             --depth;
             run->stack[depth - 1U] = gp_two(op, run->stack[depth - 1U], run->stack[depth]);
             run->depth = depth;

@@ -82,7 +82,7 @@ impl Grow {
     }
 
     fn number(&mut self, depth: usize) -> Expr {
-        let n = if depth == 0 { 2 } else { 6 };
+        let n = if depth == 0 { 2 } else { 7 };
         match self.random.below(n) {
             0 => Expr::int(self.random.between(-40, 40)),
             1 => leaf(Leaf::Var(self.vars[self.random.below(self.vars.len())])),
@@ -104,6 +104,18 @@ impl Grow {
                 let a = self.number(depth - 1);
                 let b = self.number(depth - 1);
                 Expr::new(ExprKind::Select(Box::new(c), Box::new(a), Box::new(b)), Span::default())
+            }
+            5 => {
+                let a = self.number(depth - 1);
+                let all =
+                    [ArithOp::BitAnd, ArithOp::BitOr, ArithOp::BitXor, ArithOp::Shl, ArithOp::Shr];
+                let op = all[self.random.below(all.len())];
+                let b = if op.is_shift() {
+                    Expr::int(self.random.between(0, 5))
+                } else {
+                    self.number(depth - 1)
+                };
+                Expr::new(ExprKind::Arith(op, Box::new(a), Box::new(b)), Span::default())
             }
             _ => {
                 let a = self.number(depth - 1);

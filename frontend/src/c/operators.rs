@@ -1,7 +1,7 @@
-//! The arithmetic of C in expressions of the net: exact integers with `+ - * / mod`, comparisons and choices.
+//! The arithmetic of C in expressions of the net.
 //!
-//! Unsigned results wrap (`mod 2^n`), conversions to narrower types keep the low bits, `>>` of a negative number rounds down, division
-//! truncates. Signed arithmetic is exact within 64 bits; results that are undefined in C saturate when they are stored.
+//! Unsigned results wrap, and conversions to narrower types keep the low bits ([`Num::wrapped`]); bit operators are those of the net, and `>>` of a negative
+//! number rounds down; division truncates. Signed arithmetic is exact within 64 bits; results that are undefined in C saturate when they are stored.
 
 use super::ast::{BinaryOp, UnaryOp};
 use super::flow::Flow;
@@ -95,46 +95,13 @@ impl Flow<'_, '_> {
         if !ty.is_folded() || num.within((0, i64::from(i32::MAX))) {
             return num.clone();
         }
-        let half = 1_i64 << 31;
-        if num.is_constant() {
-            return Num::constant(
-                if num.lo >= half { num.lo - 2 * half } else { num.lo },
-                num.expr.span,
-            );
-        }
-        let folded = num
-            .by(ArithOp::Add, half)
-            .and_then(|num| num.by(ArithOp::Mod, 2 * half))
-            .and_then(|num| num.by(ArithOp::Sub, half));
-        folded.unwrap_or_else(|| num.clone())
+        num.wrapped(32, true)
     }
 
     /// The low bits of a number as a value of the type (C99 6.3.1.3; for signed types, as common compilers do it).
     fn wrap(&mut self, num: &Num, ty: Scalar) -> Num {
         let Scalar::Int { bits, is_signed } = ty else { return num.clone() };
-        if num.within(ty.range()) {
-            return num.clone();
-        }
-        let n = 1_i64 << bits;
-        let offset = if is_signed { n / 2 } else { 0 };
-        // Adds a multiple of 2^n that makes the number non-negative, so that one `mod` is enough.
-        let low = num.lo.saturating_add(offset);
-        let lift = if low < 0 {
-            (low.unsigned_abs().div_ceil(n.unsigned_abs())).saturating_mul(n.unsigned_abs())
-        } else {
-            0
-        };
-        let direct = i64::try_from(lift).ok().and_then(|lift| {
-            let lifted = num.by(ArithOp::Add, lift.checked_add(offset)?)?;
-            lifted.by(ArithOp::Mod, n)?.by(ArithOp::Sub, offset)
-        });
-        let around = || {
-            num.by(ArithOp::Mod, n)?
-                .by(ArithOp::Add, n + offset)?
-                .by(ArithOp::Mod, n)?
-                .by(ArithOp::Sub, offset)
-        };
-        direct.or_else(around).unwrap_or_else(|| num.clone())
+        num.wrapped(bits, is_signed)
     }
 
     /// The value converted to a type.
@@ -172,17 +139,11 @@ impl Flow<'_, '_> {
         let result = match op {
             UnaryOp::Plus | UnaryOp::Not => num,
             UnaryOp::Minus => self.exact(ArithOp::Sub, &zero, &num, ty),
-            // ~x = -1 - x; for an unsigned type, its largest value minus x.
+            // All bits of the type are inverted; a signed type has infinitely many.
             UnaryOp::Complement => {
-                let top = Num::constant(
-                    if matches!(ty, Scalar::Int { is_signed: false, .. }) {
-                        ty.range().1
-                    } else {
-                        -1
-                    },
-                    span,
-                );
-                self.exact(ArithOp::Sub, &top, &num, ty)
+                let is_unsigned = matches!(ty, Scalar::Int { is_signed: false, .. });
+                let ones = Num::constant(if is_unsigned { ty.range().1 } else { -1 }, span);
+                self.exact(ArithOp::BitXor, &num, &ones, ty)
             }
         };
         let num = self.result(&result, ty);
@@ -244,7 +205,7 @@ impl Flow<'_, '_> {
             let ty = a.ty.promoted(widths);
             let num = self.converted(a, ty).num();
             let amount = b.num();
-            let num = self.shift(op == BinaryOp::ShiftLeft, &num, &amount, ty, span);
+            let num = self.shift(op == BinaryOp::ShiftLeft, &num, &amount, ty);
             return self.shallow(Value { repr: Repr::Num(num), ty });
         }
         let ty = a.ty.common(b.ty, widths);
@@ -258,7 +219,9 @@ impl Flow<'_, '_> {
             BinaryOp::Sub => self.exact(ArithOp::Sub, &x, &y, ty),
             BinaryOp::Mul => self.product(&x, &y, ty),
             BinaryOp::Div | BinaryOp::Mod => self.quotient(op == BinaryOp::Div, &x, &y, ty),
-            BinaryOp::And | BinaryOp::Or | BinaryOp::Xor => self.bitwise(op, &x, &y, ty),
+            BinaryOp::And => self.exact(ArithOp::BitAnd, &x, &y, ty),
+            BinaryOp::Or => self.exact(ArithOp::BitOr, &x, &y, ty),
+            BinaryOp::Xor => self.exact(ArithOp::BitXor, &x, &y, ty),
             _ => x,
         };
         let num = self.result(&num, ty);
@@ -274,14 +237,10 @@ impl Flow<'_, '_> {
         }
         // Unsigned 32 × 32 bits, modulo 2^32: x · y = x · low(y) + (x · high(y) mod 2^16) · 2^16
         let (x, y) = (self.small(x, ty), self.small(y, ty));
-        let half = 1_i64 << 16;
         let whole = || {
-            let low = x.op(ArithOp::Mul, &y.by(ArithOp::Mod, half)?)?;
-            let high = x
-                .op(ArithOp::Mul, &y.by(ArithOp::Div, half)?)?
-                .by(ArithOp::Mod, half)?
-                .by(ArithOp::Mul, half)?;
-            low.op(ArithOp::Add, &high)
+            let low = x.op(ArithOp::Mul, &y.low_bits(16))?;
+            let high = x.op(ArithOp::Mul, &y.by(ArithOp::Shr, 16)?)?;
+            low.op(ArithOp::Add, &high.low_bits(16).by(ArithOp::Shl, 16)?)
         };
         whole().unwrap_or_else(|| x.clone())
     }
@@ -322,142 +281,26 @@ impl Flow<'_, '_> {
         by_positive
     }
 
-    fn shift(&mut self, is_left: bool, x: &Num, amount: &Num, ty: Scalar, span: Span) -> Num {
+    fn shift(&mut self, is_left: bool, x: &Num, amount: &Num, ty: Scalar) -> Num {
         let Scalar::Int { bits, .. } = ty else { return x.clone() };
+        // Another amount is undefined in C.
         let most = i64::from(bits) - 1;
-        let factor = if amount.is_constant() {
-            Num::constant(1 << amount.lo.clamp(0, most), span)
+        let amount = if amount.is_constant() {
+            Num::constant(amount.lo.clamp(0, most), amount.expr.span)
+        } else if amount.within((0, most)) {
+            amount.clone()
         } else {
-            let amount = self.through("shift", amount, 0, most);
-            let mut factor = Num::constant(1, span);
-            for bit in 0..bits.trailing_zeros() {
-                let digit =
-                    amount.by(ArithOp::Div, 1 << bit).and_then(|num| num.by(ArithOp::Mod, 2));
-                let power = Num::constant(1 << (1_u32 << bit), span);
-                if let Some(digit) = digit {
-                    let chosen = Num::select(
-                        digit.compare_with(CompareOp::Eq, 1),
-                        &power,
-                        &Num::constant(1, span),
-                    );
-                    factor = factor.op(ArithOp::Mul, &chosen).unwrap_or(factor);
-                }
-            }
-            factor
+            self.through("shift", amount, 0, most)
         };
         if is_left {
-            let product = self.exact(ArithOp::Mul, x, &factor, ty);
-            return self.result(&product, ty);
+            let shifted = self.exact(ArithOp::Shl, x, &amount, ty);
+            return self.result(&shifted, ty);
         }
-        if x.lo >= 0 {
-            return x.op(ArithOp::Div, &factor).unwrap_or_else(|| x.clone());
-        }
-        // Rounding down: (x - (2^n - 1)) / 2^n if x is negative.
-        let x = self.small(x, ty);
-        let floor = || {
-            let below = x.op(ArithOp::Sub, &factor.by(ArithOp::Sub, 1)?)?;
-            Some(Num::select(x.compare_with(CompareOp::Lt, 0), &below, &x))
-                .and_then(|num| num.op(ArithOp::Div, &factor))
-        };
-        floor().unwrap_or_else(|| x.clone())
+        self.exact(ArithOp::Shr, x, &amount, ty)
     }
-
-    fn bitwise(&mut self, op: BinaryOp, x: &Num, y: &Num, ty: Scalar) -> Num {
-        let Scalar::Int { bits, .. } = ty else { return x.clone() };
-        if x.is_constant() && y.is_constant() {
-            let value = if op == BinaryOp::And {
-                x.lo & y.lo
-            } else if op == BinaryOp::Or {
-                x.lo | y.lo
-            } else {
-                x.lo ^ y.lo
-            };
-            return Num::constant(value, x.expr.span);
-        }
-        let unsigned = Scalar::Int { bits, is_signed: false };
-        // Both operands as unsigned numbers with the same bits.
-        let (x, y) = (self.wrap(x, unsigned), self.wrap(y, unsigned));
-        let (x, y) = if x.is_constant() { (y, x) } else { (x, y) };
-        let x = self.small(&x, unsigned);
-        let both = if y.is_constant() {
-            self.masked(&x, y.lo)
-        } else {
-            let y = self.small(&y, unsigned);
-            let width = 64 - x.hi.min(y.hi).max(0).leading_zeros();
-            let terms = (0..width).filter_map(|bit| {
-                let digit = |num: &Num| {
-                    num.by(ArithOp::Div, 1 << bit)?
-                        .by(ArithOp::Mod, 2)
-                        .map(|digit| digit.compare_with(CompareOp::Eq, 1))
-                };
-                let is_set = Expr::and([digit(&x)?, digit(&y)?]);
-                Some(Num::select(
-                    is_set,
-                    &Num::constant(1 << bit, x.expr.span),
-                    &Num::constant(0, x.expr.span),
-                ))
-            });
-            sum(terms.collect(), x.expr.span)
-        };
-        // x | y = x + y - (x & y), x ^ y = x + y - 2 (x & y)
-        let n_times = if op == BinaryOp::Or { 1 } else { 2 };
-        let result = if op == BinaryOp::And {
-            Some(both.clone())
-        } else {
-            let all = x.op(ArithOp::Add, &y);
-            all.and_then(|all| all.op(ArithOp::Sub, &both.by(ArithOp::Mul, n_times)?))
-        };
-        let result = result.unwrap_or(both);
-        // The exact result is in the unsigned range, but its interval may be wider. A signed type reads its bits as signed.
-        let result = if result.within(unsigned.range()) {
-            result
-        } else {
-            result.by(ArithOp::Mod, 1 << bits).map_or(result, |num| num)
-        };
-        let result =
-            if result.within(unsigned.range()) { result } else { self.wrap(&result, unsigned) };
-        self.wrap(&result, ty)
-    }
-
-    /// `x & mask`, as a sum over the runs of ones in the mask.
-    fn masked(&mut self, x: &Num, mask: i64) -> Num {
-        let mut terms = Vec::new();
-        let mut bit = 0_u32;
-        while bit < 32 {
-            if (mask >> bit) & 1 == 0 {
-                bit += 1;
-                continue;
-            }
-            let length = (!(mask >> bit)).trailing_zeros().min(32 - bit);
-            let run = || {
-                x.by(ArithOp::Div, 1 << bit)?
-                    .by(ArithOp::Mod, 1 << length)?
-                    .by(ArithOp::Mul, 1 << bit)
-            };
-            terms.extend(run());
-            bit += length;
-        }
-        sum(terms, x.expr.span)
-    }
-}
-
-/// A sum as a balanced tree.
-fn sum(mut terms: Vec<Num>, span: Span) -> Num {
-    while terms.len() > 1 {
-        let pairs = terms.chunks(2).map(|pair| match pair {
-            [a, b] => a.op(ArithOp::Add, b).unwrap_or_else(|| a.clone()),
-            _ => pair[0].clone(),
-        });
-        terms = pairs.collect();
-    }
-    terms.pop().unwrap_or_else(|| Num::constant(0, span))
 }
 
 /// The value of a variable of this type that contains the number `raw`: the inverse of [`Flow::stored`].
 pub(super) fn loaded(raw: &Num, ty: Scalar) -> Num {
-    if !ty.is_folded() || raw.lo >= 0 {
-        return raw.clone();
-    }
-    let n = 1_i64 << 32;
-    raw.by(ArithOp::Add, n).and_then(|num| num.by(ArithOp::Mod, n)).unwrap_or_else(|| raw.clone())
+    if ty.is_folded() { raw.low_bits(32) } else { raw.clone() }
 }

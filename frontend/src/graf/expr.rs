@@ -1,7 +1,7 @@
 //! Expression parser: precedence climbing. Chains of one operator stay flat.
 //!
-//! Precedence from lowest to highest: `if c then a else b`; `or ∨`; `and ∧`; `not`; comparisons (they do not chain); `+ -`; `* · / mod`;
-//! the prefixes `/ ¬ - ↑ ↓`. The signs `+` and `*` join Booleans if no operand is a number (see [`super::numbers`]); their precedence is
+//! Precedence from lowest to highest: `if c then a else b`; `or ∨`; `and ∧`; `not`; comparisons (they do not chain); `+ - bor bxor`;
+//! `* · / mod band shl shr`; the prefixes `/ ¬ - ↑ ↓ bnot`. The signs `+` and `*` join Booleans if no operand is a number (see [`super::numbers`]); their precedence is
 //! the same in both cases. If a mix of words and signs could be understood in two ways, the parser requires parentheses.
 //!
 //! A tree is never deeper than the nesting limit, so functions that visit it may recurse.
@@ -105,6 +105,11 @@ impl<'a> Parser<'a> {
                 "or" => (Infix::Or, Level::Or),
                 "and" => (Infix::And, Level::And),
                 "mod" => (Infix::Arith(ArithOp::Mod), Level::Mul),
+                "band" => (Infix::Arith(ArithOp::BitAnd), Level::Mul),
+                "bor" => (Infix::Arith(ArithOp::BitOr), Level::Add),
+                "bxor" => (Infix::Arith(ArithOp::BitXor), Level::Add),
+                "shl" => (Infix::Arith(ArithOp::Shl), Level::Mul),
+                "shr" => (Infix::Arith(ArithOp::Shr), Level::Mul),
                 _ => return None,
             },
             Kind::OrSign => (Infix::Or, Level::Or),
@@ -212,13 +217,13 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Parses operands joined by `+ -` or by `* · / mod`: arithmetic if an operand is a number or an operator is `-`, `/` or `mod`,
+    /// Parses operands joined by operators of one level: arithmetic if an operand is a number or an operator is neither `+` nor `*` nor `·`,
     /// otherwise `or` and `and`.
     fn chain(&mut self, level: Level, first: Operand) -> Parse<Operand> {
         let start = first.expr.span;
         let mut depth = first.depth;
         let mut is_number = first.sort == Sort::Number;
-        let mut is_minus_or_mod = false;
+        let mut is_arithmetic = false;
         let mut division: Option<Token> = None;
         let mut rest: Vec<(ArithOp, Expr, Sort)> = Vec::new();
         let mut n_rest = 0u32;
@@ -232,8 +237,8 @@ impl<'a> Parser<'a> {
             };
             match op {
                 ArithOp::Div => division = division.or(Some(sign)),
-                ArithOp::Sub | ArithOp::Mod => is_minus_or_mod = true,
                 ArithOp::Add | ArithOp::Mul => {}
+                _ => is_arithmetic = true,
             }
             let operand = self.operand_at(level.tighter())?;
             depth = depth.max(operand.depth);
@@ -252,8 +257,7 @@ impl<'a> Parser<'a> {
                 return Ok(Operand { depth: self.deeper(depth)?, ..first });
             }
         }
-        if let (Some(sign), false, Some(_)) = (division, is_number || is_minus_or_mod, self.numbers)
-        {
+        if let (Some(sign), false, Some(_)) = (division, is_number || is_arithmetic, self.numbers) {
             let span = self.span(sign);
             let is_comment = self.text[sign.end as usize..].starts_with('/');
             self.report(|| {
@@ -269,7 +273,7 @@ impl<'a> Parser<'a> {
             });
         }
         let span = self.span_from(start.start);
-        if is_number || is_minus_or_mod || division.is_some() {
+        if is_number || is_arithmetic || division.is_some() {
             // A chain of arithmetic is a left-leaning tree with one level per operator.
             let depth = self.deeper(depth.saturating_add(n_rest) - 1)?;
             let mut expr = first.expr;
@@ -384,6 +388,7 @@ impl<'a> Parser<'a> {
                     }
                     self.negated(token, operand)
                 }
+                "bnot" => self.complement(token),
                 "if" => self.select(token),
                 "true" | "false" => {
                     let value = self.word(0) == "true";
@@ -449,6 +454,17 @@ impl<'a> Parser<'a> {
             sort: Sort::Truth,
             loose: None,
         })
+    }
+
+    /// Parses `bnot x`, which is `x bxor -1`.
+    fn complement(&mut self, sign: Token) -> Parse<Operand> {
+        self.advance();
+        let operand = self.operand_at(Level::Prefix)?;
+        let depth = self.deeper(operand.depth)?;
+        let span = self.span_from(sign.start);
+        let ones = Box::new(Expr::new(ExprKind::Int(-1), span));
+        let kind = ExprKind::Arith(ArithOp::BitXor, Box::new(operand.expr), ones);
+        Ok(Operand { expr: Expr::new(kind, span), depth, sort: Sort::Number, loose: None })
     }
 
     fn edge(&mut self, sign: Token, is_rise: bool, operand: Operand) -> Parse<Operand> {

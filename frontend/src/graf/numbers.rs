@@ -5,7 +5,7 @@
 //! reports nothing.
 
 use super::lexer::Lexer;
-use super::token::{Kind, SINK, Token};
+use super::token::{INFIX, Kind, SINK, Token};
 
 /// What the parser must know about a source in advance: the names that it declares as integers, and its outputs.
 #[derive(Debug, Clone, Default)]
@@ -101,7 +101,7 @@ impl<'a> Numbers<'a> {
             // `const N = 5, M = N + 1`
             let ends = match f.kind {
                 Kind::Comma | Kind::End | Kind::CloseBrace | Kind::Text | Kind::RawText => true,
-                Kind::Word | Kind::Quoted => f.new_line && !matches!(word(f), "and" | "or" | "mod"),
+                Kind::Word | Kind::Quoted => f.new_line && !INFIX.contains(&word(f)),
                 _ => false,
             };
             if ends && let Some(done) = constant.take() {

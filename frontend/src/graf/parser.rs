@@ -6,7 +6,7 @@ use grafsynth_ir::{FileId, Name, Span};
 
 use super::lexer::{LexError, Lexer, is_typeset_quote};
 use super::numbers::{Numbers, name_of, slice};
-use super::token::{Kind, Token};
+use super::token::{INFIX, Kind, Token};
 use super::{Comment, Limits};
 use crate::codes;
 
@@ -14,8 +14,22 @@ use crate::codes;
 pub(crate) type Parse<T> = Result<T, ErrorReported>;
 
 /// Reserved words, which are never names. All other keywords depend on their context.
-pub(crate) const RESERVED: &[&str] =
-    &["and", "or", "not", "mod", "true", "false", "otherwise", "if"];
+pub(crate) const RESERVED: &[&str] = &[
+    "and",
+    "or",
+    "not",
+    "mod",
+    "band",
+    "bor",
+    "bxor",
+    "bnot",
+    "shl",
+    "shr",
+    "true",
+    "false",
+    "otherwise",
+    "if",
+];
 
 /// Maximum lookahead in tokens.
 const AHEAD: usize = 4;
@@ -639,7 +653,8 @@ impl<'a> Parser<'a> {
                     if open == 0
                         && token.new_line
                         && token.start != failed
-                        && !matches!(self.word(0), "and" | "or" | "mod" | "not") =>
+                        && !INFIX.contains(&self.word(0))
+                        && !matches!(self.word(0), "not" | "bnot") =>
                 {
                     return;
                 }

@@ -147,8 +147,18 @@ pub(crate) fn number(r: &mut Random, depth: usize) -> Expr {
             Box::new(number(r, depth - 1)),
         )),
         _ => {
-            let op =
-                r.pick(&[ArithOp::Add, ArithOp::Sub, ArithOp::Mul, ArithOp::Div, ArithOp::Mod]);
+            let op = r.pick(&[
+                ArithOp::Add,
+                ArithOp::Sub,
+                ArithOp::Mul,
+                ArithOp::Div,
+                ArithOp::Mod,
+                ArithOp::BitAnd,
+                ArithOp::BitOr,
+                ArithOp::BitXor,
+                ArithOp::Shl,
+                ArithOp::Shr,
+            ]);
             expr(ExprKind::Arith(
                 op,
                 Box::new(number(r, depth - 1)),

@@ -1,5 +1,8 @@
 //! Tokens of the chart language.
 
+/// Reserved words that join two operands.
+pub(crate) const INFIX: &[&str] = &["and", "or", "mod", "band", "bor", "bxor", "shl", "shr"];
+
 /// The target of a transition that activates no step, unless a step has this name.
 pub(crate) const SINK: &str = "sink";
 

@@ -29,6 +29,11 @@ pub(crate) struct ExprWriter {
     pub(crate) signs: bool,
 }
 
+/// Whether an operator with this right operand is `bnot`.
+fn is_complement(op: ArithOp, right: &Expr) -> bool {
+    op == ArithOp::BitXor && right.kind == ExprKind::Int(-1)
+}
+
 impl ExprWriter {
     /// The expression as text.
     pub(crate) fn text(&self, expr: &Expr) -> String {
@@ -96,8 +101,14 @@ impl ExprWriter {
                 }
             }
             ExprKind::Compare(..) => Level::Compare,
-            ExprKind::Arith(ArithOp::Add | ArithOp::Sub, ..) => Level::Add,
-            ExprKind::Arith(ArithOp::Mul | ArithOp::Div | ArithOp::Mod, ..) => Level::Mul,
+            ExprKind::Arith(op, _, b) if is_complement(*op, b) => Level::Prefix,
+            ExprKind::Arith(op, ..) => {
+                if op.is_sum() {
+                    Level::Add
+                } else {
+                    Level::Mul
+                }
+            }
             // A duration before a slash would be read as a delay.
             ExprKind::Leaf(Leaf::Duration(_) | Leaf::Delay(..)) => Level::Add,
             _ => Level::Prefix,
@@ -160,17 +171,7 @@ impl ExprWriter {
                     self.write(out, inner, Level::Prefix);
                 }
             }
-            ExprKind::Arith(op, a, b) => {
-                let (left, right) = match op {
-                    ArithOp::Add | ArithOp::Sub => (Level::Add, Level::Mul),
-                    ArithOp::Mul | ArithOp::Div | ArithOp::Mod => (Level::Mul, Level::Prefix),
-                };
-                self.write(out, a, left);
-                out.push(' ');
-                out.push_str(op.symbol());
-                out.push(' ');
-                self.write(out, b, right);
-            }
+            ExprKind::Arith(op, a, b) => self.arith(out, *op, a, b),
             ExprKind::Select(condition, a, b) => {
                 out.push_str("if ");
                 self.write(out, condition, Level::Or);
@@ -180,6 +181,29 @@ impl ExprWriter {
                 self.write(out, b, Level::Or);
             }
         }
+    }
+
+    fn arith(&self, out: &mut String, op: ArithOp, a: &Expr, b: &Expr) {
+        if is_complement(op, b) {
+            out.push_str("bnot ");
+            return self.write(out, a, Level::Prefix);
+        }
+        let (left, right) =
+            if op.is_sum() { (Level::Add, Level::Mul) } else { (Level::Mul, Level::Prefix) };
+        // Few readers know how bit operators bind.
+        let level = |side: &Expr, level| match &side.kind {
+            ExprKind::Arith(inner, ..)
+                if *inner != op && (inner.is_bitwise() || op.is_bitwise()) =>
+            {
+                Level::Prefix
+            }
+            _ => level,
+        };
+        self.write(out, a, level(a, left));
+        out.push(' ');
+        out.push_str(op.symbol());
+        out.push(' ');
+        self.write(out, b, level(b, right));
     }
 
     fn list(&self, out: &mut String, all: &[Expr], between: &str, level: Level) {

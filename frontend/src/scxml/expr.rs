@@ -54,6 +54,8 @@ pub(super) enum AstKind {
     Or(Vec<Ast>),
     Compare(CompareOp, Box<Ast>, Box<Ast>),
     Arith(ArithOp, Box<Ast>, Box<Ast>),
+    /// Bit operators, which have 32 bits; `~a` is `a ^ -1`.
+    Bitwise(BitOp, Box<Ast>, Box<Ast>),
     /// `c ? a : b`.
     Choice(Box<Ast>, Box<Ast>, Box<Ast>),
 }
@@ -131,13 +133,25 @@ struct Parser<'a, 't> {
     divisions: Option<u32>,
 }
 
-/// Binary operators, lowest precedence first.
+/// The bit operators `& | ^ << >> >>>`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum BitOp {
+    And,
+    Or,
+    Xor,
+    Shl,
+    Shr,
+    UnsignedShr,
+}
+
+/// Binary operators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Operator {
     Or,
     And,
     Compare(CompareOp),
     Arith(ArithOp),
+    Bitwise(BitOp),
 }
 
 type Parse<T = Ast> = Result<T, Box<Diagnostic>>;
@@ -195,12 +209,6 @@ impl Parser<'_, '_> {
         match first {
             '"' | '\'' => refuse(span, "a string", "only integers and Booleans are supported"),
             '{' => refuse(span, "an object", "use one data element for each value"),
-            '&' | '|' | '^' | '~' => {
-                refuse(span, "a bit operation", "use `&&`, `||` and `!` on Booleans, or arithmetic")
-            }
-            '<' | '>' if self.rest().starts_with("<<") || self.rest().starts_with(">>") => {
-                refuse(span, "a shift", "multiply or divide by a power of two")
-            }
             '.' => refuse(span, "a member of an object", "use one data element for each value"),
             '=' => self.error(
                 span,
@@ -298,31 +306,44 @@ impl Parser<'_, '_> {
         } else if begins("&&") {
             (Operator::And, 2, 2)
         } else if begins("===") {
-            (Operator::Compare(CompareOp::Eq), 3, 3)
+            (Operator::Compare(CompareOp::Eq), 6, 3)
         } else if begins("!==") {
-            (Operator::Compare(CompareOp::Ne), 3, 3)
+            (Operator::Compare(CompareOp::Ne), 6, 3)
         } else if begins("==") {
-            (Operator::Compare(CompareOp::Eq), 3, 2)
+            (Operator::Compare(CompareOp::Eq), 6, 2)
         } else if begins("!=") {
-            (Operator::Compare(CompareOp::Ne), 3, 2)
-        } else if begins("<<") || begins(">>") || begins("**") || begins("++") || begins("--") {
+            (Operator::Compare(CompareOp::Ne), 6, 2)
+        } else if ["**", "++", "--", "&=", "|=", "^=", "<<=", ">>=", ">>>="].into_iter().any(begins)
+        {
             return Ok(None);
+        } else if begins("|") {
+            (Operator::Bitwise(BitOp::Or), 3, 1)
+        } else if begins("^") {
+            (Operator::Bitwise(BitOp::Xor), 4, 1)
+        } else if begins("&") {
+            (Operator::Bitwise(BitOp::And), 5, 1)
+        } else if begins("<<") {
+            (Operator::Bitwise(BitOp::Shl), 8, 2)
+        } else if begins(">>>") && self.language == Language::Ecmascript {
+            (Operator::Bitwise(BitOp::UnsignedShr), 8, 3)
+        } else if begins(">>") {
+            (Operator::Bitwise(BitOp::Shr), 8, 2)
         } else if begins("<=") {
-            (Operator::Compare(CompareOp::Le), 4, 2)
+            (Operator::Compare(CompareOp::Le), 7, 2)
         } else if begins(">=") {
-            (Operator::Compare(CompareOp::Ge), 4, 2)
+            (Operator::Compare(CompareOp::Ge), 7, 2)
         } else if begins("<") {
-            (Operator::Compare(CompareOp::Lt), 4, 1)
+            (Operator::Compare(CompareOp::Lt), 7, 1)
         } else if begins(">") {
-            (Operator::Compare(CompareOp::Gt), 4, 1)
+            (Operator::Compare(CompareOp::Gt), 7, 1)
         } else if begins("+") {
-            (Operator::Arith(ArithOp::Add), 5, 1)
+            (Operator::Arith(ArithOp::Add), 9, 1)
         } else if begins("-") {
-            (Operator::Arith(ArithOp::Sub), 5, 1)
+            (Operator::Arith(ArithOp::Sub), 9, 1)
         } else if begins("*") {
-            (Operator::Arith(ArithOp::Mul), 6, 1)
+            (Operator::Arith(ArithOp::Mul), 10, 1)
         } else if begins("%") {
-            (Operator::Arith(ArithOp::Mod), 6, 1)
+            (Operator::Arith(ArithOp::Mod), 10, 1)
         } else if begins("/") && !begins("//") && !begins("/*") {
             match (&mut self.divisions, self.language) {
                 (_, Language::C89) => {}
@@ -335,7 +356,7 @@ impl Parser<'_, '_> {
                     ));
                 }
             }
-            (Operator::Arith(ArithOp::Div), 6, 1)
+            (Operator::Arith(ArithOp::Div), 10, 1)
         } else {
             return Ok(None);
         };
@@ -390,6 +411,7 @@ impl Parser<'_, '_> {
             Operator::And => AstKind::And(vec![left, right]),
             Operator::Compare(op) => AstKind::Compare(op, Box::new(left), Box::new(right)),
             Operator::Arith(op) => AstKind::Arith(op, Box::new(left), Box::new(right)),
+            Operator::Bitwise(op) => AstKind::Bitwise(op, Box::new(left), Box::new(right)),
         }
     }
 
@@ -399,6 +421,7 @@ impl Parser<'_, '_> {
             Some('!') if !self.rest().starts_with("!=") => self.sign(),
             Some('-') if !self.rest().starts_with("--") => self.sign(),
             Some('+') if !self.rest().starts_with("++") => self.sign(),
+            Some('~') => self.sign(),
             Some('(') => self.parentheses(),
             Some('[') => self.array(),
             Some(c) if c.is_ascii_digit() => self.number(),
@@ -417,6 +440,10 @@ impl Parser<'_, '_> {
         let (span, below) = (place.to(inner.span), inner.depth);
         match (sign, &inner.kind) {
             (Some('!'), _) => self.node(AstKind::Not(Box::new(inner)), span, below),
+            (Some('~'), _) => {
+                let ones = Box::new(Ast::of(AstKind::Int(-1), place));
+                self.node(AstKind::Bitwise(BitOp::Xor, Box::new(inner), ones), span, below)
+            }
             (Some('-'), AstKind::Int(value)) => self.node(AstKind::Int(-value), span, 0),
             (Some('-'), _) => self.node(AstKind::Neg(Box::new(inner)), span, below),
             _ => Ok(inner),
@@ -623,7 +650,7 @@ impl Parser<'_, '_> {
         }
         self.enter()?;
         let around = self.divisions.replace(0);
-        let inner = self.binary(6)?;
+        let inner = self.binary(10)?;
         let count = std::mem::replace(&mut self.divisions, around);
         self.depth -= 1;
         // `Math.trunc` must contain one quotient and nothing else: in `Math.trunc(a / b * c)`, the quotient would keep its fraction.

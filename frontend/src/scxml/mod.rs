@@ -17,6 +17,7 @@
 //! constructs the chart. Everything that would be a run-time error is rejected here with its location, so a chart that was read never
 //! raises an `error` event.
 
+mod bits;
 mod build;
 mod events;
 mod expr;

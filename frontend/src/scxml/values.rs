@@ -47,7 +47,7 @@ impl Value {
         }
     }
 
-    fn number(self) -> i64 {
+    pub(super) fn number(self) -> i64 {
         match self {
             Value::Bool(value) => i64::from(value),
             Value::Int(value) => value,
@@ -336,7 +336,9 @@ impl Data {
 
     fn kind_of(&self, ast: &Ast) -> Option<Kind> {
         match &ast.kind {
-            AstKind::Int(_) | AstKind::Neg(_) | AstKind::Arith(..) => Some(Kind::Int),
+            AstKind::Int(_) | AstKind::Neg(_) | AstKind::Arith(..) | AstKind::Bitwise(..) => {
+                Some(Kind::Int)
+            }
             AstKind::Name(name) | AstKind::Element(name, _) => {
                 self.get(name).and_then(|var| var.kind)
             }
@@ -551,6 +553,10 @@ impl Data {
                     ));
                 }
                 made(ExprKind::Arith(*op, a, b), Kind::Int)
+            }
+            AstKind::Bitwise(op, a, b) => {
+                let (a, b) = (self.number(a, names, known)?, self.number(b, names, known)?);
+                Ok((self.bitwise(*op, a, b, span), Kind::Int))
             }
             AstKind::Compare(op, a, b) => {
                 let (a, a_kind) = self.value(a, names, false, known)?;

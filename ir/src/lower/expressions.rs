@@ -72,6 +72,7 @@ impl Lowering<'_> {
             | TypeErrorKind::Mixed
             | TypeErrorKind::Overflow64 { .. }
             | TypeErrorKind::DivisorMayBeZero { .. }
+            | TypeErrorKind::ShiftOutOfRange { .. }
             | TypeErrorKind::Dangling
             | TypeErrorKind::DurationTooLong { .. }
             | TypeErrorKind::NotReadableHere { .. }

@@ -154,9 +154,9 @@ pub(super) const GALASM: &[&str] = &[
 /// Words of the chart language that begin an item.
 #[rustfmt::skip]
 pub(super) const GRAF: &[&str] = &[
-    "after", "and", "assert", "assume", "board", "chart", "code", "const", "deadline", "device", "do", "edition", "enclosed", "enclosing",
+    "after", "and", "assert", "assume", "band", "bnot", "board", "bor", "bxor", "chart", "code", "const", "deadline", "device", "do", "edition", "enclosed", "enclosing",
     "event", "extern", "false", "force", "if", "initial", "input", "internal", "macro", "mod", "not", "on", "or", "otherwise", "output",
-    "parallel", "place", "priority", "region", "restart", "state", "step", "tick", "timer", "true", "use", "var", "when",
+    "parallel", "place", "priority", "region", "restart", "shl", "shr", "state", "step", "tick", "timer", "true", "use", "var", "when",
 ];
 
 /// Words of rules text.

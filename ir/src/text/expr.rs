@@ -52,8 +52,7 @@ impl Infix {
             Infix::Or => 1,
             Infix::And => 2,
             Infix::Compare(_) => 4,
-            Infix::Arith(ArithOp::Add | ArithOp::Sub) => 5,
-            Infix::Arith(ArithOp::Mul | ArithOp::Div | ArithOp::Mod) => 6,
+            Infix::Arith(op) => 5 + u8::from(!op.is_sum()),
         }
     }
 }
@@ -119,6 +118,11 @@ impl Parser<'_> {
             "*" => Infix::Arith(ArithOp::Mul),
             "/" => Infix::Arith(ArithOp::Div),
             "mod" => Infix::Arith(ArithOp::Mod),
+            "band" => Infix::Arith(ArithOp::BitAnd),
+            "bor" => Infix::Arith(ArithOp::BitOr),
+            "bxor" => Infix::Arith(ArithOp::BitXor),
+            "shl" => Infix::Arith(ArithOp::Shl),
+            "shr" => Infix::Arith(ArithOp::Shr),
             _ => return None,
         })
     }

@@ -3,7 +3,7 @@
 use super::lexer::quote;
 use super::{is_plain, lexer};
 use crate::arena::{Arena, Id, IdMap};
-use crate::expr::{ArithOp, Expr as GenericExpr, ExprKind, Type};
+use crate::expr::{Expr as GenericExpr, ExprKind, Type};
 use crate::net::*;
 use crate::span::Name;
 use itertools::Itertools as _;
@@ -599,8 +599,7 @@ impl Printer<'_> {
             ExprKind::And(all) if all.len() > 1 => 2,
             ExprKind::Not(_) => 3,
             ExprKind::Compare(..) => 4,
-            ExprKind::Arith(ArithOp::Add | ArithOp::Sub, ..) => 5,
-            ExprKind::Arith(ArithOp::Mul | ArithOp::Div | ArithOp::Mod, ..) => 6,
+            ExprKind::Arith(op, ..) => 5 + u8::from(!op.is_sum()),
             _ => 9,
         };
         if level < above {

@@ -143,7 +143,18 @@ fn expr<L>(r: &mut Random, depth: u64, leaf: &impl Fn(&mut Random) -> L) -> Gene
             }
             6 => ExprKind::Neg(boxed(r)),
             7 => {
-                let all = [ArithOp::Add, ArithOp::Sub, ArithOp::Mul, ArithOp::Div, ArithOp::Mod];
+                let all = [
+                    ArithOp::Add,
+                    ArithOp::Sub,
+                    ArithOp::Mul,
+                    ArithOp::Div,
+                    ArithOp::Mod,
+                    ArithOp::BitAnd,
+                    ArithOp::BitOr,
+                    ArithOp::BitXor,
+                    ArithOp::Shl,
+                    ArithOp::Shr,
+                ];
                 ExprKind::Arith(r.pick(&all), boxed(r), boxed(r))
             }
             _ => ExprKind::Select(boxed(r), boxed(r), boxed(r)),

@@ -277,6 +277,32 @@ impl Builder<'_> {
         leaves
     }
 
+    /// The right operand of a bit operator: a number, its complement, or a constant with few ones or few zeros.
+    fn mask(&mut self, place: Place, depth: usize) -> Expr {
+        match self.random.below(4) {
+            0 => GenericExpr::int([1, 15, 240, 255, 1023, 65_280, 0xffff][self.random.below(7)]),
+            1 => GenericExpr::int([-1, -2, -16, -256, -32_768][self.random.below(5)]),
+            2 => {
+                let number = Box::new(self.number(place, depth - 1));
+                new(ExprKind::Arith(ArithOp::BitXor, number, Box::new(GenericExpr::int(-1))))
+            }
+            _ => self.number(place, depth - 1),
+        }
+    }
+
+    /// The amount of a shift: a constant, or the low bits of some number.
+    fn amount(&mut self, place: Place) -> Expr {
+        let some = if self.random.one_in(2) { self.plain_number(place) } else { None };
+        match some {
+            Some(number) => {
+                let limit = [3, 7, 15, 31][self.random.below(4)];
+                let limit = Box::new(GenericExpr::int(limit));
+                new(ExprKind::Arith(ArithOp::BitAnd, Box::new(number), limit))
+            }
+            None => GenericExpr::int([0, 1, 2, 4, 7, 8, 15, 16, 31, 63][self.random.below(10)]),
+        }
+    }
+
     fn number(&mut self, place: Place, depth: usize) -> Expr {
         let plain = match self.random.below(3) {
             0 => None,
@@ -313,6 +339,11 @@ impl Builder<'_> {
             ArithOp::Mod,
             ArithOp::Add,
             ArithOp::Sub,
+            ArithOp::BitAnd,
+            ArithOp::BitOr,
+            ArithOp::BitXor,
+            ArithOp::Shl,
+            ArithOp::Shr,
         ];
         let op = ops[self.random.below(ops.len())];
         let candidate = match self.random.below(9) {
@@ -324,6 +355,8 @@ impl Builder<'_> {
             _ => {
                 let other = match op {
                     ArithOp::Div | ArithOp::Mod => self.divisor(place),
+                    ArithOp::Shl | ArithOp::Shr => self.amount(place),
+                    ArithOp::BitAnd | ArithOp::BitOr | ArithOp::BitXor => self.mask(place, depth),
                     ArithOp::Add | ArithOp::Sub | ArithOp::Mul => self.number(place, depth - 1),
                 };
                 new(ExprKind::Arith(op, Box::new(plain.clone()), Box::new(other)))

@@ -215,7 +215,43 @@ impl Number {
             ArithOp::Mul => a.multiply(aig, b),
             ArithOp::Div => a.divide(aig, b).0,
             ArithOp::Mod => a.divide(aig, b).1,
+            ArithOp::BitAnd => a.bit_by_bit(b, |x, y| aig.and(x, y)),
+            ArithOp::BitOr => a.bit_by_bit(b, |x, y| aig.or(x, y)),
+            ArithOp::BitXor => a.bit_by_bit(b, |x, y| aig.xor(x, y)),
+            ArithOp::Shl => a.shift(aig, b, |number, by| {
+                let mut bits = vec![Lit::FALSE; by];
+                bits.extend(&number.bits);
+                Number { bits }
+            }),
+            ArithOp::Shr => a.shift(aig, b, |number, by| {
+                let rest = number.bits.iter().skip(by).copied();
+                Number {
+                    bits: if by < number.width() { rest.collect() } else { vec![number.sign()] },
+                }
+            }),
         }
+    }
+
+    /// Combines the bits at each place, the sign included.
+    fn bit_by_bit(&self, other: &Number, mut combine: impl FnMut(Lit, Lit) -> Lit) -> Number {
+        let width = self.width().max(other.width());
+        Number { bits: (0..width).map(|at| combine(self.bit(at), other.bit(at))).collect() }
+            .trimmed()
+    }
+
+    /// Shifts by each power of two whose bit is set in the amount, which is in `0..=63`; `by` shifts by a constant.
+    fn shift(
+        &self,
+        aig: &mut Aig,
+        amount: &Number,
+        by: impl Fn(&Number, usize) -> Number,
+    ) -> Number {
+        let mut result = self.clone();
+        for at in 0..amount.width().min(6) {
+            let shifted = by(&result, 1 << at);
+            result = Number::select(aig, amount.bit(at), &shifted, &result);
+        }
+        result
     }
 
     /// The value clamped to the bounds.
@@ -279,6 +315,16 @@ mod tests {
                         .is_some_and(|at| pattern >> at & 1 == 1)
                 });
                 assert_eq!(got[0], op.apply(x, y), "{x} {op:?} {y}");
+            }
+        }
+        let by = Number::from_code(&mut aig, &variables[4..], 0);
+        for op in [ArithOp::BitAnd, ArithOp::BitOr, ArithOp::BitXor, ArithOp::Shl, ArithOp::Shr] {
+            let (other, lo) = if op.is_shift() { (&by, 0) } else { (&b, lo_b) };
+            let result = Number::arith(&mut aig, op, &a, other);
+            for pattern in 0..256 {
+                let (x, y) = (lo_a + i64::from(pattern & 15), lo + i64::from(pattern >> 4));
+                let wanted = op.apply(x, y).unwrap();
+                assert_eq!(value(&aig, &result, &variables, pattern), wanted, "{x} {op:?} {y}");
             }
         }
         let clamped = a.saturate(&mut aig, -3, 2);

@@ -81,12 +81,17 @@ pub(super) enum Op {
     Loop = 41,
     While = 42,
     Again = 43,
+    BitAnd = 44,
+    BitOr = 45,
+    BitXor = 46,
+    Shl = 47,
+    Shr = 48,
 }
 
 /// The number of operand bytes of each instruction.
-pub(super) const OPERANDS: [u8; 44] = [
+pub(super) const OPERANDS: [u8; 49] = [
     1, 4, 8, 0, 2, 2, 2, 2, 2, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 2, 2, 2, 2, 2, 0,
-    2, 3, 2, 2, 0, 2, 2, 2, 2, 6, 0, 0,
+    2, 3, 2, 2, 0, 2, 2, 2, 2, 6, 0, 0, 0, 0, 0, 0, 0,
 ];
 
 /// Code under construction.
@@ -409,6 +414,11 @@ impl<'a> Assembler<'a> {
                     ArithOp::Mul => Op::Mul,
                     ArithOp::Div => Op::Div,
                     ArithOp::Mod => Op::Mod,
+                    ArithOp::BitAnd => Op::BitAnd,
+                    ArithOp::BitOr => Op::BitOr,
+                    ArithOp::BitXor => Op::BitXor,
+                    ArithOp::Shl => Op::Shl,
+                    ArithOp::Shr => Op::Shr,
                 });
             }
             ExprKind::Select(c, a, b) => {

@@ -4,11 +4,49 @@ use std::fmt::Write as _;
 
 use grafsynth_ir::Span;
 use grafsynth_ir::chart::{Expr, Leaf, Stmt, StmtKind};
-use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind};
+use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
+use grafsynth_ir::interval::{self, Leaves, TypeError, TypeErrorKind};
 use grafsynth_ir::net::InputKind;
 
 use super::{Writer, time};
 use crate::xml;
+
+/// The types of data; `level` is the depth of nested constants.
+struct Declared<'w, 'c> {
+    writer: &'w Writer<'c>,
+    level: usize,
+}
+
+impl Declared<'_, '_> {
+    fn named(&mut self, leaf: &Leaf, span: Span) -> Result<Type, TypeError> {
+        let unknown = TypeError { span, kind: TypeErrorKind::Dangling };
+        let Leaf::Name(path) = leaf else { return Err(unknown) };
+        let [name] = path.names.as_slice() else { return Ok(Type::Bool) };
+        if let Some(value) = self.writer.constants.get(name.text.as_str()) {
+            let level = self.level + 1;
+            return if level > 64 {
+                Err(unknown)
+            } else {
+                interval::check(value, &mut Declared { writer: self.writer, level })
+            };
+        }
+        let net = self.writer.net;
+        let inputs = net.inputs.values().map(|input| (&input.name, input.ty));
+        let vars = net.vars.values().map(|var| (&var.name, var.ty));
+        let found = inputs.chain(vars).find(|(known, _)| known.text == name.text);
+        found.map(|(_, ty)| ty).ok_or(unknown)
+    }
+}
+
+impl Leaves<Leaf> for Declared<'_, '_> {
+    fn leaf(&mut self, leaf: &Leaf, span: Span) -> Result<Type, TypeError> {
+        self.named(leaf, span)
+    }
+
+    fn array(&mut self, leaf: &Leaf, span: Span) -> Result<(Type, Option<u32>), TypeError> {
+        self.named(leaf, span).map(|ty| (ty, None))
+    }
+}
 
 impl<'c> Writer<'c> {
     pub(super) fn with_content(&mut self, head: &str, block: &'c [Stmt]) {
@@ -120,6 +158,14 @@ impl<'c> Writer<'c> {
                 format!("{} {sign} {}", self.operand(a, level), self.operand(b, level))
             }
             ExprKind::Arith(op, a, b) => {
+                if let (ArithOp::Shl, ExprKind::Int(by @ 0..=62)) = (op, &b.kind) {
+                    return format!("{} * {}", self.operand(a, level), 1_i64 << by);
+                }
+                if op.is_bitwise() && ![a, b, expr].iter().all(|one| self.fits_32_bits(one)) {
+                    self.refuse("a bit operator on numbers of more than 32 bits", expr.span);
+                } else if op.is_shift() && !self.is_within(b, 0, 31) {
+                    self.refuse("a shift by more than 31", expr.span);
+                }
                 let (a, b) = (self.operand(a, level), self.operand(b, level));
                 match op {
                     ArithOp::Add => format!("{a} + {b}"),
@@ -127,6 +173,11 @@ impl<'c> Writer<'c> {
                     ArithOp::Mul => format!("{a} * {b}"),
                     ArithOp::Mod => format!("{a} % {b}"),
                     ArithOp::Div => format!("Math.trunc({a} / {b})"),
+                    ArithOp::BitAnd => format!("{a} & {b}"),
+                    ArithOp::BitOr => format!("{a} | {b}"),
+                    ArithOp::BitXor => format!("{a} ^ {b}"),
+                    ArithOp::Shl => format!("{a} << {b}"),
+                    ArithOp::Shr => format!("{a} >> {b}"),
                 }
             }
             ExprKind::Select(condition, a, b) => {
@@ -134,6 +185,16 @@ impl<'c> Writer<'c> {
                 format!("{condition} ? {} : {}", self.operand(a, level), self.operand(b, level))
             }
         }
+    }
+
+    /// Whether the bit operators of ECMAScript, which work on 32 bits, are exact for a number.
+    fn fits_32_bits(&self, expr: &Expr) -> bool {
+        self.is_within(expr, i32::MIN.into(), i32::MAX.into())
+    }
+
+    fn is_within(&self, expr: &Expr, least: i64, most: i64) -> bool {
+        let ty = interval::check(expr, &mut Declared { writer: self, level: 0 });
+        matches!(ty, Ok(Type::Int { lo, hi }) if least <= lo && hi <= most)
     }
 
     fn junction(&mut self, all: &'c [Expr], sign: &str, empty: &str, level: usize) -> String {

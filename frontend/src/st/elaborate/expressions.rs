@@ -5,43 +5,12 @@ use grafsynth_ir::chart::{Expr, Leaf};
 use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind};
 
-use super::bits::BitOp;
 use super::context::{Elaborator, FrameId, Outcome};
 use super::types::Ty;
 use super::value::{Kind, Time, Value};
 use crate::codes;
+use crate::number::Num;
 use crate::st::ast::{self, Op};
-
-/// Limits the bounds of an exact integer result; lowering refuses larger results anyway.
-fn clamp(value: i128) -> i64 {
-    i64::try_from(value).unwrap_or(if value < 0 { i64::MIN } else { i64::MAX })
-}
-
-/// The smallest and largest result of an operation on two ranges.
-fn bounds(op: ArithOp, (al, ah): (i64, i64), (bl, bh): (i64, i64)) -> Kind {
-    let [a_lo, a_hi, b_lo, b_hi] = [al, ah, bl, bh].map(i128::from);
-    let (lo, hi) = match op {
-        ArithOp::Add => (a_lo + b_lo, a_hi + b_hi),
-        ArithOp::Sub => (a_lo - b_hi, a_hi - b_lo),
-        ArithOp::Mul => {
-            let ends = [a_lo * b_lo, a_lo * b_hi, a_hi * b_lo, a_hi * b_hi];
-            ends.into_iter()
-                .fold((i128::MAX, i128::MIN), |(lo, hi), end| (lo.min(end), hi.max(end)))
-        }
-        // The quotient is not larger than the dividend, and the remainder is smaller than the divisor.
-        ArithOp::Div => {
-            let most = a_lo.abs().max(a_hi.abs());
-            let negative = al < 0 || bl < 0;
-            let positive = (ah >= 0 && bh >= 0) || (al <= 0 && bl <= 0);
-            (if negative { -most } else { 0 }, if positive { most } else { 0 })
-        }
-        ArithOp::Mod => {
-            let most = (b_lo.abs().max(b_hi.abs()) - 1).max(0);
-            (if al < 0 { -most } else { 0 }, if ah > 0 { most.min(a_hi) } else { 0 })
-        }
-    };
-    Kind::Int(clamp(lo), clamp(hi))
-}
 
 impl Elaborator<'_> {
     /// Elaborates a Boolean expression.
@@ -118,13 +87,10 @@ impl Elaborator<'_> {
 
     fn bit_of(&mut self, value: Value, bit: u32, span: Span) -> Outcome<Value> {
         match value.kind {
-            Kind::Int(lo, _) if lo >= 0 && bit < 31 => {
-                let new = |kind| Expr::new(kind, span);
-                let int = |n| Box::new(new(ExprKind::Int(n)));
-                let shifted =
-                    new(ExprKind::Arith(ArithOp::Div, Box::new(value.expr), int(1 << bit)));
-                let low = new(ExprKind::Arith(ArithOp::Mod, Box::new(shifted), int(2)));
-                Ok(Value::bool(new(ExprKind::Compare(CompareOp::Eq, Box::new(low), int(1)))))
+            Kind::Int(lo, hi) if lo >= 0 && bit < 31 => {
+                let num = Num { expr: value.expr, lo, hi };
+                let bit = num.exact(ArithOp::BitAnd, &Num::constant(1 << bit, span));
+                Ok(Value::bool(Expr::new(bit.compare_with(CompareOp::Ne, 0).kind, span)))
             }
             Kind::Int(..) | Kind::Bool | Kind::Time(_) => Err(self.type_error(
                 "single bits can only be read from BYTE, WORD and unsigned integers, up to bit 30",
@@ -139,7 +105,7 @@ impl Elaborator<'_> {
             Kind::Int(lo, hi) if lo == hi && (0..=1).contains(&lo) => {
                 Ok(Value::constant(lo == 0, span))
             }
-            Kind::Int(..) => self.complement(value, span),
+            Kind::Int(..) => self.complement(&value, span),
             Kind::Time(_) => Err(self.type_error("expected a Boolean, found a time", span)),
         }
     }
@@ -180,7 +146,7 @@ impl Elaborator<'_> {
             Kind::Bool | Kind::Time(_) => false,
         };
         if values.iter().any(is_number) {
-            let op = if is_and { BitOp::And } else { BitOp::Or };
+            let op = if is_and { ArithOp::BitAnd } else { ArithOp::BitOr };
             return self.bitwise(op, values, span);
         }
         let mut operands = Vec::with_capacity(values.len());
@@ -250,7 +216,7 @@ impl Elaborator<'_> {
                 return Ok(Value::bool(Expr::new(expr.kind, span)));
             }
             (Kind::Int(..), Kind::Int(..)) if is_xor => {
-                return self.bitwise(BitOp::Xor, vec![a, b], span);
+                return self.bitwise(ArithOp::BitXor, vec![a, b], span);
             }
             (Kind::Int(al, ah), Kind::Int(bl, bh)) => {
                 if al == ah && bl == bh {
@@ -370,14 +336,8 @@ impl Elaborator<'_> {
                 unreachable!("comparisons are handled above")
             }
         };
-        if al == ah
-            && bl == bh
-            && let Some(value) = op.apply(al, bl)
-        {
-            return Ok(Value::int(value, span));
-        }
-        let expr = Expr::new(ExprKind::Arith(op, Box::new(a.expr), Box::new(b.expr)), span);
-        Ok(Value { expr, kind: bounds(op, (al, ah), (bl, bh)) })
+        let (a, b) = (Num { expr: a.expr, lo: al, hi: ah }, Num { expr: b.expr, lo: bl, hi: bh });
+        Ok(Value::of_num(a.exact(op, &b), span))
     }
 
     /// An operation of which at least one operand is a time.

@@ -3,8 +3,10 @@
 use std::collections::BTreeSet;
 
 use grafsynth_ir::chart::{Expr, Leaf, Path};
-use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind};
+use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::{Name, Span};
+
+use crate::number::Num;
 
 /// An expression of the chart, with the known facts about its value.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -69,45 +71,24 @@ impl Value {
         Value { expr: Expr::new(self.expr.kind, span), kind: self.kind }
     }
 
-    /// Wraps the value into `lo..hi` by adding or subtracting the size of that range, as two's complement does.
+    /// A number at `span`.
+    pub(super) fn of_num(num: Num, span: Span) -> Self {
+        Value { expr: Expr::new(num.expr.kind, span), kind: Kind::Int(num.lo, num.hi) }
+    }
+
+    /// The value wrapped into the range of an integer type, as two's complement does.
     pub(super) fn wrapped(self, lo: i64, hi: i64) -> Value {
-        let Kind::Int(least, most) = self.kind else { return self };
-        let span = self.expr.span;
-        let size = hi - lo + 1;
-        if least == most {
-            return Value::int((least - lo).rem_euclid(size) + lo, span);
+        let n_bits = u64::BITS - hi.abs_diff(lo).leading_zeros();
+        match self.num() {
+            Some(num) => Value::of_num(num.wrapped(n_bits, lo < 0), self.expr.span),
+            None => self,
         }
-        let int = |value| Box::new(Expr::new(ExprKind::Int(value), span));
-        let arith = |op, a: Expr, b: i64| Expr::new(ExprKind::Arith(op, Box::new(a), int(b)), span);
-        // If one correction is enough, a choice is cheaper than a division.
-        let expr = if least >= lo - size && most <= hi + size && nodes(&self.expr, 12) < 12 {
-            let mut expr = self.expr.clone();
-            if least < lo {
-                let is_less = Expr::compare(CompareOp::Lt, self.expr.clone(), *int(lo));
-                let up = arith(ArithOp::Add, self.expr.clone(), size);
-                expr = Expr::new(
-                    ExprKind::Select(Box::new(is_less), Box::new(up), Box::new(expr)),
-                    span,
-                );
-            }
-            if most > hi {
-                let is_more = Expr::compare(CompareOp::Gt, self.expr.clone(), *int(hi));
-                let down = arith(ArithOp::Sub, self.expr, size);
-                expr = Expr::new(
-                    ExprKind::Select(Box::new(is_more), Box::new(down), Box::new(expr)),
-                    span,
-                );
-            }
-            expr
-        } else {
-            let mut offset = if lo == 0 { self.expr } else { arith(ArithOp::Sub, self.expr, lo) };
-            offset = arith(ArithOp::Mod, offset, size);
-            if least < lo {
-                offset = arith(ArithOp::Mod, arith(ArithOp::Add, offset, size), size);
-            }
-            if lo == 0 { offset } else { arith(ArithOp::Add, offset, lo) }
-        };
-        Value { expr, kind: Kind::Int(lo, hi) }
+    }
+
+    /// The number, if it is one.
+    pub(super) fn num(&self) -> Option<Num> {
+        let Kind::Int(lo, hi) = self.kind else { return None };
+        Some(Num { expr: self.expr.clone(), lo, hi })
     }
 }
 

@@ -119,6 +119,12 @@ fn written(names: &dyn Names, expr: &Expr) -> Result<(String, Level), Cannot> {
                 ArithOp::Mul => (Level::Product, "*"),
                 ArithOp::Div => (Level::Product, "/"),
                 ArithOp::Mod => (Level::Product, "MOD"),
+                ArithOp::BitAnd => return bitwise(names, a, "AND", b),
+                ArithOp::BitOr => return bitwise(names, a, "OR", b),
+                ArithOp::BitXor => return bitwise(names, a, "XOR", b),
+                ArithOp::Shl | ArithOp::Shr => {
+                    return shift(names, a, *op == ArithOp::Shl, b, expr.span);
+                }
             };
             let right = if level == Level::Sum { Level::Product } else { Level::Unary };
             (format!("{} {symbol} {}", within(names, a, level)?, within(names, b, right)?), level)
@@ -128,6 +134,37 @@ fn written(names: &dyn Names, expr: &Expr) -> Result<(String, Level), Cannot> {
             (format!("SEL({c}, {b}, {a})"), Level::Primary)
         }
     })
+}
+
+/// A bit operator. Systems differ in the precedences of AND, OR and XOR, so operands that contain one are in parentheses.
+fn bitwise(names: &dyn Names, a: &Expr, word: &str, b: &Expr) -> Result<(String, Level), Cannot> {
+    if word == "XOR" && b.kind == ExprKind::Int(-1) {
+        // NOT inverts only the bits of a type, which the number may not have.
+        return Ok((format!("-1 - {}", within(names, a, Level::Product)?), Level::Sum));
+    }
+    let (a, b) = (within(names, a, Level::Sum)?, within(names, b, Level::Sum)?);
+    Ok((format!("{a} {word} {b}"), Level::Or))
+}
+
+/// A shift by a constant. SHL loses the bits beyond its type and SHR inserts zeros, so a shift is written as a product, or as the quotient of a number whose low
+/// bits are cleared: it is exact, and therefore rounds down.
+fn shift(
+    names: &dyn Names,
+    a: &Expr,
+    is_left: bool,
+    by: &Expr,
+    span: Span,
+) -> Result<(String, Level), Cannot> {
+    let ExprKind::Int(by @ 0..=62) = by.kind else {
+        return Err(("shifts by a variable amount".to_owned(), span));
+    };
+    let factor = 1_i64 << by;
+    let text = if is_left {
+        format!("{} * {factor}", within(names, a, Level::Product)?)
+    } else {
+        format!("({} AND -{factor}) / {factor}", within(names, a, Level::Sum)?)
+    };
+    Ok((text, Level::Product))
 }
 
 /// The step whose time a path refers to, and whether that time is kept when the step is left.
