@@ -184,7 +184,6 @@ impl Number {
         Number::select(aig, above, &high, &value)
     }
 
-    #[cfg(test)]
     pub(crate) fn bits(&self) -> &[Lit] {
         &self.bits
     }

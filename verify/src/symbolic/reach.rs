@@ -157,6 +157,9 @@ fn attempt(
         return Err(too_many_bits(n_bits, limits));
     }
     super::reaction::refuse_open_cells(net)?;
+    if net.settings.policy.is_statechart() {
+        return Err(Failed::Open(super::reaction::STATECHART.to_owned()));
+    }
     let mut model = Model::of(net, Some(depth), limits)?;
     let n_bits = model.state_bits.len() + model.input_bits.len();
     if n_bits > limits.image_bits {
@@ -353,7 +356,9 @@ pub(super) fn any_time(model: &mut Model<'_>) -> Vec<Lit> {
 pub(super) fn longest_time(net: &Net, shape: &Shape) -> i64 {
     let caps = [&shape.elapsed, &shape.last_elapsed, &shape.timers];
     let durations = shape.times.iter().map(|(id, _)| i64::from(net.actions[*id].duration));
-    caps.into_iter().flatten().filter_map(|cap| *cap).chain(durations).max().unwrap_or(0)
+    let delays = shape.chart.slots.iter().filter_map(|delay| *delay);
+    let caps = caps.into_iter().flatten().filter_map(|cap| *cap);
+    caps.chain(durations).chain(delays).max().unwrap_or(0)
 }
 
 /// The state after reset.
