@@ -15,6 +15,7 @@
 
 mod aig;
 mod codes;
+mod composed;
 mod dominance;
 mod ending;
 mod forced;
@@ -28,6 +29,7 @@ mod reaction;
 mod select;
 mod state;
 mod statechart;
+mod sweep;
 
 use std::collections::BTreeMap;
 
@@ -399,17 +401,17 @@ fn prove(
     binding: &Binding,
     limits: &Limits,
 ) -> Result<Certificate, String> {
-    if net.settings.policy.is_statechart() {
-        return Err(reaction::STATECHART.to_owned());
-    }
-    if binding.busy.is_some() {
-        return Err("a circuit that takes several clocks for a reaction is not covered by the symbolic proof".to_owned());
-    }
     let has_arguments = net.outputs.values().any(
         |output| matches!(&output.driver, Driver::Extern { params, .. } if !params.is_empty()),
     );
     if has_arguments {
         return Err("calls with arguments are not covered by the symbolic proof".to_owned());
+    }
+    if net.settings.policy.is_statechart() {
+        return composed::prove(net, logic, binding, limits);
+    }
+    if binding.busy.is_some() {
+        return Err("a circuit that takes several clocks for a reaction is not covered by the symbolic proof".to_owned());
     }
     // The circuit's claims about its own states need a proof too, so they are omitted if the steps alone are sufficient.
     let is_coded = !logic.decoded.is_empty();

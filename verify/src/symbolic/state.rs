@@ -349,6 +349,50 @@ impl Shape {
         (state, bits, valid)
     }
 
+    /// A state whose bits are given by a function of their names. The bits of each step come before those of its children.
+    pub(crate) fn read(
+        &self,
+        net: &Net,
+        aig: &mut Aig,
+        bit: &mut impl FnMut(Key, &mut Aig) -> Lit,
+    ) -> State {
+        self.build(net, &mut |origin, element, ty| {
+            let code: Vec<Lit> = (0..ty.bits()).map(|at| bit((origin, element, at), aig)).collect();
+            match ty {
+                Type::Bool => Value::Flag(code.first().copied().unwrap_or(Lit::FALSE)),
+                Type::Int { lo, .. } => Value::Number(Number::from_code(aig, &code, lo)),
+            }
+        })
+    }
+
+    /// The conditions that the numbers of a state are within their ranges. The elements of queues are not included, because they have a meaning only below the
+    /// length.
+    pub(crate) fn valid(&self, net: &Net, aig: &mut Aig, state: &State) -> Vec<Lit> {
+        let mut ranges: BTreeMap<Key, (Vec<Lit>, i64, i64)> = BTreeMap::new();
+        let bits = self.bits(net, aig, state);
+        self.build(net, &mut |origin, element, ty| {
+            if let Type::Int { lo, hi } = ty
+                && !matches!(origin, Origin::InternalQueue | Origin::ExternalQueue)
+            {
+                let code = (0..ty.bits()).map(|bit| bits[&(origin, element, bit)]).collect();
+                ranges.insert((origin, element, 0), (code, lo, hi));
+            }
+            match ty {
+                Type::Bool => Value::Flag(Lit::FALSE),
+                Type::Int { .. } => Value::Number(Number::constant(0)),
+            }
+        });
+        ranges
+            .into_values()
+            .map(|(code, lo, hi)| {
+                let number = Number::from_code(aig, &code, lo);
+                let largest = Number::constant(hi);
+                Number::compare(aig, grafsynth_ir::expr::CompareOp::Le, &number, &largest)
+            })
+            .filter(|holds| *holds != Lit::TRUE)
+            .collect()
+    }
+
     /// The state before reset (semantics §3.9, R1).
     pub(crate) fn before_reset(&self, net: &Net) -> State {
         self.build(net, &mut |origin, element, ty| {

@@ -21,7 +21,7 @@ use super::number::Number;
 use super::reaction::{Maker, Reaction, Unsupported};
 use super::state::{ChartShape, State};
 use queues::{External, RunQueue};
-use tree::Tree;
+pub(super) use tree::Tree;
 
 /// The largest number of rounds of the reset, whose functions are constants.
 const RESET_ROUNDS: usize = 256;
