@@ -11,7 +11,7 @@ use grafsynth_ir::{FileId, Valid};
 use grafsynth_logic::{BusyMode, EncodeOptions, encode};
 use grafsynth_sim::Random;
 use grafsynth_verify::equiv::{by_chance, by_induction};
-use grafsynth_verify::{Limits, Outcome, Verdict, properties, structural_facts};
+use grafsynth_verify::{Limits, Outcome, Verdict, facts, properties, structural_facts};
 
 use crate::random_net::{Features, random_net};
 
@@ -79,7 +79,7 @@ fn chart(text: &str) -> Valid<Net> {
 fn encoded(net: &Valid<Net>, busy: BusyMode) -> Option<Logic> {
     let program = program(net, &ProgramOptions::default()).ok()?;
     let options =
-        EncodeOptions { busy, max_nodes: 60_000, max_composed: 60_000, ..EncodeOptions::default() };
+        EncodeOptions { busy, max_nodes: 12_000, max_composed: 12_000, ..EncodeOptions::default() };
     encode(net, &program, &structural_facts(net), &options).ok()
 }
 
@@ -101,8 +101,8 @@ fn the_lift_is_proved() {
 fn kinds() -> [Features; 2] {
     let policies = vec![Policy::InnerFirst, Policy::OuterFirst];
     [
-        Features { max_steps: 8, ..Features::entering() },
-        Features { policies, max_steps: 8, single: false, stable: true, ..Features::chip() },
+        Features { max_steps: 6, ..Features::entering() },
+        Features { policies, max_steps: 6, single: false, stable: true, ..Features::chip() },
     ]
 }
 
@@ -114,10 +114,18 @@ fn mutant(logic: &Logic, random: &mut Random) -> Logic {
         let at = nodes[random.below(nodes.len())];
         let new = match &logic.nodes[at] {
             Node::And(all) if all.len() > 1 => {
-                if random.one_in(2) { Node::Or(all.clone()) } else { Node::And(all[1..].to_vec()) }
+                if random.one_in(2) {
+                    Node::Or(all.clone())
+                } else {
+                    Node::And(all[1..].to_vec())
+                }
             }
             Node::Or(all) if all.len() > 1 => {
-                if random.one_in(2) { Node::And(all.clone()) } else { Node::Or(all[1..].to_vec()) }
+                if random.one_in(2) {
+                    Node::And(all.clone())
+                } else {
+                    Node::Or(all[1..].to_vec())
+                }
             }
             Node::Not(inner) => Node::And(vec![*inner]),
             Node::Mux(c, a, b) => Node::Mux(*c, *b, *a),
@@ -142,9 +150,9 @@ fn circuits_are_proved_and_wrong_ones_are_not() {
             }
             for busy in [BusyMode::Never, BusyMode::Always] {
                 let Some(logic) = encoded(&net, busy) else { continue };
-                let facts = structural_facts(&net);
+                let known = structural_facts(&net);
                 let start = std::time::Instant::now();
-                match by_induction(&net, &facts, &logic, &Limits::default()) {
+                match by_induction(&net, &known, &logic, &Limits::default()) {
                     Verdict::Proved(_) => n_proved += 1,
                     Verdict::Open(open) => {
                         *why.entry(format!("{seed} {busy:?}: {open}")).or_default() += 1;
@@ -160,7 +168,7 @@ fn circuits_are_proved_and_wrong_ones_are_not() {
                     n_mutants += 1;
                     let differs = by_chance(&net, &wrong, 500).is_some();
                     n_wrong += u32::from(differs);
-                    let verdict = by_induction(&net, &facts, &wrong, &Limits::default());
+                    let verdict = by_induction(&net, &known, &wrong, &Limits::default());
                     if let Verdict::Proved(_) = verdict {
                         assert!(!differs, "seed {seed}: a mutant that differs is proved");
                         assert!(by_chance(&net, &wrong, 5_000).is_none(), "seed {seed}: mutant");
@@ -171,4 +179,36 @@ fn circuits_are_proved_and_wrong_ones_are_not() {
     }
     println!("{n_proved} proved; {n_mutants} mutants, {n_wrong} of them differ; {why:#?}");
     assert!(n_proved > 0 && n_wrong > 0);
+}
+
+#[test]
+fn the_diagram_of_a_statechart_says_what_the_enumeration_says() {
+    let n: u64 = std::env::var("N").ok().and_then(|n| n.parse().ok()).unwrap_or(12);
+    let (mut n_same, mut n_open) = (0, 0);
+    for seed in 0..n {
+        for features in &kinds() {
+            let net = random_net(seed, features);
+            if !net.settings.policy.is_statechart() {
+                continue;
+            }
+            let limits = Limits { pairs: 20_000, rows_per_state: 1024, ..Limits::default() };
+            let explicit = facts(&net, &Limits { image_work: 0, ..limits.clone() });
+            let Some(situations) = explicit.reach.as_ref().map(|reach| reach.situations) else {
+                continue;
+            };
+            let symbolic = facts(&net, &Limits { pairs: 0, image_work: 1_000_000, ..limits });
+            let Some(reach) = &symbolic.reach else {
+                println!("{seed}: {:?}", symbolic.open);
+                n_open += 1;
+                continue;
+            };
+            if reach.exact {
+                assert_eq!(reach.situations, situations, "seed {seed}");
+                assert_eq!(symbolic.dead_transitions, explicit.dead_transitions, "seed {seed}");
+            }
+            n_same += 1;
+        }
+    }
+    println!("{n_same} equal, {n_open} open");
+    assert!(n_same > n_open, "{n_same} equal, {n_open} open");
 }

@@ -141,12 +141,20 @@ impl<'a> Reading<'a> {
                     && Tree::is_inside(net, step, history.owner)
             });
             if in_region && !history.cases.iter().all(is_stored) && !is_left_before_entry(net, id) {
-                return Err(format!("history `{}` is entered without leaving its state", history.name));
+                return Err(format!(
+                    "history `{}` is entered without leaving its state",
+                    history.name
+                ));
             }
         }
         // The states of a decoded step may be any function of flip-flops without a meaning of their own.
         if !logic.decoded.is_empty() {
-            known = logic.flops.ids().filter(|id| logic.flops[*id].holds.is_none()).chain(known).collect();
+            known = logic
+                .flops
+                .ids()
+                .filter(|id| logic.flops[*id].holds.is_none())
+                .chain(known)
+                .collect();
         }
         Ok(known)
     }
@@ -299,8 +307,7 @@ fn attempt(
         return Err(Failed::Open("the reset does not lead to a single state".to_owned()));
     }
     let pieces: BTreeSet<Key> = reset_bits.keys().copied().collect();
-    let mut reading =
-        Reading { net, logic, flops: BTreeMap::new(), others: BTreeMap::new() };
+    let mut reading = Reading { net, logic, flops: BTreeMap::new(), others: BTreeMap::new() };
     let mut flops = Vec::new();
     let mut constants = Vec::new();
     for (id, flop) in logic.flops.iter() {
@@ -385,7 +392,9 @@ fn attempt(
                 .map(|(flop, own)| model.aig().ite(still_busy, nodes[flop.next.index()], *own))
                 .collect();
             if model.aig().len() > MAX_NODES {
-                return Err(Failed::Open(format!("both reactions have more than {MAX_NODES} nodes")));
+                return Err(Failed::Open(format!(
+                    "both reactions have more than {MAX_NODES} nodes"
+                )));
             }
         }
         let nodes = import(model.aig(), logic, &moved, &after_pins);
@@ -497,8 +506,7 @@ fn settle(
     let patterns = patterns(model, logic, flops, moved, assumed, &claims)?;
     let mut sweep = Sweep::new(aig, assumed, &patterns, limits)
         .ok_or_else(|| "the solver reached its limit".to_owned())?;
-    let roots: Vec<Lit> =
-        claims.iter().flat_map(|claim| [claim.wanted, claim.given]).collect();
+    let roots: Vec<Lit> = claims.iter().flat_map(|claim| [claim.wanted, claim.given]).collect();
     sweep.prepare(&roots).ok_or_else(|| "the solver reached its limit".to_owned())?;
     let mut varied = Vec::new();
     let (mut same, mut solved) = (0, 0);

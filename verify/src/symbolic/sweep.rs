@@ -3,7 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use batsat::{Callbacks, ClauseKind, Lit as SatLit, Solver, SolverInterface, SolverOpts, Var, lbool};
+use batsat::{
+    Callbacks, ClauseKind, Lit as SatLit, Solver, SolverInterface, SolverOpts, Var, lbool,
+};
 
 use super::aig::{Aig, Lit};
 use crate::limits::Limits;

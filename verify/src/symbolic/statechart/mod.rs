@@ -4,6 +4,7 @@
 //! something is fireable. If nothing is, the round takes the next event, of the internal queue or else of the external one; without one, the reaction ends.
 //! After an event that nothing reacts to, the check without an event would be the same as before, so the next event is taken at once.
 
+mod clocked;
 mod enter;
 mod queues;
 mod select;

@@ -14,11 +14,11 @@ use super::super::state::{Queue, State};
 #[derive(Debug, Clone)]
 pub(super) struct RunQueue {
     /// The number of the event at each place.
-    items: Vec<Number>,
+    pub(super) items: Vec<Number>,
     /// For each place, whether it is used: the first ones are.
-    used: Vec<Lit>,
+    pub(super) used: Vec<Lit>,
     /// For each place, whether the event waited there at Latch.
-    waited: Vec<Lit>,
+    pub(super) waited: Vec<Lit>,
 }
 
 /// The external events during a reaction.
