@@ -85,12 +85,9 @@ fn encoded(net: &Valid<Net>, busy: BusyMode) -> Option<Logic> {
 
 #[test]
 fn the_lift_is_proved() {
-    let file = std::env::var("LIFT").ok().and_then(|file| std::fs::read_to_string(file).ok());
-    let net = chart(file.as_deref().unwrap_or(LIFT));
+    let net = chart(LIFT);
     let logic = encoded(&net, BusyMode::Always).expect("a circuit");
-    let start = std::time::Instant::now();
     let verdict = by_induction(&net, &structural_facts(&net), &logic, &Limits::default());
-    println!("{:?} {:?}", start.elapsed(), verdict);
     assert!(matches!(verdict, Verdict::Proved(_)), "{verdict:?}");
     let limits = Limits { pairs: 1000, random_rows: 100, ..Limits::default() };
     for verdict in properties(&net, &limits) {
@@ -139,28 +136,23 @@ fn mutant(logic: &Logic, random: &mut Random) -> Logic {
 
 #[test]
 fn circuits_are_proved_and_wrong_ones_are_not() {
-    let n: u64 = std::env::var("N").ok().and_then(|n| n.parse().ok()).unwrap_or(6);
-    let mut why: BTreeMap<String, u32> = BTreeMap::new();
+    let n: u64 = std::option_env!("VERIFY_NETS").and_then(|n| n.parse().ok()).unwrap_or(5);
+    let mut open: BTreeMap<String, u32> = BTreeMap::new();
     let (mut n_proved, mut n_mutants, mut n_wrong) = (0, 0, 0);
     for seed in 0..n {
         for features in &kinds() {
             let net = random_net(seed, features);
-            if !net.settings.policy.is_statechart() {
-                continue;
-            }
             for busy in [BusyMode::Never, BusyMode::Always] {
                 let Some(logic) = encoded(&net, busy) else { continue };
                 let known = structural_facts(&net);
-                let start = std::time::Instant::now();
                 match by_induction(&net, &known, &logic, &Limits::default()) {
                     Verdict::Proved(_) => n_proved += 1,
-                    Verdict::Open(open) => {
-                        *why.entry(format!("{seed} {busy:?}: {open}")).or_default() += 1;
+                    Verdict::Open(why) => {
+                        *open.entry(format!("{seed} {busy:?}: {why}")).or_default() += 1;
                         continue;
                     }
                     Verdict::Refuted(it) => panic!("{it:?}"),
                 }
-                println!("{seed} {busy:?} {:?}", start.elapsed());
                 assert!(by_chance(&net, &logic, 500).is_none(), "seed {seed}: wrongly proved");
                 let mut random = Random::new(seed);
                 for _ in 0..4 {
@@ -177,20 +169,17 @@ fn circuits_are_proved_and_wrong_ones_are_not() {
             }
         }
     }
-    println!("{n_proved} proved; {n_mutants} mutants, {n_wrong} of them differ; {why:#?}");
-    assert!(n_proved > 0 && n_wrong > 0);
+    println!("{n_proved} proved; {n_mutants} mutants, {n_wrong} of them differ; open: {open:#?}");
+    assert!(n_proved > 2 && n_wrong > 2, "{n_proved} proved, {n_wrong} mutants differ");
 }
 
 #[test]
 fn the_diagram_of_a_statechart_says_what_the_enumeration_says() {
-    let n: u64 = std::env::var("N").ok().and_then(|n| n.parse().ok()).unwrap_or(12);
+    let n: u64 = std::option_env!("VERIFY_NETS").and_then(|n| n.parse().ok()).unwrap_or(12);
     let (mut n_same, mut n_open) = (0, 0);
     for seed in 0..n {
         for features in &kinds() {
             let net = random_net(seed, features);
-            if !net.settings.policy.is_statechart() {
-                continue;
-            }
             let limits = Limits { pairs: 20_000, rows_per_state: 1024, ..Limits::default() };
             let explicit = facts(&net, &Limits { image_work: 0, ..limits.clone() });
             let Some(situations) = explicit.reach.as_ref().map(|reach| reach.situations) else {

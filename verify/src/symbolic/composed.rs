@@ -12,7 +12,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::Valid;
 use grafsynth_ir::logic::{FlopId, Logic};
-use grafsynth_ir::net::{Enter, HistoryId, InputKind, Net, PropertyRole, StepId, StepKind};
+use grafsynth_ir::net::{
+    Enter, HistoryId, InputId, InputKind, Net, PropertyRole, StepId, StepKind,
+};
 use grafsynth_ir::program::Origin;
 use grafsynth_sim::Random;
 
@@ -30,11 +32,13 @@ use crate::limits::Limits;
 /// The numbers of checks, and of clocks of a circuit with `busy`, that are tried.
 const DEPTHS: [u32; 3] = [8, 16, 32];
 /// The maximum size of the graph of both reactions.
-const MAX_NODES: usize = 600_000;
+const MAX_NODES: usize = 300_000;
 /// The number of reactions in each random run; 64 runs are made at once.
 const ROUNDS: usize = 64;
 /// The maximum number of attempts with fewer constant flip-flops.
 const ATTEMPTS: usize = 40;
+/// The first claims: the numbers of checks and clocks are sufficient.
+const N_COUNTS: usize = 2;
 
 /// A statement of the induction: two functions are equal.
 struct Claim {
@@ -43,6 +47,12 @@ struct Claim {
     what: String,
     /// What the claim shows to be constant.
     constant: Option<Fixed>,
+}
+
+impl Claim {
+    fn never(given: Lit, what: String) -> Claim {
+        Claim { wanted: Lit::FALSE, given, what, constant: None }
+    }
 }
 
 /// A value that may be the same after each reaction.
@@ -295,359 +305,397 @@ fn attempt(
     varies: &BTreeSet<Fixed>,
 ) -> Result<Certificate, Failed> {
     let limits = &Limits { circuit_nodes: limits.circuit_nodes.min(MAX_NODES), ..limits.clone() };
-    let mut model = Model::of(net, Some(depth), limits)?;
-    if binding.busy.is_some() && !model.maker.shape.chart.kept.is_empty() {
-        let why = "a circuit with `busy` of a chart that ends is not covered".to_owned();
-        return Err(Failed::Open(why));
-    }
-    let reset = model.maker.reset()?;
-    let shape = model.maker.shape.clone();
-    let reset_bits = shape.bits(net, model.aig(), &reset.state);
-    if reset_bits.values().any(|lit| lit.as_constant().is_none()) {
-        return Err(Failed::Open("the reset does not lead to a single state".to_owned()));
-    }
-    let pieces: BTreeSet<Key> = reset_bits.keys().copied().collect();
-    let mut reading = Reading { net, logic, flops: BTreeMap::new(), others: BTreeMap::new() };
-    let mut flops = Vec::new();
-    let mut constants = Vec::new();
-    for (id, flop) in logic.flops.iter() {
-        if !varies.contains(&Fixed::Flop(id)) {
-            constants.push(id);
-            flops.push(Lit::constant(flop.init));
-            continue;
+    let mut both = Both::new(net, logic, binding, limits, depth, varies)?;
+    let assumed = both.assumed();
+    let (state, inputs) = (both.state.clone(), both.model.inputs.clone());
+    let reaction = both.model.maker.reaction(&state, &inputs)?;
+    let overruns = both.model.maker.overruns();
+    let moved = both.circuit(depth)?;
+    let counts = [(overruns, "the number of checks"), (moved.busy, "the number of clocks")];
+    let mut claims: Vec<Claim> =
+        counts.into_iter().map(|(given, what)| Claim::never(given, what.to_owned())).collect();
+    both.claims_of_state(&reaction.state, &moved, &mut claims)?;
+    both.claims_of_pins(&reaction, &moved, &mut claims);
+    both.settle(&moved.flops, &assumed, &claims, limits)
+}
+
+/// The circuit after a reaction, as functions of the state and inputs before it.
+struct Moved {
+    flops: Vec<Lit>,
+    nodes: Vec<Lit>,
+    /// True if the reaction needs more clocks.
+    busy: Lit,
+}
+
+/// Net and circuit over the same flip-flops and inputs.
+struct Both<'a> {
+    net: &'a Net,
+    logic: &'a Logic,
+    binding: &'a Binding,
+    model: Model<'a>,
+    reading: Reading<'a>,
+    reset: State,
+    reset_bits: BTreeMap<Key, Lit>,
+    flops: Vec<Lit>,
+    constants: Vec<FlopId>,
+    pins: Vec<Lit>,
+    nodes: Vec<Lit>,
+    /// The state of the net, as read from the flip-flops.
+    state: State,
+}
+
+impl<'a> Both<'a> {
+    fn new(
+        net: &'a Valid<Net>,
+        logic: &'a Logic,
+        binding: &'a Binding,
+        limits: &Limits,
+        depth: u32,
+        varies: &BTreeSet<Fixed>,
+    ) -> Result<Self, Failed> {
+        let mut model = Model::of(net, Some(depth), limits)?;
+        if binding.busy.is_some() && !model.maker.shape.chart.kept.is_empty() {
+            let why = "a circuit with `busy` of a chart that ends is not covered".to_owned();
+            return Err(Failed::Open(why));
         }
-        flops.push(model.aig().variable());
-        if let Some(holds) = flop.holds {
-            let key = (holds.origin, holds.element, holds.bit);
-            if is_own(key, &pieces, binding) {
-                reading.flops.insert(key, (id, holds.inverted));
+        let reset = model.maker.reset()?.state;
+        let reset_bits = model.maker.shape.clone().bits(net, model.aig(), &reset);
+        if reset_bits.values().any(|lit| lit.as_constant().is_none()) {
+            return Err(Failed::Open("the reset does not lead to a single state".to_owned()));
+        }
+        let pieces: BTreeSet<Key> = reset_bits.keys().copied().collect();
+        let mut reading = Reading { net, logic, flops: BTreeMap::new(), others: BTreeMap::new() };
+        let (mut flops, mut constants) = (Vec::new(), Vec::new());
+        for (id, flop) in logic.flops.iter() {
+            if !varies.contains(&Fixed::Flop(id)) {
+                constants.push(id);
+                flops.push(Lit::constant(flop.init));
+                continue;
+            }
+            flops.push(model.aig().variable());
+            if let Some(holds) = flop.holds {
+                let key = (holds.origin, holds.element, holds.bit);
+                if is_own(key, &pieces, binding) {
+                    reading.flops.insert(key, (id, holds.inverted));
+                }
             }
         }
-    }
-    for (key, first) in &reset_bits {
-        if !reading.is_stored(*key) {
-            let varies = varies.contains(&Fixed::Piece(*key));
-            let lit = if varies { model.aig().variable() } else { *first };
-            reading.others.insert(*key, lit);
+        for (key, first) in reset_bits
+            .iter()
+            .filter(|(key, _)| !reading.is_stored(**key))
+            .map(|(key, first)| (*key, *first))
+            .collect::<Vec<_>>()
+        {
+            let varies = varies.contains(&Fixed::Piece(key));
+            let lit = if varies { model.aig().variable() } else { first };
+            reading.others.insert(key, lit);
         }
-    }
-    let inputs = model.inputs.clone();
-    let mut pins = vec![Lit::FALSE; logic.inputs.len()];
-    for (pin, input, bit) in &binding.inputs {
-        pins[pin.index()] =
-            model.input_bits.get(&(input.index() as u32, *bit)).copied().unwrap_or(Lit::FALSE);
-    }
-    for pin in &binding.ticks {
-        pins[pin.index()] = inputs.tick;
-    }
-    let nodes = import(model.aig(), logic, &flops, &pins);
-    let (state, _) = reading.state(&mut model, &flops, &nodes);
-
-    // The assumptions: the invariants of the net's states, valid codes, and what the environment guarantees.
-    let mut assumed = {
-        // The registers of a region record nothing while the state of the history is active.
-        let mut state = state.clone();
-        for ((history, step), recorded) in &mut state.recorded {
-            if reading.by_region(*history, *step, &flops).is_some() {
-                let owner = state.active[net.histories[*history].owner.index()];
-                *recorded = model.aig().and(*recorded, !owner);
-            }
-        }
-        model.maker.structure(&state)
-    };
-    assumed.extend(shape.valid(net, model.aig(), &state));
-    assumed.extend(legal(&mut model, &state));
-    for node in &logic.unreachable {
-        assumed.push(!nodes[node.index()]);
-    }
-
-    let Reaction { state: next, outputs, fault } = model.maker.reaction(&state, &inputs)?;
-    let overruns = model.maker.overruns();
-    let next_bits = shape.bits(net, model.aig(), &next);
-
-    // The circuit.
-    let mut moved: Vec<Lit> = logic.flops.values().map(|flop| nodes[flop.next.index()]).collect();
-    let mut after_pins = pins.clone();
-    let mut still_busy = Lit::FALSE;
-    if let Some(busy) = binding.busy {
-        for (pin, input, _) in &binding.inputs {
-            if net.inputs[*input].kind.is_event() {
-                after_pins[pin.index()] = Lit::FALSE;
-            }
+        let mut pins = vec![Lit::FALSE; logic.inputs.len()];
+        for (pin, input, bit) in &binding.inputs {
+            let own = model.input_bits.get(&(input.index() as u32, *bit));
+            pins[pin.index()] = own.copied().unwrap_or(Lit::FALSE);
         }
         for pin in &binding.ticks {
-            after_pins[pin.index()] = Lit::FALSE;
+            pins[pin.index()] = model.inputs.tick;
         }
-        let busy = logic.outputs[busy].value;
+        let nodes = import(model.aig(), logic, &flops, &pins);
+        let (state, _) = reading.state(&mut model, &flops, &nodes);
+        Ok(Both {
+            net,
+            logic,
+            binding,
+            model,
+            reading,
+            reset,
+            reset_bits,
+            flops,
+            constants,
+            pins,
+            nodes,
+            state,
+        })
+    }
+
+    /// The assumptions: the invariants of the net's states, valid codes, and what the environment guarantees.
+    fn assumed(&mut self) -> Vec<Lit> {
+        let state = self.state.clone();
+        // The registers of a region record nothing while the state of the history is active.
+        let mut recorded = state.clone();
+        for ((history, step), lit) in &mut recorded.recorded {
+            if self.reading.by_region(*history, *step, &self.flops).is_some() {
+                let owner = state.active[self.net.histories[*history].owner.index()];
+                *lit = self.model.aig().and(*lit, !owner);
+            }
+        }
+        let mut all = self.model.maker.structure(&recorded);
+        all.extend(self.model.maker.shape.clone().valid(self.net, self.model.aig(), &state));
+        all.extend(legal(&mut self.model, &state));
+        all.extend(self.logic.unreachable.iter().map(|node| !self.nodes[node.index()]));
+        all
+    }
+
+    /// The circuit after its reaction.
+    fn circuit(&mut self, depth: u32) -> Result<Moved, Failed> {
+        let logic = self.logic;
+        let mut flops: Vec<Lit> =
+            logic.flops.values().map(|flop| self.nodes[flop.next.index()]).collect();
+        let mut pins = self.pins.clone();
+        let Some(busy) = self.binding.busy.map(|pin| logic.outputs[pin].value) else {
+            let nodes = import(self.model.aig(), logic, &flops, &pins);
+            return Ok(Moved { flops, nodes, busy: Lit::FALSE });
+        };
+        let events = self.binding.inputs.iter();
+        let events = events.filter(|(_, input, _)| self.net.inputs[*input].kind.is_event());
+        for pin in events.map(|(pin, _, _)| pin).chain(&self.binding.ticks) {
+            pins[pin.index()] = Lit::FALSE;
+        }
         for _ in 0..=depth {
-            let nodes = import(model.aig(), logic, &moved, &after_pins);
-            still_busy = nodes[busy.index()];
-            if still_busy == Lit::FALSE {
+            let nodes = import(self.model.aig(), logic, &flops, &pins);
+            let runs = nodes[busy.index()];
+            if runs == Lit::FALSE {
                 break;
             }
-            moved = logic
+            flops = logic
                 .flops
                 .values()
-                .zip(&moved)
-                .map(|(flop, own)| model.aig().ite(still_busy, nodes[flop.next.index()], *own))
+                .zip(&flops)
+                .map(|(flop, own)| self.model.aig().ite(runs, nodes[flop.next.index()], *own))
                 .collect();
-            if model.aig().len() > MAX_NODES {
-                return Err(Failed::Open(format!(
-                    "both reactions have more than {MAX_NODES} nodes"
-                )));
+            if self.model.aig().len() > MAX_NODES {
+                let why = format!("both reactions have more than {MAX_NODES} nodes");
+                return Err(Failed::Open(why));
             }
         }
-        let nodes = import(model.aig(), logic, &moved, &after_pins);
-        still_busy = nodes[busy.index()];
+        let nodes = import(self.model.aig(), logic, &flops, &pins);
+        let busy = nodes[busy.index()];
+        Ok(Moved { flops, nodes, busy })
     }
-    let after_nodes = import(model.aig(), logic, &moved, &after_pins);
-    let (_, read) = reading.state(&mut model, &moved, &after_nodes);
 
-    let mut claims = vec![
-        Claim {
-            wanted: Lit::FALSE,
-            given: overruns,
-            what: "the number of checks".to_owned(),
-            constant: None,
-        },
-        Claim {
-            wanted: Lit::FALSE,
-            given: still_busy,
-            what: "the number of clocks".to_owned(),
-            constant: None,
-        },
-    ];
-    for flop in constants {
-        let data = &logic.flops[flop];
-        claims.push(Claim {
-            wanted: Lit::constant(data.init),
-            given: moved[flop.index()],
-            what: format!("flip-flop `{}`", data.name),
-            constant: Some(Fixed::Flop(flop)),
-        });
-    }
-    // Power-up.
-    let woken: Vec<Lit> = logic.flops.values().map(|flop| Lit::constant(flop.init)).collect();
-    let woken_nodes = import(model.aig(), logic, &woken, &vec![Lit::FALSE; pins.len()]);
-    let (_, first) = reading.state(&mut model, &woken, &woken_nodes);
-    for (key, wanted) in &next_bits {
-        let what = format!("the state `{}`", describe(net, *key));
-        let other = reading.others.get(key);
-        if other.is_some_and(|lit| lit.as_constant().is_none()) {
-            continue;
+    /// The state after the reaction is read from the flip-flops after it, and the state after reset from those after power-up.
+    fn claims_of_state(
+        &mut self,
+        next: &State,
+        moved: &Moved,
+        claims: &mut Vec<Claim>,
+    ) -> Result<(), Failed> {
+        let (net, logic) = (self.net, self.logic);
+        for flop in self.constants.clone() {
+            let data = &logic.flops[flop];
+            claims.push(Claim {
+                wanted: Lit::constant(data.init),
+                given: moved.flops[flop.index()],
+                what: format!("flip-flop `{}`", data.name),
+                constant: Some(Fixed::Flop(flop)),
+            });
         }
-        let matters = self::matters(&mut model, &reading, &flops, *key, &next);
-        let at_reset = self::matters(&mut model, &reading, &flops, *key, &reset.state);
-        if at_reset != Lit::FALSE && first[key] != reset_bits[key] {
-            return Err(Failed::Open(format!("{what} has a different value after power-up")));
-        }
-        let wanted = model.aig().and(*wanted, matters);
-        let given = model.aig().and(read[key], matters);
-        let constant = other.map(|_| Fixed::Piece(*key));
-        claims.push(Claim { wanted, given, what, constant });
-    }
-    for node in &logic.unreachable {
-        if woken_nodes[node.index()] != Lit::FALSE {
-            return Err(Failed::Open("the power-up code encodes no step".to_owned()));
-        }
-        let what = "the transition into an unused code".to_owned();
-        let given = after_nodes[node.index()];
-        claims.push(Claim { wanted: Lit::FALSE, given, what, constant: None });
-    }
-    for one in &binding.compared {
-        let Shown::Pin { pin, mealy } = one.shown else { continue };
-        let output = &logic.outputs[pin];
-        let wanted = match one.what {
-            What::Output(id) => {
-                outputs[id.index()].get(one.bit as usize).copied().unwrap_or(Lit::FALSE)
+        let woken: Vec<Lit> = logic.flops.values().map(|flop| Lit::constant(flop.init)).collect();
+        let no_pins = vec![Lit::FALSE; self.pins.len()];
+        let woken_nodes = import(self.model.aig(), logic, &woken, &no_pins);
+        let (_, first) = self.reading.state(&mut self.model, &woken, &woken_nodes);
+        let (_, read) = self.reading.state(&mut self.model, &moved.flops, &moved.nodes);
+        let next_bits = self.model.maker.shape.clone().bits(net, self.model.aig(), next);
+        for (key, wanted) in next_bits {
+            let what = format!("the state `{}`", describe(net, key));
+            let other = self.reading.others.get(&key).copied();
+            if other.is_some_and(|lit| lit.as_constant().is_none()) {
+                continue;
             }
-            What::Fault => fault,
-            What::Step(_) | What::Var(..) => continue,
-        };
-        let from = if mealy || output.registered.is_some() { &nodes } else { &after_nodes };
-        let given = from[output.value.index()];
-        let what = format!("output pin `{}`", output.name);
-        claims.push(Claim { wanted, given, what, constant: None });
-    }
-    settle(&model, logic, limits, &flops, &moved, &assumed, claims)
-}
-
-/// The condition under which a piece of a state is read later: elements of queues below the length; records of the registers of a region while the state of
-/// the history is not active.
-fn matters(
-    model: &mut Model<'_>,
-    reading: &Reading<'_>,
-    flops: &[Lit],
-    key: Key,
-    state: &State,
-) -> Lit {
-    let net = model.maker.net;
-    match key.0 {
-        Origin::Recorded(history, step) if reading.by_region(history, step, flops).is_some() => {
-            !state.active[net.histories[history].owner.index()]
+            let reset = self.reset.clone();
+            if self.matters(key, &reset) != Lit::FALSE && first[&key] != self.reset_bits[&key] {
+                return Err(Failed::Open(format!("{what} has a different value after power-up")));
+            }
+            let matters = self.matters(key, next);
+            let wanted = self.model.aig().and(wanted, matters);
+            let given = self.model.aig().and(read[&key], matters);
+            let constant = other.map(|_| Fixed::Piece(key));
+            claims.push(Claim { wanted, given, what, constant });
         }
-        Origin::InternalQueue => used(model, state.internal.as_ref(), key.1),
-        Origin::ExternalQueue => used(model, state.external.as_ref(), key.1),
-        _ => Lit::TRUE,
-    }
-}
-
-/// Runs both at random, and then proves the claims.
-fn settle(
-    model: &Model<'_>,
-    logic: &Logic,
-    limits: &Limits,
-    flops: &[Lit],
-    moved: &[Lit],
-    assumed: &[Lit],
-    claims: Vec<Claim>,
-) -> Result<Certificate, Failed> {
-    let aig = &model.maker.aig;
-    let patterns = patterns(model, logic, flops, moved, assumed, &claims)?;
-    let mut sweep = Sweep::new(aig, assumed, &patterns, limits)
-        .ok_or_else(|| "the solver reached its limit".to_owned())?;
-    let roots: Vec<Lit> = claims.iter().flat_map(|claim| [claim.wanted, claim.given]).collect();
-    sweep.prepare(&roots).ok_or_else(|| "the solver reached its limit".to_owned())?;
-    let mut varied = Vec::new();
-    let (mut same, mut solved) = (0, 0);
-    let compared = claims.len();
-    for (at, claim) in claims.iter().enumerate() {
-        if claim.wanted == claim.given {
-            same += 1;
-            continue;
+        for node in &logic.unreachable {
+            if woken_nodes[node.index()] != Lit::FALSE {
+                return Err(Failed::Open("the power-up code encodes no step".to_owned()));
+            }
+            let what = "the transition into an unused code".to_owned();
+            claims.push(Claim::never(moved.nodes[node.index()], what));
         }
-        match sweep.equal(claim.wanted, claim.given) {
-            Answer::Equal => solved += 1,
-            Answer::Different(_) if at < 2 => return Err(Failed::Deeper),
-            Answer::Different(example) => {
-                if let Some(fixed) = claim.constant {
-                    varied.push(fixed);
-                    continue;
+        Ok(())
+    }
+
+    fn claims_of_pins(&self, reaction: &Reaction, moved: &Moved, claims: &mut Vec<Claim>) {
+        for one in &self.binding.compared {
+            let Shown::Pin { pin, mealy } = one.shown else { continue };
+            let output = &self.logic.outputs[pin];
+            let wanted = match one.what {
+                What::Output(id) => {
+                    let code = &reaction.outputs[id.index()];
+                    code.get(one.bit as usize).copied().unwrap_or(Lit::FALSE)
                 }
-                if !varied.is_empty() {
-                    break;
-                }
-                let names: Vec<&str> = logic
-                    .flops
-                    .values()
-                    .zip(flops)
-                    .filter(|(_, lit)| example.contains(lit))
-                    .map(|(flop, _)| flop.name.as_str())
-                    .collect();
-                return Err(Failed::Open(format!(
-                    "{} differs from the net in a state that no invariant excludes: {} set",
-                    claim.what,
-                    names.join(" ")
-                )));
-            }
-            Answer::Unknown => {
-                return Err(Failed::Open(format!("{}: the solver reached its limit", claim.what)));
-            }
+                What::Fault => reaction.fault,
+                What::Step(_) | What::Var(..) => continue,
+            };
+            let is_before = mealy || output.registered.is_some();
+            let from = if is_before { &self.nodes } else { &moved.nodes };
+            let given = from[output.value.index()];
+            let what = format!("output pin `{}`", output.name);
+            claims.push(Claim { wanted, given, what, constant: None });
         }
     }
-    if !varied.is_empty() {
-        return Err(Failed::NotConstant(varied));
-    }
-    Ok(Certificate { method: Method::Symbolic { same, solved }, compared })
-}
 
-/// The assignments of random runs of the circuit from power-up.
-fn patterns(
-    model: &Model<'_>,
-    logic: &Logic,
-    flops: &[Lit],
-    moved: &[Lit],
-    assumed: &[Lit],
-    claims: &[Claim],
-) -> Result<Vec<BTreeMap<Lit, u64>>, Failed> {
-    let aig = &model.maker.aig;
-    let net = model.maker.net;
-    let mut random = Random::new(1);
-    let mut state: Vec<u64> =
-        logic.flops.values().map(|flop| if flop.init { !0 } else { 0 }).collect();
-    let mut all = Vec::new();
-    let mut varied: BTreeSet<Fixed> = BTreeSet::new();
-    for round in 0..ROUNDS {
+    /// The condition under which a piece of a state is read later: elements of queues below the length; records of the registers of a region while the state
+    /// of the history is not active.
+    fn matters(&mut self, key: Key, state: &State) -> Lit {
+        match key.0 {
+            Origin::Recorded(history, step)
+                if self.reading.by_region(history, step, &self.flops).is_some() =>
+            {
+                !state.active[self.net.histories[history].owner.index()]
+            }
+            Origin::InternalQueue => used(&mut self.model, state.internal.as_ref(), key.1),
+            Origin::ExternalQueue => used(&mut self.model, state.external.as_ref(), key.1),
+            _ => Lit::TRUE,
+        }
+    }
+
+    /// Runs both at random, and then proves the claims.
+    fn settle(
+        &self,
+        moved: &[Lit],
+        assumed: &[Lit],
+        claims: &[Claim],
+        limits: &Limits,
+    ) -> Result<Certificate, Failed> {
+        let reached = || "the solver reached its limit".to_owned();
+        let patterns = self.patterns(moved, assumed, claims)?;
+        let aig = &self.model.maker.aig;
+        let mut sweep = Sweep::new(aig, assumed, &patterns, limits).ok_or_else(reached)?;
+        let roots: Vec<Lit> = claims.iter().flat_map(|claim| [claim.wanted, claim.given]).collect();
+        sweep.prepare(&roots).ok_or_else(reached)?;
+        let mut varied = Vec::new();
+        let (mut same, mut solved) = (0, 0);
+        for (at, claim) in claims.iter().enumerate() {
+            if claim.wanted == claim.given {
+                same += 1;
+                continue;
+            }
+            match (sweep.equal(claim.wanted, claim.given), claim.constant) {
+                (Answer::Equal, _) => solved += 1,
+                (Answer::Different(_), _) if at < N_COUNTS => return Err(Failed::Deeper),
+                (Answer::Different(_), Some(fixed)) => varied.push(fixed),
+                // The claims about the state assume that the constants are constant.
+                (Answer::Different(_), None) if !varied.is_empty() => break,
+                (Answer::Different(example), None) => {
+                    return Err(Failed::Open(self.differs(&claim.what, &example)));
+                }
+                (Answer::Unknown, _) => {
+                    let why = reached();
+                    return Err(Failed::Open(format!("{}: {why}", claim.what)));
+                }
+            }
+        }
+        if !varied.is_empty() {
+            return Err(Failed::NotConstant(varied));
+        }
+        let method = Method::Symbolic { same, solved };
+        Ok(Certificate { method, compared: claims.len() })
+    }
+
+    fn differs(&self, what: &str, example: &[Lit]) -> String {
+        let flops = self.logic.flops.values().zip(&self.flops);
+        let set = flops.filter(|(_, lit)| example.contains(lit));
+        let set = set.map(|(flop, _)| flop.name.as_str()).collect::<Vec<_>>().join(" ");
+        format!("{what} differs from the net in a state that no invariant excludes: {set} set")
+    }
+
+    /// The assignments of random runs of the circuit from power-up.
+    fn patterns(
+        &self,
+        moved: &[Lit],
+        assumed: &[Lit],
+        claims: &[Claim],
+    ) -> Result<Vec<BTreeMap<Lit, u64>>, Failed> {
+        let aig = &self.model.maker.aig;
+        let mut random = Random::new(1);
+        let mut state: Vec<u64> =
+            self.logic.flops.values().map(|flop| if flop.init { !0 } else { 0 }).collect();
+        let mut all = Vec::new();
+        for round in 0..ROUNDS {
+            let mut pattern = self.row(&mut random, round);
+            let stored = self.flops.iter().zip(&state);
+            pattern.extend(
+                stored
+                    .filter(|(lit, _)| lit.as_constant().is_none())
+                    .map(|(lit, word)| (*lit, *word)),
+            );
+            let mut words = aig.all_words(|lit| pattern.get(&lit).copied().unwrap_or(0));
+            let legal = assumed.iter().fold(!0, |all, lit| all & word_of(&words, *lit));
+            if legal == 0 {
+                continue;
+            }
+            if legal != !0 {
+                // Runs with an impossible row repeat one with a possible row.
+                let from = legal.trailing_zeros();
+                for word in pattern.values_mut() {
+                    let copy = if *word >> from & 1 == 1 { !0 } else { 0 };
+                    *word = *word & legal | copy & !legal;
+                }
+                words = aig.all_words(|lit| pattern.get(&lit).copied().unwrap_or(0));
+            }
+            differences(claims, &words)?;
+            for (own, lit) in state.iter_mut().zip(moved) {
+                *own = word_of(&words, *lit);
+            }
+            all.push(pattern);
+            // Some runs start again.
+            let restart = random.bits() & random.bits() & random.bits() & random.bits();
+            for (own, flop) in state.iter_mut().zip(self.logic.flops.values()) {
+                *own = *own & !restart | if flop.init { restart } else { 0 };
+            }
+        }
+        Ok(all)
+    }
+
+    /// A random row for each run; every other row has many events.
+    fn row(&self, random: &mut Random, round: usize) -> BTreeMap<Lit, u64> {
+        let net = self.net;
         let mut pattern: BTreeMap<Lit, u64> = BTreeMap::new();
-        for (lit, word) in flops.iter().zip(&state) {
-            if lit.as_constant().is_none() {
-                pattern.insert(*lit, *word);
-            }
-        }
-        let mut events: Vec<Lit> = Vec::new();
-        for ((input, _), lit) in &model.input_bits {
-            let kind = net.inputs[grafsynth_ir::net::InputId::from_index(*input as usize)].kind;
+        // One half of the runs has no event in this row, so that time passes.
+        let mut free = random.bits();
+        for ((input, _), lit) in &self.model.input_bits {
+            let kind = net.inputs[InputId::from_index(*input as usize)].kind;
             let word = match kind {
                 InputKind::Event => {
-                    events.push(*lit);
-                    random.bits() & random.bits() & if round % 2 == 0 { random.bits() } else { !0 }
+                    let few = if round.is_multiple_of(2) { random.bits() } else { !0 };
+                    let word = random.bits() & random.bits() & few & free;
+                    if net.settings.events_exclusive {
+                        free &= !word;
+                    }
+                    word
                 }
                 InputKind::InternalEvent => 0,
                 InputKind::Pin | InputKind::Extern => random.bits(),
             };
             pattern.insert(*lit, word);
         }
-        // One half of the runs has few events, so that time passes.
-        let busy = random.bits();
-        if net.settings.events_exclusive {
-            let mut free = busy;
-            for event in &events {
-                let word = pattern[event] & free;
-                free &= !word;
-                pattern.insert(*event, word);
-            }
-        } else {
-            for event in &events {
-                let word = pattern[event] & busy;
-                pattern.insert(*event, word);
-            }
-        }
-        pattern.insert(model.inputs.tick, random.bits() | random.bits());
-        let mut words = aig.all_words(|lit| pattern.get(&lit).copied().unwrap_or(0));
-        let legal = assumed.iter().fold(!0, |all, lit| all & word_of(&words, *lit));
-        if legal == 0 {
-            continue;
-        }
-        if legal != !0 {
-            // Runs with an impossible row repeat one with a possible row.
-            let from = legal.trailing_zeros();
-            for word in pattern.values_mut() {
-                let copy = if *word >> from & 1 == 1 { !0 } else { 0 };
-                *word = *word & legal | copy & !legal;
-            }
-            words = aig.all_words(|lit| pattern.get(&lit).copied().unwrap_or(0));
-        }
-        for (at, claim) in claims.iter().enumerate() {
-            let differ = word_of(&words, claim.wanted) ^ word_of(&words, claim.given);
-            if differ != 0 {
-                if at < 2 {
-                    return Err(Failed::Deeper);
-                }
-                match claim.constant {
-                    Some(fixed) => {
-                        varied.insert(fixed);
-                    }
-                    None if varied.is_empty() => {
-                        return Err(Failed::Open(format!("{} differs from the net", claim.what)));
-                    }
-                    None => {}
-                }
-            }
-        }
-        for (own, lit) in state.iter_mut().zip(moved) {
-            *own = word_of(&words, *lit);
-        }
-        all.push(pattern);
-        if !varied.is_empty() {
-            return Err(Failed::NotConstant(varied.into_iter().collect()));
-        }
-        // Some runs start again.
-        let restart = random.bits() & random.bits() & random.bits() & random.bits();
-        for (own, flop) in state.iter_mut().zip(logic.flops.values()) {
-            *own = *own & !restart | if flop.init { restart } else { 0 };
-        }
+        pattern.insert(self.model.inputs.tick, random.bits() | random.bits());
+        pattern
     }
-    Ok(all)
+}
+
+/// Whether the claims are true in all 64 runs.
+fn differences(claims: &[Claim], words: &[u64]) -> Result<(), Failed> {
+    let differ = |claim: &&Claim| word_of(words, claim.wanted) != word_of(words, claim.given);
+    let (counts, others) = claims.split_at(N_COUNTS);
+    if counts.iter().any(|claim| differ(&claim)) {
+        return Err(Failed::Deeper);
+    }
+    let varied: Vec<Fixed> =
+        others.iter().filter(differ).filter_map(|claim| claim.constant).collect();
+    if !varied.is_empty() {
+        return Err(Failed::NotConstant(varied));
+    }
+    match others.iter().find(differ) {
+        Some(claim) => Err(Failed::Open(format!("{} differs from the net", claim.what))),
+        None => Ok(()),
+    }
 }
 
 /// What the environment guarantees about a row, as conditions.

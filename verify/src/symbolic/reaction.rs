@@ -15,7 +15,7 @@ use super::aig::{Aig, Lit};
 use super::forced::{ForcedChart, forced_charts};
 use super::number::Number;
 use super::state::{Shape, State, Value, held_of, is_move};
-use super::statechart::Statechart;
+use super::statechart::run::Statechart;
 use crate::exclusive::entered;
 
 /// The inputs of a reaction.

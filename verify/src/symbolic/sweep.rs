@@ -12,10 +12,11 @@ use crate::limits::Limits;
 
 /// The maximum number of conflicts of a query about two inner nodes: a missed merge costs less than a long search.
 const INNER_CONFLICTS: u64 = 400;
-/// The total number of conflicts, as a multiple of the limit for one query.
-const EFFORT: u64 = 10;
+/// The total effort, as a multiple of the limit of conflicts for one query. A conflict counts as 1, a query as 1 and as many more as its solver has
+/// thousands of nodes.
+const EFFORT: u64 = 20;
 /// The number of encoded nodes from which a new solver is begun.
-const ENCODED: usize = 30_000;
+const ENCODED: usize = 20_000;
 /// The number of counterexamples after which the graph is simulated again.
 const FRESH: u32 = 16;
 
@@ -222,7 +223,8 @@ impl<'a> Sweep<'a> {
         }
         for (a, b) in [(a, !b), (!a, b)] {
             let answer = self.solver.solve(&self.to, &[a, b], conflicts);
-            self.spent += self.solver.solver.cb().learnt;
+            let n_nodes = self.solver.vars.len() as u64;
+            self.spent += 1 + n_nodes / 1_000 + self.solver.solver.cb().learnt;
             if answer == lbool::TRUE {
                 let original = self.original.iter().filter(|(own, _)| self.solver.is_true(**own));
                 return Answer::Different(original.map(|(_, lit)| *lit).collect());

@@ -14,8 +14,7 @@ use super::super::aig::Lit;
 use super::super::number::Number;
 use super::super::reaction::{Inputs, Maker, Unsupported};
 use super::super::state::{Key, State, Value};
-use super::Run;
-use super::queues::{External, RunQueue};
+use super::run::{External, Run, RunQueue};
 
 /// One step of the machine, as functions of its state and inputs.
 pub(in crate::symbolic) struct Step {
@@ -145,55 +144,18 @@ impl Model<'_> {
         let net = self.maker.net;
         let shape = self.maker.shape.clone();
         let state = self.state.clone();
-        let row = self.inputs.clone();
-
-        // The first check of a reaction.
-        self.maker.inputs = row.clone();
+        // The first check of a reaction begins with Latch, with the inputs of the row.
+        self.maker.inputs = self.inputs.clone();
         let mut latched = state.clone();
         self.maker.latch(&mut latched);
         self.maker.begin_evolution(&mut latched, false);
         let begun = self.maker.chart().run.clone();
         let begun_bits = self.maker.written(&begun);
 
-        // The bits between two checks: the run, and the inputs of the row.
         let mut helpers = Vec::new();
-        let mut variable = |model: &mut Self| {
-            let lit = model.aig().variable();
-            let key = (Origin::Helper, helpers.len() as u32, 0);
-            model.state_bits.insert(key, lit);
-            model.name_of.insert(lit, key);
-            helpers.push(key);
-            lit
-        };
-        let run_bits: Vec<Lit> = begun_bits.iter().map(|_| variable(self)).collect();
+        let run_bits: Vec<Lit> = begun_bits.iter().map(|_| self.helper(&mut helpers)).collect();
         let running = run_bits.first().copied().unwrap_or(Lit::FALSE);
-        let mut values = Vec::new();
-        let mut held = Vec::new();
-        for (input, value) in net.inputs.values().zip(&row.values) {
-            if input.kind.is_event() {
-                values.push(value.clone());
-                continue;
-            }
-            let code = match value {
-                Value::Flag(lit) => vec![*lit],
-                Value::Number(number) => {
-                    number.code(self.aig(), input.ty.bounds().0, input.ty.bits())
-                }
-            };
-            let kept: Vec<Lit> = code.iter().map(|_| variable(self)).collect();
-            let now: Vec<Lit> = code
-                .into_iter()
-                .zip(kept)
-                .map(|(fresh, kept)| self.aig().ite(running, kept, fresh))
-                .collect();
-            values.push(match input.ty {
-                Type::Bool => Value::Flag(now.first().copied().unwrap_or(Lit::FALSE)),
-                Type::Int { lo, .. } => Value::Number(Number::from_code(self.aig(), &now, lo)),
-            });
-            held.extend(now);
-        }
-        let inputs = Inputs { values, ..row };
-
+        let (inputs, held) = self.held_inputs(running, &mut helpers);
         let merged: Vec<Lit> = run_bits
             .iter()
             .zip(&begun_bits)
@@ -222,6 +184,45 @@ impl Model<'_> {
         }
         let fired = self.maker.fired.pop().unwrap_or_default();
         Ok(Step { next, helpers, is_row: !running, broken, fired })
+    }
+
+    /// A bit between two checks that is no piece of the net's state.
+    fn helper(&mut self, helpers: &mut Vec<Key>) -> Lit {
+        let lit = self.aig().variable();
+        let key = (Origin::Helper, helpers.len() as u32, 0);
+        self.state_bits.insert(key, lit);
+        self.name_of.insert(lit, key);
+        helpers.push(key);
+        lit
+    }
+
+    /// The inputs of the row, which are kept from its first check on, and their bits.
+    fn held_inputs(&mut self, running: Lit, helpers: &mut Vec<Key>) -> (Inputs, Vec<Lit>) {
+        let row = self.inputs.clone();
+        let mut values = Vec::new();
+        let mut held = Vec::new();
+        for (input, value) in self.maker.net.inputs.values().zip(&row.values) {
+            if input.kind.is_event() {
+                values.push(value.clone());
+                continue;
+            }
+            let lo = input.ty.bounds().0;
+            let code = match value {
+                Value::Flag(lit) => vec![*lit],
+                Value::Number(number) => number.code(self.aig(), lo, input.ty.bits()),
+            };
+            let mut now = Vec::new();
+            for fresh in code {
+                let kept = self.helper(helpers);
+                now.push(self.aig().ite(running, kept, fresh));
+            }
+            values.push(match input.ty {
+                Type::Bool => Value::Flag(now.first().copied().unwrap_or(Lit::FALSE)),
+                Type::Int { .. } => Value::Number(Number::from_code(self.aig(), &now, lo)),
+            });
+            held.extend(now);
+        }
+        (Inputs { values, ..row }, held)
     }
 
     fn choose_state(&mut self, condition: Lit, then: &State, otherwise: &State) -> State {

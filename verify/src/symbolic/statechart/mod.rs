@@ -7,163 +7,31 @@
 mod clocked;
 mod enter;
 mod queues;
+pub(super) mod run;
 mod select;
 mod structure;
 mod tree;
 
 use std::collections::BTreeMap;
-use std::rc::Rc;
 
-use grafsynth_ir::net::{Evolution, InputId, Net, PartId, StepKind, StmtKind, TransitionId};
-use grafsynth_ir::walk::statements;
+use grafsynth_ir::expr::ArithOp;
+use grafsynth_ir::net::{Driver, Emission, Enter, Evolution, InputId, PartId, TransitionId};
 
 use super::aig::Lit;
 use super::number::Number;
 use super::reaction::{Maker, Reaction, Unsupported};
-use super::state::{ChartShape, State};
-use queues::{External, RunQueue};
+use super::state::State;
+use run::Statechart;
 pub(super) use tree::Tree;
 
 /// The largest number of rounds of the reset, whose functions are constants.
 const RESET_ROUNDS: usize = 256;
-
-/// The static data of the statecharts of a net, and the data of the current reaction.
-#[derive(Debug, Clone)]
-pub(crate) struct Statechart {
-    pub(super) tree: Rc<Tree>,
-    /// The events that some transition is `on`, in declaration order; the first has number 1.
-    listened: Vec<InputId>,
-    /// The bound of each queue.
-    bound: u32,
-    /// True if lists send to the external queue, so that it is not only the events of a row.
-    sends: bool,
-    pub(super) run: Run,
-}
-
-/// The data of one evolution.
-#[derive(Debug, Clone)]
-pub(super) struct Run {
-    internal: RunQueue,
-    external: External,
-    /// The reaction has a fault so far.
-    pub(super) fault: Lit,
-    /// The evolution is not over.
-    pub(super) running: Lit,
-    /// No micro-step has been made yet, so edges of inputs are visible.
-    fresh: Lit,
-    /// The event that this check is for; none if it is a check without an event.
-    event: BTreeMap<InputId, Lit>,
-    /// Micro-steps since the last external event that waited at Latch.
-    count: Number,
-    n_rounds: u32,
-    /// The charts that had ended before this reaction.
-    pub(super) had_ended: BTreeMap<PartId, Lit>,
-}
 
 /// A transition that an atomic state offered, and whether it was selected.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Selected {
     pub(super) transition: TransitionId,
     pub(super) taken: Lit,
-}
-
-impl Statechart {
-    /// The data of a net; `None` if it is not a statechart.
-    pub(super) fn of(net: &Net) -> Result<Option<Self>, Unsupported> {
-        if !net.settings.policy.is_statechart() {
-            return Ok(None);
-        }
-        let mut listened: Vec<InputId> =
-            net.transitions.values().flat_map(|one| one.events.iter().copied()).collect();
-        listened.sort_unstable();
-        listened.dedup();
-        let is_listened = |event: &InputId| listened.binary_search(event).is_ok();
-        let sends = net.sends.values().any(|slot| is_listened(&slot.event));
-        let raises =
-            net.steps.values().filter_map(|step| step.done_event).any(|it| is_listened(&it))
-                || net
-                    .statements()
-                    .any(|stmt| matches!(&stmt.kind, StmtKind::Raise(event) if is_listened(event)));
-        if net.settings.queue.is_none() && (sends || raises) {
-            return Err("a queue without a bound is not covered by the symbolic proof".to_owned());
-        }
-        let bound = net.settings.queue.unwrap_or(listened.len() as u32);
-        if (sends || raises) && bound > 64 {
-            let message = format!("queues of {bound} events are not covered by the symbolic proof");
-            return Err(message);
-        }
-        let internal = RunQueue::empty(if raises { bound } else { 0 });
-        let external = if sends {
-            External::Queue(RunQueue::empty(bound))
-        } else {
-            External::Row(BTreeMap::new())
-        };
-        Ok(Some(Statechart {
-            tree: Rc::new(Tree::of(net)),
-            listened,
-            bound,
-            sends,
-            run: Run {
-                internal,
-                external,
-                fault: Lit::FALSE,
-                running: Lit::FALSE,
-                fresh: Lit::FALSE,
-                event: BTreeMap::new(),
-                count: Number::constant(0),
-                n_rounds: 0,
-                had_ended: BTreeMap::new(),
-            },
-        }))
-    }
-
-    /// The pieces of state that only statecharts have.
-    pub(super) fn shape(&self, net: &Net) -> ChartShape {
-        let later = || {
-            let bodies = net.actions.values().map(|action| &action.body);
-            let tasks = net.steps.values().flat_map(|step| &step.tasks).map(|task| &task.body);
-            bodies.chain(tasks).flat_map(|list| statements(list))
-        };
-        let is_listened = |event: &InputId| self.listened.binary_search(event).is_ok();
-        let raises_later =
-            later().any(|stmt| matches!(&stmt.kind, StmtKind::Raise(event) if is_listened(event)));
-        let sends_later = later().any(|stmt| {
-            matches!(&stmt.kind, StmtKind::Send(slot)
-                if net.sends[*slot].delay == 0 && is_listened(&net.sends[*slot].event))
-        });
-        let mut shape = ChartShape {
-            slots: net
-                .sends
-                .values()
-                .map(|slot| (slot.delay > 0).then_some(i64::from(slot.delay)))
-                .collect(),
-            n_events: self.listened.len() as i64,
-            internal: raises_later.then_some(self.bound),
-            external: sends_later.then_some(self.bound),
-            ..ChartShape::default()
-        };
-        for (id, history) in net.histories.iter() {
-            shape.recorded.extend(history.cases.iter().map(|case| (id, case.step)));
-        }
-        for step in net.steps.values() {
-            if step.kind == StepKind::Final && step.parent.is_none() {
-                shape.ended.push(self.tree.chart_of[step.part.index()]);
-            }
-        }
-        shape.ended.sort_unstable();
-        shape.ended.dedup();
-        for (id, output) in net.outputs.iter() {
-            if let grafsynth_ir::net::Driver::Continuous(emissions) = &output.driver {
-                for emission in emissions {
-                    let chart = self.tree.chart_of[net.steps[emission.step].part.index()];
-                    if shape.ended.contains(&chart) && !shape.kept.contains(&(id, chart)) {
-                        shape.kept.push((id, chart));
-                    }
-                }
-            }
-        }
-        shape
-    }
 }
 
 impl Maker<'_> {
@@ -250,9 +118,10 @@ impl Maker<'_> {
     pub(super) fn reset_statechart(&mut self, state: &mut State) -> Result<Lit, Unsupported> {
         let net = self.net;
         self.begin_evolution(state, true);
-        let items: Vec<_> = net.parts.values().flat_map(|part| &part.initial).copied().collect();
-        let entries =
-            self.entries(state, &items.iter().map(|item| (*item, Lit::TRUE)).collect::<Vec<_>>());
+        let items: Vec<(Enter, Lit)> = (net.parts.values().flat_map(|part| &part.initial))
+            .map(|item| (*item, Lit::TRUE))
+            .collect();
+        let entries = self.entries(state, &items);
         self.begin_lists(state);
         self.enter_states(state, &entries);
         self.frozen = None;
@@ -296,34 +165,14 @@ impl Maker<'_> {
         let takes = self.aig.and(active, !any);
         let taken = self.take_event(takes);
 
-        let mut count = self.chart().run.count.clone();
-        let limit = match net.settings.evolution {
-            Evolution::Single => 1,
-            Evolution::Stable { limit } => limit,
-        };
-        let is_full = if self.chart().run.n_rounds < limit {
-            Lit::FALSE
-        } else {
-            self.equals(&count, limit as usize)
-        };
-        let too_long = self.aig.and(any, is_full);
-        let fires = self.aig.and(any, !is_full);
+        let too_long = self.count(any, taken.restarts);
+        let fires = self.aig.and(any, !too_long);
         self.drop_queues(too_long);
-        let counted = {
-            let one = Number::constant(1);
-            let sum = Number::arith(&mut self.aig, grafsynth_ir::expr::ArithOp::Add, &count, &one);
-            let bits = 64 - u64::from(limit).leading_zeros();
-            let code = sum.code(&mut self.aig, 0, bits);
-            Number::from_code(&mut self.aig, &code, 0)
-        };
-        count = Number::select(&mut self.aig, fires, &counted, &count);
-        count = Number::select(&mut self.aig, taken.restarts, &Number::constant(0), &count);
         let goes_on = self.aig.or(fires, taken.any);
         let over = self.aig.and(active, !goes_on);
         let renews = self.aig.or(fires, over);
         {
             let run = &mut self.chart().run;
-            run.count = count;
             run.running = goes_on;
             run.event = taken.events;
             run.n_rounds += 1;
@@ -339,6 +188,28 @@ impl Maker<'_> {
         }
         self.chart().run.fresh = self.aig.and(fresh, !fires);
         self.check_size()
+    }
+
+    /// Counts a micro-step if `any` is true, and starts again from 0 with an event that waited at Latch. True if there would be too many micro-steps.
+    fn count(&mut self, any: Lit, restarts: Lit) -> Lit {
+        let limit = match self.net.settings.evolution {
+            Evolution::Single => 1,
+            Evolution::Stable { limit } => limit,
+        };
+        let count = self.chart().run.count.clone();
+        let is_full = if self.chart().run.n_rounds < limit {
+            Lit::FALSE
+        } else {
+            self.equals(&count, limit as usize)
+        };
+        let counts = self.aig.and(any, !is_full);
+        let more = Number::arith(&mut self.aig, ArithOp::Add, &count, &Number::constant(1));
+        let code = more.code(&mut self.aig, 0, 64 - u64::from(limit).leading_zeros());
+        let more = Number::from_code(&mut self.aig, &code, 0);
+        let count = Number::select(&mut self.aig, counts, &more, &count);
+        let count = Number::select(&mut self.aig, restarts, &Number::constant(0), &count);
+        self.chart().run.count = count;
+        self.aig.and(any, is_full)
     }
 
     /// K1: the edges of a check.
@@ -449,11 +320,10 @@ impl Maker<'_> {
     pub(super) fn keep_outputs(&mut self, state: &mut State) {
         let net = self.net;
         for (output, chart) in self.shape.chart.kept.clone() {
-            let grafsynth_ir::net::Driver::Continuous(emissions) = &net.outputs[output].driver
-            else {
+            let Driver::Continuous(emissions) = &net.outputs[output].driver else {
                 continue;
             };
-            let own: Vec<_> = emissions
+            let own: Vec<Emission> = emissions
                 .iter()
                 .filter(|one| {
                     self.statechart.as_ref().is_some_and(|data| {

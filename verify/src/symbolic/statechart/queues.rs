@@ -2,32 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use grafsynth_ir::expr::CompareOp;
+use grafsynth_ir::expr::{ArithOp, CompareOp};
 use grafsynth_ir::net::{InputId, InputKind, SendId};
 
 use super::super::aig::Lit;
 use super::super::number::Number;
 use super::super::reaction::Maker;
 use super::super::state::{Queue, State};
-
-/// A queue during a reaction.
-#[derive(Debug, Clone)]
-pub(super) struct RunQueue {
-    /// The number of the event at each place.
-    pub(super) items: Vec<Number>,
-    /// For each place, whether it is used: the first ones are.
-    pub(super) used: Vec<Lit>,
-    /// For each place, whether the event waited there at Latch.
-    pub(super) waited: Vec<Lit>,
-}
-
-/// The external events during a reaction.
-#[derive(Debug, Clone)]
-pub(super) enum External {
-    /// The events of the row only: for each, whether it still waits. They are taken in declaration order.
-    Row(BTreeMap<InputId, Lit>),
-    Queue(RunQueue),
-}
+use super::run::{External, RunQueue};
 
 /// The event that a round takes.
 pub(super) struct Taken {
@@ -35,17 +17,6 @@ pub(super) struct Taken {
     pub(super) any: Lit,
     /// It is an external event that restarts the count of micro-steps.
     pub(super) restarts: Lit,
-}
-
-impl RunQueue {
-    pub(super) fn empty(bound: u32) -> Self {
-        let n = bound as usize;
-        RunQueue {
-            items: vec![Number::constant(0); n],
-            used: vec![Lit::FALSE; n],
-            waited: vec![Lit::FALSE; n],
-        }
-    }
 }
 
 impl Maker<'_> {
@@ -222,7 +193,7 @@ impl Maker<'_> {
             let ends = Number::compare(&mut self.aig, CompareOp::Le, &left, &dt);
             let passes = self.aig.and_all([runs, tick, running]);
             let is_due = self.aig.and(passes, ends);
-            let less = Number::arith(&mut self.aig, grafsynth_ir::expr::ArithOp::Sub, &left, &dt);
+            let less = Number::arith(&mut self.aig, ArithOp::Sub, &left, &dt);
             let less = Number::select(&mut self.aig, is_due, &zero, &less);
             let bits = 64 - u64::from(data.delay).leading_zeros();
             let code = less.code(&mut self.aig, 0, bits);

@@ -24,22 +24,14 @@ impl Maker<'_> {
             let own = state.active[id.index()];
             let inside: Vec<Lit> =
                 children[id.index()].iter().map(|child| state.active[child.index()]).collect();
-            match step.kind {
-                StepKind::Composite if !inside.is_empty() => {
-                    let one = self.exactly_one(&inside);
-                    let none = !self.aig.or_all(inside);
-                    all.push(self.aig.ite(own, one, none));
+            if step.kind == StepKind::Composite && !inside.is_empty() {
+                let one = self.exactly_one(&inside);
+                let none = !self.aig.or_all(inside);
+                all.push(self.aig.ite(own, one, none));
+            } else if step.kind == StepKind::Parallel {
+                for child in inside {
+                    all.push(!self.aig.xor(own, child));
                 }
-                StepKind::Parallel if !inside.is_empty() => {
-                    for child in inside {
-                        all.push(!self.aig.xor(own, child));
-                    }
-                }
-                StepKind::Composite
-                | StepKind::Parallel
-                | StepKind::Leaf
-                | StepKind::Enclosing
-                | StepKind::Final => {}
             }
             let counters = [&state.elapsed[id.index()], &state.task[id.index()]];
             for bit in counters.into_iter().flatten().flat_map(|number| number.bits().to_vec()) {
