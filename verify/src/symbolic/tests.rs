@@ -100,9 +100,7 @@ fn the_functions_do_what_the_circuit_does() {
 fn trace_difference(net: &Valid<Net>, n_rows: usize, seed: u64) -> Result<usize, String> {
     let limits = Limits { circuit_nodes: 200_000, ..Limits::default() };
     let Ok(mut model) = Model::of(net, Some(12), &limits) else { return Ok(0) };
-    if let Err(why) = model.prove_structure(&limits) {
-        return Err(why);
-    }
+    model.prove_structure(&limits)?;
     let Ok(reset) = model.maker.reset() else { return Ok(0) };
     let shape = model.maker.shape.clone();
     let mut values: BTreeMap<Lit, bool> = BTreeMap::new();
