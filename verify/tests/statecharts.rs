@@ -89,6 +89,19 @@ fn the_lift_is_proved() {
     let logic = encoded(&net, BusyMode::Always).expect("a circuit");
     let verdict = by_induction(&net, &structural_facts(&net), &logic, &Limits::default());
     assert!(matches!(verdict, Verdict::Proved(_)), "{verdict:?}");
+    // Each flip-flop with another value after power-up: never proved if a row shows it.
+    let mut n_wrong = 0;
+    for flop in logic.flops.ids() {
+        let mut wrong = logic.clone();
+        wrong.flops[flop].init = !wrong.flops[flop].init;
+        if by_chance(&net, &wrong, 20).is_some() {
+            n_wrong += 1;
+            let verdict = by_induction(&net, &structural_facts(&net), &wrong, &Limits::default());
+            let name = &logic.flops[flop].name;
+            assert!(!matches!(verdict, Verdict::Proved(_)), "flip-flop `{name}` is wrong");
+        }
+    }
+    assert!(n_wrong > 10, "{n_wrong} wrong flip-flops");
     let limits = Limits { pairs: 1000, random_rows: 100, ..Limits::default() };
     for verdict in properties(&net, &limits) {
         assert!(matches!(verdict.outcome, Outcome::Proved { .. }), "{verdict:?}");

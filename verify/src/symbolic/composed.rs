@@ -338,7 +338,7 @@ struct Both<'a> {
     binding: &'a Binding,
     model: Model<'a>,
     reading: Reading<'a>,
-    reset: State,
+    reset: Reaction,
     reset_bits: BTreeMap<Key, Lit>,
     flops: Vec<Lit>,
     constants: Vec<FlopId>,
@@ -362,8 +362,8 @@ impl<'a> Both<'a> {
             let why = "a circuit with `busy` of a chart that ends is not covered".to_owned();
             return Err(Failed::Open(why));
         }
-        let reset = model.maker.reset()?.state;
-        let reset_bits = model.maker.shape.clone().bits(net, model.aig(), &reset);
+        let reset = model.maker.reset()?;
+        let reset_bits = model.maker.shape.clone().bits(net, model.aig(), &reset.state);
         if reset_bits.values().any(|lit| lit.as_constant().is_none()) {
             return Err(Failed::Open("the reset does not lead to a single state".to_owned()));
         }
@@ -493,8 +493,7 @@ impl<'a> Both<'a> {
             });
         }
         let woken: Vec<Lit> = logic.flops.values().map(|flop| Lit::constant(flop.init)).collect();
-        let no_pins = vec![Lit::FALSE; self.pins.len()];
-        let woken_nodes = import(self.model.aig(), logic, &woken, &no_pins);
+        let woken_nodes = self.power_up(&woken)?;
         let (_, first) = self.reading.state(&mut self.model, &woken, &woken_nodes);
         let (_, read) = self.reading.state(&mut self.model, &moved.flops, &moved.nodes);
         let next_bits = self.model.maker.shape.clone().bits(net, self.model.aig(), next);
@@ -504,7 +503,7 @@ impl<'a> Both<'a> {
             if other.is_some_and(|lit| lit.as_constant().is_none()) {
                 continue;
             }
-            let reset = self.reset.clone();
+            let reset = self.reset.state.clone();
             if self.matters(key, &reset) != Lit::FALSE && first[&key] != self.reset_bits[&key] {
                 return Err(Failed::Open(format!("{what} has a different value after power-up")));
             }
@@ -524,18 +523,38 @@ impl<'a> Both<'a> {
         Ok(())
     }
 
+    /// The circuit after power-up with the inputs of row 0: its pins show row 0.
+    fn power_up(&mut self, woken: &[Lit]) -> Result<Vec<Lit>, Failed> {
+        let (net, logic) = (self.net, self.logic);
+        let mut pins = vec![Lit::FALSE; self.pins.len()];
+        for (pin, input, bit) in &self.binding.inputs {
+            let ty = net.inputs[*input].ty;
+            let code = ty.saturate(0).abs_diff(ty.bounds().0);
+            pins[pin.index()] = Lit::constant(code >> bit & 1 == 1);
+        }
+        let nodes = import(self.model.aig(), logic, woken, &pins);
+        for one in &self.binding.compared {
+            let Shown::Pin { pin, mealy: false } = one.shown else { continue };
+            let output = &logic.outputs[pin];
+            let Some(wanted) = shown(&self.reset, one.what, one.bit) else { continue };
+            let first = match output.registered {
+                Some(first) => Lit::constant(first),
+                None => nodes[output.value.index()],
+            };
+            if first != wanted {
+                let why =
+                    format!("output pin `{}` has a different value after power-up", output.name);
+                return Err(Failed::Open(why));
+            }
+        }
+        Ok(nodes)
+    }
+
     fn claims_of_pins(&self, reaction: &Reaction, moved: &Moved, claims: &mut Vec<Claim>) {
         for one in &self.binding.compared {
             let Shown::Pin { pin, mealy } = one.shown else { continue };
             let output = &self.logic.outputs[pin];
-            let wanted = match one.what {
-                What::Output(id) => {
-                    let code = &reaction.outputs[id.index()];
-                    code.get(one.bit as usize).copied().unwrap_or(Lit::FALSE)
-                }
-                What::Fault => reaction.fault,
-                What::Step(_) | What::Var(..) => continue,
-            };
+            let Some(wanted) = shown(reaction, one.what, one.bit) else { continue };
             let is_before = mealy || output.registered.is_some();
             let from = if is_before { &self.nodes } else { &moved.nodes };
             let given = from[output.value.index()];
@@ -681,6 +700,18 @@ impl<'a> Both<'a> {
         }
         pattern.insert(self.model.inputs.tick, random.bits() | random.bits());
         pattern
+    }
+}
+
+/// A bit that a pin shows after a reaction; `None` for what only flip-flops show.
+fn shown(reaction: &Reaction, what: What, bit: u32) -> Option<Lit> {
+    match what {
+        What::Output(id) => {
+            let code = &reaction.outputs[id.index()];
+            Some(code.get(bit as usize).copied().unwrap_or(Lit::FALSE))
+        }
+        What::Fault => Some(reaction.fault),
+        What::Step(_) | What::Var(..) => None,
     }
 }
 
