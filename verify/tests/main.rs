@@ -5,6 +5,7 @@ mod oracle;
 mod pages;
 mod reach;
 mod scale;
+mod statecharts;
 
 #[path = "../../tests/src/random_net/mod.rs"]
 #[allow(

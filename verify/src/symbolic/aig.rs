@@ -26,12 +26,17 @@ impl Lit {
         if value { Lit::TRUE } else { Lit::FALSE }
     }
 
-    fn node(self) -> usize {
+    pub(super) fn node(self) -> usize {
         (self.0 >> 1) as usize
     }
 
-    fn is_negated(self) -> bool {
+    pub(super) fn is_negated(self) -> bool {
         self.0 & 1 == 1
+    }
+
+    /// The positive literal of a node.
+    pub(super) fn of_node(node: usize) -> Lit {
+        Lit((node as u32) << 1)
     }
 
     pub(crate) fn as_constant(self) -> Option<bool> {
@@ -169,7 +174,7 @@ impl Aig {
     }
 
     /// The nodes below a literal, operands first, including variables.
-    fn cone(&self, roots: &[Lit], limit: usize) -> Option<Vec<usize>> {
+    pub(super) fn cone(&self, roots: &[Lit], limit: usize) -> Option<Vec<usize>> {
         let mut order = Vec::new();
         let mut mark: IndexMap<usize, bool> = IndexMap::new();
         let mut todo: Vec<usize> = roots.iter().map(|root| root.node()).collect();
@@ -232,19 +237,26 @@ impl Aig {
 
     /// The values of the functions for 64 assignments of the variables at once: one word per root.
     pub(crate) fn words(&self, roots: &[Lit], value: impl Fn(Lit) -> u64) -> Vec<u64> {
+        let words = self.all_words(value);
+        roots.iter().map(|root| word_of(&words, *root)).collect()
+    }
+
+    /// The values of all nodes for 64 assignments of the variables at once.
+    pub(super) fn all_words(&self, value: impl Fn(Lit) -> u64) -> Vec<u64> {
         let mut words = vec![0; self.nodes.len()];
-        let read = |words: &[u64], lit: Lit| {
-            let word = words[lit.node()];
-            if lit.is_negated() { !word } else { word }
-        };
-        for (at, node) in self.nodes.iter().enumerate() {
-            words[at] = match node {
+        for at in 0..self.nodes.len() {
+            words[at] = match self.nodes[at] {
                 Node::Constant => 0,
-                Node::Variable => value(Lit((at as u32) << 1)),
-                Node::And(a, b) => read(&words, *a) & read(&words, *b),
+                Node::Variable => value(Lit::of_node(at)),
+                Node::And(a, b) => word_of(&words, a) & word_of(&words, b),
             };
         }
-        roots.iter().map(|root| read(&words, *root)).collect()
+        words
+    }
+
+    /// The operands of an and-node; `None` for a variable and the constant.
+    pub(super) fn operands(&self, node: usize) -> Option<(Lit, Lit)> {
+        if let Node::And(a, b) = self.nodes[node] { Some((a, b)) } else { None }
     }
 
     /// The functions with other functions substituted for variables.
@@ -485,6 +497,12 @@ impl Aig {
             None
         }
     }
+}
+
+/// The value of a literal, given those of all nodes below.
+pub(super) fn word_of(words: &[u64], lit: Lit) -> u64 {
+    let word = words[lit.node()];
+    if lit.is_negated() { !word } else { word }
 }
 
 /// The function of a literal whose node was built.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::CompareOp;
-use grafsynth_ir::net::{ActionId, Driver, Output, Qualifier};
+use grafsynth_ir::net::{ActionId, Driver, Emission, Output, OutputId, Qualifier};
 use grafsynth_ir::program::ActionPart;
 
 use super::aig::Lit;
@@ -16,9 +16,25 @@ impl Maker<'_> {
     pub(super) fn end(&mut self, state: &mut State) -> Result<(), Unsupported> {
         let net = self.net;
         let mut fell = Vec::new();
+        let mut runs = Vec::new();
         for (id, _) in net.actions.iter() {
-            let q = self.action_control(state, id);
-            fell.push(self.aig.and(state.q[id.index()], !q));
+            let stopped = self.action_has_ended(state, id);
+            let before =
+                (stopped != Lit::FALSE).then(|| (state.latches.clone(), state.times.clone()));
+            let mut q = self.action_control(state, id);
+            let was = state.q[id.index()];
+            let falls = self.aig.and_all([was, !q, !stopped]);
+            fell.push(falls);
+            runs.push(self.aig.and(q, !stopped));
+            if let Some((latches, times)) = before {
+                q = self.aig.ite(stopped, was, q);
+                for (key, value) in &mut state.latches {
+                    *value = self.aig.ite(stopped, latches[key], *value);
+                }
+                for (key, value) in &mut state.times {
+                    *value = Number::select(&mut self.aig, stopped, &times[key], value);
+                }
+            }
             state.q[id.index()] = q;
         }
         if net.settings.final_scan {
@@ -27,15 +43,16 @@ impl Maker<'_> {
             }
         }
         for (id, action) in net.actions.iter() {
-            let q = state.q[id.index()];
-            self.block(state, q, &action.body);
+            self.block(state, runs[id.index()], &action.body);
         }
         self.tasks(state);
+        let stopped = self.everything_has_ended(state);
         for (id, timer) in net.timers.iter() {
             let holds = self.flag(state, &timer.condition);
-            state.held[id.index()] = holds;
+            state.held[id.index()] = self.aig.ite(stopped, state.held[id.index()], holds);
             if let Some(mut counter) = state.timers[id.index()].take() {
-                self.set(!holds, &mut counter, &Number::constant(0));
+                let clears = self.aig.and(!holds, !stopped);
+                self.set(clears, &mut counter, &Number::constant(0));
                 state.timers[id.index()] = Some(counter);
             }
         }
@@ -141,7 +158,7 @@ impl Maker<'_> {
     fn tasks(&mut self, state: &mut State) {
         let net = self.net;
         for (id, step) in net.steps.iter() {
-            let Some(index) = state.task[id.index()].clone() else { continue };
+            let Some(mut index) = state.task[id.index()].clone() else { continue };
             let n = step.tasks.len();
             let end_from = |start: usize| {
                 let mut rest = step.budget;
@@ -152,7 +169,8 @@ impl Maker<'_> {
                 }
                 at
             };
-            let active = state.active[id.index()];
+            let ended = self.part_has_ended(state, step.part);
+            let active = self.aig.and(state.active[id.index()], !ended);
             let locks: Vec<Lit> = (step.locks.iter())
                 .map(|lock| match state.vars[lock.index()].first() {
                     Some(Value::Flag(held)) => *held,
@@ -172,13 +190,13 @@ impl Maker<'_> {
                     (0..=at).filter(|start| at < end_from(*start)).map(|start| starts[start]);
                 let ways: Vec<Lit> = ways.collect();
                 let runs = self.aig.or_all(ways);
+                // The task sees the index after itself: `s.done` is true in the last one.
+                let mut after = index.clone();
+                self.set(runs, &mut after, &Number::constant(at as i64 + 1));
+                state.task[id.index()] = Some(after.clone());
                 self.block(state, runs, &task.body);
+                index = after;
             }
-            let mut after = index;
-            for (start, here) in starts.iter().enumerate() {
-                self.set(*here, &mut after, &Number::constant(end_from(start) as i64));
-            }
-            state.task[id.index()] = Some(after);
         }
     }
 
@@ -189,7 +207,7 @@ impl Maker<'_> {
         let emergency = self.emergency(state);
         for (id, output) in net.outputs.iter() {
             let code = match &output.driver {
-                Driver::Continuous(emissions) => vec![self.emitted(state, emissions)],
+                Driver::Continuous(emissions) => vec![self.continuous(state, id, emissions)],
                 Driver::Mealy(_) => vec![Lit::FALSE],
                 Driver::Stored(var) => match state.vars[var.index()].first().cloned() {
                     Some(Value::Flag(lit)) => vec![lit],
@@ -208,7 +226,9 @@ impl Maker<'_> {
                             .condition
                             .as_ref()
                             .map_or(Lit::TRUE, |condition| self.flag(state, condition));
-                        asks.push(self.aig.and(state.active[call.step.index()], condition));
+                        let had_ended = self.part_had_ended(net.steps[call.step].part);
+                        let active = state.active[call.step.index()];
+                        asks.push(self.aig.and_all([active, condition, !had_ended]));
                     }
                     let asks = self.aig.or_all(asks);
                     ways.push(self.aig.and(asks, !emergency));
@@ -220,6 +240,22 @@ impl Maker<'_> {
             all.push(self.forced(output, code, emergency));
         }
         all
+    }
+
+    /// The value of a continuous output: charts that have ended contribute what they showed when they ended [C20].
+    fn continuous(&mut self, state: &State, output: OutputId, emissions: &[Emission]) -> Lit {
+        let mut ways = Vec::new();
+        for emission in emissions {
+            let ended = self.part_has_ended(state, self.net.steps[emission.step].part);
+            let value = self.emitted(state, std::slice::from_ref(emission));
+            ways.push(self.aig.and(value, !ended));
+        }
+        for ((own, chart), kept) in &state.kept {
+            if *own == output {
+                ways.push(self.aig.and(*kept, state.ended[chart]));
+            }
+        }
+        self.aig.or_all(ways)
     }
 
     /// Whether the emergency condition is true in a state, with the current inputs.

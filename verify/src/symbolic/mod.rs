@@ -16,6 +16,7 @@
 mod aig;
 pub mod c;
 mod codes;
+mod composed;
 mod dominance;
 mod ending;
 mod forced;
@@ -28,6 +29,8 @@ mod reach;
 mod reaction;
 mod select;
 mod state;
+mod statechart;
+mod sweep;
 
 use std::collections::BTreeMap;
 
@@ -100,6 +103,8 @@ struct Model<'n> {
     decodes: BTreeMap<Lit, Vec<StepId>>,
     /// The names of the flip-flops of codes.
     code_bits: BTreeMap<Lit, String>,
+    /// For a statechart: the proved invariants of its states.
+    structure: Option<Vec<Lit>>,
 }
 
 impl<'n> Model<'n> {
@@ -216,6 +221,7 @@ impl<'n> Model<'n> {
             events,
             decodes: BTreeMap::new(),
             code_bits: BTreeMap::new(),
+            structure: None,
         })
     }
 
@@ -257,6 +263,9 @@ impl<'n> Model<'n> {
                 let parent = self.state_bits[&(Origin::Step(parent), 0, 0)];
                 clauses.push(vec![!own, parent]);
             }
+        }
+        if let Some(structure) = &self.structure {
+            holds.extend(structure);
         }
         let mut ages: Vec<StepId> = Vec::new();
         for lit in support {
@@ -393,14 +402,17 @@ fn prove(
     binding: &Binding,
     limits: &Limits,
 ) -> Result<Certificate, String> {
-    if binding.busy.is_some() {
-        return Err("a circuit that takes several clocks for a reaction is not covered by the symbolic proof".to_owned());
-    }
     let has_arguments = net.outputs.values().any(
         |output| matches!(&output.driver, Driver::Extern { params, .. } if !params.is_empty()),
     );
     if has_arguments {
         return Err("calls with arguments are not covered by the symbolic proof".to_owned());
+    }
+    if net.settings.policy.is_statechart() {
+        return composed::prove(net, logic, binding, limits);
+    }
+    if binding.busy.is_some() {
+        return Err("a circuit that takes several clocks for a reaction is not covered by the symbolic proof".to_owned());
     }
     // The circuit's claims about its own states need a proof too, so they are omitted if the steps alone are sufficient.
     let is_coded = !logic.decoded.is_empty();
@@ -618,6 +630,9 @@ pub(crate) fn never(
     let never = over_state(net, property)?;
     let mut model = Model::of(net, known_depth(facts), limits).ok()?;
     reach::any_time(&mut model);
+    if net.settings.policy.is_statechart() {
+        return model.never_by_structure(facts, limits, &never);
+    }
     let (state, inputs) = (model.state.clone(), model.inputs.clone());
     let now = model.maker.forbidden(&state, &inputs, &never);
     if model.difference(facts, limits, now, Lit::FALSE)?.is_none() {
@@ -644,6 +659,22 @@ pub(crate) fn never(
     let then = model.maker.forbidden(&next.state, &inputs, &never);
     let broken = model.aig().and(then, !held);
     model.difference(facts, limits, broken, Lit::FALSE)?.is_none().then_some(ProvedBy::Induction)
+}
+
+impl Model<'_> {
+    /// Proves that a statechart never violates a property, by the invariants of its states alone.
+    fn never_by_structure(
+        &mut self,
+        facts: &Facts,
+        limits: &Limits,
+        never: &Expr,
+    ) -> Option<ProvedBy> {
+        self.prove_structure(limits).ok()?;
+        let (state, inputs) = (self.state.clone(), self.inputs.clone());
+        self.structure = Some(self.maker.structure(&state));
+        let now = self.maker.forbidden(&state, &inputs, never);
+        self.difference(facts, limits, now, Lit::FALSE)?.is_none().then_some(ProvedBy::Structural)
+    }
 }
 
 /// A property as an expression over the state and the inputs, with outputs replaced by their drivers. `None` for properties that need more, and for those that

@@ -7,7 +7,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::net::{Evolution, Expr, InputKind, Net, PropertyExpr, StepId, TransitionId};
+use grafsynth_ir::net::{
+    Evolution, Expr, InputKind, Leaf, Net, PropertyExpr, StepId, TransitionId,
+};
 use grafsynth_ir::program::Origin;
 use grafsynth_logic::bdd::{Bdd, Full, LimitExceeded, Ref};
 
@@ -104,7 +106,15 @@ pub(crate) fn reach(
     never: &[&PropertyExpr],
     pairs: &[(TransitionId, TransitionId)],
 ) -> Result<Reached, String> {
-    let never: Vec<Option<Expr>> = never.iter().map(|one| over_state(net, one)).collect();
+    let is_statechart = net.settings.policy.is_statechart();
+    // The events of a row are over when the last check of a statechart is made.
+    let reads_event = |expr: &Expr| {
+        expr.leaves().filter_map(Leaf::input).any(|input| net.inputs[input].kind.is_event())
+    };
+    let never: Vec<Option<Expr>> = never
+        .iter()
+        .map(|one| over_state(net, one).filter(|expr| !is_statechart || !reads_event(expr)))
+        .collect();
     let asked = Asked { never: &never, pairs };
     let limit = match net.settings.evolution {
         Evolution::Single => 1,
@@ -163,33 +173,29 @@ fn attempt(
         return Err(too_many_bits(n_bits, limits));
     }
     let time = any_time(&mut model);
-    let initial = initial(&mut model)?;
-    let (state, inputs) = (model.state.clone(), model.inputs.clone());
-    let reaction = model.maker.reaction(&state, &inputs)?;
-    let shape = model.maker.shape.clone();
-    let next = shape.bits(net, model.aig(), &reaction.state);
-    let legal = legal_inputs(&mut model);
-    let overrun = match model.maker.more.get(depth as usize) {
-        Some(more) if depth < limit => *more,
-        Some(_) | None => Lit::FALSE,
-    };
-
+    let Transition { initial, next, legal, overrun, more, fired, broken, is_row } =
+        match net.settings.policy.is_statechart() {
+            true => checks(&mut model, questions, limits)?,
+            false => reactions(&mut model, questions, depth, limit)?,
+        };
+    let n_bits = model.state_bits.len() + model.input_bits.len();
+    if n_bits > limits.image_bits {
+        return Err(too_many_bits(n_bits, limits));
+    }
     let too_large = || {
         let text = format!("the reaction has more than {graph_nodes} nodes");
         Failed::Open(text)
     };
     // The functions that give the length of a reaction, and those that tell what fires in it.
-    let mut asked = vec![overrun];
-    asked.extend(&model.maker.more);
+    let mut asked = vec![is_row, overrun];
+    asked.extend(&more);
     let n_more = asked.len();
-    asked.extend(model.maker.fired.iter().flatten());
+    asked.extend(fired.iter().flatten());
     let n_fired = asked.len();
-    for never in questions.never.iter().flatten() {
-        asked.push(model.maker.forbidden(&reaction.state, &inputs, never));
-    }
+    asked.extend(broken);
     for (first, second) in questions.pairs {
         let mut together = Vec::new();
-        for fired in model.maker.fired.clone() {
+        for fired in &fired {
             together.push(model.aig().and(fired[first.index()], fired[second.index()]));
         }
         asked.push(model.aig().or_all(together));
@@ -264,21 +270,24 @@ fn attempt(
         net.steps.ids().map(|step| level[&model.state_bits[&(Origin::Step(step), 0, 0)]]).collect();
     let others = state_levels.iter().copied().filter(|level| !level_of.contains(level));
     let others = machine.bdd.cube(others)?;
-    let situations = machine.bdd.exists(all, others)?;
+    // What is between two checks of a reaction is no situation.
+    let is_row = machine.kept[1];
+    let rows = machine.bdd.and(all, is_row)?;
+    let situations = machine.bdd.exists(rows, others)?;
     let mut happens = Vec::new();
-    for at in 2..machine.kept.len() {
+    for at in 3..machine.kept.len() {
         let [possible, function] = [machine.kept[0], machine.kept[at]];
         let case = machine.bdd.and(possible, function)?;
         happens.push(machine.meet(all, case)?);
     }
-    let broken = happens.split_off(n_fired - 1);
-    let (more, fired) = happens.split_at(n_more - 1);
+    let broken = happens.split_off(n_fired - 2);
+    let (more, fired) = happens.split_at(n_more - 2);
     let mut broken = broken.into_iter();
     let breaks =
         questions.never.iter().map(|one| one.as_ref().and_then(|_| broken.next())).collect();
     let pairs = broken.collect();
     state_levels.sort_unstable();
-    let states = machine.bdd.sat_count(all, &state_levels);
+    let states = machine.bdd.sat_count(rows, &state_levels);
     let states = u64::try_from(states).unwrap_or(u64::MAX);
     let n_transitions = net.transitions.len();
     let fires = (0..n_transitions)
@@ -287,6 +296,76 @@ fn attempt(
     let depth = more.iter().position(|more| !more).map(|depth| depth as u32);
     let exact = model.n_passed_over == 0;
     Ok(Reached { machine, situations, level_of, exact, fires, breaks, pairs, states, depth })
+}
+
+/// The functions of one step of the machine whose states are computed: a whole reaction, or one check of a statechart.
+struct Transition {
+    /// The first state.
+    initial: BTreeMap<Key, bool>,
+    next: BTreeMap<Key, Lit>,
+    /// The conditions on the inputs.
+    legal: Vec<Lit>,
+    /// True if the reaction is longer than unrolled.
+    overrun: Lit,
+    more: Vec<Lit>,
+    fired: Vec<Vec<Lit>>,
+    /// For each queried property that can be expressed, whether the step violates it.
+    broken: Vec<Lit>,
+    /// True if the state is that of a row.
+    is_row: Lit,
+}
+
+/// One reaction of at most `depth` micro-steps in each step.
+fn reactions(
+    model: &mut Model<'_>,
+    questions: &Asked<'_>,
+    depth: u32,
+    limit: u32,
+) -> Result<Transition, Failed> {
+    let net = model.maker.net;
+    let initial = initial(model)?;
+    let (state, inputs) = (model.state.clone(), model.inputs.clone());
+    let reaction = model.maker.reaction(&state, &inputs)?;
+    let shape = model.maker.shape.clone();
+    let next = shape.bits(net, model.aig(), &reaction.state);
+    let legal = legal_inputs(model);
+    let overrun = match model.maker.more.get(depth as usize) {
+        Some(more) if depth < limit => *more,
+        Some(_) | None => Lit::FALSE,
+    };
+    let mut broken = Vec::new();
+    for never in questions.never.iter().flatten() {
+        broken.push(model.maker.forbidden(&reaction.state, &inputs, never));
+    }
+    let (more, fired) = (model.maker.more.clone(), model.maker.fired.clone());
+    let is_row = Lit::TRUE;
+    Ok(Transition { initial, next, legal, overrun, more, fired, broken, is_row })
+}
+
+/// One check of a statechart in each step.
+fn checks(
+    model: &mut Model<'_>,
+    questions: &Asked<'_>,
+    limits: &Limits,
+) -> Result<Transition, Failed> {
+    model.prove_structure(limits)?;
+    let mut initial = initial(model)?;
+    let never: Vec<&Expr> = questions.never.iter().flatten().collect();
+    let step = model.step(&never)?;
+    initial.extend(step.helpers.iter().map(|key| (*key, false)));
+    // The inputs of a row matter in its first check only.
+    let legal =
+        legal_inputs(model).into_iter().map(|holds| model.aig().or(holds, !step.is_row)).collect();
+    Ok(Transition {
+        initial,
+        next: step.next,
+        legal,
+        overrun: Lit::FALSE,
+        more: Vec::new(),
+        fired: vec![step.fired],
+        broken: step.broken,
+        is_row: step.is_row,
+    })
 }
 
 /// Removes the state bits that no step depends on, directly or through other bits: values that are only counted, stored or output. `asked` contains the
@@ -317,14 +396,14 @@ fn too_many_bits(n_bits: usize, limits: &Limits) -> Failed {
     ))
 }
 
-/// The smallest set that contains `start` and all successors of its members. `kept` contains the possible inputs and then the condition that a
-/// reaction is longer than unrolled.
+/// The smallest set that contains `start` and all successors of its members. `kept` contains the possible inputs, the condition that the
+/// state is between reactions, and the condition that a reaction is longer than unrolled.
 fn fixpoint(machine: &mut Machine, start: Ref) -> Result<Ref, Failed> {
     let mut all = start;
     let mut frontier = start;
     loop {
         [all, frontier] = machine.tidy([all, frontier]);
-        let [possible, overrun] = [machine.kept[0], machine.kept[1]];
+        let [possible, overrun] = [machine.kept[0], machine.kept[2]];
         let too_long = machine.bdd.and(possible, overrun)?;
         if machine.meet(frontier, too_long)? {
             return Err(Failed::Deeper);
@@ -353,7 +432,9 @@ pub(super) fn any_time(model: &mut Model<'_>) -> Vec<Lit> {
 pub(super) fn longest_time(net: &Net, shape: &Shape) -> i64 {
     let caps = [&shape.elapsed, &shape.last_elapsed, &shape.timers];
     let durations = shape.times.iter().map(|(id, _)| i64::from(net.actions[*id].duration));
-    caps.into_iter().flatten().filter_map(|cap| *cap).chain(durations).max().unwrap_or(0)
+    let delays = shape.chart.slots.iter().filter_map(|delay| *delay);
+    let caps = caps.into_iter().flatten().filter_map(|cap| *cap);
+    caps.chain(durations).chain(delays).max().unwrap_or(0)
 }
 
 /// The state after reset.

@@ -15,6 +15,7 @@ use super::aig::{Aig, Lit};
 use super::forced::{ForcedChart, forced_charts};
 use super::number::Number;
 use super::state::{Shape, State, Value, held_of, is_move};
+use super::statechart::run::Statechart;
 use crate::exclusive::entered;
 
 /// The inputs of a reaction.
@@ -35,6 +36,12 @@ pub(crate) struct Reaction {
     pub(crate) outputs: Vec<Vec<Lit>>,
     pub(crate) fault: Lit,
 }
+
+/// The maximum number of micro-steps that are unrolled.
+const MAX_DEPTH: u32 = 64;
+
+/// The reason of the proofs that do not cover statecharts.
+pub(super) const STATECHART: &str = "statecharts are not covered by this symbolic proof";
 
 /// The reason why a net is not supported.
 pub(crate) type Unsupported = String;
@@ -76,8 +83,10 @@ pub(crate) struct Maker<'n> {
     pub(super) frozen: Option<Box<State>>,
     /// The transitions that fire in the last reaction, micro-step by micro-step.
     pub(super) fired: Vec<Vec<Lit>>,
-    /// For each number of micro-steps (the index): true if the last reaction has one more, or would have it with a larger depth.
+    /// For each number of micro-steps (the index): true if the last reaction has one more, or would have it with a larger depth. Not for statecharts.
     pub(super) more: Vec<Lit>,
+    /// For statecharts only.
+    pub(super) statechart: Option<Statechart>,
 }
 
 impl<'n> Maker<'n> {
@@ -86,7 +95,7 @@ impl<'n> Maker<'n> {
         depth: Option<u32>,
         node_limit: usize,
     ) -> Result<Self, Unsupported> {
-        refuse(net)?;
+        let statechart = Statechart::of(net)?;
         let (limit, is_stable) = match net.settings.evolution {
             Evolution::Single => (1, false),
             Evolution::Stable { limit } => (limit, true),
@@ -96,7 +105,10 @@ impl<'n> Maker<'n> {
             aig: Aig::new(),
             shape: Shape::of(net),
             node_limit,
-            depth: depth.filter(|_| is_stable).unwrap_or(limit).min(limit),
+            depth: match &statechart {
+                Some(_) => depth.unwrap_or(MAX_DEPTH).min(MAX_DEPTH),
+                None => depth.filter(|_| is_stable).unwrap_or(limit).min(limit),
+            },
             may_fault: is_stable && depth.is_none_or(|depth| depth >= limit),
             rank: Vec::new(),
             step_order: Vec::new(),
@@ -118,8 +130,12 @@ impl<'n> Maker<'n> {
             calls: BTreeMap::new(),
             called: BTreeMap::new(),
             frozen: None,
+            statechart,
         };
-        if maker.depth > 64 {
+        if let Some(statechart) = &maker.statechart {
+            maker.shape.chart = statechart.shape(net);
+        }
+        if maker.depth > MAX_DEPTH {
             return Err(format!("a reaction of up to {} micro-steps is not unrolled", maker.depth));
         }
         maker.orders();
@@ -346,6 +362,9 @@ impl<'n> Maker<'n> {
                         state.vars[var.index()][element] = self.choose(here, &value, &old);
                     }
                 }
+                StmtKind::Raise(event) if self.statechart.is_some() => {
+                    self.raise_internal(*event, condition);
+                }
                 StmtKind::Raise(event) => {
                     state.raised[event.index()] =
                         self.aig.or(state.raised[event.index()], condition);
@@ -362,8 +381,10 @@ impl<'n> Maker<'n> {
                     self.block(state, no, otherwise);
                     continue;
                 }
-                // Sends exist only in statecharts; target-language text is ignored.
-                StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::Code(_) => {}
+                StmtKind::Send(slot) => self.send(state, *slot, condition),
+                StmtKind::Cancel(slot) => self.cancel(state, *slot, condition),
+                // Target-language text is ignored.
+                StmtKind::Code(_) => {}
             }
             self.frozen = frozen;
         }
@@ -384,6 +405,11 @@ impl<'n> Maker<'n> {
         self.fired.clear();
         self.more.clear();
         self.latch(&mut state);
+        if self.statechart.is_some() {
+            self.begin_evolution(&mut state, false);
+            self.evolve_statechart(&mut state)?;
+            return self.end_of_statechart(state);
+        }
         let mealy = self.mealy(&state);
         // L3
         for (event, input) in net.inputs.iter().filter(|(_, input)| input.kind.is_event()) {
@@ -428,6 +454,11 @@ impl<'n> Maker<'n> {
         self.events.fill(Lit::FALSE);
         self.rise.fill(Lit::FALSE);
         self.fall.fill(Lit::FALSE);
+        if self.statechart.is_some() {
+            self.fired.clear();
+            self.reset_statechart(&mut state)?;
+            return self.end_of_statechart(state);
+        }
         let initial = self.initial_situation();
         let is_in = |step: StepId| initial.binary_search(&step).is_ok();
         for ((a, b), older) in &mut state.older {
@@ -453,13 +484,14 @@ impl<'n> Maker<'n> {
     }
 
     /// Step L2 without mealy outputs.
-    fn latch(&mut self, state: &mut State) {
+    pub(super) fn latch(&mut self, state: &mut State) {
         let net = self.net;
         let tick = self.inputs.tick;
         let dt = self.inputs.dt.clone().unwrap_or_else(|| Number::constant(1));
-        for step in net.steps.ids() {
+        for (step, data) in net.steps.iter() {
             let at = step.index();
-            let runs = self.aig.and(state.active[at], tick);
+            let ended = self.part_has_ended(state, data.part);
+            let runs = self.aig.and_all([state.active[at], tick, !ended]);
             for (counter, cap) in [
                 (state.elapsed[at].as_mut(), self.shape.elapsed[at]),
                 (state.last_elapsed[at].as_mut(), self.shape.last_elapsed[at]),
@@ -469,16 +501,18 @@ impl<'n> Maker<'n> {
                 }
             }
         }
+        let all_ended = self.everything_has_ended(state);
         for timer in net.timers.ids() {
             let at = timer.index();
             if let (Some(counter), Some(cap)) = (&state.timers[at], self.shape.timers[at]) {
-                let runs = self.aig.and(state.held[at], tick);
+                let runs = self.aig.and_all([state.held[at], tick, !all_ended]);
                 state.timers[at] = Some(advance(&mut self.aig, counter, runs, &dt, cap));
             }
         }
         for (id, part) in self.shape.times.clone() {
             let held = state.latches[&(id, held_of(part))];
-            let runs = self.aig.and(held, tick);
+            let stopped = self.action_has_ended(state, id);
+            let runs = self.aig.and_all([held, tick, !stopped]);
             let counter = advance(
                 &mut self.aig,
                 &state.times[&(id, part)],
@@ -754,14 +788,6 @@ fn advance(aig: &mut Aig, counter: &Number, runs: Lit, dt: &Number, cap: i64) ->
     let more = Number::arith(aig, grafsynth_ir::expr::ArithOp::Add, counter, dt);
     let capped = more.saturate(aig, 0, cap);
     Number::select(aig, runs, &capped, counter)
-}
-
-/// Returns an error if the net contains a construct that is not covered here.
-fn refuse(net: &Net) -> Result<(), Unsupported> {
-    if net.settings.policy.is_statechart() {
-        return Err("statecharts are not covered by the symbolic proof yet".to_owned());
-    }
-    Ok(())
 }
 
 /// Returns an error if the net leaves cells open: then properties of the results of a reaction cannot be derived.

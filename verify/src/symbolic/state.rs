@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::{Expr, ExprKind, Type};
 use grafsynth_ir::net::{
-    ActionId, ControlledAction, Leaf, Net, Qualifier, StepId, StmtKind, TransitionKind,
+    ActionId, ControlledAction, HistoryId, Leaf, Net, OutputId, PartId, Qualifier, StepId,
+    StmtKind, TransitionKind,
 };
 use grafsynth_ir::program::{ActionPart, Origin};
 
@@ -55,6 +56,32 @@ pub(crate) struct Shape {
     pub(crate) times: Vec<(ActionId, ActionPart)>,
     /// For each event, true if some list raises it.
     pub(crate) raised: Vec<bool>,
+    /// The pieces that only statecharts have.
+    pub(crate) chart: ChartShape,
+}
+
+/// The pieces of state that only statecharts have.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct ChartShape {
+    /// The delay of each send slot; `None` for a slot that sends at once.
+    pub(crate) slots: Vec<Option<i64>>,
+    /// The steps that each history may record.
+    pub(crate) recorded: Vec<(HistoryId, StepId)>,
+    /// The charts that can end.
+    pub(crate) ended: Vec<PartId>,
+    /// The outputs of charts that can end.
+    pub(crate) kept: Vec<(OutputId, PartId)>,
+    /// The largest event number, and the bound of each queue that may contain events between reactions.
+    pub(crate) n_events: i64,
+    pub(crate) internal: Option<u32>,
+    pub(crate) external: Option<u32>,
+}
+
+/// A queue: an array of event numbers whose first element is taken next, and its length. Elements at and after the length have no meaning.
+#[derive(Debug, Clone)]
+pub(crate) struct Queue {
+    pub(crate) items: Vec<Number>,
+    pub(crate) length: Number,
 }
 
 /// The state itself.
@@ -73,6 +100,13 @@ pub(crate) struct State {
     pub(crate) latches: BTreeMap<(ActionId, ActionPart), Lit>,
     pub(crate) times: BTreeMap<(ActionId, ActionPart), Number>,
     pub(crate) raised: Vec<Lit>,
+    /// Ticks until each delayed send is due; 0 while the slot is not running.
+    pub(crate) slots: Vec<Option<Number>>,
+    pub(crate) recorded: BTreeMap<(HistoryId, StepId), Lit>,
+    pub(crate) ended: BTreeMap<PartId, Lit>,
+    pub(crate) kept: BTreeMap<(OutputId, PartId), Lit>,
+    pub(crate) internal: Option<Queue>,
+    pub(crate) external: Option<Queue>,
 }
 
 impl Shape {
@@ -224,6 +258,45 @@ impl Shape {
                 }
             })
             .collect();
+        let chart = &self.chart;
+        let slots = net
+            .sends
+            .ids()
+            .map(|id| {
+                let delay = chart.slots.get(id.index()).copied().flatten();
+                delay.map(|delay| make(Origin::SendTimer(id), 0, ticks(delay)).number())
+            })
+            .collect();
+        let recorded = chart
+            .recorded
+            .iter()
+            .map(|(history, step)| {
+                let origin = Origin::Recorded(*history, *step);
+                ((*history, *step), make(origin, 0, Type::Bool).flag())
+            })
+            .collect();
+        let ended = chart
+            .ended
+            .iter()
+            .map(|part| (*part, make(Origin::Ended(*part), 0, Type::Bool).flag()))
+            .collect();
+        let kept = chart
+            .kept
+            .iter()
+            .map(|(output, part)| {
+                let origin = Origin::HeldOutput(*output, *part);
+                ((*output, *part), make(origin, 0, Type::Bool).flag())
+            })
+            .collect();
+        let mut queue = |bound: Option<u32>, items: Origin, length: Origin| {
+            let bound = bound?;
+            let ty = Type::Int { lo: 0, hi: chart.n_events };
+            let items = (0..bound).map(|at| make(items, at, ty).number()).collect();
+            let length = make(length, 0, ticks(i64::from(bound))).number();
+            Some(Queue { items, length })
+        };
+        let internal = queue(chart.internal, Origin::InternalQueue, Origin::InternalLength);
+        let external = queue(chart.external, Origin::ExternalQueue, Origin::ExternalLength);
         State {
             active,
             elapsed,
@@ -238,6 +311,12 @@ impl Shape {
             latches,
             times,
             raised,
+            slots,
+            recorded,
+            ended,
+            kept,
+            internal,
+            external,
         }
     }
 
@@ -268,6 +347,50 @@ impl Shape {
             }
         });
         (state, bits, valid)
+    }
+
+    /// A state whose bits are given by a function of their names. The bits of each step come before those of its children.
+    pub(crate) fn read(
+        &self,
+        net: &Net,
+        aig: &mut Aig,
+        bit: &mut impl FnMut(Key, &mut Aig) -> Lit,
+    ) -> State {
+        self.build(net, &mut |origin, element, ty| {
+            let code: Vec<Lit> = (0..ty.bits()).map(|at| bit((origin, element, at), aig)).collect();
+            match ty {
+                Type::Bool => Value::Flag(code.first().copied().unwrap_or(Lit::FALSE)),
+                Type::Int { lo, .. } => Value::Number(Number::from_code(aig, &code, lo)),
+            }
+        })
+    }
+
+    /// The conditions that the numbers of a state are within their ranges. The elements of queues are not included, because they have a meaning only below the
+    /// length.
+    pub(crate) fn valid(&self, net: &Net, aig: &mut Aig, state: &State) -> Vec<Lit> {
+        let mut ranges: BTreeMap<Key, (Vec<Lit>, i64, i64)> = BTreeMap::new();
+        let bits = self.bits(net, aig, state);
+        self.build(net, &mut |origin, element, ty| {
+            if let Type::Int { lo, hi } = ty
+                && !matches!(origin, Origin::InternalQueue | Origin::ExternalQueue)
+            {
+                let code = (0..ty.bits()).map(|bit| bits[&(origin, element, bit)]).collect();
+                ranges.insert((origin, element, 0), (code, lo, hi));
+            }
+            match ty {
+                Type::Bool => Value::Flag(Lit::FALSE),
+                Type::Int { .. } => Value::Number(Number::constant(0)),
+            }
+        });
+        ranges
+            .into_values()
+            .map(|(code, lo, hi)| {
+                let number = Number::from_code(aig, &code, lo);
+                let largest = Number::constant(hi);
+                Number::compare(aig, grafsynth_ir::expr::CompareOp::Le, &number, &largest)
+            })
+            .filter(|holds| *holds != Lit::TRUE)
+            .collect()
     }
 
     /// The state before reset (semantics §3.9, R1).
@@ -308,6 +431,15 @@ impl Shape {
         values.extend(self.times.iter().map(|key| Value::Number(state.times[key].clone())));
         let raised = state.raised.iter().zip(&self.raised).filter(|(_, is_raised)| **is_raised);
         values.extend(raised.map(|(lit, _)| Value::Flag(*lit)));
+        values.extend(state.slots.iter().flatten().map(|number| Value::Number(number.clone())));
+        let chart = &self.chart;
+        values.extend(chart.recorded.iter().map(|key| Value::Flag(state.recorded[key])));
+        values.extend(chart.ended.iter().map(|key| Value::Flag(state.ended[key])));
+        values.extend(chart.kept.iter().map(|key| Value::Flag(state.kept[key])));
+        for queue in [&state.internal, &state.external].into_iter().flatten() {
+            let numbers = queue.items.iter().chain([&queue.length]);
+            values.extend(numbers.map(|number| Value::Number(number.clone())));
+        }
         let mut values = values.into_iter();
         let mut bits = BTreeMap::new();
         // The pieces come in the order of `build`, which gives their names and types.

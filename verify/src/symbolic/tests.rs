@@ -95,3 +95,143 @@ fn the_functions_do_what_the_circuit_does() {
     }
     assert!(wrong.is_empty(), "{}\n{wrong:#?}", wrong.len());
 }
+
+/// The first cell in which the functions of a statechart, executed from reset, differ from the reference simulator; and the number of rows compared.
+fn trace_difference(net: &Valid<Net>, n_rows: usize, seed: u64) -> Result<usize, String> {
+    let limits = Limits { circuit_nodes: 200_000, ..Limits::default() };
+    let Ok(mut model) = Model::of(net, Some(12), &limits) else { return Ok(0) };
+    model.prove_structure(&limits)?;
+    let Ok(reset) = model.maker.reset() else { return Ok(0) };
+    let shape = model.maker.shape.clone();
+    let mut values: BTreeMap<Lit, bool> = BTreeMap::new();
+    for (key, lit) in shape.bits(net, model.aig(), &reset.state) {
+        let value = lit.as_constant().ok_or("the reset is no constant")?;
+        values.insert(model.state_bits[&key], value);
+    }
+    let first: Vec<Vec<Lit>> = reset.outputs.clone();
+    let reset_fault = reset.fault;
+    super::reach::any_time(&mut model);
+    let (state, inputs) = (model.state.clone(), model.inputs.clone());
+    let Ok(next) = model.maker.reaction(&state, &inputs) else { return Ok(0) };
+    let overruns = model.maker.overruns();
+    let next_bits = shape.bits(net, model.aig(), &next.state);
+    let mut roots: Vec<Lit> = next_bits.values().copied().collect();
+    let n_state = roots.len();
+    roots.extend([next.fault, overruns]);
+    roots.extend(next.outputs.iter().flatten());
+    let dt: Vec<Lit> = inputs.dt.iter().flat_map(|dt| dt.bits().to_vec()).collect();
+    let longest = super::reach::longest_time(net, &shape);
+
+    let mut simulator = grafsynth_sim::Simulator::new(net);
+    let code_of = |values: &BTreeMap<Lit, bool>, model: &Model<'_>, origin, element, bits: u32| {
+        (0..bits).fold(0_u64, |code, bit| {
+            let lit = model.state_bits[&(origin, element, bit)];
+            code | u64::from(values[&lit]) << bit
+        })
+    };
+    let compare = |simulator: &grafsynth_sim::Simulator<'_>,
+                   values: &BTreeMap<Lit, bool>,
+                   model: &Model<'_>,
+                   outputs: &[Vec<bool>],
+                   fault: bool| {
+        let row = simulator.row();
+        for step in net.steps.ids() {
+            let wanted = row.steps.contains(&step);
+            if values[&model.state_bits[&(Origin::Step(step), 0, 0)]] != wanted {
+                return Err(format!("{} should be {wanted}", net.steps[step].name));
+            }
+        }
+        let mut place = 0;
+        for (id, var) in net.vars.iter() {
+            for element in 0..var.len.unwrap_or(1) {
+                let code = code_of(values, model, Origin::Var(id), element, var.ty.bits());
+                if code != row.vars[place].abs_diff(var.ty.bounds().0) {
+                    return Err(format!("{}[{element}] should be {}", var.name, row.vars[place]));
+                }
+                place += 1;
+            }
+        }
+        for (id, output) in net.outputs.iter() {
+            let code = outputs[id.index()]
+                .iter()
+                .enumerate()
+                .fold(0_u64, |code, (bit, value)| code | u64::from(*value) << bit);
+            let wanted = row.outputs[id.index()];
+            let wanted = if output.is_extern() {
+                u64::from(wanted > 0)
+            } else {
+                wanted.abs_diff(output.ty.bounds().0)
+            };
+            if code != wanted {
+                return Err(format!("{} should be {wanted}", output.name));
+            }
+        }
+        if row.fault != fault { Err(format!("fault should be {}", row.fault)) } else { Ok(()) }
+    };
+    let constants = |code: &[Lit]| -> Vec<bool> {
+        code.iter().map(|lit| lit.as_constant().unwrap_or(false)).collect()
+    };
+    let outputs: Vec<Vec<bool>> = first.iter().map(|code| constants(code)).collect();
+    compare(&simulator, &values, &model, &outputs, reset_fault == Lit::TRUE)
+        .map_err(|why| format!("reset: {why}"))?;
+    let mut n_compared = 1;
+    for (number, row) in Stimulus::random(net, n_rows, seed, 3).rows().enumerate() {
+        simulator.step(&row);
+        for (id, input) in net.inputs.iter() {
+            let code = input.ty.saturate(row.value(id)).abs_diff(input.ty.bounds().0);
+            for bit in 0..input.ty.bits() {
+                let lit = model.input_bits[&(id.index() as u32, bit)];
+                values.insert(lit, code >> bit & 1 == 1);
+            }
+        }
+        let ticks = i64::from(row.dt).min(longest);
+        for (bit, lit) in dt.iter().enumerate().filter(|(_, lit)| lit.as_constant().is_none()) {
+            values.insert(*lit, ticks >> bit & 1 == 1);
+        }
+        let got = model.maker.aig.eval(&roots, |lit| values.get(&lit).copied().unwrap_or(false));
+        if got[n_state + 1] {
+            break;
+        }
+        for (key, value) in next_bits.keys().zip(&got) {
+            values.insert(model.state_bits[key], *value);
+        }
+        let mut rest = got[n_state + 2..].iter().copied();
+        let outputs: Vec<Vec<bool>> =
+            next.outputs.iter().map(|code| rest.by_ref().take(code.len()).collect()).collect();
+        compare(&simulator, &values, &model, &outputs, got[n_state])
+            .map_err(|why| format!("row {}: {why}", number + 1))?;
+        n_compared += 1;
+    }
+    Ok(n_compared)
+}
+
+#[test]
+fn statecharts_do_what_the_simulator_does() {
+    let everything = random_net::Features::everything();
+    let policies =
+        vec![grafsynth_ir::net::Policy::InnerFirst, grafsynth_ir::net::Policy::OuterFirst];
+    let statecharts = random_net::Features { policies, single: false, ..everything };
+    let kinds = [
+        random_net::Features::entering(),
+        random_net::Features::tabular_statecharts(),
+        statecharts,
+    ];
+    let n: u64 = std::option_env!("VERIFY_NETS").and_then(|n| n.parse().ok()).unwrap_or(8);
+    let mut wrong = Vec::new();
+    let (mut n_rows, mut n_nets) = (0, 0);
+    for seed in 0..n {
+        for features in &kinds {
+            let net = random_net::random_net(seed, features);
+            match trace_difference(&net, 20, seed) {
+                Ok(rows) => {
+                    n_rows += rows;
+                    n_nets += usize::from(rows > 10);
+                }
+                Err(difference) => wrong.push(format!("seed {seed}: {difference}")),
+            }
+        }
+    }
+    println!("{n_rows} rows, {n_nets} nets");
+    assert!(wrong.is_empty(), "{}\n{wrong:#?}", wrong.len());
+    assert!(n_nets * 2 > n as usize * kinds.len(), "{n_nets} nets were compared");
+}

@@ -88,6 +88,9 @@ impl<'q> Joint<'q> {
             super::reaction::refuse_open_cells(net)?;
         }
         check_calls(question)?;
+        if nets.iter().any(|net| net.settings.policy.is_statechart()) {
+            return Err(Failed::Open(crate::symbolic::reaction::STATECHART.to_owned()));
+        }
         // All variables come first, so that they are the same for every depth.
         let mut aig = Aig::new();
         let mut legal = Vec::new();
