@@ -42,7 +42,9 @@ pub use facts::{facts, structural_facts};
 pub use limits::Limits;
 pub use lints::{Check, Checked, Conflict, Decided, Findings};
 pub use properties::{Outcome, PropertyVerdict, check_assumption, properties, with_emergency};
-pub use symbolic::{Dominance, dominates};
+pub use symbolic::{
+    Directed, Dominance, Invariant, Refused, StateBit, Times, directed, dominates, recheck,
+};
 pub use verdict::{Open, OpenReason, Scope, Tested};
 pub use waiting::{Wait, Waiting, waiting};
 

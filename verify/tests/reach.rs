@@ -200,7 +200,7 @@ fn properties_are_proved_beyond_enumeration() {
     let net = net(&text);
     let verdicts = properties(&net, &Limits { random_rows: 500, ..few_pairs() });
     let outcomes: Vec<&Outcome> = verdicts.iter().map(|verdict| &verdict.outcome).collect();
-    let [Outcome::Proved { by: Proof::Symbolic, states }, second, third] = outcomes[..] else {
+    let [Outcome::Proved { by: Proof::Symbolic, states, .. }, second, third] = outcomes[..] else {
         panic!("{outcomes:?}")
     };
     assert_eq!(*states, 4 << 40);

@@ -282,7 +282,7 @@ fn certify(
             ..Answer::new(About::Assert, format!("{name} of {of}"), status, message)
         };
         let (answer, exit) = match outcome {
-            Outcome::Proved { by, states } => {
+            Outcome::Proved { by, states, .. } => {
                 let answer = answer(Status::Proved, format!("proved by {}", proof_name(*by)));
                 let answer = answer.proved_by(*by, &Scope::EveryStimulus).with("states", *states);
                 (answer, Exit::Done)
@@ -332,14 +332,18 @@ fn said(
         ..Answer::new(About::Assert, text.as_str(), status, message)
     };
     Ok(match outcome {
-        Outcome::Proved { by, states } => {
+        Outcome::Proved { by, states, invariant } => {
             let answer = answer(Status::Proved, format!("proved by {}", proof_name(*by)))
                 .proved_by(*by, &Scope::EveryStimulus)
                 .with("states", *states);
-            let how = match states {
-                0 => proof_name(*by).to_owned(),
-                _ => format!("{}, {}", proof_name(*by), counted(*states, "state", "states")),
+            let extent = match (states, invariant) {
+                (_, Some(invariant)) => {
+                    format!(", {}", counted(invariant.clauses.len(), "clause", "clauses"))
+                }
+                (0, None) => String::new(),
+                (_, None) => format!(", {}", counted(*states, "state", "states")),
             };
+            let how = format!("{}{extent}", proof_name(*by));
             session.answer(&answer, &format!("proved   {text}{tags} ({how})\n"));
             Exit::Done
         }
