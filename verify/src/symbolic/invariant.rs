@@ -6,7 +6,9 @@
 
 use std::collections::BTreeMap;
 
-use batsat::{Callbacks, ClauseKind, Lit as SatLit, Solver, SolverInterface, SolverOpts, Var, lbool};
+use batsat::{
+    Callbacks, ClauseKind, Lit as SatLit, Solver, SolverInterface, SolverOpts, Var, lbool,
+};
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::{Evolution, Expr, Net, Property};
 use grafsynth_ir::program::Origin;
@@ -68,7 +70,9 @@ pub enum Refused {
 impl std::fmt::Display for Refused {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Refused::NoSuchBit(_) => write!(f, "the clause contains a bit that the state of the chart does not have"),
+            Refused::NoSuchBit(_) => {
+                write!(f, "the clause contains a bit that the state of the chart does not have")
+            }
             Refused::Reset(_) => write!(f, "the state after reset does not satisfy the clause"),
             Refused::NotInductive(_) => write!(
                 f,
@@ -174,9 +178,8 @@ pub fn recheck(
     if Simulator::new(net).is_violated(property) {
         return Err(Refused::NotSafe);
     }
-    let never = over_state(net, &property.never).ok_or_else(|| {
-        Refused::Unchecked("the assert reads times or mealy outputs".to_owned())
-    })?;
+    let never = over_state(net, &property.never)
+        .ok_or_else(|| Refused::Unchecked("the assert reads times or mealy outputs".to_owned()))?;
     keeps(net, limits, &never, invariant)
 }
 
@@ -188,8 +191,8 @@ pub(super) fn keeps(
     invariant: &Invariant,
 ) -> Result<(), Refused> {
     let Invariant { times, micro_steps, clauses } = invariant;
-    let mut encoded = Encoded::of(net, limits, never, *times, *micro_steps)
-        .map_err(Refused::Unchecked)?;
+    let mut encoded =
+        Encoded::of(net, limits, never, *times, *micro_steps).map_err(Refused::Unchecked)?;
     let bad = encoded.model.aig().or(encoded.violated, encoded.overrun);
     let mut now: Vec<Vec<Lit>> = Vec::new();
     let mut then: Vec<Vec<Lit>> = Vec::new();

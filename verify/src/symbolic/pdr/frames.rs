@@ -11,6 +11,10 @@ use std::collections::BinaryHeap;
 use super::lift::{Lift, Lifted};
 use super::solver::{Answer, FrameSolver};
 use super::system::{Bit, Cube, System};
+use crate::symbolic::aig::Lit;
+
+/// The maximum number of nodes of the functions that tell which reactions are bad, if every question is to contain them.
+const SMALL: usize = 1_000;
 
 /// Bounds on the work of one search.
 #[derive(Debug, Clone, Copy)]
@@ -85,11 +89,18 @@ pub(super) struct Search<'s> {
     last: usize,
     /// True while states of the last frame may be bad.
     is_last_open: bool,
+    /// The number of terms of the bad reactions that are excluded from the last frame.
+    n_excluded: usize,
+    /// The negated terms, if they are small: then reactions from all frames are restricted to those that are not bad, which settles properties that are
+    /// inductive on their own.
+    good: Vec<Lit>,
 }
 
 impl<'s> Search<'s> {
     pub(super) fn new(system: &'s System, bounds: Bounds) -> Self {
         let solvers = vec![FrameSolver::new(system, true), FrameSolver::new(system, false)];
+        let is_small = system.aig.support(&system.bad, SMALL).is_some();
+        let good = system.bad.iter().filter(|_| is_small).map(|bad| !*bad).collect();
         Search {
             system,
             bounds,
@@ -100,6 +111,8 @@ impl<'s> Search<'s> {
             uses: vec![[0; 2]; system.next.len()],
             last: 0,
             is_last_open: true,
+            n_excluded: 0,
+            good,
         }
     }
 
@@ -128,15 +141,17 @@ impl<'s> Search<'s> {
                     return Ok(Ended::Refuted { rows, at_least });
                 }
             }
-            let good = !self.system.bad;
-            self.solvers[self.last].require(good);
             self.is_last_open = false;
+            for good in self.good.clone() {
+                self.solvers[self.last].require(good);
+            }
             if let Some(fixed) = self.propagate()? {
                 let cubes = self.excluded[fixed + 1..].iter().flatten();
                 return Ok(Ended::Proved(cubes.map(|one| one.cube.clone()).collect()));
             }
             self.last += 1;
             self.is_last_open = true;
+            self.n_excluded = 0;
             self.obligations.clear();
             self.excluded.push(Vec::new());
             self.solvers.push(FrameSolver::new(self.system, false));
@@ -145,16 +160,21 @@ impl<'s> Search<'s> {
 
     /// States of the last frame from which a reaction is bad.
     fn bad_state(&mut self) -> Result<Option<Lifted>, Spent> {
-        self.check()?;
-        let (bad, conflicts) = (self.system.bad, self.bounds.conflicts);
-        match self.solver(self.last).reaches(bad, conflicts) {
-            Answer::Blocked(_) => Ok(None),
-            Answer::Unknown => Err(Spent),
-            Answer::Reached => Ok(Some(self.lifted(self.last, &[bad]))),
+        let system = self.system;
+        // Terms that were excluded before are still excluded: frames only lose states.
+        while let Some(bad) = system.bad.get(self.n_excluded) {
+            self.check()?;
+            let conflicts = self.bounds.conflicts;
+            match self.solver(self.last).reaches(*bad, conflicts) {
+                Answer::Blocked(_) => self.n_excluded += 1,
+                Answer::Unknown => return Err(Spent),
+                Answer::Reached => return Ok(Some(self.lifted(self.last, &[*bad]))),
+            }
         }
+        Ok(None)
     }
 
-    fn lifted(&mut self, frame: usize, results: &[crate::symbolic::aig::Lit]) -> Lifted {
+    fn lifted(&mut self, frame: usize, results: &[Lit]) -> Lifted {
         let solver = &self.solvers[frame];
         self.lift.lift(results, |node| solver.is_one(node))
     }
@@ -169,7 +189,7 @@ impl<'s> Search<'s> {
                 }
             }
             if frame < self.last || frame == self.last && !self.is_last_open {
-                renewed.require(!self.system.bad);
+                self.good.iter().for_each(|good| renewed.require(*good));
             }
             self.solvers[frame] = renewed;
         }
@@ -222,9 +242,10 @@ impl<'s> Search<'s> {
     /// Whether a state of the frame outside the cube leads into it.
     fn entered(&mut self, frame: usize, cube: &[Bit]) -> Result<Answer, Spent> {
         self.check()?;
-        let good = (frame == self.last && self.is_last_open).then_some(!self.system.bad);
+        let is_open = frame == self.last && self.is_last_open;
+        let good = if is_open { self.good.clone() } else { Vec::new() };
         let conflicts = self.bounds.conflicts;
-        Ok(self.solver(frame).enters(cube, good, conflicts))
+        Ok(self.solver(frame).enters(cube, &good, conflicts))
     }
 
     fn is_excluded(&self, frame: usize, cube: &[Bit]) -> bool {

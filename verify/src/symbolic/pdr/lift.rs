@@ -71,7 +71,8 @@ impl<'s> Lift<'s> {
         for node in &cone {
             let (value, cost) = match self.system.aig.operands(*node) {
                 Some((a, b)) => {
-                    let (known, cost) = (self.read(a).and(self.read(b)), (self.cost(a), self.cost(b)));
+                    let (known, cost) =
+                        (self.read(a).and(self.read(b)), (self.cost(a), self.cost(b)));
                     let is_zero = |lit: Lit| self.read(lit) == Known::No;
                     let cost = match (is_zero(a), is_zero(b)) {
                         (true, true) => cost.0.min(cost.1),

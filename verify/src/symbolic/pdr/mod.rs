@@ -113,14 +113,12 @@ impl Question<'_> {
         let lemmas = self.facts.map_or_else(Vec::new, |facts| lemmas(&mut encoded.model, facts));
         let source = Source { registers, legal: encoded.legal.clone(), bad, lemmas };
         let mut system = System::of(encoded.model.aig(), &source);
-        let bounds =
-            Bounds { conflicts: self.limits.conflicts, work: self.limits.directed_work };
+        let bounds = Bounds { conflicts: self.limits.conflicts, work: self.limits.directed_work };
         loop {
             match Search::new(&system, bounds).run() {
                 Ended::Proved(cubes) => {
-                    let invariant = |cubes: &[Cube]| {
-                        self.invariant(&system, &keys, times, depth, cubes)
-                    };
+                    let invariant =
+                        |cubes: &[Cube]| self.invariant(&system, &keys, times, depth, cubes);
                     let accepted = closed(&system, cubes, |cubes| {
                         keeps(self.net, self.limits, self.never, &invariant(cubes)).is_ok()
                     });
@@ -215,9 +213,13 @@ impl Question<'_> {
             codes[*input as usize] |= is_one(*lit) << bit;
         }
         for ((id, input), code) in self.net.inputs.iter().zip(codes) {
-            row = row.with(InputId::from_index(id.index()), input.ty.bounds().0.saturating_add_unsigned(code));
+            row = row.with(
+                InputId::from_index(id.index()),
+                input.ty.bounds().0.saturating_add_unsigned(code),
+            );
         }
-        let ticks = (encoded.time.iter().enumerate()).fold(0, |all, (at, bit)| all | is_one(*bit) << at);
+        let ticks =
+            (encoded.time.iter().enumerate()).fold(0, |all, (at, bit)| all | is_one(*bit) << at);
         let longest = longest_time(self.net, &encoded.model.maker.shape).unsigned_abs();
         row.dt = u32::try_from(ticks.min(longest)).unwrap_or(u32::MAX).min(grafsynth_sim::MAX_DT);
         row

@@ -1,7 +1,9 @@
 //! The solver of one frame: states that are reachable within some number of reactions, and one reaction from them. Functions are loaded when a question
 //! first needs them.
 
-use batsat::{Callbacks, ClauseKind, Lit as SatLit, Solver, SolverInterface, SolverOpts, Var, lbool};
+use batsat::{
+    Callbacks, ClauseKind, Lit as SatLit, Solver, SolverInterface, SolverOpts, Var, lbool,
+};
 
 use super::system::{Bit, Cube, System};
 use crate::symbolic::aig::Lit;
@@ -108,7 +110,8 @@ impl<'s> FrameSolver<'s> {
             todo.extend(missing);
             if todo.len() == before {
                 todo.pop();
-                let own = SatLit::new(self.solver.new_var_default(), true);
+                // The variables decide; everything else follows from them.
+                let own = SatLit::new(self.solver.new_var(lbool::UNDEF, false), true);
                 self.vars[node] = Some(own.var());
                 let (a, b) = (self.loaded(a), self.loaded(b));
                 self.add(&[!own, a]);
@@ -167,8 +170,8 @@ impl<'s> FrameSolver<'s> {
         self.solve(&[lit], conflicts, &[])
     }
 
-    /// Whether some state of the frame that is not in the cube leads into the cube, with a reaction that makes `also` true.
-    pub(super) fn enters(&mut self, cube: &[Bit], also: Option<Lit>, conflicts: u64) -> Answer {
+    /// Whether some state of the frame that is not in the cube leads into the cube, with a reaction that makes all of `also` true.
+    pub(super) fn enters(&mut self, cube: &[Bit], also: &[Lit], conflicts: u64) -> Answer {
         let mut assumed: Vec<SatLit> = Vec::with_capacity(cube.len() + 2);
         let mut clause: Vec<SatLit> =
             cube.iter().map(|bit| !self.load(System::now(*bit))).collect();
@@ -176,7 +179,7 @@ impl<'s> FrameSolver<'s> {
         clause.push(!outside);
         self.add(&clause);
         assumed.push(outside);
-        assumed.extend(also.map(|also| self.load(also)));
+        assumed.extend(also.iter().map(|also| self.load(*also)));
         let n_before = assumed.len();
         for bit in cube {
             let then = self.load(self.system.then(*bit));

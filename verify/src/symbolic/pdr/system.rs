@@ -49,7 +49,8 @@ pub(super) struct System {
     pub(super) next: Vec<Lit>,
     pub(super) first: Vec<bool>,
     pub(super) legal: Vec<Lit>,
-    pub(super) bad: Lit,
+    /// The reaction is bad if one of these is true.
+    pub(super) bad: Vec<Lit>,
     /// Sets of states that are known to be unreachable.
     pub(super) lemmas: Vec<Cube>,
     /// For each bit, the lemmas that contain it.
@@ -73,7 +74,7 @@ impl System {
             next: Vec::new(),
             first: Vec::new(),
             legal: Vec::new(),
-            bad: Lit::FALSE,
+            bad: Vec::new(),
             lemmas: Vec::new(),
             lemmas_of: Vec::new(),
             source: Vec::new(),
@@ -105,7 +106,7 @@ impl System {
         system.next = registers.clone().map(|register| read(&made, register.next)).collect();
         system.first = registers.map(|register| register.first).collect();
         system.legal = source.legal.iter().map(|lit| read(&made, *lit)).collect();
-        system.bad = read(&made, source.bad);
+        system.bad = terms(&system.aig, read(&made, source.bad));
         system.inputs.resize(system.aig.len(), None);
         system.lemmas_of = vec![Vec::new(); system.next.len()];
         for clause in &source.lemmas {
@@ -123,8 +124,7 @@ impl System {
     }
 
     fn learn(&mut self, clause: impl Iterator<Item = Lit>) {
-        let excluded =
-            |lit: Lit| Bit { at: lit.node() as u32 - 1, value: lit.is_negated() };
+        let excluded = |lit: Lit| Bit { at: lit.node() as u32 - 1, value: lit.is_negated() };
         let mut cube: Cube = clause.map(excluded).collect();
         cube.sort_unstable();
         cube.dedup();
@@ -153,6 +153,21 @@ impl System {
     pub(super) fn starts_in(&self, cube: &[Bit]) -> bool {
         cube.iter().all(|bit| self.first[bit.index()] == bit.value)
     }
+}
+
+/// The terms of a disjunction.
+fn terms(aig: &Aig, function: Lit) -> Vec<Lit> {
+    let mut terms = Vec::new();
+    let mut todo = vec![!function];
+    while let Some(factor) = todo.pop() {
+        match aig.operands(factor.node()) {
+            Some((a, b)) if !factor.is_negated() => todo.extend([a, b]),
+            Some(_) | None => terms.push(!factor),
+        }
+    }
+    terms.sort_unstable();
+    terms.dedup();
+    terms
 }
 
 /// The nodes that the question depends on, directly or through earlier reactions.
