@@ -38,7 +38,7 @@ impl Default for Limits {
             image_bits: 2_048,
             image_work: 20_000_000,
             conflicts: 20_000,
-            directed_work: 200_000_000,
+            directed_work: 60_000_000,
             circuit_nodes: 8_000_000,
             listed_situations: 65_536,
         }

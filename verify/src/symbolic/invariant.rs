@@ -16,7 +16,7 @@ use grafsynth_sim::Simulator;
 
 use super::aig::{Aig, Lit};
 use super::reach::{Failed, any_time, initial, legal_inputs};
-use super::reaction::refuse_open_cells;
+use super::reaction::{Maker, refuse_open_cells};
 use super::state::Key;
 use super::{Model, over_state};
 use crate::limits::Limits;
@@ -30,6 +30,14 @@ pub struct StateBit {
     pub element: u32,
     /// The place in the code of the value, which is counted from the least value; 0 is the lowest.
     pub bit: u32,
+}
+
+/// The bits of a net's state between two reactions, as the second encoding stores it; none if it does not cover the net.
+#[must_use]
+pub fn state_bits(net: &Valid<Net>) -> Vec<StateBit> {
+    let Ok(maker) = Maker::new(net, Some(1), usize::MAX) else { return Vec::new() };
+    let (_, bits, _) = maker.shape.free(net, &mut Aig::new());
+    bits.into_keys().map(|(origin, element, bit)| StateBit { origin, element, bit }).collect()
 }
 
 /// How an invariant describes time.
@@ -194,10 +202,9 @@ pub(super) fn keeps(
     let mut encoded =
         Encoded::of(net, limits, never, *times, *micro_steps).map_err(Refused::Unchecked)?;
     let bad = encoded.model.aig().or(encoded.violated, encoded.overrun);
-    let mut now: Vec<Vec<Lit>> = Vec::new();
-    let mut then: Vec<Vec<Lit>> = Vec::new();
+    let mut claims = Vec::new();
     for (at, clause) in clauses.iter().enumerate() {
-        let (mut before, mut after, mut is_first) = (Vec::new(), Vec::new(), false);
+        let mut claim = Claim { now: Vec::new(), then: Vec::new(), is_first: false };
         for (StateBit { origin, element, bit }, value) in clause {
             let key = (*origin, *element, *bit);
             let (Some(lit), Some(next), Some(first)) = (
@@ -207,29 +214,50 @@ pub(super) fn keeps(
             ) else {
                 return Err(Refused::NoSuchBit(at));
             };
-            before.push(lit.negate_if(!value));
-            after.push(next.negate_if(!value));
-            is_first |= first == value;
+            claim.now.push(lit.negate_if(!value));
+            claim.then.push(next.negate_if(!value));
+            claim.is_first |= first == value;
         }
-        if !is_first {
-            return Err(Refused::Reset(at));
-        }
-        now.push(before);
-        then.push(after);
+        claims.push(claim);
     }
-    let mut roots: Vec<Lit> = now.iter().chain(&then).flatten().copied().collect();
-    roots.extend(&encoded.legal);
+    is_kept(encoded.model.aig(), &encoded.legal, bad, &claims, limits.conflicts)
+}
+
+/// A clause of an invariant.
+pub(super) struct Claim {
+    /// Its literals in the state before a reaction.
+    pub(super) now: Vec<Lit>,
+    /// Its literals in the state after it.
+    pub(super) then: Vec<Lit>,
+    /// True if the state after reset satisfies it.
+    pub(super) is_first: bool,
+}
+
+/// Checks that the claims are true after reset and preserved by every legal reaction, and that no legal reaction from a state that satisfies them is bad.
+pub(super) fn is_kept(
+    aig: &Aig,
+    legal: &[Lit],
+    bad: Lit,
+    claims: &[Claim],
+    conflicts: u64,
+) -> Result<(), Refused> {
+    if let Some(at) = claims.iter().position(|claim| !claim.is_first) {
+        return Err(Refused::Reset(at));
+    }
+    let literals = claims.iter().flat_map(|claim| claim.now.iter().chain(&claim.then));
+    let mut roots: Vec<Lit> = literals.copied().collect();
+    roots.extend(legal);
     roots.push(bad);
-    let mut reaction = Reaction::new(encoded.model.aig(), &roots, limits.conflicts);
-    encoded.legal.iter().for_each(|lit| reaction.require(&[*lit]));
-    now.iter().for_each(|clause| reaction.require(clause));
+    let mut reaction = Reaction::new(aig, &roots, conflicts);
+    legal.iter().for_each(|lit| reaction.require(&[*lit]));
+    claims.iter().for_each(|claim| reaction.require(&claim.now));
     match reaction.is_possible(&[bad]) {
         Some(false) => {}
         Some(true) => return Err(Refused::NotSafe),
         None => return Err(Refused::Unchecked("the solver reached its limit".to_owned())),
     }
-    for (at, clause) in then.iter().enumerate() {
-        let all_false: Vec<Lit> = clause.iter().map(|lit| !*lit).collect();
+    for (at, claim) in claims.iter().enumerate() {
+        let all_false: Vec<Lit> = claim.then.iter().map(|lit| !*lit).collect();
         match reaction.is_possible(&all_false) {
             Some(false) => {}
             Some(true) => return Err(Refused::NotInductive(at)),

@@ -20,8 +20,10 @@ use frames::{Bounds, Ended, Search};
 use system::{Bit, Cube, System};
 pub(super) use system::{Register, Source};
 
-use super::aig::Lit;
-use super::invariant::{Encoded, Invariant, StateBit, Times, is_time, keeps, limit_of};
+use super::aig::{Aig, Lit};
+use super::invariant::{
+    Claim, Encoded, Invariant, StateBit, Times, is_kept, is_time, keeps, limit_of,
+};
 use super::reach::longest_time;
 use super::state::Key;
 use super::{Model, over_state};
@@ -29,6 +31,9 @@ use crate::limits::Limits;
 
 /// The numbers of micro-steps that are unrolled in successive attempts.
 const DEPTHS: [u32; 3] = [4, 16, 64];
+
+/// One proof about a circuit may use [`Limits::directed_work`] divided by this number: random reactions are a cheaper way to show that a circuit is wrong.
+const PART_FOR_CIRCUITS: u64 = 4;
 
 /// The result for one property.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -226,8 +231,35 @@ impl Question<'_> {
     }
 }
 
+/// Proves that no reachable reaction is bad. Returns the number of clauses of the invariant, or `None` if there is none or the search reached its limit.
+pub(super) fn is_never_bad(aig: &Aig, source: &Source, limits: &Limits) -> Option<usize> {
+    let mut system = System::of(aig, source);
+    let work = limits.directed_work / PART_FOR_CIRCUITS;
+    let bounds = Bounds { conflicts: limits.conflicts, work };
+    loop {
+        let Ended::Proved(cubes) = Search::new(&system, bounds).run() else { return None };
+        let claim = |cube: &Cube| {
+            let of = |bit: &Bit| (source.registers[system.source[bit.index()]], bit.value);
+            Claim {
+                now: cube.iter().map(of).map(|(it, value)| it.lit.negate_if(value)).collect(),
+                then: cube.iter().map(of).map(|(it, value)| it.next.negate_if(value)).collect(),
+                is_first: cube.iter().map(of).any(|(it, value)| it.first != value),
+            }
+        };
+        let accepted = closed(&system, cubes, |cubes| {
+            let claims: Vec<Claim> = cubes.iter().map(claim).collect();
+            is_kept(aig, &source.legal, source.bad, &claims, limits.conflicts).is_ok()
+        });
+        match accepted {
+            Some(cubes) => return Some(cubes.len()),
+            None if system.lemmas.is_empty() => return None,
+            None => system.forget_lemmas(),
+        }
+    }
+}
+
 /// What the structure proves about the reachable states, as clauses over the bits of the state.
-fn lemmas(model: &mut Model<'_>, facts: &Facts) -> Vec<Vec<Lit>> {
+pub(super) fn lemmas(model: &mut Model<'_>, facts: &Facts) -> Vec<Vec<Lit>> {
     let bits: Vec<Lit> = model.state_bits.values().copied().collect();
     let (_, mut clauses) = model.invariants(facts, &bits);
     for (code, fits) in model.valid.clone() {
