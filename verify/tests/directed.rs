@@ -110,6 +110,8 @@ fn compare(seed: u64) -> Score {
         rows_per_state: 256,
         image_work: 0,
         directed_work: 0,
+        circuit_nodes: 1_000,
+        conflicts: 10,
         random_rows: 0,
         ..Limits::default()
     };
@@ -164,7 +166,7 @@ fn compare(seed: u64) -> Score {
 
 #[test]
 fn the_verdicts_are_those_of_the_enumeration() {
-    let scores = in_parallel(rounds(100, 20_000), compare);
+    let scores = in_parallel(rounds(150, 20_000), compare);
     let faults: Vec<&String> = scores.iter().flat_map(|score| &score.faults).collect();
     let count = |of: fn(&Score) -> usize| scores.iter().map(of).sum::<usize>();
     let (proved, refuted, open) =

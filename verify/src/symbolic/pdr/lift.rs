@@ -22,10 +22,10 @@ impl Known {
     }
 
     fn negate_if(self, condition: bool) -> Known {
-        match self {
-            Known::No if condition => Known::Yes,
-            Known::Yes if condition => Known::No,
-            same => same,
+        match (self, condition) {
+            (Known::No, true) | (Known::Yes, false) => Known::Yes,
+            (Known::Yes, true) | (Known::No, false) => Known::No,
+            (Known::Unknown, _) => Known::Unknown,
         }
     }
 
