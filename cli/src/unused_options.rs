@@ -62,8 +62,8 @@ fn rules(verb: &Verb) -> Vec<Rule> {
             ));
             rules.push(Rule {
                 option: "trace",
-                taker: "checks without --dump-after and --certify",
-                is_taken: !is_dumped && arguments.certify.is_none(),
+                taker: "checks without --dump-after, --certify and --recheck",
+                is_taken: !is_dumped && arguments.certify.is_none() && arguments.recheck.is_none(),
             });
             rules
         }

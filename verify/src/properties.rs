@@ -257,7 +257,7 @@ fn by_direction(
                     let row = stimulus.len();
                     Some(Outcome::Refuted { stimulus, row, is_shortest })
                 }
-                Directed::Open(_) => None,
+                Directed::Open(_) | Directed::Unconfirmed => None,
             };
         }
     }

@@ -49,6 +49,8 @@ pub enum Directed {
     },
     /// Open, with the reason.
     Open(String),
+    /// Open, because the simulator does not show the violation that was found: the two readings of the semantics disagree.
+    Unconfirmed,
 }
 
 /// The result of one attempt.
@@ -199,11 +201,10 @@ impl Question<'_> {
         if is_cut || is_free {
             return Attempt::Spurious;
         }
-        let why = if encoded.model.n_passed_over > 0 {
-            "a violation was found only with inputs that an assumption may exclude"
-        } else {
-            "the simulator does not confirm the violation that was found"
-        };
+        if encoded.model.n_passed_over == 0 {
+            return Attempt::Settled(Directed::Unconfirmed);
+        }
+        let why = "a violation was found only with inputs that an assumption may exclude";
         Attempt::Settled(Directed::Open(why.to_owned()))
     }
 
