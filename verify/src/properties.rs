@@ -246,9 +246,12 @@ fn by_direction(
     outcomes: &mut [Option<Outcome>],
 ) {
     let facts = structural_facts(net);
+    let n_open = outcomes.iter().filter(|outcome| outcome.is_none()).count() as u64;
+    let work = limits.directed_work / n_open.clamp(1, 8);
+    let limits = Limits { directed_work: work, ..limits.clone() };
     for ((_, property), outcome) in asserts.iter().zip(outcomes) {
         if outcome.is_none() {
-            *outcome = match symbolic::directed(net, Some(&facts), limits, property) {
+            *outcome = match symbolic::directed(net, Some(&facts), &limits, property) {
                 Directed::Proved(invariant) => {
                     let (by, invariant) = (Proof::Directed, Some(invariant));
                     Some(Outcome::Proved { by, states: 0, invariant })

@@ -129,7 +129,7 @@ impl<'s> Search<'s> {
     }
 
     fn check(&self) -> Result<(), Spent> {
-        if self.work() > self.bounds.work { Err(Spent) } else { Ok(()) }
+        if self.work() >= self.bounds.work { Err(Spent) } else { Ok(()) }
     }
 
     fn frames(&mut self) -> Result<Ended, Spent> {

@@ -32,6 +32,8 @@ use crate::limits::Limits;
 /// The numbers of micro-steps that are unrolled in successive attempts.
 const DEPTHS: [u32; 3] = [4, 16, 64];
 
+/// The attempt with free times may use [`Limits::directed_work`] divided by this number: if it succeeds, it usually does so early.
+const PART_FOR_FREE_TIMES: u64 = 4;
 /// One proof about a circuit may use [`Limits::directed_work`] divided by this number: random reactions are a cheaper way to show that a circuit is wrong.
 const PART_FOR_CIRCUITS: u64 = 4;
 
@@ -120,7 +122,9 @@ impl Question<'_> {
         let lemmas = self.facts.map_or_else(Vec::new, |facts| lemmas(&mut encoded.model, facts));
         let source = Source { registers, legal: encoded.legal.clone(), bad, lemmas };
         let mut system = System::of(encoded.model.aig(), &source);
-        let bounds = Bounds { conflicts: self.limits.conflicts, work: self.limits.directed_work };
+        let part = if times == Times::Free { PART_FOR_FREE_TIMES } else { 1 };
+        let work = self.limits.directed_work / part;
+        let bounds = Bounds { conflicts: self.limits.conflicts, work };
         loop {
             match Search::new(&system, bounds).run() {
                 Ended::Proved(cubes) => {
