@@ -108,18 +108,8 @@ fn name(net: &Net, StateBit { origin, element, bit }: StateBit) -> String {
         Origin::ActionLatch(id, part) => format!("latch:{}:{part:?}", action(id)),
         Origin::ActionTimer(id, part) => number("action-timer", format!("{}:{part:?}", action(id))),
         Origin::Pending(id) => format!("pending:{}", net.inputs[id].name),
-        Origin::Region(_)
-        | Origin::InternalQueue
-        | Origin::InternalLength
-        | Origin::ExternalQueue
-        | Origin::ExternalLength
-        | Origin::SendTimer(_)
-        | Origin::SendRuns(_)
-        | Origin::Recorded(..)
-        | Origin::Ended(_)
-        | Origin::Fault
-        | Origin::HeldOutput(..)
-        | Origin::Helper => format!("other:{origin:?}:{element}:{bit}"),
+        // The second encoding stores nothing else.
+        _ => format!("other:{origin:?}:{element}:{bit}"),
     };
     name.split_whitespace().collect::<Vec<_>>().join("_")
 }

@@ -28,7 +28,7 @@ fn asserting(seed: u64) -> Option<Valid<Net>> {
     let mut net = Net::clone(&random_net(seed, &features));
     net.properties.retain(|property| property.role == PropertyRole::Assume);
     let steps: Vec<_> = net.steps.ids().collect();
-    for (at, a) in steps.iter().enumerate().take(3) {
+    for (at, a) in steps.iter().enumerate().take(4) {
         for b in steps[..at].iter().take(2) {
             let all = [*a, *b].map(|step| {
                 PropertyExpr::leaf(PropertyLeaf::Net(Leaf::Active(step)), Span::default())
