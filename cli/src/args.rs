@@ -339,6 +339,12 @@ pub(crate) struct Check {
     /// standard output.
     #[arg(long, value_name = "OUTPUT")]
     pub(crate) certify: Option<PathBuf>,
+    /// Write an inductive invariant for each proved assert, as text that `--recheck` proves again without a search. `-` is standard output.
+    #[arg(long, value_name = "OUTPUT", conflicts_with_all = ["certify", "recheck"])]
+    pub(crate) invariants: Option<PathBuf>,
+    /// Prove the asserts only by the invariants in this file, which `--invariants` wrote.
+    #[arg(long, value_name = "INVARIANTS", conflicts_with = "certify")]
+    pub(crate) recheck: Option<String>,
     /// Show notes on correct code: `conflicts` lists the conflicts that the policy decides, and which transition wins.
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     pub(crate) notes: Vec<Notes>,

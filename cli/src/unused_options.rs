@@ -49,19 +49,21 @@ fn rules(verb: &Verb) -> Vec<Rule> {
             let files = Files::of(&arguments.inputs.files, &arguments.inputs.reading);
             let mut rules = of_reading(&files);
             let is_dumped = arguments.dump_after.is_some();
-            rules.extend(["certify", "notes", "proof_limit"].map(|option| Rule {
-                option,
-                taker: if is_dumped {
-                    "checks, and with --dump-after nothing is checked"
-                } else {
-                    CHARTS
+            rules.extend(["certify", "invariants", "recheck", "notes", "proof_limit"].map(
+                |option| Rule {
+                    option,
+                    taker: if is_dumped {
+                        "checks, and with --dump-after nothing is checked"
+                    } else {
+                        CHARTS
+                    },
+                    is_taken: files.any_chart() && !is_dumped,
                 },
-                is_taken: files.any_chart() && !is_dumped,
-            }));
+            ));
             rules.push(Rule {
                 option: "trace",
-                taker: "checks without --dump-after and --certify",
-                is_taken: !is_dumped && arguments.certify.is_none(),
+                taker: "checks without --dump-after, --certify and --recheck",
+                is_taken: !is_dumped && arguments.certify.is_none() && arguments.recheck.is_none(),
             });
             rules
         }

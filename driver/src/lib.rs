@@ -35,6 +35,7 @@ mod fit_advice;
 pub mod forms;
 pub mod fuse_design;
 pub mod ice40;
+pub mod invariants;
 pub mod jedec;
 pub mod judge;
 pub mod languages;

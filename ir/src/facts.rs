@@ -67,6 +67,8 @@ pub enum Proof {
     Structural,
     /// By induction over one reaction.
     Induction,
+    /// By property-directed reachability: a set of clauses, found by search, is an inductive invariant that implies the fact.
+    Directed,
 }
 
 /// The reachable set.

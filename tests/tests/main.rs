@@ -23,6 +23,7 @@ mod hostile;
 mod iec;
 mod iec_round_trip;
 mod interrupts;
+mod invariants;
 mod jedec;
 mod kiss2;
 mod logic_mutations;

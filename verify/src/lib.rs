@@ -9,9 +9,10 @@
 //! let all = verify::Explored::of(&net, &Limits::default()); // facts, properties, waits, findings in one search
 //! ```
 //!
-//! Four engines answer these questions: the structure of the net ([`cover`], with the decision diagrams of [`exclusive`]), an exhaustive search with the
-//! reference simulator, the same search over net and circuit together, and a second encoding of the reaction as functions with a solver. Each gives an
-//! exact answer or none; [`Limits`] count work, so the same question has the same answer on every machine.
+//! Five engines answer these questions: the structure of the net ([`cover`], with the decision diagrams of [`exclusive`]), an exhaustive search with the
+//! reference simulator, the same search over net and circuit together, a second encoding of the reaction as functions with a solver, and on that
+//! encoding the search for inductive invariants ([`directed`]). Each gives an exact answer or none; [`Limits`] count work, so the same question has the
+//! same answer on every machine.
 //!
 //! `docs/verify.md` describes the coverage for users.
 
@@ -43,7 +44,10 @@ pub use limits::Limits;
 pub use lints::{Check, Checked, Conflict, Decided, Findings};
 pub use properties::{Outcome, PropertyVerdict, check_assumption, properties, with_emergency};
 pub use symbolic::c as c_code;
-pub use symbolic::{Dominance, dominates};
+pub use symbolic::{
+    Directed, Dominance, Invariant, Refused, StateBit, Times, directed, dominates, recheck,
+    state_bits,
+};
 pub use verdict::{Open, OpenReason, Scope, Tested};
 pub use waiting::{Wait, Waiting, waiting};
 

@@ -19,6 +19,9 @@ pub struct Limits {
     pub image_work: u64,
     /// The maximum number of conflicts of the solver for one function.
     pub conflicts: u64,
+    /// The maximum work of property-directed reachability for one property: propagations of the solver and nodes of the graph that are visited. If several
+    /// properties are open, each gets a part, but at least an eighth.
+    pub directed_work: u64,
     /// The maximum number of nodes of the verifier's own circuit of a net.
     pub circuit_nodes: usize,
     /// The maximum number of situations that [`Facts::reach`](grafsynth_ir::facts::Reach) lists individually.
@@ -36,6 +39,7 @@ impl Default for Limits {
             image_bits: 2_048,
             image_work: 20_000_000,
             conflicts: 20_000,
+            directed_work: 200_000_000,
             circuit_nodes: 8_000_000,
             listed_situations: 65_536,
         }

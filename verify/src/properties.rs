@@ -12,7 +12,7 @@ use crate::explore::{Ended, Searched, Seen, States, Ticks, Times, explore, explo
 use crate::facts::structural_facts;
 use crate::limits::Limits;
 use crate::relevance::Relevance;
-use crate::symbolic;
+use crate::symbolic::{self, Directed, Invariant};
 use crate::verdict::{Open, OpenReason, Scope, Tested};
 
 /// The answer for one `assert`.
@@ -34,6 +34,8 @@ pub enum Outcome {
         /// The number of states that were enumerated (those that differ only in their times may count as one) or that the decision diagram contains;
         /// 0 if the proof needed none.
         states: u64,
+        /// The inductive invariant, if property-directed reachability found one.
+        invariant: Option<Invariant>,
     },
     /// The last row of this stimulus violates the property; if `is_shortest`, no shorter stimulus does.
     Refuted {
@@ -147,7 +149,7 @@ pub(crate) fn decide(
         Ended::Complete => {
             for outcome in outcomes.iter_mut().filter(|outcome| outcome.is_none()) {
                 let by = Proof::Explicit;
-                *outcome = Some(Outcome::Proved { by, states: states.len() as u64 });
+                *outcome = Some(proved(by, states.len() as u64));
             }
         }
         Ended::Stopped(()) => {}
@@ -158,9 +160,12 @@ pub(crate) fn decide(
         for ((_, property), outcome) in asserts.iter().zip(&mut outcomes) {
             if outcome.is_none() {
                 let by = symbolic::never(net, &facts, limits, &property.never);
-                *outcome = by.map(|by| Outcome::Proved { by, states: 0 });
+                *outcome = by.map(|by| proved(by, 0));
             }
         }
+    }
+    if outcomes.iter().any(Option::is_none) {
+        by_direction(net, limits, asserts, &mut outcomes);
     }
     let mut is_broken = vec![false; asserts.len()];
     if outcomes.iter().any(Option::is_none) {
@@ -228,6 +233,39 @@ pub(crate) fn note_violations(
     outcomes.iter().all(Option::is_some).then_some(())
 }
 
+/// A proof without an invariant of its own.
+fn proved(by: Proof, states: u64) -> Outcome {
+    Outcome::Proved { by, states, invariant: None }
+}
+
+/// Searches for an invariant or a stimulus for each assert that has no answer yet.
+fn by_direction(
+    net: &Valid<Net>,
+    limits: &Limits,
+    asserts: &[(usize, &Property)],
+    outcomes: &mut [Option<Outcome>],
+) {
+    let facts = structural_facts(net);
+    let n_open = outcomes.iter().filter(|outcome| outcome.is_none()).count() as u64;
+    let work = limits.directed_work / n_open.clamp(1, 8);
+    let limits = Limits { directed_work: work, ..limits.clone() };
+    for ((_, property), outcome) in asserts.iter().zip(outcomes) {
+        if outcome.is_none() {
+            *outcome = match symbolic::directed(net, Some(&facts), &limits, property) {
+                Directed::Proved(invariant) => {
+                    let (by, invariant) = (Proof::Directed, Some(invariant));
+                    Some(Outcome::Proved { by, states: 0, invariant })
+                }
+                Directed::Refuted { stimulus, is_shortest } => {
+                    let row = stimulus.len();
+                    Some(Outcome::Refuted { stimulus, row, is_shortest })
+                }
+                Directed::Open(_) | Directed::Unconfirmed => None,
+            };
+        }
+    }
+}
+
 /// Uses the decision diagram of all reachable states if they could not be enumerated. It proves properties and detects violations, but gives no
 /// stimulus.
 fn by_diagram(
@@ -246,7 +284,7 @@ fn by_diagram(
         match breaks {
             Some(false) => {
                 let (by, states) = (Proof::Symbolic, reached.states);
-                outcomes[at] = Some(Outcome::Proved { by, states });
+                outcomes[at] = Some(proved(by, states));
             }
             Some(true) => is_broken[at] = reached.exact,
             None => {}
@@ -359,7 +397,7 @@ mod tests {
         let (a, b) = (find(&net, "a"), find(&net, "b"));
         never(&mut net, PropertyRole::Assert, &[Leaf::Active(a), Leaf::Active(b)]);
         let verdicts = properties(&valid(net), &Limits { pairs: 1, ..Limits::default() });
-        let proved = Outcome::Proved { by: Proof::Structural, states: 0 };
+        let proved = proved(Proof::Structural, 0);
         assert_eq!(verdicts[0].outcome, proved);
     }
 

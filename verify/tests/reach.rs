@@ -198,9 +198,9 @@ fn properties_are_proved_beyond_enumeration() {
              assert never (a3.active and b1.active)\n assert never (s0_0.active and s1_0.active)\n \
              assert never (s3_0.active and s3_1.active and s3_2.active and s3_3.active and s3_4.active and s3_5.active and s3_6.active and s3_7.active and s3_8.active and s3_9.active and s3_10.active and s3_11.active and s3_12.active)\n}\n";
     let net = net(&text);
-    let verdicts = properties(&net, &Limits { random_rows: 500, ..few_pairs() });
+    let verdicts = properties(&net, &Limits { random_rows: 500, directed_work: 0, ..few_pairs() });
     let outcomes: Vec<&Outcome> = verdicts.iter().map(|verdict| &verdict.outcome).collect();
-    let [Outcome::Proved { by: Proof::Symbolic, states }, second, third] = outcomes[..] else {
+    let [Outcome::Proved { by: Proof::Symbolic, states, .. }, second, third] = outcomes[..] else {
         panic!("{outcomes:?}")
     };
     assert_eq!(*states, 4 << 40);
@@ -244,6 +244,7 @@ fn properties_have_the_same_answers_from_the_diagram() {
             image_work: 0,
             circuit_nodes: 20_000,
             conflicts: 100,
+            directed_work: 0,
             ..Limits::default()
         };
         let none = Limits { pairs: 0, random_rows: 0, image_work: 2_000_000, ..small.clone() };

@@ -250,6 +250,7 @@ pub(crate) fn proof_name(proof: Proof) -> &'static str {
         Proof::Symbolic => "decision-diagram",
         Proof::Structural => "structure",
         Proof::Induction => "induction",
+        Proof::Directed => "property-directed reachability",
     }
 }
 

@@ -21,6 +21,8 @@ use grafsynth_verify::{Checked, Explored, Limits, Outcome, PropertyVerdict, Scop
 use serde_json::json;
 use std::path::Path;
 
+mod invariants;
+
 /// The number of steps from which a chart counts as large.
 const LARGE: usize = 100;
 
@@ -39,8 +41,11 @@ fn all(session: &mut Session, arguments: &Check) -> Result<Exit, Stop> {
         }
         return one(session, arguments, input);
     }
-    if arguments.dump_after.is_some() || arguments.certify.is_some() {
-        return Err(Stop::Usage("--dump-after and --certify accept one file".to_owned()));
+    let Check { dump_after, certify, invariants, recheck, .. } = arguments;
+    if dump_after.is_some() || certify.is_some() || invariants.is_some() || recheck.is_some() {
+        return Err(Stop::Usage(
+            "--dump-after, --certify, --invariants and --recheck accept one file".to_owned(),
+        ));
     }
     session.each(&inputs, |session, input| one(session, arguments, input))
 }
@@ -69,6 +74,11 @@ fn one(session: &mut Session, arguments: &Check, input: &Input) -> Result<Exit, 
         Ok(asked) => (asked, Vec::new()),
         Err(refused) => (net.clone(), refused),
     };
+    if let Some(file) = &arguments.recheck {
+        session.show(&found);
+        let exit = invariants::recheck(session, &asked, file, &limits)?;
+        return Ok(if session.demands.refuse(&found) { exit.worse(Exit::Errors) } else { exit });
+    }
     let explored = Explored::of(&asked, &visited);
     let facts = explored.facts();
     progress::doing(format!("looking for conflicts, dead ends and livelock in {name}"));
@@ -100,8 +110,12 @@ fn one(session: &mut Session, arguments: &Check, input: &Input) -> Result<Exit, 
         session.answer(&answer, &format!("open     emergency: {message}\n"));
         exit = Exit::Open;
     }
-    for PropertyVerdict { property, outcome } in explored.properties(&limits) {
-        exit = exit.worse(said(session, arguments, &asked, &asked.properties[property], &outcome)?);
+    let verdicts = explored.properties(&limits);
+    for PropertyVerdict { property, outcome } in &verdicts {
+        exit = exit.worse(said(session, arguments, &asked, &asked.properties[*property], outcome)?);
+    }
+    if let Some(output) = &arguments.invariants {
+        exit = exit.worse(invariants::write(session, &asked, &verdicts, output, &limits)?);
     }
     progress::doing(format!("checking how long transitions of {name} wait"));
     waits(session, arguments, net, &explored, &limits)?;
@@ -282,7 +296,7 @@ fn certify(
             ..Answer::new(About::Assert, format!("{name} of {of}"), status, message)
         };
         let (answer, exit) = match outcome {
-            Outcome::Proved { by, states } => {
+            Outcome::Proved { by, states, .. } => {
                 let answer = answer(Status::Proved, format!("proved by {}", proof_name(*by)));
                 let answer = answer.proved_by(*by, &Scope::EveryStimulus).with("states", *states);
                 (answer, Exit::Done)
@@ -304,6 +318,16 @@ fn certify(
     Ok(judged.fold(Exit::Done, Exit::worse))
 }
 
+/// A property as it is written in its source.
+fn written(session: &Session, property: &Property) -> String {
+    let span = property.meta.span;
+    let source = session.sources.get(span.file);
+    source.and_then(|source| source.text.get(span.range())).map_or_else(
+        || property.name.clone(),
+        |text| text.split_whitespace().collect::<Vec<_>>().join(" "),
+    )
+}
+
 /// Reports the result of one property.
 fn said(
     session: &Session,
@@ -313,14 +337,7 @@ fn said(
     outcome: &Outcome,
 ) -> Result<Exit, Stop> {
     let span = property.meta.span;
-    let text = session
-        .sources
-        .get(span.file)
-        .and_then(|source| source.text.get(span.range()))
-        .map_or_else(
-            || property.name.clone(),
-            |text| text.split_whitespace().collect::<Vec<_>>().join(" "),
-        );
+    let text = written(session, property);
     let tags = if property.meta.req.is_empty() {
         String::new()
     } else {
@@ -332,14 +349,22 @@ fn said(
         ..Answer::new(About::Assert, text.as_str(), status, message)
     };
     Ok(match outcome {
-        Outcome::Proved { by, states } => {
+        Outcome::Proved { by, states, invariant } => {
             let answer = answer(Status::Proved, format!("proved by {}", proof_name(*by)))
                 .proved_by(*by, &Scope::EveryStimulus)
                 .with("states", *states);
-            let how = match states {
-                0 => proof_name(*by).to_owned(),
-                _ => format!("{}, {}", proof_name(*by), counted(*states, "state", "states")),
+            let answer = match invariant {
+                Some(invariant) => answer.with("clauses", invariant.clauses.len()),
+                None => answer,
             };
+            let extent = match (states, invariant) {
+                (_, Some(invariant)) => {
+                    format!(", {}", counted(invariant.clauses.len(), "clause", "clauses"))
+                }
+                (0, None) => String::new(),
+                (_, None) => format!(", {}", counted(*states, "state", "states")),
+            };
+            let how = format!("{}{extent}", proof_name(*by));
             session.answer(&answer, &format!("proved   {text}{tags} ({how})\n"));
             Exit::Done
         }

@@ -233,6 +233,7 @@ fn rounds(subject: &Subject<'_>) -> String {
                 Proof::Symbolic => "from a decision diagram of all states",
                 Proof::Structural => "from the structure",
                 Proof::Induction => "by induction",
+                Proof::Directed => "by property-directed reachability",
             };
             let assumed = net.settings.events_exclusive
                 || net.properties.iter().any(|it| it.role == PropertyRole::Assume);

@@ -50,6 +50,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
             Proof::Symbolic => "counted in a decision diagram",
             Proof::Structural => "from the structure",
             Proof::Induction => "by induction",
+            Proof::Directed => "by property-directed reachability",
         };
         let sure = if reach.exact { how.to_owned() } else { format!("at most; {how}") };
         say("reachable situations", format!("{} ({sure})", reach.situations));

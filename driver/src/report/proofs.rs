@@ -51,12 +51,13 @@ pub(super) fn property(subject: &Subject<'_>, at: usize) -> String {
 /// The result of a property.
 pub(super) fn said(outcome: &Verdict) -> String {
     match outcome {
-        Verdict::Proved { by, states } => {
+        Verdict::Proved { by, states, .. } => {
             let how = match by {
                 Proof::Explicit => "by enumeration",
                 Proof::Symbolic => "in the decision diagram of all reachable states",
                 Proof::Structural => "from the structure",
                 Proof::Induction => "by induction",
+                Proof::Directed => "by property-directed reachability",
             };
             let states = if *states > 0 {
                 format!(", {}", counted(*states, "state", "states"))

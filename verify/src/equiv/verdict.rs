@@ -33,6 +33,8 @@ pub enum Method {
         same: usize,
         /// The number of functions that the solver proved equal.
         solved: usize,
+        /// The number of clauses that property-directed reachability added to the invariants; 0 if they were sufficient.
+        clauses: usize,
     },
 }
 
@@ -42,7 +44,8 @@ impl Certificate {
     pub fn proof(&self) -> Proof {
         match self.method {
             Method::Explicit { .. } => Proof::Explicit,
-            Method::Symbolic { .. } => Proof::Induction,
+            Method::Symbolic { clauses: 0, .. } => Proof::Induction,
+            Method::Symbolic { .. } => Proof::Directed,
         }
     }
 }
@@ -57,11 +60,18 @@ impl std::fmt::Display for Certificate {
                 counted(reactions, "reaction", "reactions"),
                 counted(self.compared, "bit", "bits")
             ),
-            Method::Symbolic { same, solved } => write!(
-                f,
-                "proved by induction: {}, {same} equal by construction, {solved} by the solver",
-                counted(self.compared, "function", "functions")
-            ),
+            Method::Symbolic { same, solved, clauses } => {
+                let functions = counted(self.compared, "function", "functions");
+                write!(
+                    f,
+                    "proved by induction: {functions}, {same} equal by construction, {solved} by the solver"
+                )?;
+                if clauses > 0 {
+                    let clauses = counted(clauses, "clause", "clauses");
+                    write!(f, ", the others with {clauses} from property-directed reachability")?;
+                }
+                Ok(())
+            }
         }
     }
 }

@@ -26,8 +26,13 @@ impl Lit {
         if value { Lit::TRUE } else { Lit::FALSE }
     }
 
+    /// The place of its node in the graph; operands have lower places, and 0 is the constant.
     pub(super) fn node(self) -> usize {
         (self.0 >> 1) as usize
+    }
+
+    pub(super) fn of_node(node: usize) -> Lit {
+        Lit((node as u32) << 1)
     }
 
     pub(super) fn is_negated(self) -> bool {
@@ -171,6 +176,14 @@ impl Aig {
     pub(crate) fn or_all(&mut self, all: impl IntoIterator<Item = Lit>) -> Lit {
         let negated: Vec<Lit> = all.into_iter().map(|lit| !lit).collect();
         !self.and_all(negated)
+    }
+
+    /// The operands of a node; `None` for a variable and for the constant.
+    pub(super) fn operands(&self, node: usize) -> Option<(Lit, Lit)> {
+        match self.nodes[node] {
+            Node::Constant | Node::Variable => None,
+            Node::And(a, b) => Some((a, b)),
+        }
     }
 
     /// The nodes below a literal, operands first, including variables.

@@ -22,9 +22,11 @@ mod ending;
 mod forced;
 mod forcing;
 mod image;
+mod invariant;
 mod number;
 mod order;
 mod pair;
+mod pdr;
 mod reach;
 mod reaction;
 mod select;
@@ -49,11 +51,15 @@ use crate::exclusive::net_expr;
 use crate::limits::Limits;
 use crate::verdict::Open;
 pub use dominance::{Dominance, dominates};
+pub use invariant::{Invariant, Refused, StateBit, Times, recheck, state_bits};
 pub(crate) use pair::{Diagram, Equalities, Induction, Question, diagram, induction};
+pub use pdr::{Directed, directed};
 pub(crate) use reach::{Reached, reach};
 
 use aig::{Aig, Lit};
 use number::Number;
+use pdr::{Register, Source};
+use reach::legal_inputs;
 use reaction::{Inputs, Maker, Reaction};
 use state::{Key, State, Value};
 
@@ -466,7 +472,17 @@ fn prove_tied(
     debug_assert!(logic.inputs.values().all(|pin| pin.role != PinRole::Unknown));
     let nodes = import(model.aig(), logic, &coded.flops, &pins);
 
-    let mut proof = Proof { model, facts, limits, same: 0, solved: 0 };
+    let can_search = net.unspecified.is_empty();
+    let mut proof = Proof {
+        model,
+        facts,
+        limits,
+        same: 0,
+        solved: 0,
+        can_search,
+        apart: Vec::new(),
+        first_apart: None,
+    };
     let mut compared = 0;
     for flop in logic.flops.values() {
         let Some(holds) = flop.holds else { continue };
@@ -547,8 +563,29 @@ fn prove_tied(
             composed.get_or_insert_with(|| import(proof.model.aig(), logic, &moved, &pins));
         proof.show(before_clock, composed[output.value.index()], own, &what)?;
     }
-    let method = Method::Symbolic { same: proof.same, solved: proof.solved };
+    let mut clauses = 0;
+    if !proof.apart.is_empty() {
+        let moved = Moved {
+            logic,
+            coded: &coded,
+            next: &moved,
+            next_bits: &next_bits,
+            reset_bits: &reset_bits,
+        };
+        clauses = proof.exclude(&moved)?;
+    }
+    let method = Method::Symbolic { same: proof.same, solved: proof.solved, clauses };
     Ok(Certificate { method, compared })
+}
+
+/// The circuit and the net after a reaction, as functions of the state before it.
+struct Moved<'m> {
+    logic: &'m Logic,
+    coded: &'m codes::Coded,
+    /// The next value of each flip-flop.
+    next: &'m [Lit],
+    next_bits: &'m BTreeMap<Key, Lit>,
+    reset_bits: &'m BTreeMap<Key, Lit>,
 }
 
 /// The conditions under which the net leaves cells open, as functions of the state before a reaction and its inputs (semantics §3.6).
@@ -581,9 +618,45 @@ struct Proof<'n, 'f> {
     limits: &'f Limits,
     same: usize,
     solved: usize,
+    /// True if differences in states that no invariant excludes are left to a search for a stronger invariant.
+    can_search: bool,
+    /// These differences.
+    apart: Vec<Lit>,
+    /// The message about the first of them.
+    first_apart: Option<String>,
 }
 
 impl Proof<'_, '_> {
+    /// Proves by property-directed reachability that the functions that differ in some states are equal in every reachable one. Returns the number of clauses.
+    ///
+    /// Up to the first reaction in which they differ, circuit and net are in the same state. So the states that the circuit reaches with its own functions,
+    /// together with what only the net stores, are the states of both.
+    fn exclude(&mut self, moved: &Moved<'_>) -> Result<usize, String> {
+        let first_apart = self.first_apart.take().unwrap_or_default();
+        let Moved { logic, coded, next, next_bits, reset_bits } = moved;
+        let mut registers: BTreeMap<Lit, Register> = BTreeMap::new();
+        for ((flop, lit), next) in logic.flops.values().zip(&coded.flops).zip(next.iter()) {
+            let inverted = lit.is_negated();
+            let lit = lit.negate_if(inverted);
+            let (next, first) = (next.negate_if(inverted), flop.init != inverted);
+            registers.entry(lit).or_insert(Register { lit, next, first });
+        }
+        for (key, next) in *next_bits {
+            let lit = self.model.state_bits[key];
+            if self.model.name_of.contains_key(&lit) && !registers.contains_key(&lit) {
+                let Some(first) = reset_bits.get(key).and_then(|lit| lit.as_constant()) else {
+                    return Err(first_apart);
+                };
+                registers.insert(lit, Register { lit, next: *next, first });
+            }
+        }
+        let legal = legal_inputs(&mut self.model);
+        let bad = self.model.aig().or_all(self.apart.clone());
+        let lemmas = pdr::lemmas(&mut self.model, self.facts);
+        let source = Source { registers: registers.into_values().collect(), legal, bad, lemmas };
+        pdr::is_never_bad(&self.model.maker.aig, &source, self.limits).ok_or(first_apart)
+    }
+
     fn try_show(&mut self, wanted: Lit, given: Lit) -> bool {
         if wanted == given {
             self.same += 1;
@@ -609,9 +682,16 @@ impl Proof<'_, '_> {
             }
             Some(Some(bits)) => {
                 let place = self.model.describe(&bits);
-                Err(format!(
+                let message = format!(
                     "{what} differs from the net in a state that no invariant excludes: {place}"
-                ))
+                );
+                if !self.can_search {
+                    return Err(message);
+                }
+                let differ = self.model.aig().xor(wanted, given);
+                self.apart.push(differ);
+                self.first_apart.get_or_insert(message);
+                Ok(())
             }
             None => Err(format!("{what}: the solver reached its limit")),
         }

@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Few rounds by default, many with `GRAFSYNTH_DEEP=1`, a part of the many with a larger number.
 #[allow(clippy::disallowed_methods, reason = "the environment says how long the tests may take")]
-fn rounds(few: u64, many: u64) -> u64 {
+pub(crate) fn rounds(few: u64, many: u64) -> u64 {
     match std::env::var("GRAFSYNTH_DEEP").ok().and_then(|part| part.parse::<u64>().ok()) {
         None | Some(0) => few,
         Some(part) => many.div_ceil(part).max(few),
@@ -30,7 +30,7 @@ fn rounds(few: u64, many: u64) -> u64 {
 }
 
 /// Runs `work` for each number below `n`, on all processors.
-fn in_parallel<R: Send>(n: u64, work: impl Fn(u64) -> R + Sync) -> Vec<R> {
+pub(crate) fn in_parallel<R: Send>(n: u64, work: impl Fn(u64) -> R + Sync) -> Vec<R> {
     let next = AtomicU64::new(0);
     let take = || {
         let mut done = Vec::new();
