@@ -31,17 +31,13 @@ impl Lit {
         (self.0 >> 1) as usize
     }
 
+    /// The positive literal of a node.
     pub(super) fn of_node(node: usize) -> Lit {
         Lit((node as u32) << 1)
     }
 
     pub(super) fn is_negated(self) -> bool {
         self.0 & 1 == 1
-    }
-
-    /// The positive literal of a node.
-    pub(super) fn of_node(node: usize) -> Lit {
-        Lit((node as u32) << 1)
     }
 
     pub(crate) fn as_constant(self) -> Option<bool> {
@@ -265,11 +261,6 @@ impl Aig {
             };
         }
         words
-    }
-
-    /// The operands of an and-node; `None` for a variable and the constant.
-    pub(super) fn operands(&self, node: usize) -> Option<(Lit, Lit)> {
-        if let Node::And(a, b) = self.nodes[node] { Some((a, b)) } else { None }
     }
 
     /// The functions with other functions substituted for variables.

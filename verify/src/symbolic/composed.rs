@@ -617,7 +617,7 @@ impl<'a> Both<'a> {
         if !varied.is_empty() {
             return Err(Failed::NotConstant(varied));
         }
-        let method = Method::Symbolic { same, solved };
+        let method = Method::Symbolic { same, solved, clauses: 0 };
         Ok(Certificate { method, compared: claims.len() })
     }
 

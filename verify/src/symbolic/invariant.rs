@@ -35,6 +35,9 @@ pub struct StateBit {
 /// The bits of a net's state between two reactions, as the second encoding stores it; none if it does not cover the net.
 #[must_use]
 pub fn state_bits(net: &Valid<Net>) -> Vec<StateBit> {
+    if net.settings.policy.is_statechart() {
+        return Vec::new();
+    }
     let Ok(maker) = Maker::new(net, Some(1), usize::MAX) else { return Vec::new() };
     let (_, bits, _) = maker.shape.free(net, &mut Aig::new());
     bits.into_keys().map(|(origin, element, bit)| StateBit { origin, element, bit }).collect()
@@ -120,6 +123,9 @@ impl<'n> Encoded<'n> {
         micro_steps: u32,
     ) -> Result<Self, String> {
         refuse_open_cells(net)?;
+        if net.settings.policy.is_statechart() {
+            return Err("statecharts are not covered by property-directed reachability".to_owned());
+        }
         let depth = micro_steps.min(limit_of(net));
         let mut model = Model::of(net, Some(depth), limits)?;
         let time = match times {
