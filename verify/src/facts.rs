@@ -275,7 +275,8 @@ struct Most {
 
 impl Most {
     fn note(&mut self, simulator: &Simulator<'_>) {
-        self.rounds = self.rounds.max(simulator.rounds());
+        let more = simulator.asked().map_or(0, |asked| asked.more_rounds);
+        self.rounds = self.rounds.max(simulator.rounds() + more);
         self.micro_steps = self.micro_steps.max(simulator.micro_steps());
         self.internal = self.internal.max(simulator.longest_internal());
     }

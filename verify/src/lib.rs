@@ -17,6 +17,7 @@
 
 mod alphabet;
 pub mod circuits;
+mod classes;
 pub mod codes;
 pub mod cover;
 pub mod equiv;
