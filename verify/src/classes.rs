@@ -113,6 +113,12 @@ impl<'n> Classes<'n> {
         Ok(Some(legal))
     }
 
+    /// True if a Boolean function is true in some admissible row; false if that is not known.
+    pub(crate) fn is_possible(&mut self, function: &Function) -> bool {
+        let Ok(Some(set)) = self.set(function) else { return false };
+        self.bdd.and(set, self.legal).is_ok_and(|both| both != Ref::FALSE)
+    }
+
     /// All admissible rows.
     pub(crate) fn all(&mut self) -> Ref {
         // Between two cases no other set is in use.
