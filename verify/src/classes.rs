@@ -120,25 +120,23 @@ impl<'n> Classes<'n> {
     }
 
     /// All admissible rows.
-    pub(crate) fn all(&mut self) -> Ref {
-        // Between two cases no other set is in use.
-        if self.bdd.len() > self.limit / 2 {
-            let mut roots = vec![self.legal];
-            let sets = |yes: &mut Option<Answered>| match yes {
-                Some(Answered::Set(set)) => Some(*set),
-                Some(Answered::Number | Answered::TooLarge) | None => None,
-            };
-            roots.extend(self.yes.iter_mut().filter_map(sets));
-            self.bdd.keep(&mut roots);
-            let mut roots = roots.into_iter();
-            self.legal = roots.next().unwrap_or(Ref::TRUE);
-            for set in &mut self.yes {
-                if let Some(Answered::Set(set)) = set {
-                    *set = roots.next().unwrap_or(Ref::TRUE);
-                }
-            }
-        }
+    pub(crate) fn all(&self) -> Ref {
         self.legal
+    }
+
+    /// Frees memory if much is used; `rows` is the only other set in use.
+    pub(crate) fn tidy(&mut self, rows: &mut Ref) {
+        if self.bdd.len() <= self.limit / 2 {
+            return;
+        }
+        let mut sets: Vec<&mut Ref> = vec![&mut self.legal, rows];
+        sets.extend(self.yes.iter_mut().flatten().filter_map(|answered| match answered {
+            Answered::Set(set) => Some(set),
+            Answered::Number | Answered::TooLarge => None,
+        }));
+        let mut roots: Vec<Ref> = sets.iter().map(|set| **set).collect();
+        self.bdd.keep(&mut roots);
+        sets.into_iter().zip(roots).for_each(|(set, root)| *set = root);
     }
 
     /// The first row of a set; `None` if it is empty.

@@ -489,6 +489,7 @@ impl<'n, 'l> Search<'n, 'l> {
                 return Err(OpenReason::Rows { limit });
             }
             rows = classes.without(rows, &self.row, asked)?;
+            classes.tidy(&mut rows);
         }
         Ok(None)
     }
@@ -677,7 +678,7 @@ impl<'n, 'l> Search<'n, 'l> {
         }
         let situation = self.after.situation();
         if !self.read_later.contains_key(situation) {
-            let read = self.relevance.inputs(situation);
+            let read = self.relevance.first_edges(situation);
             self.read_later.insert(situation.clone(), read);
         }
         let read = &self.read_later[situation];

@@ -251,6 +251,16 @@ impl<'n> Relevance<'n> {
 
     /// The inputs and the edges that a reaction from the situation can read.
     pub(crate) fn inputs(&self, situation: &Situation) -> Inputs {
+        self.reads(situation, self.is_stable)
+    }
+
+    /// The edges that compare with a value from before the reaction. Only those of the first micro-step do: when it fires, each operand that is not over inputs
+    /// alone gets a new value to compare with, and the edges of inputs end (semantics §3.7).
+    pub(crate) fn first_edges(&self, situation: &Situation) -> Inputs {
+        self.reads(situation, false)
+    }
+
+    fn reads(&self, situation: &Situation, is_stable: bool) -> Inputs {
         let mut set = self.always.clone();
         if !self.net.forcings.is_empty() {
             self.by_step.values().chain(self.by_transition.values()).for_each(|one| set.add(one));
@@ -267,13 +277,13 @@ impl<'n> Relevance<'n> {
             let step = todo[at];
             at += 1;
             set.add(&self.by_step[step]);
-            if !self.is_stable && !situation.contains(step) {
+            if !is_stable && !situation.contains(step) {
                 continue;
             }
             for transition in &self.leaving[step] {
                 // In `stable` a step found later may enable it, so it counts even if not all its steps are active now.
                 let requires = &self.net.transitions[*transition].requires;
-                if self.is_stable || requires.iter().all(|step| situation.contains(*step)) {
+                if is_stable || requires.iter().all(|step| situation.contains(*step)) {
                     self.fires(*transition, &mut set, &mut active, &mut todo);
                 }
             }
