@@ -34,23 +34,23 @@ impl Reaction<'_> {
             let len = events.len();
             let list = recorder.asked.lists.insert_full(events).0;
             let mut before = 0;
-            for place in 0..len {
+            for (place, is_present) in is_present.iter().enumerate() {
                 if !is_lazy {
-                    let is_queued = is_present[place] && before < room;
+                    let is_queued = *is_present && before < room;
                     recorder.ask(Question::Queued { list, place, room }, i64::from(is_queued));
                 }
-                before += usize::from(is_present[place]);
+                before += usize::from(*is_present);
             }
             before = 0;
-            for place in 0..len {
-                let is_lost = is_present[place] && before >= room;
-                if place >= room && !is_named[place] {
+            for (place, (is_present, is_named)) in is_present.iter().zip(is_named).enumerate() {
+                let is_lost = *is_present && before >= room;
+                if place >= room && !is_named {
                     recorder.ask(Question::Lost { list, place, room }, i64::from(is_lost));
                     if is_lost {
                         break;
                     }
                 }
-                before += usize::from(is_present[place]);
+                before += usize::from(*is_present);
             }
             if room < len {
                 recorder.ask(Question::Overflow { list, room }, i64::from(n_present > room));

@@ -570,12 +570,18 @@ impl Reaction<'_> {
     /// The value of an expression as far as it is known without the row.
     fn partial(&self, recorder: &Recorder, expr: &Expr) -> Partial {
         let state = if self.work.reads_before { &self.work.before } else { &*self.state };
-        let leaf = |leaf: &Leaf, index: Option<i64>| match *leaf {
-            Leaf::Input(input) if recorder.is_free[input.index()] => Partial::input(input),
-            Leaf::Rise(edge) => recorder.rise[edge.index()].clone(),
-            Leaf::Fall(edge) => recorder.fall[edge.index()].clone(),
-            known => {
-                Partial::Known(value_of(self.net, self.tables, state, self.work, known, index))
+        let leaf = |leaf: &Leaf, index: Option<i64>| {
+            if let Leaf::Input(input) = *leaf
+                && recorder.is_free[input.index()]
+            {
+                Partial::input(input)
+            } else if let Leaf::Rise(edge) = *leaf {
+                recorder.rise[edge.index()].clone()
+            } else if let Leaf::Fall(edge) = *leaf {
+                recorder.fall[edge.index()].clone()
+            } else {
+                let (net, tables) = (self.net, self.tables);
+                Partial::Known(value_of(net, tables, state, self.work, *leaf, index))
             }
         };
         partial(expr, &leaf, &|leaf| leaf_len(self.net, leaf))
@@ -621,10 +627,7 @@ pub(crate) fn value_of(
 
 /// The number of elements of a leaf.
 pub(crate) fn leaf_len(net: &Net, leaf: &Leaf) -> i64 {
-    match leaf {
-        Leaf::Var(var) => i64::from(net.vars[*var].len.unwrap_or(1)),
-        _ => 1,
-    }
+    if let Leaf::Var(var) = leaf { i64::from(net.vars[*var].len.unwrap_or(1)) } else { 1 }
 }
 
 /// The cell of a variable or of one element. Validation excludes an index outside the array.

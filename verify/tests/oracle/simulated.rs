@@ -270,7 +270,7 @@ fn features(seed: u64) -> Features {
 /// The differences, whether time matters, and how many checks were answered without an enumeration; `None` if the net was too large.
 fn compare(seed: u64) -> Option<(Vec<String>, bool, usize)> {
     let net = random_net(seed, &features(seed));
-    let net = if seed % 4 == 0 { net } else { spiced(&net, seed)? };
+    let net = if seed.is_multiple_of(4) { net } else { spiced(&net, seed)? };
     let truth = everything(&net)?;
     let mut faults = Vec::new();
     let enumeration = Limits { pairs: 200_000, image_work: 0, ..Limits::default() };
