@@ -18,6 +18,8 @@ pub struct Facts {
     pub unreachable_steps: Vec<StepId>,
     /// Transitions that never fire.
     pub dead_transitions: Vec<TransitionId>,
+    /// True if all other steps are active at some time, and all other transitions fire.
+    pub all_dead_known: bool,
     /// A bound on the micro-steps of one reaction, if one below `limit` was proved.
     pub stable_depth: Option<Proved<u32>>,
     /// The maximum number of checks in one reaction (rounds of EVOLVE, semantics.md §3.9), including the final check that finds nothing to fire. Also for

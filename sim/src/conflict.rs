@@ -51,8 +51,14 @@ impl Reaction<'_> {
     fn note_contests(&mut self, ordered: &[TransitionId], chosen: &[TransitionId]) {
         let net = self.net;
         let requires = |transition: &TransitionId| &net.transitions[*transition].requires;
-        for (at, lost) in ordered.iter().enumerate().filter(|(_, one)| !chosen.contains(one)) {
-            for won in ordered[..at].iter().filter(|one| chosen.contains(one)) {
+        // The chosen ones are in the same order.
+        let mut n_won = 0;
+        for lost in ordered {
+            if chosen.get(n_won) == Some(lost) {
+                n_won += 1;
+                continue;
+            }
+            for won in &chosen[..n_won] {
                 if requires(won).iter().any(|step| requires(lost).contains(step)) {
                     self.work.contested.push((*won, *lost));
                 }

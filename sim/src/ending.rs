@@ -72,7 +72,7 @@ impl Reaction<'_> {
             self.row.outputs[output.index()] = 0;
             for emission in emissions {
                 if self.state.situation.contains(emission.step)
-                    && self.holds(emission.condition.as_ref())
+                    && self.shows(*output, emission.condition.as_ref())
                 {
                     self.row.outputs[output.index()] = 1;
                 }
@@ -86,14 +86,21 @@ impl Reaction<'_> {
     }
 
     /// The emergency condition in the current state: at L2 for mealy outputs, at E4 for all others.
-    fn is_emergency(&self) -> bool {
-        self.net.emergency.as_ref().is_some_and(|one| self.eval(&one.condition) != 0)
+    fn is_emergency(&mut self) -> bool {
+        let Some(emergency) = &self.net.emergency else { return false };
+        match &self.work.recorder {
+            Some(recorder) if !recorder.emergency => {
+                self.eval_unrecorded(&emergency.condition) != 0
+            }
+            Some(_) | None => self.eval(&emergency.condition) != 0,
+        }
     }
 
     /// Evaluates which cells of this reaction the chart leaves open, from the inputs and from the situation before the reaction
     /// (semantics §3.6).
     pub(crate) fn evaluate_unspecified(&mut self) {
-        for open in &self.net.unspecified {
+        let net = self.net;
+        for open in &net.unspecified {
             if self.eval(&open.when) != 0 {
                 match open.what {
                     OpenCell::Next => {
@@ -127,6 +134,16 @@ impl Reaction<'_> {
         })
     }
 
+    /// Like `holds`, for a condition that has an effect on this output only.
+    fn shows(&mut self, output: OutputId, condition: Option<&grafsynth_ir::net::Expr>) -> bool {
+        let is_of_interest =
+            self.work.recorder.as_ref().is_none_or(|recorder| recorder.outputs[output.index()]);
+        match condition {
+            Some(condition) if !is_of_interest => self.eval_unrecorded(condition) != 0,
+            Some(_) | None => self.holds(condition),
+        }
+    }
+
     /// E4: continuous outputs, copies of stored and controlled ones, and continuous calls; then the effect of an emergency on them.
     fn e4_outputs(&mut self) {
         let (net, tables) = (self.net, self.tables);
@@ -152,7 +169,7 @@ impl Reaction<'_> {
             }
             for (output, place) in &tables.emissions[step.index()] {
                 let Driver::Continuous(emissions) = &net.outputs[*output].driver else { continue };
-                if self.holds(emissions[*place as usize].condition.as_ref()) {
+                if self.shows(*output, emissions[*place as usize].condition.as_ref()) {
                     self.row.outputs[output.index()] = 1;
                     self.work.lit.push(*output);
                 }

@@ -13,6 +13,7 @@
 // If the simulator forgot a variant, the reference would be wrong.
 #![warn(clippy::wildcard_enum_match_arm)]
 
+mod asked;
 mod clocked;
 mod clocks;
 pub mod codes;
@@ -22,6 +23,8 @@ mod control;
 mod csv;
 mod directed;
 mod ending;
+mod evaluate;
+mod event_questions;
 mod expected;
 mod generate;
 mod hierarchy;
@@ -45,6 +48,7 @@ mod trace_text;
 #[cfg(test)]
 mod tests;
 
+pub use asked::{Asked, Function, Question, value};
 pub use clocked::{ClockPlace, Clocked, MAX_CLOCKS};
 pub use clocks::Clock;
 pub use directed::ahead::{Ahead, MICRO_STEPS, Made};

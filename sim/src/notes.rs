@@ -77,6 +77,10 @@ impl Notes {
         self.list.entry(what).or_insert(Occurrence { first_row: row, count: 0 }).count += 1;
     }
 
+    pub(crate) fn contains(&self, what: Noticed) -> bool {
+        self.list.contains_key(&what)
+    }
+
     pub(crate) fn clear(&mut self) {
         self.list.clear();
         self.row = 0;

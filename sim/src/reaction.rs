@@ -3,12 +3,13 @@
 //! Each function is named after its step of that program and is in the file of its section: `conflict.rs` (K3–K5, §4), `hierarchy.rs` (NEXT, §8),
 //! `lists.rs` (F1–F5, §3.3), `statechart.rs` (S1–S4, §5), `control.rs` (E1, §3.5), `ending.rs` (E2–E4, E6).
 
-use grafsynth_ir::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind};
 use grafsynth_ir::net::{
     EdgeId, Evolution, Expr, InputId, InputKind, Leaf, Net, OutputId, StepId, TransitionId,
     TransitionKind, VarId,
 };
 
+use crate::asked::{Partial, Recorder, partial};
+use crate::evaluate::eval_by;
 use crate::layout::Cell;
 use crate::notes::{Notes, Noticed, Writer};
 use crate::row::{Effect, Row};
@@ -85,6 +86,8 @@ pub(crate) struct Work {
     pub(crate) longest_internal: usize,
     /// Whether a chart had ended before this reaction, by index in [`Tables::may_end`].
     pub(crate) had_ended: Vec<bool>,
+    /// Records the questions that reactions ask of the row, if a search wants them.
+    pub(crate) recorder: Option<Box<Recorder>>,
 }
 
 impl Work {
@@ -133,6 +136,7 @@ impl Reaction<'_> {
 
     /// One reaction: REACTION of §3.9, L1 to L5.
     pub(crate) fn react(&mut self, dt: u32, inputs: &[i64]) {
+        self.begin_record();
         self.l1_latch(dt, inputs);
         self.l2_advance_timers(i64::from(dt));
         self.evaluate_mealy_outputs();
@@ -205,6 +209,11 @@ impl Reaction<'_> {
             self.row.inputs[id.index()] = value;
             self.work.values[id.index()] = if input.kind.is_event() { 0 } else { value };
         }
+        if let Some(recorder) = &mut self.work.recorder {
+            for (id, input) in self.net.inputs.iter() {
+                recorder.is_free[id.index()] = !input.kind.is_event();
+            }
+        }
         for place in 0..self.tables.may_end.len() {
             self.work.had_ended[place] = self.has_ended(self.tables.may_end[place]);
         }
@@ -243,6 +252,11 @@ impl Reaction<'_> {
     fn l3_events_hold(&mut self, inputs: &[i64]) {
         self.l3_take_raised();
         for event in &self.tables.events {
+            if let Some(recorder) = &mut self.work.recorder {
+                // An event that was raised is present in every row.
+                recorder.is_free[event.index()] = self.net.inputs[*event].kind == InputKind::Event
+                    && self.work.values[event.index()] == 0;
+            }
             if self.net.inputs[*event].kind == InputKind::Event
                 && inputs.get(event.index()).is_some_and(|value| *value != 0)
             {
@@ -257,6 +271,13 @@ impl Reaction<'_> {
             if let Some(place) = self.tables.layout.raised(*event) {
                 self.work.values[event.index()] = std::mem::take(&mut self.state.cells[place]);
             }
+            self.is_no_longer_free(*event);
+        }
+    }
+
+    fn is_no_longer_free(&mut self, event: InputId) {
+        if let Some(recorder) = &mut self.work.recorder {
+            recorder.is_free[event.index()] = false;
         }
     }
 
@@ -340,6 +361,7 @@ impl Reaction<'_> {
     pub(crate) fn no_event_holds(&mut self) {
         for event in &self.tables.events {
             self.work.values[event.index()] = 0;
+            self.is_no_longer_free(*event);
         }
     }
 
@@ -351,8 +373,15 @@ impl Reaction<'_> {
     /// `now[e] := eval(e)` for every operand of the net, whether it is used now or not [C15].
     pub(crate) fn evaluate_edge_operands(&mut self) {
         for (edge, operand) in self.net.edges.iter() {
-            self.work.now[edge.index()] = self.eval(&operand.expr) != 0;
+            self.evaluate_edge_operand(edge, &operand.expr);
         }
+    }
+
+    fn evaluate_edge_operand(&mut self, edge: EdgeId, operand: &Expr) {
+        self.work.now[edge.index()] = self.eval_unrecorded(operand) != 0;
+        self.record(|reaction, recorder| {
+            recorder.now[edge.index()] = reaction.partial(recorder, operand);
+        });
     }
 
     /// `old := now`, for all operands except those over inputs alone.
@@ -366,13 +395,16 @@ impl Reaction<'_> {
 
     fn renew_edge_operand(&mut self, edge: EdgeId) {
         self.state.cells[self.tables.layout.edge(edge)] = i64::from(self.work.now[edge.index()]);
+        if let Some(recorder) = &mut self.work.recorder {
+            recorder.old[edge.index()] = recorder.now[edge.index()].clone();
+        }
     }
 
     /// E5: `in_old := in` for the operands over inputs alone.
     pub(crate) fn e5_renew_input_operands(&mut self) {
         for (edge, operand) in self.net.edges.iter() {
             if self.tables.edge_over_inputs[edge.index()] {
-                self.work.now[edge.index()] = self.eval(&operand.expr) != 0;
+                self.evaluate_edge_operand(edge, &operand.expr);
                 self.renew_edge_operand(edge);
             }
         }
@@ -402,6 +434,9 @@ impl Reaction<'_> {
             let live = self.work.fresh || !self.tables.edge_over_inputs[edge.index()];
             self.work.rise[edge.index()] = live && now && !old;
             self.work.fall[edge.index()] = live && !now && old;
+            if let Some(recorder) = &mut self.work.recorder {
+                recorder.edge(edge.index(), live);
+            }
         }
     }
 
@@ -443,7 +478,46 @@ impl Reaction<'_> {
             Trigger::Eventless => data.events.is_empty(),
             Trigger::Event(event) => data.events.contains(&event),
         };
-        event_holds && self.eval(&data.guard) != 0
+        let is_fireable = event_holds && self.eval_unrecorded(&data.guard) != 0;
+        self.record(|reaction, recorder| {
+            reaction.ask_receptivity(recorder, transition, trigger, is_fireable)
+        });
+        is_fireable
+    }
+
+    /// Records the receptivity of an enabled transition as one question.
+    fn ask_receptivity(
+        &self,
+        recorder: &mut Recorder,
+        transition: TransitionId,
+        trigger: Trigger,
+        is_fireable: bool,
+    ) {
+        let data = &self.net.transitions[transition];
+        let event = match trigger {
+            Trigger::Any if data.events.is_empty() => Partial::Known(1),
+            Trigger::Any => {
+                Partial::or(data.events.iter().map(|event| match recorder.is_free[event.index()] {
+                    true => Partial::input(*event),
+                    false => Partial::Known(self.work.values[event.index()]),
+                }))
+            }
+            Trigger::Eventless => Partial::Known(i64::from(data.events.is_empty())),
+            Trigger::Event(event) => Partial::Known(i64::from(data.events.contains(&event))),
+        };
+        if event == Partial::Known(0) {
+            return;
+        }
+        let guard = self.partial(recorder, &data.guard);
+        let n_answers = recorder.asked.answers.len();
+        recorder.note(Partial::and([event, guard]), i64::from(is_fireable));
+        // The question depends on the answers about other transitions if it looks at them.
+        if self.work.rounds == 1
+            && !data.guard.leaves().any(|leaf| matches!(leaf, Leaf::Fireable(_)))
+            && let Some((question, _)) = recorder.asked.answers.get(n_answers)
+        {
+            recorder.asked.first_check.push(*question);
+        }
     }
 
     pub(crate) fn is_reaction(&self, transition: TransitionId) -> bool {
@@ -464,76 +538,59 @@ impl Reaction<'_> {
     }
 
     /// `eval`: the exact value in the current state, 0 and 1 for Booleans; with simultaneous assignments, the value at the start of the micro-step.
-    pub(crate) fn eval(&self, expr: &Expr) -> i64 {
+    pub(crate) fn eval(&mut self, expr: &Expr) -> i64 {
+        let value = self.eval_unrecorded(expr);
+        self.record(|reaction, recorder| recorder.note(reaction.partial(recorder, expr), value));
+        value
+    }
+
+    /// Like [`Reaction::eval`], but records no question.
+    pub(crate) fn eval_unrecorded(&self, expr: &Expr) -> i64 {
         let state = if self.work.reads_before { &self.work.before } else { &*self.state };
         eval_by(expr, &|leaf, index| {
             value_of(self.net, self.tables, state, self.work, *leaf, index)
         })
     }
 
+    /// Calls `note` if questions are recorded.
+    pub(crate) fn record(&mut self, note: impl FnOnce(&Self, &mut Recorder)) {
+        if let Some(mut recorder) = self.work.recorder.take() {
+            note(self, &mut recorder);
+            self.work.recorder = Some(recorder);
+        }
+    }
+
+    fn begin_record(&mut self) {
+        let (cells, layout) = (&self.state.cells, &self.tables.layout);
+        if let Some(recorder) = &mut self.work.recorder {
+            recorder.begin(self.net.edges.ids().map(|edge| cells[layout.edge(edge)]));
+        }
+    }
+
+    /// The value of an expression as far as it is known without the row.
+    fn partial(&self, recorder: &Recorder, expr: &Expr) -> Partial {
+        let state = if self.work.reads_before { &self.work.before } else { &*self.state };
+        let leaf = |leaf: &Leaf, index: Option<i64>| {
+            if let Leaf::Input(input) = *leaf
+                && recorder.is_free[input.index()]
+            {
+                Partial::input(input)
+            } else if let Leaf::Rise(edge) = *leaf {
+                recorder.rise[edge.index()].clone()
+            } else if let Leaf::Fall(edge) = *leaf {
+                recorder.fall[edge.index()].clone()
+            } else {
+                let (net, tables) = (self.net, self.tables);
+                Partial::Known(value_of(net, tables, state, self.work, *leaf, index))
+            }
+        };
+        partial(expr, &leaf, &|leaf| leaf_len(self.net, leaf))
+    }
+
     /// The cell of a variable or of one element.
     pub(crate) fn var_place(&self, var: VarId, index: Option<i64>) -> usize {
         var_place(self.net, self.tables, var, index)
     }
-}
-
-/// The value of an expression over any leaves; for an element of an array, `value` gets the index. Operands that `and` and `or` skip have no effects.
-pub(crate) fn eval_by<L>(expr: &GenericExpr<L>, value: &impl Fn(&L, Option<i64>) -> i64) -> i64 {
-    let eval = |expr: &GenericExpr<L>| eval_by(expr, value);
-    match &expr.kind {
-        ExprKind::Bool(value) => i64::from(*value),
-        ExprKind::Int(value) => *value,
-        ExprKind::Leaf(leaf) => value(leaf, None),
-        ExprKind::Element(leaf, index) => value(leaf, Some(eval(index))),
-        ExprKind::Not(a) => i64::from(eval(a) == 0),
-        ExprKind::And(all) => i64::from(all.iter().all(|a| eval(a) != 0)),
-        ExprKind::Or(all) => i64::from(all.iter().any(|a| eval(a) != 0)),
-        ExprKind::Compare(op, a, b) => i64::from(compares(*op, eval(a), eval(b))),
-        // Validation excludes a divisor of 0 and results beyond 64 bits.
-        ExprKind::Neg(a) => arithmetic(ArithOp::Sub, 0, eval(a)).unwrap_or(0),
-        ExprKind::Arith(op, a, b) => arithmetic(*op, eval(a), eval(b)).unwrap_or(0),
-        ExprKind::Select(a, b, c) => {
-            if eval(a) != 0 {
-                eval(b)
-            } else {
-                eval(c)
-            }
-        }
-    }
-}
-
-pub(crate) fn compares(op: CompareOp, a: i64, b: i64) -> bool {
-    match op {
-        CompareOp::Eq => a == b,
-        CompareOp::Ne => a != b,
-        CompareOp::Lt => a < b,
-        CompareOp::Le => a <= b,
-        CompareOp::Gt => a > b,
-        CompareOp::Ge => a >= b,
-    }
-}
-
-/// The exact result, without the arithmetic of `ir` (semantics §6); `None` if the result does not exist or exceeds 64 bits.
-fn arithmetic(op: ArithOp, a: i64, b: i64) -> Option<i64> {
-    let (a, b) = (i128::from(a), i128::from(b));
-    let exact = match op {
-        ArithOp::Add => a + b,
-        ArithOp::Sub => a - b,
-        ArithOp::Mul => a * b,
-        ArithOp::Div => a.checked_div(b)?,
-        ArithOp::Mod => a.checked_rem(b)?,
-        ArithOp::BitAnd => a & b,
-        ArithOp::BitOr => a | b,
-        ArithOp::BitXor => a ^ b,
-        ArithOp::Shl => a * power(b)?,
-        ArithOp::Shr => a.div_euclid(power(b)?),
-    };
-    i64::try_from(exact).ok()
-}
-
-/// 2 to the power of the amount of a shift, which is at most 63.
-fn power(amount: i128) -> Option<i128> {
-    (0..=63).contains(&amount).then(|| 1 << amount)
 }
 
 /// The value of a leaf.
@@ -566,6 +623,11 @@ pub(crate) fn value_of(
             layout.find(Cell::ActionQ(action)).map_or(0, |place| state.cells[place])
         }
     }
+}
+
+/// The number of elements of a leaf.
+pub(crate) fn leaf_len(net: &Net, leaf: &Leaf) -> i64 {
+    if let Leaf::Var(var) = leaf { i64::from(net.vars[*var].len.unwrap_or(1)) } else { 1 }
 }
 
 /// The cell of a variable or of one element. Validation excludes an index outside the array.

@@ -1,13 +1,16 @@
 //! The public interface of the simulator.
 
 use grafsynth_ir::net::{
-    Driver, Leaf, Net, Output, OutputId, Property, PropertyExpr, PropertyLeaf, StepId,
+    Driver, EdgeId, Leaf, Net, Output, OutputId, Property, PropertyExpr, PropertyLeaf, StepId,
     TransitionId, VarId,
 };
 use grafsynth_ir::{Diagnostic, Valid};
 
+use crate::asked::{Asked, Function, Partial, Recorder, observed, partial, value};
+use crate::evaluate::eval_by;
+use crate::layout::Cell;
 use crate::notes::Notes;
-use crate::reaction::{Reaction, Work, eval_by, value_of};
+use crate::reaction::{Reaction, Work, leaf_len, value_of};
 use crate::row::{Effect, InputRow, Row};
 use crate::saved::{self, Restored};
 use crate::state::State;
@@ -201,6 +204,69 @@ impl<'n> Simulator<'n> {
             }
         };
         eval_by(expr, &value)
+    }
+
+    /// From now on, records the questions that each reaction asks of its row. The values of all other outputs than these need not be the same in all rows
+    /// with the same answers.
+    pub fn record(&mut self, outputs: &[OutputId]) {
+        let has_calls = self.net.outputs.values().any(Output::is_extern);
+        let recorder = Recorder {
+            is_free: vec![false; self.net.inputs.len()],
+            outputs: observed(self.net.outputs.len(), outputs),
+            emergency: has_calls || !outputs.is_empty(),
+            ..Recorder::default()
+        };
+        self.work.recorder = Some(Box::new(recorder));
+    }
+
+    /// The questions of the last reaction, if they are recorded.
+    #[must_use]
+    pub fn asked(&self) -> Option<&Asked> {
+        self.work.recorder.as_deref().map(|recorder| &recorder.asked)
+    }
+
+    /// Like [`Simulator::is_violated`], for a property that reads no output that is not recorded. It is one more question of the last reaction.
+    pub fn ask(&mut self, property: &Property) -> bool {
+        let value = self.value(&property.never);
+        if let Some(mut recorder) = self.work.recorder.take() {
+            let leaf = |leaf: &PropertyLeaf, index: Option<i64>| match leaf {
+                PropertyLeaf::Net(Leaf::Input(input)) => Partial::input(*input),
+                PropertyLeaf::Net(leaf) => Partial::Known(value_of(
+                    self.net,
+                    &self.tables,
+                    &self.state,
+                    &self.work,
+                    *leaf,
+                    index,
+                )),
+                PropertyLeaf::Output(output) => Partial::Known(self.row.outputs[output.index()]),
+            };
+            let len = |leaf: &PropertyLeaf| leaf.net().map_or(1, |leaf| leaf_len(self.net, leaf));
+            recorder.note(partial(&property.never, &leaf, &len), value);
+            self.work.recorder = Some(recorder);
+        }
+        value != 0
+    }
+
+    /// One more question of the last reaction: the value of this function in its row.
+    pub fn ask_function(&mut self, function: Function) {
+        let value = value(&function, &|input| self.row.inputs[input.index()]);
+        if let Some(recorder) = &mut self.work.recorder {
+            recorder.note(Partial::Free(function), value);
+        }
+    }
+
+    /// Makes the value of an edge operand that stays in the state a question of the last reaction.
+    pub fn ask_edge(&mut self, edge: EdgeId) {
+        let value = self.state.cells[self.tables.layout.at(Cell::Edge(edge))];
+        if let Some(recorder) = &mut self.work.recorder {
+            recorder.note(recorder.old[edge.index()].clone(), value);
+        }
+    }
+
+    /// Forgets the last compared value of an edge operand in a state, if the next reaction will not read an edge of it.
+    pub fn forget_edge(&self, state: &mut State, edge: EdgeId) {
+        state.cells[self.tables.layout.at(Cell::Edge(edge))] = 0;
     }
 
     /// The state as text, by name: JSON that a later version of the chart can read.

@@ -56,6 +56,7 @@ impl Reaction<'_> {
         for (_, event) in due {
             self.join_external(event);
         }
+        self.record_events(inputs);
         for event in &self.tables.events {
             if self.net.inputs[*event].kind == InputKind::Event
                 && inputs.get(event.index()).is_some_and(|value| *value != 0)
@@ -89,7 +90,7 @@ impl Reaction<'_> {
         self.work.longest_internal = self.work.longest_internal.max(self.state.internal.len());
     }
 
-    fn queue_bound(&self) -> usize {
+    pub(crate) fn queue_bound(&self) -> usize {
         self.net.settings.queue.map_or(usize::MAX, |bound| bound as usize)
     }
 
@@ -110,19 +111,24 @@ impl Reaction<'_> {
             self.check(Trigger::Eventless);
             self.select_in_statechart();
             if self.work.chosen.is_empty() {
+                let mut is_external = false;
                 let event = if let Some(event) = self.state.internal.pop_front() {
                     event
-                } else if let Some(event) = self.state.external.pop_front() {
+                } else {
+                    self.record_absent_events();
+                    let Some(event) = self.state.external.pop_front() else { break };
+                    is_external = true;
                     if self.work.n_latched > 0 {
                         self.work.n_latched -= 1;
                         n = 0;
                     }
                     event
-                } else {
-                    break;
                 };
                 self.check(Trigger::Event(event));
                 self.select_in_statechart();
+                if is_external {
+                    self.record_taken_event();
+                }
             }
             if self.work.chosen.is_empty() {
                 // The event fired nothing and is discarded.
@@ -140,6 +146,7 @@ impl Reaction<'_> {
             n += 1;
         }
         self.renew_edge_operands();
+        self.record_more_rounds();
     }
 
     pub(crate) fn drop_queues(&mut self) {

@@ -10,8 +10,8 @@ use grafsynth_ir::{Diagnostic, FileId, Span};
 
 use crate::codes;
 use crate::csv::{self, Cell};
+use crate::evaluate::eval_by;
 use crate::expected::Expected;
-use crate::reaction::eval_by;
 use crate::row::{InputRow, has_column};
 use crate::trace::TraceLayout;
 

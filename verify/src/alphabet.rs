@@ -33,29 +33,7 @@ impl<'n> Alphabet<'n> {
     /// The alphabet of a net. With `all_values`, it contains every value of every integer input. Otherwise it contains one value for each interval between the
     /// constants that an input is compared with, if the input is not used in any other way.
     pub(crate) fn of(net: &'n Net, all_values: bool, limit: u64) -> Result<Self, NoAlphabet> {
-        let mut values = Vec::new();
-        for (id, input) in net.inputs.iter() {
-            let list = match (input.kind, input.ty) {
-                (InputKind::InternalEvent, _) => vec![0],
-                (_, Type::Bool) => vec![0, 1],
-                (_, Type::Int { lo, hi }) => {
-                    let classes = if all_values { None } else { cuts(net, id, lo, hi) };
-                    match classes {
-                        Some(classes) => classes,
-                        None if hi.abs_diff(lo) < limit.min(4096) => (lo..=hi).collect(),
-                        None => {
-                            let input = input.name.to_string();
-                            let values = hi.abs_diff(lo).saturating_add(1);
-                            return Err(NoAlphabet::TooMany(OpenReason::InputValues {
-                                input,
-                                values,
-                            }));
-                        }
-                    }
-                }
-            };
-            values.push(list);
-        }
+        let values = values(net, all_values, limit)?;
         let mut assumed = Vec::new();
         let mut constrained = Inputs::none(net);
         for property in
@@ -148,6 +126,31 @@ impl<'n> Alphabet<'n> {
         }
         Some(rows)
     }
+}
+
+/// The values of each input that are tried.
+pub(crate) fn values(net: &Net, all_values: bool, limit: u64) -> Result<Vec<Vec<i64>>, NoAlphabet> {
+    let mut values = Vec::new();
+    for (id, input) in net.inputs.iter() {
+        let list = match (input.kind, input.ty) {
+            (InputKind::InternalEvent, _) => vec![0],
+            (_, Type::Bool) => vec![0, 1],
+            (_, Type::Int { lo, hi }) => {
+                let classes = if all_values { None } else { cuts(net, id, lo, hi) };
+                match classes {
+                    Some(classes) => classes,
+                    None if hi.abs_diff(lo) < limit.min(4096) => (lo..=hi).collect(),
+                    None => {
+                        let input = input.name.to_string();
+                        let values = hi.abs_diff(lo).saturating_add(1);
+                        return Err(NoAlphabet::TooMany(OpenReason::InputValues { input, values }));
+                    }
+                }
+            }
+        };
+        values.push(list);
+    }
+    Ok(values)
 }
 
 /// One value for each interval between the constants that an input is compared with; `None` if the input is used in any other way, or in a property that reads

@@ -10,11 +10,13 @@
 use std::rc::Rc;
 
 use grafsynth_ir::Valid;
-use grafsynth_ir::net::Net;
+use grafsynth_ir::net::{Net, OutputId, PropertyLeaf, PropertyRole, TransitionId};
 use grafsynth_sim::{Clock, InputRow, MAX_DT, Row, Simulator, Situation, State, Stimulus};
 use indexmap::{IndexMap, IndexSet};
 
-use crate::alphabet::{Alphabet, NoAlphabet};
+use crate::alphabet::NoAlphabet;
+use crate::classes::Classes;
+use crate::guards::receptivity;
 use crate::limits::Limits;
 use crate::relevance::{Inputs, Relevance};
 use crate::verdict::OpenReason;
@@ -126,14 +128,6 @@ impl States {
         self.states.iter().map(State::situation)
     }
 
-    /// The node of a state, if each state is a node.
-    pub(crate) fn node_of(&self, state: &State) -> Option<usize> {
-        self.states
-            .get_index_of(state)
-            .and_then(|at| self.by_state[at].all.first())
-            .map(|node| *node as usize)
-    }
-
     /// Checks whether a search with this limit of pairs would have been complete. Nothing is searched again.
     ///
     /// # Errors
@@ -143,39 +137,28 @@ impl States {
         if tried >= self.pairs_after.len() {
             return Ok(());
         }
+        Err(self.too_many_pairs(limit, tried))
+    }
+
+    /// The answer of a search that ends at this limit, after so many nodes.
+    fn too_many_pairs(&self, limit: u64, tried: usize) -> OpenReason {
         // Nodes are numbered in the order of discovery, and they are found from the earlier nodes, in order.
         let is_found =
             |node: &Node| node.parent.as_ref().is_none_or(|it| (it.node as usize) < tried);
-        Err(OpenReason::Pairs { limit, states: self.nodes.partition_point(is_found) })
+        OpenReason::Pairs { limit, states: self.nodes.partition_point(is_found) }
     }
 
     /// A lower bound on the pairs of a one-by-one search: each state without its times is found with at least one value for them, if the states known
     /// here are all states.
-    fn least_pairs_one_by_one(&self, net: &Net, limits: &Limits) -> u64 {
+    fn least_pairs_one_by_one(&self, net: &Net) -> u64 {
         let relevance = Relevance::of(net);
-        let Ok(alphabet) = Alphabet::of(net, false, limits.rows_per_state) else { return 0 };
-        let mut rows_of: IndexMap<Inputs, u64> = IndexMap::new();
-        let mut pairs: u64 = 0;
-        for state in &self.states {
-            let matter = relevance.inputs(state.situation());
-            let rows = match rows_of.get(&matter) {
-                Some(rows) => *rows,
-                None => {
-                    let rows = alphabet.rows(&matter, limits.rows_per_state);
-                    let rows = rows.map_or(0, |rows| rows.len() as u64);
-                    rows_of.insert(matter, rows);
-                    rows
-                }
-            };
-            let largest = relevance.largest_dt(state.situation()).map_or(0, u64::from);
-            pairs = pairs.saturating_add(rows.saturating_mul(largest + 1));
-        }
-        pairs
+        let largest = |state: &State| relevance.largest_dt(state.situation()).map_or(0, u64::from);
+        self.states.iter().map(|state| largest(state) + 1).fold(0, u64::saturating_add)
     }
 
     /// True if a one-by-one search, up to the longest time, cannot end within the limits.
     pub(crate) fn are_too_many_one_by_one(&self, net: &Net, limits: &Limits) -> bool {
-        self.states.len() > limits.states || self.least_pairs_one_by_one(net, limits) > limits.pairs
+        self.states.len() > limits.states || self.least_pairs_one_by_one(net) > limits.pairs
     }
 
     /// A state of the node; with zones, without its times.
@@ -295,14 +278,25 @@ impl<B> Ended<B> {
     }
 }
 
-/// Visits every reaction from every reachable state, those nearest to reset first. Inputs that cannot matter in a state keep one value.
+/// Visits every reaction from every reachable state, those nearest to reset first. Of all rows that give the same reaction, one is tried ([`crate::classes`]).
 pub(crate) fn explore<'n, B>(
     net: &'n Valid<Net>,
     limits: &Limits,
     times: Times,
     visit: &mut impl FnMut(&States, &Seen<'_, 'n>) -> Option<B>,
 ) -> (States, Ended<B>) {
-    let mut search = Search::new(net, limits, times);
+    explore_with(net, limits, times, &[], visit)
+}
+
+/// Like [`explore`], with rows that also differ in the receptivities of these transitions, which read only inputs and step activity.
+pub(crate) fn explore_with<'n, B>(
+    net: &'n Valid<Net>,
+    limits: &Limits,
+    times: Times,
+    receptivities: &[TransitionId],
+    visit: &mut impl FnMut(&States, &Seen<'_, 'n>) -> Option<B>,
+) -> (States, Ended<B>) {
+    let mut search = Search::new(net, limits, times, receptivities);
     let ended = search.run(visit).unwrap_or_else(Ended::Open);
     (search.found, ended)
 }
@@ -358,11 +352,26 @@ pub(crate) fn explore_any<'n, T, B>(
     soon
 }
 
+/// The outputs that an assertion reads.
+fn asserted_outputs(net: &Net) -> Vec<OutputId> {
+    let asserts = net.properties.iter().filter(|it| it.role == PropertyRole::Assert);
+    let outputs =
+        asserts.flat_map(|property| property.never.leaves()).filter_map(|leaf| match leaf {
+            PropertyLeaf::Output(output) => Some(*output),
+            PropertyLeaf::Net(_) => None,
+        });
+    outputs.collect()
+}
+
 struct Search<'n, 'l> {
     limits: &'l Limits,
     times: Times,
+    receptivities: &'l [TransitionId],
     simulator: Simulator<'n>,
     net: &'n Valid<Net>,
+    relevance: Relevance<'n>,
+    /// For each situation, what the next reaction can read.
+    read_later: IndexMap<Situation, Inputs>,
     found: States,
     /// The row being tried, and the resulting state, in reused memory.
     row: InputRow,
@@ -382,7 +391,12 @@ struct Case {
 }
 
 impl<'n, 'l> Search<'n, 'l> {
-    fn new(net: &'n Valid<Net>, limits: &'l Limits, times: Times) -> Self {
+    fn new(
+        net: &'n Valid<Net>,
+        limits: &'l Limits,
+        times: Times,
+        receptivities: &'l [TransitionId],
+    ) -> Self {
         let simulator = Simulator::new(net);
         let clocks = match times {
             Times::Zones | Times::AllZones => simulator.clocks(),
@@ -397,7 +411,19 @@ impl<'n, 'l> Search<'n, 'l> {
             pairs_after: Vec::new(),
         };
         let (row, after) = (InputRow::default(), State::default());
-        Search { limits, times, simulator, net, found, row, after }
+        let (relevance, read_later) = (Relevance::of(net), IndexMap::new());
+        Search {
+            limits,
+            times,
+            receptivities,
+            simulator,
+            net,
+            relevance,
+            read_later,
+            found,
+            row,
+            after,
+        }
     }
 
     fn run<B>(
@@ -413,33 +439,21 @@ impl<'n, 'l> Search<'n, 'l> {
         let (clocks, sources) = self.leave(None)?;
         let zone = Zone::point(&[]).map(&sources);
         self.node(clocks, zone, None)?;
-        let alphabet = match Alphabet::of(net, false, limits.rows_per_state) {
-            Ok(alphabet) => alphabet,
+        let mut classes = match Classes::of(net, limits) {
+            Ok(classes) => classes,
             // No stimulus is legal: only the reset exists.
             Err(NoAlphabet::Contradiction) => return Ok(Ended::Complete),
             Err(NoAlphabet::TooMany(why)) => return Err(why),
         };
-        let relevance = Relevance::of(net);
-        let mut cache: IndexMap<Inputs, Vec<InputRow>> = IndexMap::new();
+        self.simulator.record(&asserted_outputs(net));
         let mut at = 0;
         while at < self.found.nodes.len() {
-            let matter = relevance.inputs(self.found.situation(at));
-            if !cache.contains_key(&matter) {
-                let limit = limits.rows_per_state;
-                let rows = alphabet.rows(&matter, limit).ok_or(OpenReason::Rows { limit })?;
-                cache.insert(matter.clone(), rows);
-            }
-            let rows = &cache[&matter];
-            let room = limits.pairs.saturating_sub(self.found.pairs) / (rows.len() as u64).max(1);
-            let states = self.found.nodes.len();
-            let cases = self
-                .cases(at, &relevance, room)
-                .ok_or(OpenReason::Pairs { limit: limits.pairs, states })?;
+            let room = limits.pairs.saturating_sub(self.found.pairs);
+            let too_many = || self.found.too_many_pairs(limits.pairs, at);
+            let cases = self.cases(at, room).ok_or_else(too_many)?;
             for case in cases {
-                for row in rows {
-                    if let Some(answer) = self.reaction(at, &case, row, visit)? {
-                        return Ok(Ended::Stopped(answer));
-                    }
+                if let Some(answer) = self.rows(at, &case, &mut classes, visit)? {
+                    return Ok(Ended::Stopped(answer));
                 }
             }
             self.found.pairs_after.push(self.found.pairs);
@@ -448,11 +462,43 @@ impl<'n, 'l> Search<'n, 'l> {
         Ok(Ended::Complete)
     }
 
+    /// Visits the reactions of a case, one for each class of rows.
+    fn rows<B>(
+        &mut self,
+        node: usize,
+        case: &Case,
+        classes: &mut Classes<'n>,
+        visit: &mut impl FnMut(&States, &Seen<'_, 'n>) -> Option<B>,
+    ) -> Result<Option<B>, OpenReason> {
+        let limit = self.limits.rows_per_state;
+        let mut rows = classes.all();
+        let mut n_rows = 0;
+        while classes.first(rows, &mut self.row).is_some() {
+            if n_rows == limit {
+                return Err(OpenReason::Rows { limit });
+            }
+            if self.found.pairs == self.limits.pairs {
+                return Err(self.found.too_many_pairs(self.limits.pairs, node));
+            }
+            if let Some(answer) = self.reaction(node, case, visit)? {
+                return Ok(Some(answer));
+            }
+            n_rows += 1;
+            let Some(asked) = self.simulator.asked() else { continue };
+            if n_rows == 1 && classes.least(asked)? > limit {
+                return Err(OpenReason::Rows { limit });
+            }
+            rows = classes.without(rows, &self.row, asked)?;
+            classes.tidy(&mut rows);
+        }
+        Ok(None)
+    }
+
     /// All possible times before a reaction from the node; `None` if there are more than `room`.
-    fn cases(&self, node: usize, relevance: &Relevance<'_>, room: u64) -> Option<Vec<Case>> {
+    fn cases(&self, node: usize, room: u64) -> Option<Vec<Case>> {
         let Times::Each(ticks) = self.times else { return self.parts(node, room) };
         let before = self.found.state(node);
-        let dts = match (relevance.largest_dt(before.situation()), ticks) {
+        let dts = match (self.relevance.largest_dt(before.situation()), ticks) {
             (None, _) => 1..=1,
             (Some(_), Ticks::Chip) => 0..=1,
             (Some(largest), Ticks::Any) => 0..=largest,
@@ -553,14 +599,19 @@ impl<'n, 'l> Search<'n, 'l> {
         &mut self,
         from: usize,
         case: &Case,
-        row: &InputRow,
         visit: &mut impl FnMut(&States, &Seen<'_, 'n>) -> Option<B>,
     ) -> Result<Option<B>, OpenReason> {
         self.row.dt = case.dt;
-        self.row.values.clone_from(&row.values);
         self.found.pairs += 1;
         self.simulator.set_state(&case.before);
         self.simulator.step(&self.row);
+        for property in self.net.properties.iter().filter(|it| it.role == PropertyRole::Assert) {
+            self.simulator.ask(property);
+        }
+        for transition in self.receptivities {
+            let transition = &self.net.transitions[*transition];
+            self.simulator.ask_function(receptivity(transition, case.before.situation()));
+        }
         let (clocks, sources) = self.leave(Some((from, &case.point)))?;
         let mut zone = case.zone.map(&sources);
         let last_cut = |clock: &usize| self.found.clocks[*clock].cuts.last().copied();
@@ -586,8 +637,8 @@ impl<'n, 'l> Search<'n, 'l> {
         &mut self,
         ran: Option<(usize, &[i64])>,
     ) -> Result<(Vec<usize>, Vec<Source>), OpenReason> {
+        self.keep_edges(ran.is_some());
         let (reached, state) = (self.simulator.state(), &mut self.after);
-        state.clone_from(reached);
         let (mut clocks, mut sources) = (Vec::new(), Vec::new());
         for (at, clock) in self.found.clocks.iter().enumerate() {
             let time = self.simulator.ticks(reached, clock);
@@ -615,6 +666,29 @@ impl<'n, 'l> Search<'n, 'l> {
             }
         }
         Ok((clocks, sources))
+    }
+
+    /// Sets `after` to the reached state, without the values of edge operands that the next reaction will not compare. The others are questions of this
+    /// reaction.
+    fn keep_edges(&mut self, is_reaction: bool) {
+        self.after.clone_from(self.simulator.state());
+        let net = self.net;
+        if net.edges.is_empty() {
+            return;
+        }
+        let situation = self.after.situation();
+        if !self.read_later.contains_key(situation) {
+            let read = self.relevance.first_edges(situation);
+            self.read_later.insert(situation.clone(), read);
+        }
+        let read = &self.read_later[situation];
+        for edge in net.edges.ids() {
+            if !read.has_edge(net, edge) {
+                self.simulator.forget_edge(&mut self.after, edge);
+            } else if is_reaction {
+                self.simulator.ask_edge(edge);
+            }
+        }
     }
 
     /// The node of the state `after` with a zone, created if it is new, with its origin.

@@ -13,7 +13,7 @@ use crate::properties::{
 };
 use crate::relevance::Relevance;
 use crate::verdict::OpenReason;
-use crate::waiting::{Waiting, rivals, waiting, waiting_in};
+use crate::waiting::{Waiting, rivals, waiting};
 
 /// The results of one search of all reachable states of a net: its facts, its lints, its asserts, and how long transitions wait. Each result is the one
 /// that [`facts`](crate::facts), [`findings`](crate::findings), [`properties`] and [`waiting`] return with the same limits; the states are visited only
@@ -108,15 +108,14 @@ impl<'n> Explored<'n> {
         if Relevance::of(self.net).has_time() || limits.pairs > self.limits.pairs {
             return waiting(self.net, limits);
         }
-        let rivals = rivals(self.net);
-        if rivals.is_empty() {
+        if rivals(self.net).is_empty() {
             return Ok(Vec::new());
         }
         let Searched { states, ended, .. } = &self.search;
         states.within(limits.pairs)?;
         match ended.open() {
             Some(why) => Err(why.clone()),
-            None => waiting_in(self.net, limits, &rivals, states),
+            None => waiting(self.net, limits),
         }
     }
 

@@ -9,7 +9,7 @@ use grafsynth_ir::net::{
     Enter, Evolution, ForcingOrder, Net, Step, StepId, StepKind, StmtKind, Transition,
     TransitionId, TransitionKind,
 };
-use grafsynth_sim::Simulator;
+use grafsynth_sim::{Directed, MAX_DT, Simulator};
 use indexmap::IndexSet;
 
 use crate::cover::{self, cover};
@@ -48,6 +48,7 @@ pub(crate) fn facts_of(
         None => explicit_facts(net, limits, watch, states, &mut facts),
         Some(why) => {
             if let Err(again) = symbolic_facts(net, limits, &mut facts) {
+                facts.all_dead_known = is_all_else_seen(net, limits, watch, &facts);
                 facts.open.push(format!(
                     "not all states were enumerated: {why}; the decision diagram failed too: {again}"
                 ));
@@ -55,6 +56,39 @@ pub(crate) fn facts_of(
         }
     }
     facts
+}
+
+/// True if runs show every step and every transition that the structure does not exclude.
+fn is_all_else_seen(net: &Valid<Net>, limits: &Limits, watch: &Watch<'_>, facts: &Facts) -> bool {
+    let mut unseen: BTreeSet<TransitionId> = net.transitions.ids().collect();
+    facts.dead_transitions.iter().for_each(|dead| {
+        unseen.remove(dead);
+    });
+    let mut untouched: BTreeSet<StepId> = net.steps.ids().collect();
+    facts.unreachable_steps.iter().for_each(|step| {
+        untouched.remove(step);
+    });
+    let mut see = |fired: &mut dyn Iterator<Item = TransitionId>, steps: &[StepId]| {
+        for transition in fired.filter(|transition| unseen.remove(transition)) {
+            entered(&net.transitions[transition]).for_each(|step| {
+                untouched.remove(&step);
+            });
+        }
+        steps.iter().for_each(|step| {
+            untouched.remove(step);
+        });
+        unseen.is_empty() && untouched.is_empty()
+    };
+    see(&mut net.transitions.ids().filter(|it| watch.fired[*it]), &[]);
+    let mut runs = Directed::new(net, 1, MAX_DT);
+    let mut is_seen = see(&mut runs.simulator().fired().iter().copied(), &runs.row().steps);
+    for _ in 0..limits.random_rows {
+        if is_seen || runs.next().is_none() {
+            break;
+        }
+        is_seen = see(&mut runs.simulator().fired().iter().copied(), &runs.row().steps);
+    }
+    is_seen
 }
 
 /// The facts that follow from the structure of a net: cheap for any size.
@@ -241,6 +275,7 @@ fn explicit_facts(
     }
     facts.dead_transitions =
         net.transitions.ids().filter(|transition| !fired[*transition]).collect();
+    facts.all_dead_known = true;
     // Within a reaction there may be situations that no row shows. So the rows tell which steps are active together only if a reaction has a single
     // micro-step.
     if net.settings.evolution == Evolution::Single {
@@ -275,7 +310,8 @@ struct Most {
 
 impl Most {
     fn note(&mut self, simulator: &Simulator<'_>) {
-        self.rounds = self.rounds.max(simulator.rounds());
+        let more = simulator.asked().map_or(0, |asked| asked.more_rounds);
+        self.rounds = self.rounds.max(simulator.rounds() + more);
         self.micro_steps = self.micro_steps.max(simulator.micro_steps());
         self.internal = self.internal.max(simulator.longest_internal());
     }
@@ -330,6 +366,7 @@ fn symbolic_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) -> Resul
         .filter(|(_, fires)| !**fires)
         .map(|(id, _)| id)
         .collect();
+    facts.all_dead_known = reached.exact;
     match net.settings.evolution {
         Evolution::Single => symbolic_components(net, &mut reached, facts)?,
         Evolution::Stable { .. } => {

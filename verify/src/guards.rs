@@ -1,7 +1,7 @@
 //! Receptivities whose value depends only on a row of inputs and a situation: they read no variable, time or edge.
 
-use grafsynth_ir::net::{Leaf, Net, Transition};
-use grafsynth_sim::{InputRow, Situation};
+use grafsynth_ir::net::{InputId, Leaf, Net, Transition};
+use grafsynth_sim::{Function, InputRow, Situation};
 
 /// True if the receptivity reads no event and only input levels and step activity.
 pub(crate) fn reads_inputs_only(net: &Net, transition: &Transition) -> bool {
@@ -24,6 +24,18 @@ pub(crate) fn holds(transition: &Transition, situation: &Situation, row: &InputR
         _ => 0,
     };
     transition.guard.eval(value) != 0
+}
+
+/// The same as a function of the row.
+pub(crate) fn receptivity(transition: &Transition, situation: &Situation) -> Function {
+    transition.guard.map(
+        &mut |leaf: &Leaf, span| match leaf {
+            Leaf::Input(input) => Function::leaf(*input, span),
+            Leaf::Active(step) => Function::bool(situation.contains(*step)),
+            _ => Function::bool(false),
+        },
+        &mut |_, _| InputId::from_index(0),
+    )
 }
 
 /// True if all preceding steps of the transition are active.

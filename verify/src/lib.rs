@@ -18,6 +18,7 @@
 
 mod alphabet;
 pub mod circuits;
+mod classes;
 pub mod codes;
 pub mod cover;
 pub mod equiv;

@@ -6,7 +6,8 @@ use grafsynth_ir::net::{Driver, Leaf, Net, Property, PropertyExpr, PropertyLeaf,
 use grafsynth_ir::{Diagnostic, Valid, validate};
 use grafsynth_sim::{Simulator, Stimulus, breaks_assumption};
 
-use crate::alphabet::{Alphabet, NoAlphabet};
+use crate::alphabet::NoAlphabet;
+use crate::classes::Classes;
 use crate::codes;
 use crate::explore::{Ended, Searched, Seen, States, Ticks, Times, explore, explore_any};
 use crate::facts::structural_facts;
@@ -330,8 +331,7 @@ fn at_random(
 /// Returns an error if no row of inputs satisfies all assumptions, because then proofs have no meaning.
 #[must_use]
 pub fn check_assumption(net: &Valid<Net>) -> Option<Diagnostic> {
-    let Err(NoAlphabet::Contradiction) = Alphabet::of(net, false, Limits::default().rows_per_state)
-    else {
+    let Err(NoAlphabet::Contradiction) = Classes::of(net, &Limits::default()) else {
         return None;
     };
     let mut error = Diagnostic::error(

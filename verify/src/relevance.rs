@@ -5,28 +5,43 @@
 
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::expr::Expr as GenericExpr;
+use std::collections::BTreeSet;
+
 use grafsynth_ir::net::{
-    Block, Driver, Enter, Evolution, Expr, InputId, Leaf, Net, PropertyLeaf, PropertyRole,
-    Qualifier, Step, StepId, StepKind, Transition, TransitionId,
+    Block, Driver, EdgeId, Enter, Evolution, Expr, HistoryId, InputId, Leaf, Net, PropertyLeaf,
+    PropertyRole, Qualifier, Step, StepId, StepKind, Transition, TransitionId,
 };
 use grafsynth_ir::walk::expressions;
 use grafsynth_sim::Situation;
 
-/// A set of inputs.
+/// A set of inputs, and of edge operands of which an edge is read.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
 pub(crate) struct Inputs(Vec<u64>);
 
 impl Inputs {
     pub(crate) fn none(net: &Net) -> Self {
-        Inputs(vec![0; net.inputs.len().div_ceil(64)])
+        Inputs(vec![0; (net.inputs.len() + net.edges.len()).div_ceil(64)])
     }
 
     pub(crate) fn insert(&mut self, input: InputId) {
-        self.0[input.index() / 64] |= 1 << (input.index() % 64);
+        self.put(input.index());
     }
 
     pub(crate) fn contains(&self, input: InputId) -> bool {
-        self.0[input.index() / 64] >> (input.index() % 64) & 1 == 1
+        self.has(input.index())
+    }
+
+    /// True if an edge of this operand is read.
+    pub(crate) fn has_edge(&self, net: &Net, edge: EdgeId) -> bool {
+        self.has(net.inputs.len() + edge.index())
+    }
+
+    fn put(&mut self, at: usize) {
+        self.0[at / 64] |= 1 << (at % 64);
+    }
+
+    fn has(&self, at: usize) -> bool {
+        self.0[at / 64] >> (at % 64) & 1 == 1
     }
 
     pub(crate) fn add(&mut self, other: &Inputs) {
@@ -57,7 +72,6 @@ pub(crate) struct Relevance<'n> {
     /// The largest constant that any other tick count is compared with.
     other_time: i64,
     is_stable: bool,
-    is_statechart: bool,
 }
 
 impl<'n> Relevance<'n> {
@@ -73,7 +87,6 @@ impl<'n> Relevance<'n> {
             elapsed: IdMap::filled(&net.steps, -1),
             other_time: -1,
             is_stable: net.settings.evolution != Evolution::Single,
-            is_statechart: net.settings.policy.is_statechart(),
         };
         relevance.read();
         relevance
@@ -178,8 +191,12 @@ impl<'n> Relevance<'n> {
 
     fn expr(&mut self, expr: &Expr, set: &mut Inputs) {
         for leaf in expr.leaves() {
-            if let Leaf::Input(input) = leaf {
-                set.insert(*input);
+            match leaf {
+                Leaf::Input(input) => set.insert(*input),
+                Leaf::Rise(edge) | Leaf::Fall(edge) => {
+                    set.put(self.net.inputs.len() + edge.index());
+                }
+                _ => {}
             }
         }
         self.time(expr, &|leaf| Some(*leaf));
@@ -232,10 +249,20 @@ impl<'n> Relevance<'n> {
         self.other_time >= 0 || self.elapsed.values().any(|largest| *largest >= 0)
     }
 
-    /// The inputs that a reaction from the situation can read.
+    /// The inputs and the edges that a reaction from the situation can read.
     pub(crate) fn inputs(&self, situation: &Situation) -> Inputs {
+        self.reads(situation, self.is_stable)
+    }
+
+    /// The edges that compare with a value from before the reaction. Only those of the first micro-step do: when it fires, each operand that is not over inputs
+    /// alone gets a new value to compare with, and the edges of inputs end (semantics §3.7).
+    pub(crate) fn first_edges(&self, situation: &Situation) -> Inputs {
+        self.reads(situation, false)
+    }
+
+    fn reads(&self, situation: &Situation, is_stable: bool) -> Inputs {
         let mut set = self.always.clone();
-        if self.is_statechart || !self.net.forcings.is_empty() {
+        if !self.net.forcings.is_empty() {
             self.by_step.values().chain(self.by_transition.values()).for_each(|one| set.add(one));
             return set;
         }
@@ -250,13 +277,13 @@ impl<'n> Relevance<'n> {
             let step = todo[at];
             at += 1;
             set.add(&self.by_step[step]);
-            if !self.is_stable && !situation.contains(step) {
+            if !is_stable && !situation.contains(step) {
                 continue;
             }
             for transition in &self.leaving[step] {
                 // In `stable` a step found later may enable it, so it counts even if not all its steps are active now.
                 let requires = &self.net.transitions[*transition].requires;
-                if self.is_stable || requires.iter().all(|step| situation.contains(*step)) {
+                if is_stable || requires.iter().all(|step| situation.contains(*step)) {
                     self.fires(*transition, &mut set, &mut active, &mut todo);
                 }
             }
@@ -272,9 +299,22 @@ impl<'n> Relevance<'n> {
         todo: &mut Vec<StepId>,
     ) {
         set.add(&self.by_transition[transition]);
-        for enter in &self.net.transitions[transition].enters {
-            if let Enter::Step(step) = enter {
-                self.activate(*step, active, todo);
+        let mut seen: BTreeSet<HistoryId> = BTreeSet::new();
+        let mut lists: Vec<&[Enter]> = vec![&self.net.transitions[transition].enters];
+        while let Some(list) = lists.pop() {
+            for enter in list {
+                match enter {
+                    Enter::Step(step) => self.activate(*step, active, todo),
+                    // The list of the initial transition belongs to its state.
+                    Enter::InitialContent(_) => {}
+                    Enter::History(history) => {
+                        if seen.insert(*history) {
+                            let history = &self.net.histories[*history];
+                            lists.push(&history.default);
+                            lists.extend(history.cases.iter().map(|case| &case.enters[..]));
+                        }
+                    }
+                }
             }
         }
     }

@@ -11,16 +11,15 @@
 
 use grafsynth_ir::net::{Evolution, Net, Policy, TransitionId, TransitionKind};
 use grafsynth_ir::{Valid, counted};
-use grafsynth_sim::{InputRow, Simulator, Stimulus};
+use grafsynth_sim::{InputRow, Stimulus};
+use indexmap::IndexSet;
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use crate::alphabet::Alphabet;
-use crate::explore::{Ended, States, Ticks, Times, explore};
+use crate::explore::{Ended, States, Ticks, Times, explore_with};
 use crate::guards::{holds, is_enabled, reads_inputs_only};
 use crate::limits::Limits;
-use crate::relevance::{Inputs, Relevance};
 use crate::verdict::OpenReason;
 
 /// The maximum number of reactions that are kept; with more the question is open.
@@ -81,28 +80,7 @@ pub fn waiting(net: &Valid<Net>, limits: &Limits) -> Result<Vec<Waiting>, OpenRe
     if rivals.is_empty() {
         return Ok(Vec::new());
     }
-    let (states, ended) = explore::<()>(net, limits, Times::Each(Ticks::Any), &mut |_, _| None);
-    match ended {
-        Ended::Open(why) => Err(why),
-        Ended::Complete | Ended::Stopped(()) => waiting_in(net, limits, &rivals, &states),
-    }
-}
-
-/// Like [`waiting`], if all states are known one by one.
-pub(crate) fn waiting_in(
-    net: &Valid<Net>,
-    limits: &Limits,
-    rivals: &[TransitionId],
-    states: &States,
-) -> Result<Vec<Waiting>, OpenReason> {
-    let Ok(alphabet) = Alphabet::of(net, false, limits.rows_per_state) else {
-        return Err(OpenReason::Assumptions);
-    };
-    let mut matter = Inputs::none(net);
-    net.inputs.ids().for_each(|input| matter.insert(input));
-    let too_many = || OpenReason::Rows { limit: limits.rows_per_state };
-    let rows = alphabet.rows(&matter, limits.rows_per_state).ok_or_else(too_many)?;
-    let search = Search::of(net, rivals, states, &rows)?;
+    let search = Search::of(net, limits, &rivals)?;
     let answer = |(bit, transition): (usize, &TransitionId)| Waiting {
         transition: *transition,
         wait: search.wait(bit),
@@ -134,64 +112,46 @@ pub(crate) fn rivals(net: &Net) -> Vec<TransitionId> {
 }
 
 /// All reactions of a net.
-struct Search<'n, 's> {
+struct Search<'n> {
     net: &'n Net,
-    states: &'s States,
-    rows: Vec<InputRow>,
+    states: States,
+    rows: IndexSet<InputRow>,
     edges: Vec<Edge>,
 }
 
-impl<'n, 's> Search<'n, 's> {
+impl<'n> Search<'n> {
     fn of(
         net: &'n Valid<Net>,
+        limits: &Limits,
         rivals: &[TransitionId],
-        states: &'s States,
-        rows: &[InputRow],
     ) -> Result<Self, OpenReason> {
-        let relevance = Relevance::of(net);
-        let largest = states
-            .situations()
-            .filter_map(|situation| relevance.largest_dt(situation))
-            .max()
-            .unwrap_or(0);
-        let dts = if relevance.has_time() { 0..=largest } else { 1..=1 };
-        let rows: Vec<InputRow> =
-            dts.flat_map(|dt| rows.iter().map(move |row| InputRow { dt, ..row.clone() })).collect();
-        if states.len().saturating_mul(rows.len()) > MOST_EDGES {
-            return Err(OpenReason::Method(format!(
-                "more than {MOST_EDGES} reactions: {} with {} each",
-                counted(states.len(), "state", "states"),
-                counted(rows.len(), "row", "rows")
-            )));
-        }
-        let mut simulator = Simulator::new(net);
-        let mut edges = Vec::new();
-        for from in 0..states.len() {
-            let state = states.state(from);
-            for (at, row) in rows.iter().enumerate() {
-                simulator.set_state(state);
-                simulator.step(row);
-                let Some(to) = states.node_of(simulator.state()) else {
-                    let why = "inputs that are read later create more states";
-                    return Err(OpenReason::Method(why.to_owned()));
-                };
-                let mut edge = Edge { from, to, row: at, lost: 0, won: 0, held: 0 };
-                for (bit, rival) in rivals.iter().enumerate() {
-                    let data = &net.transitions[*rival];
-                    let situation = state.situation();
-                    let holds = holds(data, situation, row);
-                    let fires = simulator.fired().contains(rival);
-                    let enabled = is_enabled(data, situation);
-                    edge.won |= u32::from(fires) << bit;
-                    let is_served =
-                        crate::exclusive::entered(data).any(|it| situation.contains(it));
-                    edge.held |= u32::from(holds && !is_served) << bit;
-                    edge.lost |= u32::from(holds && enabled && !fires) << bit;
-                }
-                edges.push(edge);
+        let (mut edges, mut rows) = (Vec::new(), IndexSet::new());
+        let each = Times::Each(Ticks::Any);
+        let (states, ended) = explore_with(net, limits, each, rivals, &mut |states, seen| {
+            let row = rows.insert_full(seen.input.clone()).0;
+            let mut edge = Edge { from: seen.from, to: seen.to, row, lost: 0, won: 0, held: 0 };
+            let situation = states.situation(seen.from);
+            for (bit, rival) in rivals.iter().enumerate() {
+                let data = &net.transitions[*rival];
+                let holds = holds(data, situation, seen.input);
+                let fires = seen.simulator.fired().contains(rival);
+                let enabled = is_enabled(data, situation);
+                edge.won |= u32::from(fires) << bit;
+                let is_served = crate::exclusive::entered(data).any(|it| situation.contains(it));
+                edge.held |= u32::from(holds && !is_served) << bit;
+                edge.lost |= u32::from(holds && enabled && !fires) << bit;
             }
+            edges.push(edge);
+            (edges.len() > MOST_EDGES).then_some(())
+        });
+        match ended {
+            Ended::Open(why) => Err(why),
+            Ended::Stopped(()) => Err(OpenReason::Method(format!(
+                "more than {MOST_EDGES} reactions from {}",
+                counted(states.len(), "state", "states")
+            ))),
+            Ended::Complete => Ok(Search { net, states, rows, edges }),
         }
-        Ok(Search { net, states, rows, edges })
     }
 
     fn wait(&self, bit: usize) -> Wait {

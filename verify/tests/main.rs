@@ -1,6 +1,7 @@
 //! The proofs compared with each other and with enumeration, and the pages of the findings.
 
 mod agreement;
+mod classes;
 mod directed;
 mod oracle;
 mod pages;

@@ -4,8 +4,9 @@
 use grafsynth_ir::expr::{CompareOp, Expr as GenericExpr, ExprKind};
 use grafsynth_ir::net::{EdgeId, Expr, Leaf, Net, StepId, TransitionId};
 
+use crate::evaluate::{compares, eval_by};
 use crate::layout::Layout;
-use crate::reaction::{Work, compares, eval_by, value_of};
+use crate::reaction::{Work, value_of};
 use crate::row::InputRow;
 use crate::simulator::Simulator;
 use crate::state::State;

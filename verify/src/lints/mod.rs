@@ -5,6 +5,7 @@ mod constant;
 mod decided;
 mod livelock;
 mod search;
+mod structural;
 
 pub(crate) use search::{Search, Shown, limits};
 
@@ -116,7 +117,7 @@ pub(crate) fn findings_in(
     unreachable(net, facts, &mut findings.found);
     let not_counted = || OpenReason::Method(facts.open.join("; "));
     let is_counted = facts.reach.as_ref().is_some_and(|reach| reach.exact);
-    let open = (!is_counted).then(not_counted);
+    let open = (!facts.all_dead_known).then(not_counted);
     findings.checked.push(Checked { check: Check::Unreachable, open });
     if net.steps.values().any(grafsynth_ir::net::Step::halts) {
         findings.found.extend(crate::sharing::shared(net, facts));

@@ -12,7 +12,9 @@ use grafsynth_ir::{Diagnostic, Span, Valid};
 use grafsynth_sim::{InputRow, Noticed, Simulator, Situation, State, Stimulus, Writer};
 
 use super::livelock::livelock;
-use super::{Check, Checked, Conflict, Decided, Findings, decided, shown_names, step_names};
+use super::{
+    Check, Checked, Conflict, Decided, Findings, decided, shown_names, step_names, structural,
+};
 use crate::codes;
 use crate::exclusive::{all_compatible_pairs, compatible_pairs, entered};
 use crate::explore::{Ended, Seen, States, Ticks, Times, explore};
@@ -92,19 +94,32 @@ pub(super) fn run(
     let seen_open = search.open.cloned();
     let widest = search.widest;
     let mut late = Vec::new();
-    let (ends_open, starvation_open) = ways(net, limits, search, findings, &mut late);
-    let mut together = widest.together.clone();
+    let (mut ends_open, mut starvation_open) = ways(net, limits, search, findings, &mut late);
+    if ends_open.is_some() && structural::is_always_alive(net, facts, limits) {
+        ends_open = None;
+    }
+    if search.shown.rivals.is_empty() {
+        starvation_open = None;
+    }
+    let (mut together, mut contests) = (widest.together.clone(), widest.contests.clone());
     let mut conflicts_open = seen_open.clone();
-    if seen_open.is_some() && widest.ask_diagram(facts, limits, &mut together) {
+    if seen_open.is_some()
+        && (structural::see_all_contests(net, limits, &mut together, &mut contests)
+            || widest.ask_diagram(facts, limits, &mut together))
+    {
         conflicts_open = None;
+    }
+    let mut races_open = seen_open.clone();
+    if seen_open.is_some() && structural::is_free_of_races(net, facts) {
+        races_open = None;
     }
     findings.conflicts = widest.conflicts(&together, &mut findings.found);
     widest.notes(&mut findings.found);
     findings.found.append(&mut late);
-    let decided = widest.contests.iter();
-    findings.decided =
-        decided.map(|(winner, loser)| Decided { winner: *winner, loser: *loser }).collect();
-    findings.notes = widest.decided();
+    findings.decided = (contests.iter())
+        .map(|(winner, loser)| Decided { winner: *winner, loser: *loser })
+        .collect();
+    findings.notes = widest.decided(&contests);
     let is_single = net.settings.evolution == Evolution::Single;
     let mut check = |check, open: &Option<OpenReason>| {
         findings.checked.push(Checked { check, open: open.clone() });
@@ -112,7 +127,7 @@ pub(super) fn run(
     check(Check::Conflicts, &conflicts_open);
     check(Check::DeadEnds, &ends_open);
     if can_race(net) {
-        check(Check::Races, &seen_open);
+        check(Check::Races, &races_open);
     }
     if !is_single {
         // Any proof of a bound on the micro-steps is sufficient.
@@ -356,11 +371,11 @@ impl<'n> Shown<'n> {
     }
 
     /// Notes about the conflicts that the policy resolves: which transition wins, or that either may win.
-    fn decided(&self) -> Vec<Diagnostic> {
+    fn decided(&self, contests: &Together) -> Vec<Diagnostic> {
         let net = self.net;
         let mut out = Vec::new();
-        for (won, lost) in &self.contests {
-            let is_mutual = self.contests.contains(&(*lost, *won));
+        for (won, lost) in contests {
+            let is_mutual = contests.contains(&(*lost, *won));
             if is_mutual && lost < won {
                 continue;
             }
