@@ -625,7 +625,7 @@ impl Parser<'_> {
     /// Parses `device gal22v10 { clock 1  m 2  n[0] 3 }`.
     pub(crate) fn board(&mut self) -> Parse<Board> {
         let start = self.advance().start;
-        let device = self.name("the name of a device")?;
+        let device = self.device()?;
         let mut pins = Vec::new();
         if self.kind(0) == Kind::OpenBrace {
             self.braced("the pins", Separators::None, &mut |parser| {
@@ -639,6 +639,30 @@ impl Parser<'_> {
             })?;
         }
         Ok(Board { device, pins, span: self.span_from(start) })
+    }
+
+    /// Parses the name of a device, which may contain `-` between words and numbers: `atf1504-plcc44`.
+    fn device(&mut self) -> Parse<Name> {
+        let is_quoted = self.kind(0) == Kind::Quoted;
+        let mut name = self.name("the name of a device")?;
+        let is_part = |kind: Kind| matches!(kind, Kind::Word | Kind::Number);
+        while !is_quoted
+            && self.kind(0) == Kind::Minus
+            && self.peek(0).start == self.previous_end
+            && is_part(self.kind(1))
+            && self.peek(1).start == self.peek(0).end
+        {
+            self.advance();
+            // The part `15lp` is a number and a word.
+            while is_part(self.kind(0)) && self.peek(0).start == self.previous_end {
+                self.advance();
+            }
+            name.span = self.span_from(name.span.start);
+            if !self.dry {
+                name.text = self.text[name.span.range()].to_owned();
+            }
+        }
+        Ok(name)
     }
 
     /// Parses a signal of a board: a name with dots and an optional number of a bit or element.

@@ -105,6 +105,19 @@ pub(crate) fn name(text: &str, position: Position) -> String {
     if inner.is_empty() { "`_`".to_owned() } else { format!("`{inner}`") }
 }
 
+/// The name of a device: plain also with `-` between words and numbers, as in `atf1504-plcc44`.
+pub(crate) fn device(text: &str) -> String {
+    let quoted = name(text, Position::Anywhere);
+    let mut parts = text.split('-');
+    let begins_plain = parts.next().is_some_and(|one| name(one, Position::Anywhere) == one);
+    let is_number = |part: &str| !part.is_empty() && part.bytes().all(|one| one.is_ascii_digit());
+    if begins_plain && parts.all(|part| is_word(part) || is_number(part)) {
+        text.to_owned()
+    } else {
+        quoted
+    }
+}
+
 /// A name that may belong to another chart, with its dots.
 pub(crate) fn dotted(text: &str, position: Position) -> String {
     let parts: Vec<&str> = text.split('.').collect();
