@@ -601,6 +601,17 @@ impl Builder<'_> {
             if !self.check_listed(&rule.label, true) {
                 continue;
             }
+            if rule.right.is_empty() {
+                let step = short(&rule.label.text);
+                self.findings.report(|| {
+                    Diagnostic::error(
+                        codes::RIGHT_SIDE,
+                        format!("the rule of step `{step}` has no output"),
+                    )
+                    .at(rule.span, "expected an output after `|-`")
+                    .help("write the outputs of the step, or remove the rule: a step without outputs needs none")
+                });
+            }
             for (is_next, name) in &rule.right {
                 if *is_next {
                     self.findings.report(|| {
