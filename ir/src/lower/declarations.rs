@@ -4,7 +4,7 @@ use super::codes;
 use super::context::{Lowering, Outcome, Role, ScopeId, Symbol, Value, Work};
 use super::place::Place;
 use crate::chart::{DeclarationKind, Expr as Syntax};
-use crate::diag::{Code, Diagnostic};
+use crate::diag::{Code, Diagnostic, Notation};
 use crate::expr::Type;
 use crate::span::Name;
 
@@ -51,12 +51,24 @@ pub(super) fn declarations(lowering: &mut Lowering<'_>) {
                                     source.name
                                 ),
                             )
-                            .plural(format!("`{}`", source.name), "the initial values of outputs", "have no effect")
+                            .plural(
+                                format!("`{}`", source.name),
+                                "the initial values of outputs",
+                                "have no effect",
+                            )
                             .at(
                                 init.span,
-                                "no list assigns this output, so its steps determine its value from the start",
+                                "only an output that a list assigns has an initial value",
                             )
-                            .help("remove it, or assign the output in lists"),
+                            .help("remove it, or assign the output in a list")
+                            .help_in(
+                                Notation::Scxml,
+                                "remove the attribute expr, or assign the output in an <onentry>",
+                            )
+                            .help_in(
+                                Notation::Iec,
+                                "remove it, or assign the output in the body of an action",
+                            ),
                         );
                     }
                     Role::Extern | Role::Broken => {}

@@ -551,7 +551,10 @@ fn constants(net: &Net, out: &mut Vec<Diagnostic>) {
                         &transition.guard,
                         place(net, id),
                         format!("the condition of `{name}` is never true, so this transition never fires"),
-                        "check the ranges of its variables, or remove the transition",
+                        match has_names(&transition.guard) {
+                            true => "check the ranges of the variables in the condition, or remove the transition",
+                            false => "write the condition under which it should fire, or remove the transition",
+                        },
                     )
                     .plural(
                         format!("`{name}`"),
@@ -581,7 +584,10 @@ fn constants(net: &Net, out: &mut Vec<Diagnostic>) {
                     condition,
                     emission.span,
                     format!("the condition of `{}` in `{step}` is always {value}", output.name),
-                    "check the ranges of its variables",
+                    match has_names(condition) {
+                        true => "check the ranges of the variables in the condition",
+                        false => "write the condition that is intended, or remove it",
+                    },
                 ));
             }
         }
@@ -596,12 +602,20 @@ fn conditions_in(net: &Net, block: &Block, out: &mut Vec<Diagnostic>) {
                 condition,
                 stmt.span,
                 format!("this `if` is always {value}"),
-                "check the ranges of its variables",
+                match has_names(condition) {
+                    true => "check the ranges of the variables in the condition",
+                    false => "write the condition that is intended, or remove the `if`",
+                },
             ));
         }
         conditions_in(net, then, out);
         conditions_in(net, otherwise, out);
     }
+}
+
+/// True if the condition is not written with constants alone.
+fn has_names(condition: &Expr<Leaf>) -> bool {
+    condition.leaves().next().is_some()
 }
 
 fn constant(condition: &Expr<Leaf>, fallback: Span, message: String, help: &str) -> Diagnostic {

@@ -335,7 +335,10 @@ fn role(
                 .help_in(Notation::Graf, in_graf)
                 .help_in(Notation::Iec, "assign it, or remove it")
                 .help_in(Notation::Scxml, "assign it in an <onentry>, or remove it")
-                .at(name.span, "it keeps its initial value")
+                .at(
+                    name.span,
+                    if ty.is_bool() { "it is always off" } else { "it keeps its initial value" },
+                )
                 .help("use it in the body of a step, or remove it")
                 .help_in(
                     Notation::Rules,

@@ -202,10 +202,24 @@ fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
         if data.guard.is_false() {
             warning = warning.at(data.guard.span, "this is never true");
         } else {
-            warning = warning.help(match data.requires.len() {
-                0 => "the receptivity is never true, or another transition always wins",
-                1 => "the receptivity is never true while the preceding step is active, or another transition always wins",
-                _ => "the preceding steps are never all active while the receptivity is true, or another transition always wins",
+            let receptivity = match data.requires.len() {
+                0 => "the receptivity is never true",
+                1 => "the receptivity is never true while the preceding step is active",
+                _ => "the preceding steps are never all active while the receptivity is true",
+            };
+            let orders = || net.forcings.iter().filter(|one| one.target.contains(&data.part));
+            for order in orders() {
+                let step = &net.steps[order.step].name;
+                warning = warning.at(
+                    order.span,
+                    format!("no transition of its chart fires while `{step}` is active"),
+                );
+            }
+            warning = warning.help(match orders().next() {
+                None => format!("{receptivity}, or another transition always wins"),
+                Some(_) => format!(
+                    "{receptivity}, another transition always wins, or a forcing order always prevents it"
+                ),
             });
         }
         out.push(warning);
