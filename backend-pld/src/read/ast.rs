@@ -315,8 +315,12 @@ impl PldAst {
                     device.inputs.iter().copied().filter(is_free).collect()
                 };
                 free.sort_unstable();
-                let shown = free.iter().take(6).join(", ");
-                if !shown.is_empty() {
+                free.truncate(6);
+                if let Some((last, others)) = free.split_last() {
+                    let shown = match others {
+                        [] => last.to_string(),
+                        _ => format!("{} or {last}", others.iter().join(", ")),
+                    };
                     let what = if wants_output { "output" } else { "input" };
                     let name = device.name;
                     finding = finding.help(format!(

@@ -330,7 +330,7 @@ impl Parser<'_> {
                         format!("`{name}` is not defined, so it is 0 in this condition"),
                     )
                     .at(span, "")
-                    .help(format!("write `#define {name} ..`, or define it with -D {name}=VALUE"))
+                    .help(format!("write `#define {name} VALUE`, or pass `-D {name}=VALUE`"))
                 });
             }
         }

@@ -757,7 +757,7 @@ impl<'s> Resolver<'s, '_> {
     }
 }
 
-/// The constants of Arduino.h, which the Arduino environment includes in every sketch automatically.
+/// Constants of Arduino.h with their values, for the help of a message. The Arduino environment includes that header in every sketch.
 const ARDUINO: [(&str, u32); 5] =
     [("LOW", 0), ("HIGH", 1), ("INPUT", 0), ("OUTPUT", 1), ("INPUT_PULLUP", 2)];
 

@@ -25,7 +25,8 @@ pub(crate) const SCHEDULES: [(&str, Schedule); 3] = [
     ("priority", Schedule::Priority),
 ];
 
-fn one_of<'a>(words: impl Iterator<Item = &'a str>) -> String {
+/// The words as alternatives: `` `a`, `b` or `c` ``.
+pub(crate) fn one_of<'a>(words: impl Iterator<Item = &'a str>) -> String {
     let words: Vec<String> = words.map(|word| format!("`{word}`")).collect();
     match words.split_last() {
         Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
