@@ -32,7 +32,7 @@ pub(crate) struct Style {
     pub(crate) format: MessageFormat,
     /// Colours.
     pub(crate) color: bool,
-    /// The maximum number of findings shown for a file; the rest is counted.
+    /// The maximum number of findings shown for a file; the others are counted.
     pub(crate) max_diagnostics: usize,
     /// Width of the terminal in columns.
     pub(crate) width: usize,

@@ -353,13 +353,12 @@ impl Parser<'_> {
         self.advance();
         let place = self.span_from(start);
         self.report(|| {
-            Diagnostic::error(
-                codes::MISPLACED,
-                format!("an output that is off is not named in a step: `not {shown}`"),
-            )
-            .plural(format!("`not {shown}`"), "outputs that are off are not named in a step:", "")
-            .at(place, "off unless an active step names it")
-            .help(format!("remove `not {shown}`; to end a `set {shown}`, write `reset {shown}`"))
+            Diagnostic::error(codes::MISPLACED, format!("`not {shown}` is not an action of a step"))
+                .plural(format!("`not {shown}`"), "", "are not actions of a step")
+                .at(place, "an output is off unless an active step names it")
+                .help(format!(
+                    "remove `not {shown}`; to end a `set {shown}`, write `reset {shown}`"
+                ))
         });
         ErrorReported
     }
@@ -422,14 +421,10 @@ impl Parser<'_> {
         self.report(|| {
             Diagnostic::error(
                 codes::MISPLACED,
-                format!("an output that is off is not named in a step: `{shown} {sign} {value}`"),
+                format!("`{shown} {sign} {value}` is not an action of a step"),
             )
-            .plural(
-                format!("`{shown} {sign} {value}`"),
-                "outputs that are off are not named in a step:",
-                "",
-            )
-            .at(place, "off unless an active step names it")
+            .plural(format!("`{shown} {sign} {value}`"), "", "are not actions of a step")
+            .at(place, "an output is off unless an active step names it")
             .help("remove the name with its value")
             .fix(span, "")
         });
