@@ -3,7 +3,7 @@
 use crate::exit::Demands;
 use crate::lists::did_you_mean;
 use crate::named::{CALLS, ENCODINGS, Emit, FORMS, GOALS, GROUPS, INTS, Notes, RESETS};
-use crate::numbers::{count, whole};
+use crate::numbers::whole;
 use crate::render::MessageFormat;
 use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum, ValueHint};
 use grafsynth_backend_c::Io;
@@ -46,13 +46,13 @@ pub(crate) struct Global {
     #[arg(long, global = true, value_name = "WHAT", value_enum, value_delimiter = ',')]
     pub(crate) allow: Vec<Allow>,
     /// Show at most N findings per file; the rest are counted.
-    #[arg(long, global = true, value_name = "N", default_value_t = 100, value_parser = count::<usize>())]
+    #[arg(long, global = true, value_name = "N", default_value_t = 100, value_parser = whole(0..=usize::MAX))]
     pub(crate) max_diagnostics: usize,
     /// Maximum nesting depth of brackets and blocks in a source.
-    #[arg(long, global = true, value_name = "N", default_value_t = 256, value_parser = count::<u32>())]
+    #[arg(long, global = true, value_name = "N", default_value_t = 256, value_parser = whole(0..=u32::MAX))]
     pub(crate) nesting_limit: u32,
     /// Maximum size of a source file, in bytes.
-    #[arg(long, global = true, value_name = "BYTES", default_value_t = crate::files::SOURCE_LIMIT, value_parser = count::<u64>())]
+    #[arg(long, global = true, value_name = "BYTES", default_value_t = crate::files::SOURCE_LIMIT, value_parser = whole(0..=u64::MAX))]
     pub(crate) source_limit: u64,
 }
 
@@ -259,7 +259,7 @@ pub(crate) struct COptions {
     #[arg(long, help_heading = C_SOURCES)]
     pub(crate) unsigned_char: bool,
     /// Number of elements of an array parameter without a length.
-    #[arg(long, value_name = "N", value_parser = count::<u32>(), help_heading = C_SOURCES)]
+    #[arg(long, value_name = "N", value_parser = whole(0..=u32::MAX), help_heading = C_SOURCES)]
     pub(crate) array_length: Option<u32>,
     /// Define a macro as a number (1 without `=VALUE`); repeatable.
     #[arg(short = 'D', value_name = "NAME[=VALUE]", value_parser = constant, help_heading = C_SOURCES)]
@@ -394,7 +394,7 @@ impl Build {
 #[derive(Debug, Args)]
 pub(crate) struct Limits {
     /// Enumerate at most N pairs of state and input.
-    #[arg(long, value_name = "N", default_value_t = 2_000_000, value_parser = count::<u64>())]
+    #[arg(long, value_name = "N", default_value_t = 2_000_000, value_parser = whole(0..=u64::MAX))]
     pub(crate) proof_limit: u64,
 }
 
@@ -512,10 +512,10 @@ pub(crate) struct Sim {
     #[arg(long, short, value_name = "FILE")]
     pub(crate) stimulus: Option<String>,
     /// Run N random reactions instead of a stimulus.
-    #[arg(long, value_name = "N", conflicts_with = "stimulus", value_parser = count::<usize>())]
+    #[arg(long, value_name = "N", conflicts_with = "stimulus", value_parser = whole(0..=usize::MAX))]
     pub(crate) random: Option<usize>,
     /// Seed of the random reactions.
-    #[arg(long, value_name = "K", default_value_t = 1, value_parser = count::<u64>())]
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = whole(0..=u64::MAX))]
     pub(crate) seed: u64,
     /// Engine (`list` lists the engines).
     #[arg(long, short, value_name = "ENGINE", default_value = "ir")]
@@ -552,10 +552,10 @@ pub(crate) struct Compare {
     #[arg(long, short, value_name = "FILE")]
     pub(crate) stimulus: Option<String>,
     /// Run N random reactions. Two designs are then tested, not proved equal.
-    #[arg(long, value_name = "N", conflicts_with = "stimulus", value_parser = count::<usize>())]
+    #[arg(long, value_name = "N", conflicts_with = "stimulus", value_parser = whole(0..=usize::MAX))]
     pub(crate) random: Option<usize>,
     /// Seed of the random reactions.
-    #[arg(long, value_name = "K", default_value_t = 1, value_parser = count::<u64>())]
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = whole(0..=u64::MAX))]
     pub(crate) seed: u64,
     /// Compare the signal LOGIC of a logic file with the signal NAME of the other design (of two logic files, LOGIC is in the second); repeatable.
     #[arg(long, value_name = "LOGIC=NAME")]
@@ -630,10 +630,10 @@ pub(crate) struct Diff {
     #[arg(long = "for", value_name = "MACHINE", value_parser = machine)]
     pub(crate) machine: Option<&'static Machine>,
     /// Number of random reactions to run if the charts are too large to enumerate.
-    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = count::<usize>())]
+    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = whole(0..=usize::MAX))]
     pub(crate) random: usize,
     /// Seed of the random reactions.
-    #[arg(long, value_name = "K", default_value_t = 1, value_parser = count::<u64>())]
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = whole(0..=u64::MAX))]
     pub(crate) seed: u64,
     /// If the behaviour differs, write two traces that show the difference: that of the old chart to this file, as `.csv`, `.vcd` or `.jsonl`, and that of the new
     /// chart to FILE-2.

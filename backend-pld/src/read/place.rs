@@ -49,7 +49,7 @@ pub(crate) fn place(draft: &PldAst) -> Result<Placement, Vec<Diagnostic>> {
                     finding.plural(
                         format!("`{}`", signal.name),
                         "",
-                        "have no pins, so they have no macrocells",
+                        "have no pins and no macrocells",
                     )
                 });
                 placer.found.extend(own);

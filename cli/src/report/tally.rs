@@ -2,7 +2,7 @@
 
 use super::answer::{About, Answer, Status};
 use crate::render::Rendered;
-use grafsynth_ir::diag::Severity;
+use grafsynth_ir::diag::{Severity, joined};
 use serde_json::Value;
 
 /// Lines of a terminal that are kept free for the summary line, the output of the verb, and the prompt.
@@ -100,12 +100,8 @@ impl Tally {
                 .filter(|(_, one)| *one == status)
                 .map(|(name, _)| name.as_str())
                 .collect();
-            match names.as_slice() {
-                [] => {}
-                [one] => parts.push(format!("{one} {word}")),
-                [before @ .., last] => {
-                    parts.push(format!("{} and {last} {word}", before.join(", ")));
-                }
+            if !names.is_empty() {
+                parts.push(format!("{} {word}", joined(&names, "and")));
             }
         }
         let asserts: Vec<String> = kinds

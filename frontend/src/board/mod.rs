@@ -13,8 +13,7 @@
 
 use grafsynth_ir::FileId;
 use grafsynth_ir::chart::{Board, Place};
-use grafsynth_ir::diag::ErrorReported;
-use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::diag::{Diagnostic, ErrorReported, nearest};
 
 use crate::codes;
 use crate::graf::parser::{Parse, Parser, short};

@@ -5,8 +5,7 @@
 
 use grafsynth_ir::Name;
 use grafsynth_ir::Span;
-use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::diag::ErrorReported;
+use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::ast::{Expr, ExprKind};

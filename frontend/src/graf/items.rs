@@ -5,8 +5,7 @@ use grafsynth_ir::chart::{
     Action, Block, Board, Declaration, DeclarationKind, Emergency, Expr, Item, Macro, MacroStep,
     Place, Property, StepRole,
 };
-use grafsynth_ir::diag::ErrorReported;
-use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::diag::{Diagnostic, ErrorReported, nearest};
 use grafsynth_ir::expr::{ExprKind, Type};
 use grafsynth_ir::net::{Meta, Side};
 use grafsynth_ir::{Name, Span};
@@ -646,21 +645,19 @@ impl Parser<'_> {
         let is_quoted = self.kind(0) == Kind::Quoted;
         let mut name = self.name("the name of a device")?;
         let is_part = |kind: Kind| matches!(kind, Kind::Word | Kind::Number);
+        let adjoins = |parser: &Self, at: usize, end: u32| parser.peek(at).start == end;
+        // A part such as `15lp` is a number and a word.
         while !is_quoted
-            && self.kind(0) == Kind::Minus
-            && self.peek(0).start == self.previous_end
-            && is_part(self.kind(1))
-            && self.peek(1).start == self.peek(0).end
+            && adjoins(self, 0, self.previous_end)
+            && (is_part(self.kind(0)) || self.kind(0) == Kind::Minus)
+            && (is_part(self.kind(0))
+                || is_part(self.kind(1)) && adjoins(self, 1, self.peek(0).end))
         {
             self.advance();
-            // The part `15lp` is a number and a word.
-            while is_part(self.kind(0)) && self.peek(0).start == self.previous_end {
-                self.advance();
-            }
-            name.span = self.span_from(name.span.start);
-            if !self.dry {
-                name.text = self.text[name.span.range()].to_owned();
-            }
+        }
+        name.span = self.span_from(name.span.start);
+        if !is_quoted && !self.dry {
+            name.text = self.text[name.span.range()].to_owned();
         }
         Ok(name)
     }

@@ -107,15 +107,12 @@ pub(crate) fn name(text: &str, position: Position) -> String {
 
 /// The name of a device: plain also with `-` between words and numbers, as in `atf1504-plcc44`.
 pub(crate) fn device(text: &str) -> String {
-    let quoted = name(text, Position::Anywhere);
-    let mut parts = text.split('-');
-    let begins_plain = parts.next().is_some_and(|one| name(one, Position::Anywhere) == one);
     let is_number = |part: &str| !part.is_empty() && part.bytes().all(|one| one.is_ascii_digit());
-    if begins_plain && parts.all(|part| is_word(part) || is_number(part)) {
-        text.to_owned()
-    } else {
-        quoted
-    }
+    let is_plain = |part: &str| is_word(part) || is_number(part);
+    let plain = text.split_once('-').filter(|(first, rest)| {
+        name(first, Position::Anywhere) == *first && rest.split('-').all(is_plain)
+    });
+    plain.map_or_else(|| name(text, Position::Anywhere), |_| text.to_owned())
 }
 
 /// A name that may belong to another chart, with its dots.

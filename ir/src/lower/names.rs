@@ -9,8 +9,7 @@ use super::context::{
     Alias, AliasValue, Entry, FlatNames, InstanceId, Lowering, Outcome, ScopeId, Symbol,
 };
 use crate::chart::{Leaf, Path};
-use crate::diag::ErrorReported;
-use crate::diag::{Diagnostic, Notation, nearest};
+use crate::diag::{Diagnostic, ErrorReported, Notation, nearest};
 use crate::expr::ExprKind;
 use crate::net::{Driver, InputKind, StepId};
 use crate::span::{Name, Span};

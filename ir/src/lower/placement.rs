@@ -140,13 +140,5 @@ fn signal(lowering: &mut Lowering<'_>, scope: ScopeId, name: &Name) -> Outcome<S
         return Ok(format!("{found}{bit}"));
     }
     let symbol = lowering.wanting(BOARD_SIGNAL, |lowering| lowering.symbol(scope, &path))?;
-    if symbol == Symbol::Broken {
-        return Err(lowering.already_told());
-    }
-    let kind = lowering.kind(symbol);
-    Err(lowering.report(
-        Diagnostic::error(codes::WRONG_KIND, format!("`{name}` is {kind}, which has no pin"))
-            .at(name.span, "only inputs, outputs, variables and steps have pins")
-            .help("write the name of one of these, or remove the line"),
-    ))
+    Err(lowering.wrong_kind(name.span, name, symbol, "an input, output, variable or step"))
 }

@@ -10,6 +10,7 @@ pub(crate) use search::{Search, Shown, limits};
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use grafsynth_ir::diag::joined;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Net, StepId, TransitionId, TransitionKind, VarId};
 use grafsynth_ir::{Diagnostic, Valid};
@@ -141,11 +142,7 @@ fn shown_names(net: &Net, steps: impl IntoIterator<Item = StepId>) -> Vec<&str> 
 fn step_names(net: &Net, steps: impl IntoIterator<Item = StepId>) -> String {
     let names: Vec<String> =
         shown_names(net, steps).into_iter().map(|name| format!("`{name}`")).collect();
-    match names.split_last() {
-        None => String::new(),
-        Some((only, [])) => only.clone(),
-        Some((last, before)) => format!("{} and {last}", before.join(", ")),
-    }
+    joined(&names, "and")
 }
 
 fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
@@ -207,20 +204,14 @@ fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
                 1 => "the receptivity is never true while the preceding step is active",
                 _ => "the preceding steps are never all active while the receptivity is true",
             };
-            let orders = || net.forcings.iter().filter(|one| one.target.contains(&data.part));
-            for order in orders() {
+            let mut or = "";
+            for order in net.forcings.iter().filter(|one| one.target.contains(&data.part)) {
                 let step = &net.steps[order.step].name;
-                warning = warning.at(
-                    order.span,
-                    format!("no transition of its chart fires while `{step}` is active"),
-                );
+                let label = format!("no transition of its chart fires while `{step}` is active");
+                warning = warning.at(order.span, label);
+                or = ", or a forcing order always prevents it";
             }
-            warning = warning.help(match orders().next() {
-                None => format!("{receptivity}, or another transition always wins"),
-                Some(_) => format!(
-                    "{receptivity}, another transition always wins, or a forcing order always prevents it"
-                ),
-            });
+            warning = warning.help(format!("{receptivity}, or another transition always wins{or}"));
         }
         out.push(warning);
     }

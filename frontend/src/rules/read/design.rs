@@ -602,14 +602,10 @@ impl Builder<'_> {
                 continue;
             }
             if rule.right.is_empty() {
-                let step = short(&rule.label.text);
                 self.findings.report(|| {
-                    Diagnostic::error(
-                        codes::RIGHT_SIDE,
-                        format!("the rule of step `{step}` has no output"),
-                    )
-                    .at(rule.span, "expected an output after `|-`")
-                    .help("write the outputs of the step, or remove the rule: a step without outputs needs none")
+                    Diagnostic::error(codes::RIGHT_SIDE, "a step rule without an output")
+                        .at(rule.span, "expected an output after `|-`")
+                        .help("write the outputs of the step, or remove the rule: a step without outputs needs none")
                 });
             }
             for (is_next, name) in &rule.right {
