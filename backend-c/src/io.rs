@@ -15,7 +15,7 @@ use grafsynth_ir::net::{Input, InputId, InputKind, Net, Output, OutputId};
 /// The bits of one word of inputs.
 pub(crate) const INPUT_BITS: usize = 8;
 
-/// A structure of inputs or outputs, as the code that reads or writes it names it.
+/// How the code accesses a structure of inputs or outputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Structure {
     /// A local.

@@ -3,6 +3,7 @@
 use crate::exit::Demands;
 use crate::lists::did_you_mean;
 use crate::named::{CALLS, ENCODINGS, Emit, FORMS, GOALS, GROUPS, INTS, Notes, RESETS};
+use crate::numbers::whole;
 use crate::render::MessageFormat;
 use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum, ValueHint};
 use grafsynth_backend_c::Io;
@@ -45,13 +46,13 @@ pub(crate) struct Global {
     #[arg(long, global = true, value_name = "WHAT", value_enum, value_delimiter = ',')]
     pub(crate) allow: Vec<Allow>,
     /// Show at most N findings per file; the rest are counted.
-    #[arg(long, global = true, value_name = "N", default_value_t = 100)]
+    #[arg(long, global = true, value_name = "N", default_value_t = 100, value_parser = whole(0..=usize::MAX))]
     pub(crate) max_diagnostics: usize,
     /// Maximum nesting depth of brackets and blocks in a source.
-    #[arg(long, global = true, value_name = "N", default_value_t = 256)]
+    #[arg(long, global = true, value_name = "N", default_value_t = 256, value_parser = whole(0..=u32::MAX))]
     pub(crate) nesting_limit: u32,
     /// Maximum size of a source file, in bytes.
-    #[arg(long, global = true, value_name = "BYTES", default_value_t = crate::files::SOURCE_LIMIT)]
+    #[arg(long, global = true, value_name = "BYTES", default_value_t = crate::files::SOURCE_LIMIT, value_parser = whole(0..=u64::MAX))]
     pub(crate) source_limit: u64,
 }
 
@@ -258,7 +259,7 @@ pub(crate) struct COptions {
     #[arg(long, help_heading = C_SOURCES)]
     pub(crate) unsigned_char: bool,
     /// Number of elements of an array parameter without a length.
-    #[arg(long, value_name = "N", help_heading = C_SOURCES)]
+    #[arg(long, value_name = "N", value_parser = whole(0..=u32::MAX), help_heading = C_SOURCES)]
     pub(crate) array_length: Option<u32>,
     /// Define a macro as a number (1 without `=VALUE`); repeatable.
     #[arg(short = 'D', value_name = "NAME[=VALUE]", value_parser = constant, help_heading = C_SOURCES)]
@@ -323,7 +324,7 @@ impl COptions {
 pub(crate) struct New {
     /// Name of the project and of its folder.
     pub(crate) name: String,
-    /// Language of the project, or the part that it is for.
+    /// Language of the project (`grafcet`, `statechart`, `rules`, `sfc`), or its chip (`gal`, `avr`).
     #[arg(long, value_enum, default_value = "grafcet")]
     pub(crate) kind: Kind,
 }
@@ -399,7 +400,7 @@ impl Build {
 #[derive(Debug, Args)]
 pub(crate) struct Limits {
     /// Enumerate at most N pairs of state and input.
-    #[arg(long, value_name = "N", default_value_t = 2_000_000)]
+    #[arg(long, value_name = "N", default_value_t = 2_000_000, value_parser = whole(0..=u64::MAX))]
     pub(crate) proof_limit: u64,
 }
 
@@ -418,19 +419,19 @@ pub(crate) struct Build {
     /// Output to write; repeatable (`list` lists the targets).
     #[arg(long, short, value_name = "TARGET", required = true)]
     pub(crate) target: Vec<String>,
-    /// Folder for the outputs. Their names begin with STEM, the name of the input file without its ending; only the files of an engine are called `grafsynth_*`.
+    /// Folder for the outputs. Their names begin with STEM, the name of the input file without its extension; only the files of an engine are called `grafsynth_*`.
     #[arg(long, short, value_name = "DIR", default_value = ".")]
     pub(crate) output: PathBuf,
     /// Stimulus for test vectors, the SIMULATION section and the test bench.
     #[arg(long, value_name = "FILE")]
     pub(crate) stimulus: Option<String>,
-    /// Also write STEM.report.md (encoding, equations, pins, timing, requirements, proofs) and a drawing of each chip (FILE.svg).
+    /// Also write STEM.report.md (encoding, equations, pins, timing, requirements, proofs) and a drawing of each chip (for example `STEM.jed.svg`).
     #[arg(long)]
     pub(crate) report: bool,
     /// Measure reactions on simulated machines for the report (needs avr-gcc and simavr, or arm-none-eabi-gcc and qemu).
     #[arg(long, requires = "report")]
     pub(crate) measure: bool,
-    /// For each output FILE, also write FILE.map.json, which maps its lines to the chart.
+    /// For each output FILE in C, equations, Verilog or BLIF, also write FILE.map.json, which maps its lines to the chart.
     #[arg(long, value_name = "WHAT", value_enum)]
     pub(crate) emit: Option<Emit>,
     /// Jinja template for `--target template`, rendered with the JSON of the net; `my.py.j2` writes STEM.py; repeatable.
@@ -466,7 +467,7 @@ pub(crate) struct Build {
     #[arg(long, help_heading = C_OUTPUT)]
     pub(crate) safe_state: bool,
     /// Keep the last N fired transitions with their reaction numbers in the instance, for `grafsynth trace`.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=8192), help_heading = C_OUTPUT)]
+    #[arg(long, value_name = "N", value_parser = whole(1..=8192_u16), help_heading = C_OUTPUT)]
     pub(crate) trace_ring: Option<u16>,
     /// Call the user's `activated` and `enabled` functions.
     #[arg(long, help_heading = C_OUTPUT)]
@@ -491,7 +492,7 @@ pub(crate) struct Build {
     #[arg(long, help_heading = CIRCUITS)]
     pub(crate) safe: bool,
     /// Synchroniser flip-flops for each input not declared `synchronous`: 0, 1 or 2.
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=2), help_heading = CIRCUITS)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole(0..=2_u32), help_heading = CIRCUITS)]
     pub(crate) synchronise: u32,
     /// Add an active-high reset input with this name to the Verilog.
     #[arg(long, value_name = "NAME", help_heading = CIRCUITS)]
@@ -517,10 +518,10 @@ pub(crate) struct Sim {
     #[arg(long, short, value_name = "FILE")]
     pub(crate) stimulus: Option<String>,
     /// Run N random reactions instead of a stimulus.
-    #[arg(long, value_name = "N", conflicts_with = "stimulus")]
+    #[arg(long, value_name = "N", conflicts_with = "stimulus", value_parser = whole(0..=usize::MAX))]
     pub(crate) random: Option<usize>,
     /// Seed of the random reactions.
-    #[arg(long, value_name = "K", default_value_t = 1)]
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = whole(0..=u64::MAX))]
     pub(crate) seed: u64,
     /// Engine (`list` lists the engines).
     #[arg(long, short, value_name = "ENGINE", default_value = "ir")]
@@ -556,14 +557,14 @@ pub(crate) struct Compare {
     /// Stimulus (CSV).
     #[arg(long, short, value_name = "FILE")]
     pub(crate) stimulus: Option<String>,
-    /// Run N random reactions; for two designs, instead of a proof.
-    #[arg(long, value_name = "N", conflicts_with = "stimulus")]
+    /// Run N random reactions. Two designs are then tested, not proved equal.
+    #[arg(long, value_name = "N", conflicts_with = "stimulus", value_parser = whole(0..=usize::MAX))]
     pub(crate) random: Option<usize>,
     /// Seed of the random reactions.
-    #[arg(long, value_name = "K", default_value_t = 1)]
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = whole(0..=u64::MAX))]
     pub(crate) seed: u64,
-    /// Compare OTHER of a logic file as NAME of the other design (of two logic files, OTHER is in the second); repeatable.
-    #[arg(long, value_name = "OTHER=NAME")]
+    /// Compare the signal LOGIC of a logic file with the signal NAME of the other design (of two logic files, LOGIC is in the second); repeatable.
+    #[arg(long, value_name = "LOGIC=NAME")]
     pub(crate) rename: Vec<String>,
     /// Test two designs on random reactions only.
     #[arg(long)]
@@ -608,7 +609,7 @@ pub(crate) struct Minimise {
     #[arg(long)]
     pub(crate) heuristic: bool,
     /// Effort, 0 to 9; each step allows ten times the work. Counted in operations, so the result is the same on every machine.
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=9))]
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole(0..=9_u32))]
     pub(crate) budget: u32,
     /// Write the minimised table to this file; `-` is standard output (the report then goes to standard error).
     #[arg(long, short, value_name = "FILE")]
@@ -635,10 +636,10 @@ pub(crate) struct Diff {
     #[arg(long = "for", value_name = "MACHINE", value_parser = machine)]
     pub(crate) machine: Option<&'static Machine>,
     /// Number of random reactions to run if the charts are too large to enumerate.
-    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = whole(0..=usize::MAX))]
     pub(crate) random: usize,
     /// Seed of the random reactions.
-    #[arg(long, value_name = "K", default_value_t = 1)]
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = whole(0..=u64::MAX))]
     pub(crate) seed: u64,
     /// If the behaviour differs, write two traces that show the difference: that of the old chart to this file, as `.csv`, `.vcd` or `.jsonl`, and that of the new
     /// chart to FILE-2.

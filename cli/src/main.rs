@@ -9,6 +9,7 @@ mod lists;
 mod load;
 mod memory;
 mod named;
+mod numbers;
 mod progress;
 mod render;
 mod report;

@@ -32,7 +32,7 @@ pub(crate) struct Style {
     pub(crate) format: MessageFormat,
     /// Colours.
     pub(crate) color: bool,
-    /// The maximum number of findings shown for a file; the rest is counted.
+    /// The maximum number of findings shown for a file; the others are counted.
     pub(crate) max_diagnostics: usize,
     /// Width of the terminal in columns.
     pub(crate) width: usize,
@@ -40,41 +40,37 @@ pub(crate) struct Style {
     pub(crate) height: Option<usize>,
 }
 
-/// A finding as text for people, or several of one kind.
+/// Findings as texts for people. Several findings of one kind are one text.
 pub(crate) struct Rendered {
-    /// The text, with an empty line at its end in the format for people.
-    pub(crate) text: String,
-    /// The severity.
-    pub(crate) severity: Severity,
+    /// The severity of each text, including those that were left out.
+    pub(crate) found: Vec<Severity>,
+    /// The texts, errors first, those of one severity in the order of their locations; with an empty line at the end of each in the format for people.
+    pub(crate) texts: Vec<String>,
+    /// How many were left out for each file.
+    pub(crate) hidden: String,
 }
 
-/// All findings as texts for people, errors first, those of one severity in the order of their locations; and the number left out for each
-/// file.
-pub(crate) fn render(
-    sources: &Sources,
-    diagnostics: &[Diagnostic],
-    style: Style,
-) -> (Vec<Rendered>, String) {
+/// Renders at most [`Style::max_diagnostics`] findings of each file for people.
+pub(crate) fn render(sources: &Sources, diagnostics: &[Diagnostic], style: Style) -> Rendered {
     let folded = match style.format {
         MessageFormat::Short => fold::apart(sorted(diagnostics)),
         MessageFormat::Human | MessageFormat::Json | MessageFormat::Sarif => {
             fold::fold(sources, sorted(diagnostics))
         }
     };
+    let found = folded.iter().map(|one| one.first.severity).collect();
     let (mut shown, hidden) = limit(folded, |one| one.first, style.max_diagnostics);
     shown.sort_by_key(|one| one.first.severity);
     let color = if style.color { Renderer::styled() } else { Renderer::plain() };
     let renderer = color.decor_style(DecorStyle::Ascii).term_width(style.width);
-    let rendered = |one: &Folded<'_>| {
-        let text = match style.format {
-            MessageFormat::Short => short(sources, one.first),
-            MessageFormat::Human | MessageFormat::Json | MessageFormat::Sarif => {
-                human(sources, one, &renderer) + "\n\n"
-            }
-        };
-        Rendered { text, severity: one.first.severity }
+    let text = |one: &Folded<'_>| match style.format {
+        MessageFormat::Short => short(sources, one.first),
+        MessageFormat::Human | MessageFormat::Json | MessageFormat::Sarif => {
+            human(sources, one, &renderer) + "\n\n"
+        }
     };
-    (shown.iter().map(rendered).collect(), hidden_text(sources, &hidden))
+    let texts = shown.iter().map(text).collect();
+    Rendered { found, texts, hidden: hidden_text(sources, &hidden) }
 }
 
 /// The findings, with help texts in the notation of the language of each file.

@@ -117,26 +117,26 @@ pub fn machine_within(net: &Valid<Net>, max_reactions: usize) -> Result<Machine,
 /// The inputs and outputs of a table.
 fn bits(net: &Net) -> Result<(Vec<InputId>, Vec<OutputId>), Vec<Diagnostic>> {
     let mut found = Vec::new();
-    let mut refuse = |span: Span, message: String, help: &str| {
+    let mut refuse = |span: Span, what: String, help: &str| {
+        let message = format!("a state table cannot express {what}");
         found.push(Diagnostic::error(NO_TABLE, message).at(span, "").help(help));
     };
-    let bits = "a state table has only single bits: convert to `.net` or `.v`, or use one input or output for each bit";
-    let calls =
-        "a state table calls nothing: convert to `.net`, or use an output in place of the call";
+    let bits = "convert to `.net` or `.v`, or use one input or output for each bit";
+    let calls = "convert to `.net`, or use an output in place of the call";
     let mut inputs: Vec<InputId> = Vec::new();
     for (id, input) in net.inputs.iter().filter(|(_, input)| input.kind != InputKind::InternalEvent)
     {
         if !input.ty.is_bool() {
-            refuse(input.meta.span, format!("the input `{}` is a number", input.name), bits);
+            refuse(input.meta.span, format!("the integer input `{}`", input.name), bits);
         }
         inputs.push(id);
     }
     let mut outputs: Vec<OutputId> = Vec::new();
     for (id, output) in net.outputs.iter() {
         if output.is_extern() {
-            refuse(output.meta.span, format!("the chart calls `{}`", output.name), calls);
+            refuse(output.meta.span, format!("a call of `{}`", output.name), calls);
         } else if !output.ty.is_bool() {
-            refuse(output.meta.span, format!("the output `{}` is a number", output.name), bits);
+            refuse(output.meta.span, format!("the integer output `{}`", output.name), bits);
         }
         outputs.push(id);
     }

@@ -5,6 +5,7 @@ use crate::codes;
 use crate::coding::EncodedLogic;
 use crate::output_report::Note;
 use grafsynth_backend_pld::EmitOptions;
+use grafsynth_ir::diag::joined;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Logic, PinRole};
 use grafsynth_ir::net::{Evolution, Net};
@@ -68,10 +69,8 @@ pub(crate) fn codes_and_dont_cares(
         ];
         let kinds: Vec<&str> =
             kinds.into_iter().filter(|(is_none, _)| !is_none).map(|(_, kind)| kind).collect();
-        match &kinds[..] {
-            [] => {}
-            [only] => parts.push(format!("don't-cares: {only}")),
-            [all @ .., last] => parts.push(format!("don't-cares: {} and {last}", all.join(", "))),
+        if !kinds.is_empty() {
+            parts.push(format!("don't-cares: {}", joined(&kinds, "and")));
         }
     }
     (!parts.is_empty()).then(|| parts.join("; "))

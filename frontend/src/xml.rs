@@ -296,7 +296,7 @@ impl<'t> Mark<'t> {
         })
     }
 
-    /// Offset after its last byte.
+    /// The offset of the byte that follows the markup or text.
     fn end(&self) -> usize {
         match self {
             Mark::Tag(range) => range.end,

@@ -184,6 +184,18 @@ impl Diagnostic {
     }
 }
 
+/// The items as a list in a sentence: `a, b and c` with the word `and`.
+#[must_use]
+pub fn joined(items: &[impl AsRef<str>], word: &str) -> String {
+    let all: Vec<&str> = items.iter().map(AsRef::as_ref).collect();
+    match all.split_last() {
+        Some((last, before)) if !before.is_empty() => {
+            format!("{} {word} {last}", before.join(", "))
+        }
+        _ => all.concat(),
+    }
+}
+
 /// The longest word of a finding, in bytes. Longer ones are names in broken files, where one "name" can be the whole file.
 const LONGEST_WORD: usize = 200;
 
@@ -295,7 +307,15 @@ fn distance(a: &[char], b: &[char]) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::{nearest, nearest_type, with_short_words};
+    use super::{joined, nearest, nearest_type, with_short_words};
+
+    #[test]
+    fn the_last_item_of_a_list_follows_a_word() {
+        assert_eq!(joined(&["a", "b", "c"], "and"), "a, b and c");
+        assert_eq!(joined(&["a", "b"], "or"), "a or b");
+        assert_eq!(joined(&["a"], "and"), "a");
+        assert_eq!(joined(&[""; 0], "and"), "");
+    }
 
     #[test]
     fn long_words_of_a_finding_are_cut() {

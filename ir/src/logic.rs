@@ -35,7 +35,8 @@ pub struct Logic {
     pub wires: Vec<Wire>,
     /// Input constraints that the environment guarantees: each node is never true. The minimiser uses them as don't-cares.
     pub never: Vec<NodeId>,
-    /// State constraints: each node is false in every state that is reachable from power-up. These are don't-cares too, proved from the circuit itself.
+    /// State constraints: each node is false in every state that is reachable from power-up. The minimiser uses them as don't-cares too, and the proof of the
+    /// circuit shows that it never reaches them.
     pub unreachable: Vec<NodeId>,
     /// Bits of the net's state that are not stored in a flip-flop of their own, as functions of the flip-flops: steps that share a code.
     pub decoded: Vec<Decoded>,

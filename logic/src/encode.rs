@@ -1,9 +1,9 @@
 //! From net to logic: symbolic execution of the reaction program.
 //!
-//! Every cell of the program becomes flip-flops: one for a step (one-hot), one for each bit of a bounded integer or timer (offset binary from its lower
-//! bound), and the same for each element of an array and each pair of ages. The program's statements are then executed once over nodes instead of
-//! values; the final content of a cell is its D function. A transition of a plain net costs a few nodes, so the cost is linear in the size of the
-//! program.
+//! Every cell of the program becomes flip-flops: one for a step (one-hot), one for each bit of a bounded integer or timer (offset binary from its lower bound),
+//! as many for each element of an array, and one for each pair of competing steps whose ages are compared (which of the two is older). The program's statements
+//! are then executed once over nodes instead of values; the final content of a cell is its D function. A transition of a plain net costs a few nodes, so the
+//! cost is linear in the size of the program.
 //!
 //! States with a history in an enclosing state are coded by the registers of their regions, which store the history; see the module `regions`.
 //!

@@ -243,7 +243,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// Each continuous extern action is called once if some active step calls it, with the arguments of the first such step [C22].
+    /// Calls each continuous extern action at most once: with the arguments of the first active step that calls it and whose condition is true [C22].
     fn e4_calls(&mut self, mut calls: Vec<(OutputId, u32)>) {
         let net = self.net;
         calls.sort_by_key(|(output, _)| *output);

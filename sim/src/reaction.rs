@@ -281,8 +281,8 @@ impl Reaction<'_> {
         }
     }
 
-    /// EVOLVE of Grafcet charts (semantics §3.4). One more check follows for an event that the last allowed micro-step raised; it is a fault only if that
-    /// check would fire something [C11].
+    /// EVOLVE of Grafcet charts (semantics §3.4). One more check follows for an event that the last allowed micro-step raised. If that check would
+    /// fire something, it sets the fault instead [C11].
     fn evolve(&mut self) {
         let mut n = 0;
         loop {

@@ -80,7 +80,7 @@ fn line_of(lines: &[usize], span: Span) -> u32 {
     if span.file == SOURCE { u32::try_from(n).unwrap_or(u32::MAX) } else { 0 }
 }
 
-/// A unit without functions and globals.
+/// The structures and types of a unit, without its functions and globals.
 fn of_types(from: &c::Unit) -> Unit {
     let mut unit = Unit::default();
     for it in from.structs.values() {

@@ -37,7 +37,7 @@ impl Emit<'_> {
         self.net.histories.iter().filter(move |(_, it)| it.owner == owner).map(|(id, _)| id)
     }
 
-    /// Defines the functions that exit regions: those that transitions use, and those of all regions in them.
+    /// Defines the exit functions: one for each region in which a transition exits states, and one for each region nested in those states.
     pub(super) fn define_exits(&mut self) {
         let mut depths: BTreeMap<usize, BTreeSet<u32>> = BTreeMap::new();
         for route in self.plan.routes.values().flatten() {

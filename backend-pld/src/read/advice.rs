@@ -2,6 +2,7 @@
 
 use crate::Dialect;
 use crate::device::Device;
+use grafsynth_ir::diag::joined;
 
 /// The pins in ascending order, neighbours as ranges: `12 to 19`, `1, 3 and 5 to 8`.
 pub(crate) fn pin_list(pins: impl IntoIterator<Item = u32>) -> String {
@@ -22,10 +23,7 @@ pub(crate) fn pin_list(pins: impl IntoIterator<Item = u32>) -> String {
             _ => format!("{first} to {last}"),
         })
         .collect();
-    match shown.split_last() {
-        Some((last, before)) if !before.is_empty() => format!("{} and {last}", before.join(", ")),
-        _ => shown.join(""),
-    }
+    joined(&shown, "and")
 }
 
 /// The pins of a device that can be outputs.

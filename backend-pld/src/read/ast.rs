@@ -4,12 +4,11 @@ use super::{MAX_FINDINGS, advice};
 use crate::Dialect;
 use crate::codes;
 use crate::device::Device;
-use grafsynth_ir::diag::{Code, Diagnostic, any_error, nearest};
+use grafsynth_ir::diag::{Code, Diagnostic, any_error, joined, nearest};
 use grafsynth_ir::logic::{FlopId, Logic, NodeId, PinInput, PinOutput, PinRole, Wire};
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::span::{FileId, Name, Span};
 use grafsynth_logic::build::Builder;
-use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The index of a signal.
@@ -315,8 +314,9 @@ impl PldAst {
                     device.inputs.iter().copied().filter(is_free).collect()
                 };
                 free.sort_unstable();
-                let shown = free.iter().take(6).join(", ");
+                let shown: Vec<String> = free.iter().take(6).map(u32::to_string).collect();
                 if !shown.is_empty() {
+                    let shown = joined(&shown, "or");
                     let what = if wants_output { "output" } else { "input" };
                     let name = device.name;
                     finding = finding.help(format!(

@@ -46,7 +46,11 @@ pub(crate) fn place(draft: &PldAst) -> Result<Placement, Vec<Diagnostic>> {
                 let message = format!("`{}` has no pin, so it has no macrocell", signal.name);
                 placer.refuse(message, definition.span);
                 let own = placer.found.pop().map(|finding| {
-                    finding.plural(format!("`{}`", signal.name), "no pin and so no macrocell:", "")
+                    finding.plural(
+                        format!("`{}`", signal.name),
+                        "",
+                        "have no pins and no macrocells",
+                    )
                 });
                 placer.found.extend(own);
             }

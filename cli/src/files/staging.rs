@@ -482,7 +482,7 @@ fn missing(folder: &Path) -> Vec<PathBuf> {
     all
 }
 
-/// Removes empty folders: if one is not empty, somebody else has added files.
+/// Removes the folders that are empty. A folder in which somebody else has added files stays.
 fn remove_folders(made: &[PathBuf]) {
     for folder in made.iter().rev() {
         let _ = fs::remove_dir(folder);

@@ -4,7 +4,7 @@
 //! for several findings ([`Plural`]) are the same.
 
 use grafsynth_driver::source::Sources;
-use grafsynth_ir::diag::{Diagnostic, Label, Plural, Severity};
+use grafsynth_ir::diag::{Diagnostic, Label, Plural, Severity, joined};
 use grafsynth_ir::{FileId, Span};
 use std::collections::BTreeSet;
 
@@ -153,21 +153,12 @@ fn message(all: &[&Diagnostic]) -> String {
         return format!("{} ({} places)", all[0].message, all.len());
     };
     let list = if names.len() <= MOST_NAMES {
-        listed(&names)
+        joined(&names, "and")
     } else {
         format!("{}, ... ({})", names[..NAMES_OF_MANY].join(", "), names.len())
     };
     let parts = [before.as_str(), &list, after].into_iter().filter(|part| !part.is_empty());
     parts.collect::<Vec<_>>().join(" ")
-}
-
-/// `a, b and c`.
-fn listed(names: &[&str]) -> String {
-    match names {
-        [] => String::new(),
-        [one] => (*one).to_owned(),
-        [before @ .., last] => format!("{} and {last}", before.join(", ")),
-    }
 }
 
 /// Line numbers as a sentence; consecutive numbers as a range.
@@ -195,7 +186,7 @@ fn also_on(lines: &[usize]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{also_on, listed};
+    use super::also_on;
 
     #[test]
     fn neighbouring_lines_are_a_range() {
@@ -203,10 +194,5 @@ mod tests {
         assert_eq!(also_on(&[3, 4, 9, 10, 11, 3]), "also on lines 3, 4, 9 to 11");
         let many: Vec<usize> = (1..=20).map(|n| 2 * n).collect();
         assert!(also_on(&many).ends_with("22, 24, and 8 more"));
-    }
-
-    #[test]
-    fn the_last_name_follows_an_and() {
-        assert_eq!(listed(&["a", "b", "c"]), "a, b and c");
     }
 }

@@ -72,9 +72,9 @@ impl Report {
 
     /// Shows findings to people, as many as fit on the terminal.
     pub(crate) fn show(&self, sources: &Sources, found: &[Diagnostic], style: Style) {
-        let (rendered, hidden) = render(sources, found, style);
-        let shown = self.tally().shown(rendered, style.height);
-        crate::print_error(&(shown + &hidden));
+        let rendered = render(sources, found, style);
+        let shown = self.tally().shown(&rendered, style.height);
+        crate::print_error(&(shown + &rendered.hidden));
     }
 
     /// Counts an answer that people were given.

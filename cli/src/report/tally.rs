@@ -2,7 +2,7 @@
 
 use super::answer::{About, Answer, Status};
 use crate::render::Rendered;
-use grafsynth_ir::diag::Severity;
+use grafsynth_ir::diag::{Severity, joined};
 use serde_json::Value;
 
 /// Lines of a terminal that are kept free for the summary line, the output of the verb, and the prompt.
@@ -27,15 +27,17 @@ pub(super) struct Tally {
 impl Tally {
     /// The text of the findings that fit on a terminal of this height: all findings before the first one that does not fit, but at least
     /// one per run.
-    pub(super) fn shown(&mut self, rendered: Vec<Rendered>, height: Option<usize>) -> String {
-        let mut text = String::new();
-        for one in rendered {
-            match one.severity {
+    pub(super) fn shown(&mut self, rendered: &Rendered, height: Option<usize>) -> String {
+        for severity in &rendered.found {
+            match severity {
                 Severity::Error => self.errors += 1,
                 Severity::Warning => self.warnings += 1,
                 Severity::Note => self.notes += 1,
             }
-            let lines = one.text.lines().count();
+        }
+        let mut text = String::new();
+        for one in &rendered.texts {
+            let lines = one.lines().count();
             let room = height.map(|height| height.saturating_sub(KEPT_FREE));
             let fits = room.is_none_or(|room| self.lines + lines <= room) || self.lines == 0;
             if self.hidden > 0 || !fits {
@@ -43,7 +45,7 @@ impl Tally {
                 continue;
             }
             self.lines += lines;
-            text.push_str(&one.text);
+            text.push_str(one);
         }
         text
     }
@@ -98,12 +100,8 @@ impl Tally {
                 .filter(|(_, one)| *one == status)
                 .map(|(name, _)| name.as_str())
                 .collect();
-            match names.as_slice() {
-                [] => {}
-                [one] => parts.push(format!("{one} {word}")),
-                [before @ .., last] => {
-                    parts.push(format!("{} and {last} {word}", before.join(", ")));
-                }
+            if !names.is_empty() {
+                parts.push(format!("{} {word}", joined(&names, "and")));
             }
         }
         let asserts: Vec<String> = kinds
@@ -134,20 +132,25 @@ fn counted(n: usize, what: &str) -> String {
 mod tests {
     use super::{About, Answer, Rendered, Severity, Status, Tally};
 
-    fn finding(lines: usize) -> Rendered {
-        Rendered { text: "line\n".repeat(lines), severity: Severity::Warning }
+    /// Warnings of these numbers of lines.
+    fn warnings(lines: &[usize]) -> Rendered {
+        Rendered {
+            found: vec![Severity::Warning; lines.len()],
+            texts: lines.iter().map(|n| "line\n".repeat(*n)).collect(),
+            hidden: String::new(),
+        }
     }
 
     #[test]
     fn a_terminal_shows_what_it_has_room_for() {
         let mut tally = Tally::default();
-        let text = tally.shown(vec![finding(10), finding(6), finding(1)], Some(20));
+        let text = tally.shown(&warnings(&[10, 6, 1]), Some(20));
         assert_eq!(text.lines().count(), 10, "nothing is shown after the first that does not fit");
         assert!(tally.left_out().starts_with("2 more findings;"));
         assert_eq!(tally.summary(), "3 warnings\n", "what is not shown is counted");
         let mut tally = Tally::default();
-        assert_eq!(tally.shown(vec![finding(30)], Some(20)).lines().count(), 30);
-        assert_eq!(Tally::default().shown(vec![finding(90), finding(1)], None).lines().count(), 91);
+        assert_eq!(tally.shown(&warnings(&[30]), Some(20)).lines().count(), 30);
+        assert_eq!(Tally::default().shown(&warnings(&[90, 1]), None).lines().count(), 91);
     }
 
     #[test]

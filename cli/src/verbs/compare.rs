@@ -23,7 +23,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Compare) -> Result<Exit, St
 
 fn all(session: &mut Session, arguments: &Compare) -> Result<Exit, Stop> {
     let renames = Renames::parse(&arguments.rename).map_err(|text| {
-        Stop::Usage(format!("`{text}` is not a pair of names: write --rename OTHER=NAME"))
+        Stop::Usage(format!("`{text}` is not a pair of names: write --rename LOGIC=NAME"))
     })?;
     let files = &arguments.inputs.files;
     let reading = &arguments.inputs.reading;

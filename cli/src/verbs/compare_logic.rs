@@ -136,7 +136,7 @@ impl Question<'_> {
         self.different(answer, difference, &short, &stimulus.to_csv(self.net))
     }
 
-    /// Reports a difference in a row: `stimulus` ends with it.
+    /// Reports a difference. `stimulus` ends with the row in which it occurs; `witness` is the stimulus that the answer contains, as CSV.
     fn different(
         &self,
         mut answer: Answer,

@@ -13,8 +13,7 @@
 
 use grafsynth_ir::FileId;
 use grafsynth_ir::chart::{Board, Place};
-use grafsynth_ir::diag::ErrorReported;
-use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::diag::{Diagnostic, ErrorReported, nearest};
 
 use crate::codes;
 use crate::graf::parser::{Parse, Parser, short};
@@ -89,6 +88,21 @@ mod tests {
         let (found, findings) = parse(FileId(0), text);
         assert_eq!(findings, []);
         assert_eq!((found.boards.len(), found.boards[0].pins.len(), found.places.len()), (1, 4, 2));
+    }
+
+    #[test]
+    fn names_of_devices_with_hyphens_need_no_backquotes() {
+        let device = |text: &str| {
+            let (found, findings) = parse(FileId(0), &format!("device {text} {{ a 1 }}"));
+            findings.is_empty().then(|| found.boards[0].device.text.clone())
+        };
+        for name in ["atf1504-plcc44", "pal16l8-as-gal16v8", "gal16v8d-15lp", "gal-16-v8"] {
+            assert_eq!(device(name).as_deref(), Some(name));
+            assert_eq!(device(&format!("`{name}`")).as_deref(), Some(name));
+        }
+        for text in ["gal - 15", "gal -15", "gal-", "gal--15", "`gal`-15", "gal->15"] {
+            assert_eq!(device(text), None, "{text}");
+        }
     }
 
     #[test]

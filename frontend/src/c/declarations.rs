@@ -6,8 +6,7 @@ use super::lexer::Kind;
 use super::parser::{Parser, Read};
 use crate::codes;
 use grafsynth_ir::Span;
-use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::diag::ErrorReported;
+use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 
 /// The type that a standard header defines with this name. Types that are not integers are opaque.
 fn known_type(name: &str) -> Option<Base> {

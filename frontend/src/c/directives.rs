@@ -5,8 +5,7 @@
 
 use grafsynth_ir::Name;
 use grafsynth_ir::Span;
-use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::diag::ErrorReported;
+use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::ast::{Expr, ExprKind};
@@ -330,7 +329,7 @@ impl Parser<'_> {
                         format!("`{name}` is not defined, so it is 0 in this condition"),
                     )
                     .at(span, "")
-                    .help(format!("write `#define {name} ..`, or define it with -D {name}=VALUE"))
+                    .help(format!("write `#define {name} VALUE`, or pass `-D {name}=VALUE`"))
                 });
             }
         }

@@ -1,8 +1,7 @@
 //! Parser for declarations and statements: hand-written recursive descent. After an error it continues after the next `;` or at the next
 //! `}`.
 
-use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::diag::ErrorReported;
+use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 use grafsynth_ir::{FileId, Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -14,7 +14,7 @@ use super::sequence;
 use super::types::{self, Scalar, Type, Widths};
 use crate::codes;
 use crate::graf::parser::Findings;
-use grafsynth_ir::diag::{Diagnostic, any_error, nearest};
+use grafsynth_ir::diag::{Diagnostic, any_error, joined, nearest};
 use grafsynth_ir::{FileId, Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -724,18 +724,12 @@ impl<'s> Resolver<'s, '_> {
                 .collect();
             let first = names.first().map_or("NAME", |(name, _)| name);
             let is_arduino = values.len() == names.len();
-            let message = match shown.split_last() {
-                Some((last, [])) if is_arduino => {
-                    format!("{last} is not declared: it belongs to Arduino.h, which is not read")
-                }
-                Some((last, [])) => format!("{last} is not declared"),
-                Some((last, rest)) => format!(
-                    "{} and {last} are not declared{}",
-                    rest.join(", "),
-                    if is_arduino { ": they belong to Arduino.h, which is not read" } else { "" }
-                ),
-                None => continue,
-            };
+            let (are, they) =
+                if names.len() == 1 { ("is", "it belongs") } else { ("are", "they belong") };
+            let mut message = format!("{} {are} not declared", joined(&shown, "and"));
+            if is_arduino {
+                message += &format!(": {they} to Arduino.h, which is not read");
+            }
             let help = if is_arduino {
                 format!(
                     "give the values with {}; the calls of Arduino.h, such as `digitalRead`, are then left to the C library, so replace each pin by an `extern volatile bool` variable to see it in traces and proofs",
@@ -757,7 +751,7 @@ impl<'s> Resolver<'s, '_> {
     }
 }
 
-/// The constants of Arduino.h, which the Arduino environment includes in every sketch automatically.
+/// Constants of Arduino.h with their values, for the help of a message. The Arduino environment includes that header in every sketch.
 const ARDUINO: [(&str, u32); 5] =
     [("LOW", 0), ("HIGH", 1), ("INPUT", 0), ("OUTPUT", 1), ("INPUT_PULLUP", 2)];
 

@@ -4,8 +4,7 @@ use grafsynth_ir::Span;
 use grafsynth_ir::chart::{
     Certificate, Chart, Design, Import, Item, Library, Setting, SettingKind,
 };
-use grafsynth_ir::diag::ErrorReported;
-use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::diag::{Diagnostic, ErrorReported, nearest};
 use grafsynth_ir::net::Meta;
 
 use super::items::ITEM_WORDS;

@@ -1,7 +1,6 @@
 //! Durations: a number and a unit. Also recognises the notations of other languages.
 
-use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::diag::ErrorReported;
+use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 
 use super::names::duration;
 use super::numbers::slice;

@@ -7,8 +7,7 @@
 //! A tree is never deeper than the nesting limit, so functions that visit it may recurse.
 
 use grafsynth_ir::chart::{Expr, Leaf, Path};
-use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::diag::ErrorReported;
+use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind};
 use grafsynth_ir::{Name, Span};
 

@@ -5,8 +5,7 @@ use grafsynth_ir::chart::{
     Action, Block, Board, Declaration, DeclarationKind, Emergency, Expr, Item, Macro, MacroStep,
     Place, Property, StepRole,
 };
-use grafsynth_ir::diag::ErrorReported;
-use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::diag::{Diagnostic, ErrorReported, nearest};
 use grafsynth_ir::expr::{ExprKind, Type};
 use grafsynth_ir::net::{Meta, Side};
 use grafsynth_ir::{Name, Span};
@@ -625,7 +624,7 @@ impl Parser<'_> {
     /// Parses `device gal22v10 { clock 1  m 2  n[0] 3 }`.
     pub(crate) fn board(&mut self) -> Parse<Board> {
         let start = self.advance().start;
-        let device = self.name("the name of a device")?;
+        let device = self.device()?;
         let mut pins = Vec::new();
         if self.kind(0) == Kind::OpenBrace {
             self.braced("the pins", Separators::None, &mut |parser| {
@@ -639,6 +638,28 @@ impl Parser<'_> {
             })?;
         }
         Ok(Board { device, pins, span: self.span_from(start) })
+    }
+
+    /// Parses the name of a device, which may contain `-` between words and numbers: `atf1504-plcc44`.
+    fn device(&mut self) -> Parse<Name> {
+        let is_quoted = self.kind(0) == Kind::Quoted;
+        let mut name = self.name("the name of a device")?;
+        let is_part = |kind: Kind| matches!(kind, Kind::Word | Kind::Number);
+        let adjoins = |parser: &Self, at: usize, end: u32| parser.peek(at).start == end;
+        // A part such as `15lp` is a number and a word.
+        while !is_quoted
+            && adjoins(self, 0, self.previous_end)
+            && (is_part(self.kind(0)) || self.kind(0) == Kind::Minus)
+            && (is_part(self.kind(0))
+                || is_part(self.kind(1)) && adjoins(self, 1, self.peek(0).end))
+        {
+            self.advance();
+        }
+        name.span = self.span_from(name.span.start);
+        if !is_quoted && !self.dry {
+            name.text = self.text[name.span.range()].to_owned();
+        }
+        Ok(name)
     }
 
     /// Parses a signal of a board: a name with dots and an optional number of a bit or element.

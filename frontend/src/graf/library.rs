@@ -4,8 +4,7 @@ use grafsynth_ir::chart::{
     Argument, ArgumentValue, Certificate, Declaration, DeclarationKind, Expr, Import, Library,
     Parameter, Use,
 };
-use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::diag::ErrorReported;
+use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 use grafsynth_ir::net::Meta;
 
 use super::parser::{Parse, Parser, Separators};

@@ -105,6 +105,16 @@ pub(crate) fn name(text: &str, position: Position) -> String {
     if inner.is_empty() { "`_`".to_owned() } else { format!("`{inner}`") }
 }
 
+/// The name of a device: plain also with `-` between words and numbers, as in `atf1504-plcc44`.
+pub(crate) fn device(text: &str) -> String {
+    let is_number = |part: &str| !part.is_empty() && part.bytes().all(|one| one.is_ascii_digit());
+    let is_plain = |part: &str| is_word(part) || is_number(part);
+    let plain = text.split_once('-').filter(|(first, rest)| {
+        name(first, Position::Anywhere) == *first && rest.split('-').all(is_plain)
+    });
+    plain.map_or_else(|| name(text, Position::Anywhere), |_| text.to_owned())
+}
+
 /// A name that may belong to another chart, with its dots.
 pub(crate) fn dotted(text: &str, position: Position) -> String {
     let parts: Vec<&str> = text.split('.').collect();

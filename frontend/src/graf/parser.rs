@@ -1,7 +1,6 @@
 //! The grammar-independent part of the parser: lookahead, findings, limits, names, numbers and error recovery.
 
-use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::diag::ErrorReported;
+use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 use grafsynth_ir::{FileId, Name, Span};
 
 use super::lexer::{LexError, Lexer, is_typeset_quote};

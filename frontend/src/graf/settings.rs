@@ -1,8 +1,7 @@
 //! Parser of the settings of a chart: conflict policy, schedule, evolution, time base and the other switches.
 
 use grafsynth_ir::chart::{Setting, SettingKind};
-use grafsynth_ir::diag::ErrorReported;
-use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::diag::{Diagnostic, ErrorReported, joined, nearest};
 use grafsynth_ir::net::{Policy, SHARINGS, Schedule};
 
 use super::parser::{Parse, Parser, short};
@@ -25,13 +24,10 @@ pub(crate) const SCHEDULES: [(&str, Schedule); 3] = [
     ("priority", Schedule::Priority),
 ];
 
-fn one_of<'a>(words: impl Iterator<Item = &'a str>) -> String {
+/// The words as alternatives: `` `a`, `b` or `c` ``.
+pub(crate) fn one_of<'a>(words: impl Iterator<Item = &'a str>) -> String {
     let words: Vec<String> = words.map(|word| format!("`{word}`")).collect();
-    match words.split_last() {
-        Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
-        Some((last, _)) => last.clone(),
-        None => String::new(),
-    }
+    joined(&words, "or")
 }
 
 impl Parser<'_> {

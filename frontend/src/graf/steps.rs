@@ -4,8 +4,7 @@ use grafsynth_ir::chart::{
     ActionHow, Block, Expr, ForceOrder, Item, Path, Step, StepCount, StepItem, StepItemKind,
     StepRole, Stmt, StmtKind,
 };
-use grafsynth_ir::diag::ErrorReported;
-use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::diag::{Diagnostic, ErrorReported, nearest};
 use grafsynth_ir::net::{Meta, Qualifier, Verbatim};
 use grafsynth_ir::{Name, Span};
 use itertools::Itertools as _;
@@ -352,15 +351,9 @@ impl Parser<'_> {
         let shown = short(super::numbers::slice(self.text, self.peek(0)));
         self.advance();
         let place = self.span_from(start);
-        self.report(|| {
-            Diagnostic::error(
-                codes::MISPLACED,
-                format!("an output that is off is not named in a step: `not {shown}`"),
-            )
-            .plural(format!("`not {shown}`"), "outputs that are off are not named in a step:", "")
-            .at(place, "off unless an active step names it")
-            .help(format!("remove `not {shown}`; to end a `set {shown}`, write `reset {shown}`"))
-        });
+        let written = format!("`not {shown}`");
+        let help = format!("remove {written}; to end a `set {shown}`, write `reset {shown}`");
+        self.report(|| not_an_action(&written, place).help(help));
         ErrorReported
     }
 
@@ -386,22 +379,15 @@ impl Parser<'_> {
         self.advance();
         let mut span = self.span_from(token.start);
         let sign = short(super::numbers::slice(self.text, sign));
+        let written = format!("`{shown} {sign} {value}`");
         if is_on {
+            let message = format!("{written} has a value, but an action of a step has none");
             self.report(|| {
-                Diagnostic::error(
-                    codes::MISPLACED,
-                    format!(
-                        "an output that is on is named without a value: `{shown} {sign} {value}`"
-                    ),
-                )
-                .plural(
-                    format!("`{shown} {sign} {value}`"),
-                    "outputs that are on are named without a value:",
-                    "",
-                )
-                .at(span, "on while the step is active")
-                .help("write only the name of the output")
-                .fix(span, shown)
+                Diagnostic::error(codes::MISPLACED, message)
+                    .plural(written, "", "have values, but actions of a step have none")
+                    .at(span, "on while the step is active")
+                    .help("write only the name of the output")
+                    .fix(span, shown)
             });
             return Some(target.map(|names| {
                 let path = Path { names };
@@ -420,18 +406,7 @@ impl Parser<'_> {
         }
         let place = self.span_from(token.start);
         self.report(|| {
-            Diagnostic::error(
-                codes::MISPLACED,
-                format!("an output that is off is not named in a step: `{shown} {sign} {value}`"),
-            )
-            .plural(
-                format!("`{shown} {sign} {value}`"),
-                "outputs that are off are not named in a step:",
-                "",
-            )
-            .at(place, "off unless an active step names it")
-            .help("remove the name with its value")
-            .fix(span, "")
+            not_an_action(&written, place).help("remove the name with its value").fix(span, "")
         });
         Some(Err(ErrorReported))
     }
@@ -655,4 +630,11 @@ impl Parser<'_> {
         let value = self.expr()?;
         Ok(StmtKind::Assign { target, index, value })
     }
+}
+
+/// The finding about an item that would switch an output off.
+fn not_an_action(written: &str, place: Span) -> Diagnostic {
+    Diagnostic::error(codes::MISPLACED, format!("{written} is not an action of a step"))
+        .plural(written, "", "are not actions of a step")
+        .at(place, "an output is off unless an active step names it")
 }

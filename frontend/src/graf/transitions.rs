@@ -1,8 +1,7 @@
 //! Parser of transitions: their name, paths and clauses.
 
 use grafsynth_ir::chart::{Length, Path, Transition};
-use grafsynth_ir::diag::ErrorReported;
-use grafsynth_ir::diag::{Diagnostic, nearest};
+use grafsynth_ir::diag::{Diagnostic, ErrorReported, nearest};
 
 use itertools::Itertools as _;
 

@@ -443,7 +443,7 @@ impl Writer<'_> {
     }
 
     fn board(&mut self, board: &Board) {
-        let head = format!("device {}", names::name(&board.device.text, Position::Anywhere));
+        let head = format!("device {}", names::device(&board.device.text));
         let (span, from) = (board.span, board.device.span.end);
         if board.pins.is_empty() && !self.has_comment(span.start, span.end) {
             return self.simple(span, head);

@@ -342,7 +342,7 @@ pub(crate) fn place_text(place: &Place) -> String {
     format!("place {} on {side}", items.format(", "))
 }
 
-/// The position of one of several names after a keyword or sign.
+/// The position of the name with this index in a list after a keyword or sign: only the first may be read as a clause.
 fn position(index: usize) -> Position {
     if index == 0 { Position::Target } else { Position::Anywhere }
 }

@@ -10,6 +10,7 @@ use super::reader::{Reader, Unit, children, tag};
 use super::rules::{self, FREE, OTHERS, Rule, Times, Value};
 use super::sfc;
 use crate::codes;
+use crate::graf::settings::one_of;
 use crate::xml::{self, Mapped};
 
 /// The name of an elementary type that was wrongly written as the text of `type` or `baseType` instead of as an element.
@@ -205,7 +206,7 @@ impl Reader<'_, '_> {
                 Some(place) if place >= n_read => {
                     let help = match word {
                         "negated" => {
-                            "remove it, and negate the variable in a contact or an expression instead"
+                            "remove it; to negate a value, use a negated <contact> or <inVariable>, or write NOT in an expression"
                         }
                         "storage" => "remove it, and store the value with a <coil>",
                         "edge" => {
@@ -232,7 +233,7 @@ impl Reader<'_, '_> {
                                 "invalid value `{value}` of the attribute `{word}` of <{name}>"
                             ),
                         )
-                        .at(span, format!("one of {}", expected.join(", ")));
+                        .at(span, format!("expected {}", one_of(expected.iter().copied())));
                         match near {
                             Some(near) => {
                                 finding.help(format!("did you mean `{near}`?")).fix(place, near)

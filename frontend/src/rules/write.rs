@@ -177,7 +177,7 @@ impl Writer {
                         format!("rules cannot express macro-step `{}`", one.name),
                         one.name.span,
                     )
-                    .help("write the steps of the macro in its place, or use `.graf` or `.net`"),
+                    .help("replace the macro-step by the steps of its macro, or use `.graf` or `.net`"),
                 ),
                 Item::Enclosing(one) => {
                     self.findings.push(cannot(

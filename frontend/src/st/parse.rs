@@ -5,8 +5,7 @@
 use std::collections::BTreeSet;
 
 use grafsynth_ir::Span;
-use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::diag::ErrorReported;
+use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 
 use super::ast::Refusal;
 use super::lexer::{Kind, LexError, Places, Token, Tokens, tokens};

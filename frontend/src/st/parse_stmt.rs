@@ -5,8 +5,7 @@
 )]
 
 use grafsynth_ir::Span;
-use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::diag::ErrorReported;
+use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 
 use super::ast::{Expr, ExprKind, Stmt, StmtKind};
 use super::lexer::Kind;

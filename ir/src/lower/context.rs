@@ -2,8 +2,7 @@
 
 use super::task_costs::TaskCosts;
 use crate::chart::{self, Design};
-use crate::diag::Diagnostic;
-use crate::diag::ErrorReported;
+use crate::diag::{Diagnostic, ErrorReported};
 use crate::expr::Expr;
 use crate::net::{
     ActionId, EdgeId, HistoryId, InputId, Leaf, Net, OutputId, PartId, SendId, Sharing, StepId,

@@ -4,7 +4,7 @@ use super::codes;
 use super::context::{Lowering, Outcome, Role, ScopeId, Symbol, Value, Work};
 use super::place::Place;
 use crate::chart::{DeclarationKind, Expr as Syntax};
-use crate::diag::{Code, Diagnostic};
+use crate::diag::{Code, Diagnostic, Notation};
 use crate::expr::Type;
 use crate::span::Name;
 
@@ -43,21 +43,14 @@ pub(super) fn declarations(lowering: &mut Lowering<'_>) {
                         }
                     }
                     Role::Continuous | Role::Mealy | Role::Controlled(_) => {
-                        lowering.report(
-                            Diagnostic::warning(
-                                codes::NO_EFFECT,
-                                format!(
-                                    "the initial value of output `{}` has no effect",
-                                    source.name
-                                ),
-                            )
-                            .plural(format!("`{}`", source.name), "the initial values of outputs", "have no effect")
-                            .at(
-                                init.span,
-                                "no list assigns this output, so its steps determine its value from the start",
-                            )
-                            .help("remove it, or assign the output in lists"),
-                        );
+                        let name = &source.name;
+                        let message = format!("the initial value of output `{name}` has no effect");
+                        let finding = Diagnostic::warning(codes::NO_EFFECT, message)
+                            .plural(format!("`{name}`"), "the initial values of", "have no effect")
+                            .at(init.span, "only an output that a list assigns has one")
+                            .help("remove it, or assign the output in a list")
+                            .help_in(Notation::Scxml, "remove expr, or assign it in an <onentry>");
+                        lowering.report(finding);
                     }
                     Role::Extern | Role::Broken => {}
                 }

@@ -536,7 +536,7 @@ fn constants(net: &Net, out: &mut Vec<Diagnostic>) {
                         &transition.guard,
                         place(net, id),
                         format!("the condition of `{name}` is always true"),
-                        "remove the condition if this is intended",
+                        "or remove it",
                     )
                     .plural(
                         format!("`{name}`"),
@@ -551,7 +551,7 @@ fn constants(net: &Net, out: &mut Vec<Diagnostic>) {
                         &transition.guard,
                         place(net, id),
                         format!("the condition of `{name}` is never true, so this transition never fires"),
-                        "check the ranges of its variables, or remove the transition",
+                        "or remove the transition",
                     )
                     .plural(
                         format!("`{name}`"),
@@ -581,7 +581,7 @@ fn constants(net: &Net, out: &mut Vec<Diagnostic>) {
                     condition,
                     emission.span,
                     format!("the condition of `{}` in `{step}` is always {value}", output.name),
-                    "check the ranges of its variables",
+                    "or remove it",
                 ));
             }
         }
@@ -596,7 +596,7 @@ fn conditions_in(net: &Net, block: &Block, out: &mut Vec<Diagnostic>) {
                 condition,
                 stmt.span,
                 format!("this `if` is always {value}"),
-                "check the ranges of its variables",
+                "or remove the `if`",
             ));
         }
         conditions_in(net, then, out);
@@ -604,8 +604,19 @@ fn conditions_in(net: &Net, block: &Block, out: &mut Vec<Diagnostic>) {
     }
 }
 
-fn constant(condition: &Expr<Leaf>, fallback: Span, message: String, help: &str) -> Diagnostic {
+/// A warning about a constant condition; `otherwise` is the other way out.
+fn constant(
+    condition: &Expr<Leaf>,
+    fallback: Span,
+    message: String,
+    otherwise: &str,
+) -> Diagnostic {
     let span = if condition.span == Span::default() { fallback } else { condition.span };
+    let what = match condition.leaves().next() {
+        Some(_) => "check the ranges of the variables in the condition",
+        None => "write the intended condition",
+    };
+    let help = format!("{what}, {otherwise}");
     Diagnostic::warning(codes::CONSTANT_CONDITION, message).at(span, "").help(help)
 }
 

@@ -9,8 +9,7 @@ use super::context::{
     Alias, AliasValue, Entry, FlatNames, InstanceId, Lowering, Outcome, ScopeId, Symbol,
 };
 use crate::chart::{Leaf, Path};
-use crate::diag::ErrorReported;
-use crate::diag::{Diagnostic, Notation, nearest};
+use crate::diag::{Diagnostic, ErrorReported, Notation, nearest};
 use crate::expr::ExprKind;
 use crate::net::{Driver, InputKind, StepId};
 use crate::span::{Name, Span};
@@ -424,7 +423,7 @@ impl<'a> Lowering<'a> {
             Some(near) => finding.help(format!("did you mean `{near}`?")).fix(name.span, near),
             None if inside.is_some() => finding.help("declare it there, or write another name"),
             None if self.wanted == BOARD_SIGNAL => finding.help(format!(
-                "a board assigns pins to inputs, outputs, variables and steps of the chart, and to {}: write one of these names, or remove the line",
+                "write the name of an input, output, variable or step of the chart, or one of {}; or remove the line",
                 BOARD_SIGNALS.map(|signal| format!("`{signal}`")).join(", ")
             )),
             None => finding
@@ -472,9 +471,6 @@ impl<'a> Lowering<'a> {
                 .help(match (symbol, wanted) {
                     (Symbol::Step(_) | Symbol::MacroStep(_), "a value") => {
                         format!("write `{name}.active` for its activity")
-                    }
-                    (_, "a signal") => {
-                        "write the name of an input, an output, a variable or a step".to_owned()
                     }
                     _ => format!("write the name of {wanted}, or declare one"),
                 }),

@@ -6,8 +6,7 @@ use super::place::Place;
 use super::roles::{empty_driver, is_controlling, main_duration, more_timers};
 use super::times::duration;
 use crate::chart::ActionHow;
-use crate::diag::Diagnostic;
-use crate::diag::ErrorReported;
+use crate::diag::{Diagnostic, ErrorReported};
 use crate::expr::{CompareOp, Expr, ExprKind};
 use crate::net::{
     ActionId, ActionUse, ControlledAction, Driver, Emission, ExternCall, Leaf, OutputId, Qualifier,

@@ -140,5 +140,5 @@ fn signal(lowering: &mut Lowering<'_>, scope: ScopeId, name: &Name) -> Outcome<S
         return Ok(format!("{found}{bit}"));
     }
     let symbol = lowering.wanting(BOARD_SIGNAL, |lowering| lowering.symbol(scope, &path))?;
-    Err(lowering.wrong_kind(name.span, name, symbol, "a signal"))
+    Err(lowering.wrong_kind(name.span, name, symbol, "an input, output, variable or step"))
 }

@@ -329,13 +329,14 @@ fn role(
                 format!("assign it in a list, as in `entry {{ {name} := {hi} }}`, or remove it")
             }
         };
+        let value = if ty.is_bool() { "it is always off" } else { "it keeps its initial value" };
         lowering.report(
             Diagnostic::warning(codes::OUTPUT_UNDRIVEN, format!("nothing drives output `{name}`"))
                 .plural(format!("`{name}`"), "nothing drives outputs", "")
                 .help_in(Notation::Graf, in_graf)
                 .help_in(Notation::Iec, "assign it, or remove it")
                 .help_in(Notation::Scxml, "assign it in an <onentry>, or remove it")
-                .at(name.span, "it keeps its initial value")
+                .at(name.span, value)
                 .help("use it in the body of a step, or remove it")
                 .help_in(
                     Notation::Rules,

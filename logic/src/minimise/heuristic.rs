@@ -13,7 +13,7 @@ use super::rows::Rows;
 use super::terms::{Recursion, Shape, Spent, Terms, bits};
 use std::collections::BTreeSet;
 
-/// The loop for one problem.
+/// The heuristic minimisation of one function: repeated expansion, removal and reduction of products.
 pub(super) struct Loop<'a> {
     function: &'a Function,
     shape: Shape,
@@ -616,7 +616,7 @@ fn weights(terms: &Terms) -> Vec<u64> {
         .collect()
 }
 
-/// Weights that distinguish equivalent products by their number of literals.
+/// The number of literals of each product, as the weight that decides between products that cover equally much.
 pub(super) fn literal_weights(terms: &Terms) -> Vec<u32> {
     let shape = terms.shape;
     terms.iter().map(|term| u32::try_from(shape.n_literals(term)).unwrap_or(u32::MAX)).collect()

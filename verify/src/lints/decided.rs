@@ -44,7 +44,7 @@ pub(super) fn advise(
     match net.settings.policy {
         Policy::Priority => note
             .help(format!(
-                "if `{loser}` should fire, give it a smaller number than `{winner}`, as in `priority 1` for `{loser}` and `priority 2` for `{winner}`"
+                "if `{loser}` should fire, give it a smaller priority number than `{winner}`, as in `priority 1` for `{loser}` and `priority 2` for `{winner}`"
             ))
             .help_in(
                 Notation::Iec,

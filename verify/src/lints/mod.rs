@@ -11,6 +11,7 @@ pub(crate) use search::{Search, Shown, limits};
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use grafsynth_ir::diag::joined;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Net, StepId, TransitionId, TransitionKind, VarId};
 use grafsynth_ir::{Diagnostic, Valid};
@@ -142,11 +143,7 @@ fn shown_names(net: &Net, steps: impl IntoIterator<Item = StepId>) -> Vec<&str> 
 fn step_names(net: &Net, steps: impl IntoIterator<Item = StepId>) -> String {
     let names: Vec<String> =
         shown_names(net, steps).into_iter().map(|name| format!("`{name}`")).collect();
-    match names.split_last() {
-        None => String::new(),
-        Some((only, [])) => only.clone(),
-        Some((last, before)) => format!("{} and {last}", before.join(", ")),
-    }
+    joined(&names, "and")
 }
 
 fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
@@ -203,11 +200,19 @@ fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
         if data.guard.is_false() {
             warning = warning.at(data.guard.span, "this is never true");
         } else {
-            warning = warning.help(match data.requires.len() {
-                0 => "the receptivity is never true, or another transition always wins",
-                1 => "the receptivity is never true while the preceding step is active, or another transition always wins",
-                _ => "the preceding steps are never all active while the receptivity is true, or another transition always wins",
-            });
+            let receptivity = match data.requires.len() {
+                0 => "the receptivity is never true",
+                1 => "the receptivity is never true while the preceding step is active",
+                _ => "the preceding steps are never all active while the receptivity is true",
+            };
+            let mut or = "";
+            for order in net.forcings.iter().filter(|one| one.target.contains(&data.part)) {
+                let step = &net.steps[order.step].name;
+                let label = format!("no transition of its chart fires while `{step}` is active");
+                warning = warning.at(order.span, label);
+                or = ", or a forcing order always prevents it";
+            }
+            warning = warning.help(format!("{receptivity}, or another transition always wins{or}"));
         }
         out.push(warning);
     }

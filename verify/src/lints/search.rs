@@ -3,7 +3,7 @@
 use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
 
-use grafsynth_ir::diag::Notation;
+use grafsynth_ir::diag::{Notation, joined};
 use grafsynth_ir::facts::{Facts, Proof};
 use grafsynth_ir::net::{
     Evolution, Net, Policy, StepId, StepKind, StmtKind, Transition, TransitionId, TransitionKind,
@@ -758,8 +758,7 @@ fn shown(net: &Net, stimulus: &Stimulus) -> String {
             .collect();
         let mut text = match values.as_slice() {
             [] => "no input".to_owned(),
-            [only] => only.clone(),
-            [before @ .., last] => format!("{} and {last}", before.join(", ")),
+            all => joined(all, "and"),
         };
         if row.dt != 1 {
             text += &format!(" with dt={}", row.dt);

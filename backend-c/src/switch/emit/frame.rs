@@ -63,7 +63,7 @@ impl Surroundings {
     }
 }
 
-/// Consecutive bodies that run in steps of one state variable: at most one of these steps is active, so one `switch` finds its bodies.
+/// Consecutive bodies that run in steps of one state variable. At most one of these steps is active, so one `switch` selects the bodies of the active step.
 struct Group {
     machine: usize,
     /// The classes: sets of steps that share no step, each with the bodies that run in these steps.

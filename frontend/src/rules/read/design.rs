@@ -516,7 +516,7 @@ impl Builder<'_> {
             let text = self.text.get(start as usize..expr.span.end as usize).unwrap_or_default();
             let (step, name, text) = (short(&name.text), name.span, format!("({text})"));
             self.findings.report(|| {
-                let message = format!("step `{step}` is multiplied with a number of a comparison");
+                let message = format!("`*` multiplies step `{step}` by a number of the comparison");
                 Diagnostic::error(codes::STEP_IN_CONDITION, message)
                     .at(compared, "`*` multiplies numbers here")
                     .at(name, "not a factor of the left side")
@@ -600,6 +600,13 @@ impl Builder<'_> {
         for rule in std::mem::take(&mut self.rules.step_rules) {
             if !self.check_listed(&rule.label, true) {
                 continue;
+            }
+            if rule.right.is_empty() {
+                self.findings.report(|| {
+                    Diagnostic::error(codes::RIGHT_SIDE, "a step rule without an output")
+                        .at(rule.span, "expected an output after `|-`")
+                        .help("write the outputs of the step, or remove the rule: a step without outputs needs none")
+                });
             }
             for (is_next, name) in &rule.right {
                 if *is_next {

@@ -113,7 +113,7 @@ pub(super) struct Elaborator<'a> {
     pub(super) flags: BTreeMap<Symbol, String>,
     /// Bodies of actions that statements may call.
     pub(super) bodies: BTreeMap<&'a Symbol, &'a [Stmt]>,
-    /// Bodies that are being expanded: the frame of their variables, and the name of the action; `None` for the unit's own.
+    /// Bodies that are being expanded: the frame of their variables, and the name of the action (`None` for the body of the unit itself).
     pub(super) open_bodies: Vec<(FrameId, Option<Symbol>)>,
     /// Prefix for the names of steps, transitions and actions: the instance whose chart is being expanded.
     pub(super) prefix: String,

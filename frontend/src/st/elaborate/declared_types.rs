@@ -2,8 +2,7 @@
 
 use grafsynth_ir::Span;
 use grafsynth_ir::chart::Expr;
-use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::diag::ErrorReported;
+use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 use grafsynth_ir::expr::ExprKind;
 
 use super::context::{Elaborator, FrameId, Outcome};

@@ -1,8 +1,7 @@
 //! Turns statements of actions, programs and function blocks into lists of the chart.
 
 use grafsynth_ir::chart::{Block, Expr, Stmt, StmtKind};
-use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::diag::ErrorReported;
+use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 use grafsynth_ir::expr::{CompareOp, ExprKind};
 use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};

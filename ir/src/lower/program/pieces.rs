@@ -80,9 +80,9 @@ pub struct StatePieces {
     pub entry: Vec<Stmt>,
     /// The statements that run after `entry` when the state is entered by default.
     pub initial_content: Vec<Stmt>,
-    /// The statements that run last: the done events of a final state, or the end of its chart.
+    /// The statements that run last: they raise the done events of a final state, or end its chart.
     pub finish: Vec<Stmt>,
-    /// True if some list reads the state's bit while the bit changes.
+    /// True if some list reads the state's bit in a micro-step that changes it: `exit` and `entry` then store the bit.
     pub is_watched: bool,
     /// True for a final state that completes a parallel state, if a list reads the bit of the final state.
     pub completes: bool,

@@ -15,7 +15,7 @@ use crate::symbolic::reach::Failed;
 const ROUNDS: usize = 48;
 /// The maximum number of passes over all classes; each pass splits at least one class.
 const MAX_PASSES: usize = 400;
-/// The maximum size of the graph: each pass adds to it.
+/// The maximum number of nodes in the graph, to which each pass adds nodes.
 const MAX_NODES: usize = 4_000_000;
 
 /// The limit of solver work for all queries together, as a multiple of the limit for one: if products of numbers are compared, nearly every query is
