@@ -199,9 +199,10 @@ fn fit(
         // The pin numbers are for another package.
         wishes.pins.clear();
     }
-    let BuildContext { net, facts, logic, .. } = *asked;
+    let BuildContext { net, facts, logic, own_timers, .. } = *asked;
     let (choice, dialect) = ((trial.encoding, trial.safe), asked.medium.dialect());
-    let coded = coding::code_knowing(known, net, facts, logic, choice, dialect, &wishes);
+    let timed = coding::Timed { logic, own_timers };
+    let coded = coding::code_timed(known, net, facts, timed, choice, dialect, &wishes);
     let (circuit, chains) = synchronised(net, coded.emitted(), asked.options.synchronise);
     let equations = coded.equations.filter(|_| chains.is_empty());
     if asked.medium == Medium::Fuses {

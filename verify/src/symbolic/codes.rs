@@ -20,6 +20,7 @@ use grafsynth_ir::net::StepId;
 use grafsynth_ir::program::Origin;
 
 use super::aig::Lit;
+use super::number::Number;
 use super::state::Key;
 use super::{CONE, Model, import};
 
@@ -59,20 +60,31 @@ impl Model<'_> {
         let mut keys = Vec::new();
         for bit in &logic.decoded {
             let key = (bit.holds.origin, bit.holds.element, bit.holds.bit);
-            let Origin::Step(step) = bit.holds.origin else {
-                return Err(format!("`{}` is decoded but is not a step", bit.name));
-            };
-            if !self.state_bits.contains_key(&key) || self.state.active.len() <= step.index() {
+            if !self.state_bits.contains_key(&key) {
                 return Err(format!("`{}` is decoded but does not exist in the net", bit.name));
             }
             let lit = nodes[bit.node.index()];
-            self.state.active[step.index()] = lit;
             self.state_bits.insert(key, lit);
+            let step = match bit.holds.origin {
+                Origin::Step(step) => {
+                    self.state.active[step.index()] = lit;
+                    step
+                }
+                // The number is read once all of its bits are known.
+                Origin::Elapsed(step) => step,
+                _ => {
+                    let name = &bit.name;
+                    return Err(format!("`{name}` is decoded but is neither a step nor its time"));
+                }
+            };
             for variable in self.maker.aig.support(&[lit], CONE).unwrap_or_default() {
-                self.decodes.entry(variable).or_default().push(step);
+                if !self.name_of.contains_key(&variable) {
+                    self.decodes.entry(variable).or_default().push(step);
+                }
             }
             keys.push(key);
         }
+        self.read_times(&keys);
         let names = flops.iter().zip(logic.flops.values());
         self.code_bits = names
             .filter(|(lit, _)| self.decodes.contains_key(lit))
@@ -86,6 +98,18 @@ impl Model<'_> {
             }
         }
         Ok(Coded { flops, keys, is_closed })
+    }
+
+    /// Reads the times that the circuit decodes: those of steps that share a timer.
+    fn read_times(&mut self, keys: &[Key]) {
+        for &(origin, element, bit) in keys {
+            let (Origin::Elapsed(step), 0) = (origin, bit) else { continue };
+            let bits: Vec<Lit> = (0..)
+                .map_while(|bit| self.state_bits.get(&(origin, element, bit)).copied())
+                .collect();
+            self.state.elapsed[step.index()] =
+                Some(Number::from_code(&mut self.maker.aig, &bits, 0));
+        }
     }
 
     /// The steps that these variables represent.

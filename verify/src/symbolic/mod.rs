@@ -32,7 +32,7 @@ use std::collections::BTreeMap;
 
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::{Facts, Proof as ProvedBy};
-use grafsynth_ir::logic::{Logic, Node, PinRole};
+use grafsynth_ir::logic::{Decoded, Logic, Node, PinRole};
 use grafsynth_ir::net::{
     Driver, Expr, InputId, InputKind, Leaf, Net, OpenCell, PropertyExpr, PropertyLeaf,
     PropertyRole, StepId,
@@ -402,7 +402,8 @@ fn prove(
         return Err("calls with arguments are not covered by the symbolic proof".to_owned());
     }
     // The circuit's claims about its own states need a proof too, so they are omitted if the steps alone are sufficient.
-    let is_coded = !logic.decoded.is_empty();
+    let is_step = |bit: &Decoded| matches!(bit.holds.origin, Origin::Step(_));
+    let is_coded = logic.decoded.iter().any(is_step);
     let plain = if is_coded {
         Err(String::new())
     } else {
@@ -483,7 +484,10 @@ fn prove_tied(
         let woken: Vec<Lit> = logic.flops.values().map(|flop| Lit::constant(flop.init)).collect();
         let woken = import(proof.model.aig(), logic, &woken, &pins);
         for (bit, key) in logic.decoded.iter().zip(&coded.keys) {
-            let what = format!("step `{}`, by its code,", bit.name);
+            let what = match bit.holds.origin {
+                Origin::Elapsed(_) => format!("time `{}`, by its shared timer,", bit.name),
+                _ => format!("step `{}`, by its code,", bit.name),
+            };
             compared += 1;
             let first = reset_bits.get(key).copied().unwrap_or(Lit::FALSE);
             if woken[bit.node.index()] != first {
