@@ -11,6 +11,7 @@ use grafsynth_ir::facts::{Facts, is_active};
 use grafsynth_ir::logic::{FlopId, Logic, PinRole};
 use grafsynth_ir::net::{Net, StepId, StepKind};
 use grafsynth_ir::program::Origin;
+use grafsynth_logic::shared_times;
 pub use grafsynth_logic::state_assignment::Encoding;
 use grafsynth_logic::state_assignment::{self, Group, Room, TRIES};
 use std::collections::BTreeMap;
@@ -245,6 +246,11 @@ pub fn code_knowing(
     let mut known = logic.clone();
     if let Some(situations) = &situations {
         state_assignment::only(&mut known, &situations.flops, &situations.values);
+    }
+    if !safe {
+        // Under `--safe`, these states would have to lead to the initial situation.
+        let idle = shared_times::idle(&mut known);
+        known.unreachable.extend(idle);
     }
     let coder = Coder { net, logic, known, groups, situations, n_unread, safe };
     match choice {

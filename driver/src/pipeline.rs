@@ -11,7 +11,8 @@
 pub use crate::built::{BuildOptions, Built, MapEntry, OutputFile, Refusal};
 use crate::circuit::{ENUMERATION_WORK, may_be_free, unconditional};
 pub use crate::circuit::{
-    Through, emit_options, facts, logic, logic_as, logic_with_own_timers, refuted, synchronised, through, vectors,
+    Through, emit_options, facts, logic, logic_as, logic_with_own_timers, refuted, synchronised,
+    through, vectors,
 };
 pub use crate::circuit_notes::form;
 use crate::circuit_notes::one_clock_all_the_same;

@@ -7,8 +7,8 @@
 
 use grafsynth_ir::facts::{Facts, is_active};
 use grafsynth_ir::net::{
-    Driver, Expr, ForcingOrder, Leaf, Net, Qualifier, Sharing, StepId, TransitionKind,
-    VarId, VarOrigin,
+    Driver, Expr, ForcingOrder, Leaf, Net, Qualifier, Sharing, StepId, TransitionKind, VarId,
+    VarOrigin,
 };
 use grafsynth_ir::sharing::{Accesses, changed_steps};
 use grafsynth_ir::{Diagnostic, Span, Valid};

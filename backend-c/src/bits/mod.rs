@@ -22,7 +22,7 @@ use declare::{objects_of, objects_of_role};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{CompareOp, ExprKind};
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::lower::program::{Additions, ProgramOptions, program_with};
+use grafsynth_ir::lower::program::{Additions, ProgramOptions, program_with, shared_timers};
 use grafsynth_ir::names::Namer;
 use grafsynth_ir::net::{
     Evolution, InputId, InputKind, Leaf as NetLeaf, Net, OutputId, StepId, TransitionId,
@@ -59,7 +59,8 @@ pub(crate) fn program(
     options: &Options,
 ) -> Result<StyleOutput, Vec<Diagnostic>> {
     let marks = options.trace.map(|_| crate::trace::marks(net, names));
-    let additions = Additions { marks: marks.as_ref(), ..Additions::default() };
+    let shared = shared_timers(net, facts);
+    let additions = Additions { marks: marks.as_ref(), shared: &shared };
     let program = program_with(net, &ProgramOptions::default(), additions)?;
     let limit = options.max_transitions.saturating_mul(NODES_PER_TRANSITION).max(1);
     let mut bodies = Vec::new();

@@ -62,7 +62,8 @@ use crate::net::{
     StepId, Timer, Transition, Var, Verbatim,
 };
 use crate::program::{
-    ActionPart, Cell, CellId, Expr, Leaf, Origin, Program, SharedTimer, Stmt, Temp, TempId, TempRole, statements,
+    ActionPart, Cell, CellId, Expr, Leaf, Origin, Program, SharedTimer, Stmt, Temp, TempId,
+    TempRole, statements,
 };
 use crate::program_run::Machine;
 use crate::span::Span;

@@ -36,8 +36,7 @@ impl Encoder<'_> {
         let time = time.saturated(&mut self.builder, 0, cap);
         for (bit, node) in time.register_bits(&mut self.builder, 0, cap).into_iter().enumerate() {
             let bit = u32::try_from(bit).unwrap_or(u32::MAX);
-            let holds =
-                FlopBit { origin: Origin::Elapsed(step), element: 0, bit, inverted: false };
+            let holds = FlopBit { origin: Origin::Elapsed(step), element: 0, bit, inverted: false };
             let name = format!("{}.t_{bit}", self.net.steps[step].name);
             self.builder.logic.decoded.push(Decoded { name, holds, node });
         }

@@ -294,7 +294,10 @@ impl Builder<'_> {
     fn action_input(&self, id: ActionId, qualifier: Qualifier) -> Expr {
         let uses = self.net.actions[id].uses.iter().filter(|one| one.qualifier == qualifier);
         Expr::or(uses.map(|one| {
-            Expr::and([self.is_active(one.step), self.read_condition(one.condition.as_ref(), one.step)])
+            Expr::and([
+                self.is_active(one.step),
+                self.read_condition(one.condition.as_ref(), one.step),
+            ])
         }))
     }
 
