@@ -3,7 +3,7 @@
 //! Each time is rounded up to whole ticks, as if the chart declared this tick. The design is really fitted with it. Nothing is changed: the chart's text
 //! decides, and the suggestion names each time that would change.
 
-use super::{Trial, duration, fit};
+use super::{Trial, bits, duration, fit};
 use crate::circuit;
 use crate::coding::EncodingCache;
 use crate::context::BuildContext;
@@ -13,12 +13,13 @@ use grafsynth_ir::walk::change_statements;
 use grafsynth_ir::{counted, validate};
 use std::collections::BTreeSet;
 
-/// How much longer the tick may be. A common divisor of all times, which changes none, is tried first.
+/// How much longer the tick may be, if it is no common divisor of all times.
 const LONGER: [u64; 12] = [2, 3, 4, 5, 10, 20, 50, 100, 200, 500, 1000, 10_000];
-/// The maximum number of ticks that are tried.
-const MOST_TRIED: usize = 6;
+/// The longest common divisor that is tried, in ticks.
+const LONGEST_COMMON: u64 = 100_000;
 
-/// The shortest of some longer ticks with which the design fits, as a sentence; `None` if none of them makes it fit, or if the chart reads no time.
+/// A longer tick with which the design fits, as a sentence: the shortest that changes no time, or else the shortest that fits. `None` if none makes it fit, or if
+/// the chart reads no time.
 pub(super) fn tick(asked: &BuildContext<'_>, trial: &Trial) -> Option<String> {
     let net: &Net = asked.net;
     let times = times(net);
@@ -31,31 +32,46 @@ pub(super) fn tick(asked: &BuildContext<'_>, trial: &Trial) -> Option<String> {
             .any(|one| one.never.leaves().filter_map(|leaf| leaf.net()).any(|leaf| leaf.is_time()));
     let longest = times.iter().map(|(_, ticks)| *ticks).max().filter(|_| !is_elsewhere)?;
     let common = times.iter().map(|(_, ticks)| *ticks).fold(0, gcd);
-    let mut factors: Vec<u64> = LONGER.into_iter().filter(|factor| *factor <= longest).collect();
-    // Without a change of any time first, then the most accurate.
-    factors.extend((2..=common.min(1000)).filter(|factor| common.is_multiple_of(*factor)));
-    factors.sort_unstable_by_key(|factor| (!common.is_multiple_of(*factor), *factor));
-    factors.dedup();
-    let n_bits = |factor: u64| {
-        times.iter().map(|(_, ticks)| super::bits(ticks.div_ceil(factor))).sum::<u32>()
-    };
+    let exact = (2..=common.min(LONGEST_COMMON)).filter(|factor| common.is_multiple_of(*factor));
+    let rounded = LONGER.into_iter().filter(|factor| *factor <= longest);
+    let (factor, (n_cells, n_terms)) = shortest(asked, trial, &times, exact)
+        .or_else(|| shortest(asked, trial, &times, rounded))?;
+    Some(sentence(net, &times, factor, n_cells, n_terms))
+}
+
+/// The smallest of these factors with which the design fits, with its macrocells and product terms. Of factors with equally many registers only the first is
+/// considered; of the others, as many are tried as a binary search needs.
+fn shortest(
+    asked: &BuildContext<'_>,
+    trial: &Trial,
+    times: &BTreeSet<(Leaf, u64)>,
+    factors: impl Iterator<Item = u64>,
+) -> Option<(u64, (usize, usize))> {
+    let n_bits =
+        |factor: u64| times.iter().map(|(_, ticks)| bits(ticks.div_ceil(factor))).sum::<u32>();
     let mut before = n_bits(1);
-    let mut n_tried = 0;
+    let mut all: Vec<u64> = Vec::new();
     for factor in factors {
-        // A tick that saves no register over a tick that does not fit does not fit either.
-        if n_bits(factor) >= before {
-            continue;
+        if n_bits(factor) < before {
+            before = n_bits(factor);
+            all.push(factor);
         }
-        if n_tried == MOST_TRIED {
-            break;
-        }
-        n_tried += 1;
-        if let Some((n_cells, n_terms)) = fits(asked, trial, factor) {
-            return Some(sentence(net, &times, factor, n_cells, n_terms));
-        }
-        before = n_bits(factor);
     }
-    None
+    let longest = all.pop()?;
+    let mut found = (longest, fits(asked, trial, longest)?);
+    while !all.is_empty() {
+        let at = all.len() / 2;
+        match fits(asked, trial, all[at]) {
+            Some(sizes) => {
+                found = (all[at], sizes);
+                all.truncate(at);
+            }
+            None => {
+                all.drain(..=at);
+            }
+        }
+    }
+    Some(found)
 }
 
 fn sentence(
@@ -70,10 +86,10 @@ fn sentence(
         .filter(|(_, ticks)| !ticks.is_multiple_of(factor))
         .map(|(leaf, ticks)| {
             format!(
-                "{} of `{}` instead of {}",
-                duration(tick * factor * ticks.div_ceil(factor)),
+                "`{}` from {} to {}",
                 name(net, *leaf),
-                duration(tick * ticks)
+                duration(tick * ticks),
+                duration(tick * factor * ticks.div_ceil(factor))
             )
         })
         .collect();
