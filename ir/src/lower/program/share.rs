@@ -1,10 +1,10 @@
 //! Steps that exclude each other share one timer.
 //!
 //! ```text
-//! a.t, b.t, c.t            light.t
-//! if a { a.t += dt } ..    if a or b or c { light.t += dt }       L2
-//! a left: a.t := 0 ..      a, b or c left: light.t := 0           F2
-//! a.t >= 3                 a and light.t >= 3
+//! a.t, b.t, c.t            light.time
+//! if a { a.t += dt } ..    if a or b or c { light.time += dt }       L2
+//! a left: a.t := 0 ..      a, b or c left: light.time := 0           F2
+//! a.t >= 3                 a and light.time >= 3
 //! ```
 //! `s.t` is 0 while s is inactive (semantics §7), and at most one step of the group is active, so the register has the time of that step whenever the step's
 //! bit is set. A micro-step that leaves one step of the group and enters another clears the register at F2, before any list of F4 runs; one that leaves and
@@ -55,8 +55,8 @@ pub fn shared_timers(net: &Net, facts: &Facts) -> Vec<SharedTimer> {
     let named = groups.into_iter().enumerate().map(|(at, steps)| {
         let is_only = parts.iter().filter(|part| **part == parts[at]).count() == 1;
         let name = match parts[at].filter(|_| is_only) {
-            Some(part) => format!("{}.t", net.parts[part].name),
-            None => format!("{}.group.t", net.steps[steps[0].0].name),
+            Some(part) => format!("{}.time", net.parts[part].name),
+            None => format!("{}.group.time", net.steps[steps[0].0].name),
         };
         let all: Vec<StepId> = steps.iter().map(|(step, _)| *step).collect();
         let is_always = facts.invariants.iter().any(|it| it.count == 1 && it.steps == all);
