@@ -15,12 +15,9 @@ impl Encoder<'_> {
     pub(super) fn shared_times(&mut self) {
         let program = self.program;
         for timer in &program.shared_timers {
-            let register = program.cells.iter().find_map(|(id, cell)| match cell.origin {
-                Origin::SharedElapsed(step) if step == timer.steps[0].0 => {
-                    Some(self.registers[self.places[id]].clone())
-                }
-                _ => None,
-            });
+            let origin = Origin::SharedElapsed(timer.steps[0].0);
+            let cell = program.cells.iter().find(|(_, cell)| cell.origin == origin);
+            let register = cell.map(|(id, _)| self.registers[self.places[id]].clone());
             // A timer that nothing reads has no register.
             let Some(Value::Int(ticks)) = register else { continue };
             for &(step, cap) in &timer.steps {

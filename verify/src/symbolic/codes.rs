@@ -65,18 +65,14 @@ impl Model<'_> {
             }
             let lit = nodes[bit.node.index()];
             self.state_bits.insert(key, lit);
-            let step = match bit.holds.origin {
-                Origin::Step(step) => {
-                    self.state.active[step.index()] = lit;
-                    step
-                }
-                // The number is read once all of its bits are known.
-                Origin::Elapsed(step) => step,
-                _ => {
-                    let name = &bit.name;
-                    return Err(format!("`{name}` is decoded but is neither a step nor its time"));
-                }
+            let (Origin::Step(step) | Origin::Elapsed(step)) = bit.holds.origin else {
+                let name = &bit.name;
+                return Err(format!("`{name}` is decoded but is neither a step nor its time"));
             };
+            // A time is read once all of its bits are known.
+            if let Origin::Step(step) = bit.holds.origin {
+                self.state.active[step.index()] = lit;
+            }
             for variable in self.maker.aig.support(&[lit], CONE).unwrap_or_default() {
                 if !self.name_of.contains_key(&variable) {
                     self.decodes.entry(variable).or_default().push(step);

@@ -406,7 +406,6 @@ fn prove(
     let mut logic = logic.clone();
     let idle = shared_times::idle(&mut logic);
     let logic = &logic;
-    let is_step = |bit: &Decoded| matches!(bit.holds.origin, Origin::Step(_));
     let is_coded = logic.decoded.iter().any(is_step);
     let plain = if is_coded {
         Err(String::new())
@@ -420,6 +419,10 @@ fn prove(
         }
         settled => settled,
     }
+}
+
+fn is_step(bit: &Decoded) -> bool {
+    matches!(bit.holds.origin, Origin::Step(_))
 }
 
 /// The induction; the states in which one of the `claims` is true are unreachable, which is among its invariants.
@@ -489,9 +492,10 @@ fn prove_tied(
         let woken: Vec<Lit> = logic.flops.values().map(|flop| Lit::constant(flop.init)).collect();
         let woken = import(proof.model.aig(), logic, &woken, &pins);
         for (bit, key) in logic.decoded.iter().zip(&coded.keys) {
-            let what = match bit.holds.origin {
-                Origin::Elapsed(_) => format!("time `{}`, by its shared timer,", bit.name),
-                _ => format!("step `{}`, by its code,", bit.name),
+            let what = if is_step(bit) {
+                format!("step `{}`, by its code,", bit.name)
+            } else {
+                format!("time `{}`, by its shared timer,", bit.name)
             };
             compared += 1;
             let first = reset_bits.get(key).copied().unwrap_or(Lit::FALSE);
