@@ -539,7 +539,8 @@ fn origin(origin: Origin) -> Value {
     match origin {
         Origin::Step(step) => of("step", "step", step.index()),
         Origin::Region(step) => of("region", "step", step.index()),
-        Origin::Elapsed(step) => of("elapsed", "step", step.index()),
+        // The program of a template gives each step its own timer.
+        Origin::Elapsed(step) | Origin::SharedElapsed(step) => of("elapsed", "step", step.index()),
         Origin::LastElapsed(step) => of("last-elapsed", "step", step.index()),
         Origin::Var(var) => of("var", "var", var.index()),
         Origin::Edge(edge) => of("edge", "edge", edge.index()),

@@ -4,10 +4,12 @@ use crate::codes;
 use grafsynth_backend_pld::vectors::TraceRow;
 use grafsynth_backend_pld::{Dialect, EmitOptions, Emitted, Vectors, synchronise};
 use grafsynth_ir::diag::any_error;
+use grafsynth_ir::expr::Type;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Logic, PinRole};
-use grafsynth_ir::lower::program::{ProgramOptions, program};
+use grafsynth_ir::lower::program::{Additions, ProgramOptions, program_with, shared_timers};
 use grafsynth_ir::net::{Evolution, Net, Property, PropertyRole};
+use grafsynth_ir::program::SharedTimer;
 use grafsynth_ir::{Diagnostic, FileId, Valid, validate};
 use grafsynth_logic::{BusyMode, EncodeOptions};
 use grafsynth_sim::{Clocked, InputRow, Row, Simulator, Stimulus};
@@ -48,7 +50,7 @@ fn quick(net: &Net, limits: &Limits) -> Limits {
     }
 }
 
-/// The circuit of a net. It takes one clock per reaction if the depth of its evolution is proved and the composition is not too large, otherwise one clock per
+/// The circuit of a net. Steps that exclude each other share a timer, as proved. It takes one clock per reaction if the depth of its evolution is proved and the composition is not too large, otherwise one clock per
 /// micro-step, with `busy` (semantics.md §9).
 ///
 /// # Errors
@@ -62,13 +64,35 @@ pub fn logic(net: &Valid<Net>, facts: &Facts) -> Result<Logic, Vec<Diagnostic>> 
 /// # Errors
 /// Everything that a chip cannot do, each with its location.
 pub fn logic_as(net: &Valid<Net>, facts: &Facts, busy: BusyMode) -> Result<Logic, Vec<Diagnostic>> {
-    let program = program(net, &ProgramOptions::default())?;
-    grafsynth_logic::encode(
-        net,
-        &program,
-        facts,
-        &EncodeOptions { busy, ..EncodeOptions::default() },
-    )
+    encoded(net, facts, busy, &whole(shared_timers(net, facts)))
+}
+
+/// Like [`logic_as`], with a timer for each step whose time is read; `None` if no steps share a timer, so that this is the same circuit.
+#[must_use]
+pub fn logic_with_own_timers(net: &Valid<Net>, facts: &Facts, busy: BusyMode) -> Option<Logic> {
+    let may_share = !shared_timers(net, facts).is_empty();
+    may_share.then(|| encoded(net, facts, busy, &[]).ok()).flatten()
+}
+
+fn encoded(
+    net: &Valid<Net>,
+    facts: &Facts,
+    busy: BusyMode,
+    shared: &[SharedTimer],
+) -> Result<Logic, Vec<Diagnostic>> {
+    let additions = Additions { shared, ..Additions::default() };
+    let program = program_with(net, &ProgramOptions::default(), additions)?;
+    let options = EncodeOptions { busy, ..EncodeOptions::default() };
+    grafsynth_logic::encode(net, &program, facts, &options)
+}
+
+/// The timers, each counting as far as its flip-flops can: every code is then valid, and the last one is easy to recognise.
+fn whole(mut timers: Vec<SharedTimer>) -> Vec<SharedTimer> {
+    for timer in &mut timers {
+        let n_bits = Type::Int { lo: 0, hi: timer.cap }.bits();
+        timer.cap = (1_i64 << n_bits.min(32)) - 1;
+    }
+    timers
 }
 
 /// A text, and the circuit that an independent parser reads from it.

@@ -7,11 +7,13 @@ use crate::output_report::Note;
 use grafsynth_backend_pld::EmitOptions;
 use grafsynth_ir::diag::joined;
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::logic::{Logic, PinRole};
-use grafsynth_ir::net::{Evolution, Net};
+use grafsynth_ir::logic::{Flop, Logic, PinRole};
+use grafsynth_ir::net::{Evolution, Net, StepId};
+use grafsynth_ir::program::Origin;
 use grafsynth_ir::{Diagnostic, counted};
 use grafsynth_logic::BusyMode;
 use grafsynth_logic::state_assignment::Encoding;
+use std::collections::BTreeSet;
 
 /// Whether a circuit that was requested as safe is proved safe after it was read back; if not, the result is open. A circuit with `busy` is never made safe,
 /// and the note says so.
@@ -56,6 +58,7 @@ pub(crate) fn codes_and_dont_cares(
         ));
         parts.extend(coded.why.as_ref().map(|why| format!("chosen because {why}")));
     }
+    parts.extend(timers(coded));
     if coded.n_unread > 0 {
         let (inputs, have) =
             if coded.n_unread == 1 { ("input", "has") } else { ("inputs", "have") };
@@ -74,6 +77,32 @@ pub(crate) fn codes_and_dont_cares(
         }
     }
     (!parts.is_empty()).then(|| parts.join("; "))
+}
+
+/// The flip-flops of timers that steps share, or why they do not share any.
+fn timers(coded: &EncodedLogic) -> Option<String> {
+    if coded.has_own_timers {
+        return Some(
+            "each timed step has its own timer, which is better for this device than sharing"
+                .to_owned(),
+        );
+    }
+    let is_shared =
+        |flop: &&Flop| flop.holds.is_some_and(|bit| matches!(bit.origin, Origin::SharedElapsed(_)));
+    let n_flops = coded.logic.flops.values().filter(is_shared).count();
+    let steps: BTreeSet<StepId> = (coded.logic.decoded.iter())
+        .filter_map(|bit| match bit.holds.origin {
+            Origin::Elapsed(step) => Some(step),
+            _ => None,
+        })
+        .collect();
+    (n_flops > 0).then(|| {
+        format!(
+            "the times of {} share {}",
+            counted(steps.len(), "step", "steps"),
+            counted(n_flops, "flip-flop", "flip-flops")
+        )
+    })
 }
 
 /// How a circuit evolves until it is stable, with the reason; `None` for a chart with one micro-step per reaction.

@@ -7,10 +7,11 @@
 use grafsynth_backend_pld::device::{Device, PowerUp};
 use grafsynth_backend_pld::equations::Equations;
 use grafsynth_backend_pld::{Dialect, EmitOptions, too_small};
-use grafsynth_ir::facts::Facts;
+use grafsynth_ir::facts::{Facts, is_active};
 use grafsynth_ir::logic::{FlopId, Logic, PinRole};
 use grafsynth_ir::net::{Net, StepId, StepKind};
 use grafsynth_ir::program::Origin;
+use grafsynth_logic::shared_times;
 pub use grafsynth_logic::state_assignment::Encoding;
 use grafsynth_logic::state_assignment::{self, Group, Room, TRIES};
 use std::collections::BTreeMap;
@@ -48,8 +49,16 @@ pub struct EncodedLogic {
     pub why: Option<String>,
     /// What the device lacks for one flip-flop for each step, if that was tried.
     pub one_hot_lacks: Option<String>,
+    /// True if steps that could share a timer have their own, because this is better for the device.
+    pub has_own_timers: bool,
     /// The equations of the circuit in the language and for the device that it was encoded for, if they were made to see whether it fits.
     pub equations: Option<Rc<Equations>>,
+}
+
+/// The number of steps without their own flip-flop.
+fn n_coded(logic: &Logic) -> usize {
+    let is_step = |origin| matches!(origin, Origin::Step(_) | Origin::Region(_));
+    logic.decoded.iter().filter(|bit| is_step(bit.holds.origin)).count()
 }
 
 /// The groups of mutually exclusive steps, by their flip-flops. They are sequential components (joined if they exclude each other), the registers of regions,
@@ -174,16 +183,14 @@ fn sets(facts: &Facts, most: usize) -> Option<&[Vec<u64>]> {
     reach.sets.as_deref().filter(|sets| sets.len() <= most)
 }
 
-fn is_active(set: &[u64], step: StepId) -> bool {
-    set.get(step.index() / 64).is_some_and(|word| word >> (step.index() % 64) & 1 == 1)
-}
-
 /// A cache of encodings: the search for an encoding does not depend on the device, except for its macrocells. Valid for one net with its
 /// facts and its circuit.
 #[derive(Debug, Clone, Default)]
 pub struct EncodingCache {
     /// The encoded circuits, by encoding, number of tried assignments, safety, and number of omitted inputs.
     made: BTreeMap<(Encoding, usize, bool, usize), EncodedLogic>,
+    /// The cache of the circuit with a timer for each step.
+    own_timers: Option<Box<EncodingCache>>,
     /// The results of searches for given devices, by the product terms of the macrocells, polarity, and number of omitted inputs.
     within: BTreeMap<(Vec<usize>, bool, usize), Option<Logic>>,
     /// The work of the searches for given devices so far.
@@ -240,10 +247,51 @@ pub fn code_knowing(
     if let Some(situations) = &situations {
         state_assignment::only(&mut known, &situations.flops, &situations.values);
     }
+    if !safe {
+        // Under `--safe`, these states would have to lead to the initial situation.
+        let idle = shared_times::idle(&mut known);
+        known.unreachable.extend(idle);
+    }
     let coder = Coder { net, logic, known, groups, situations, n_unread, safe };
     match choice {
         EncodingChoice::This(encoding) => coder.made(cache, encoding, TRIES),
         EncodingChoice::Auto => coder.first_that_fits(cache, dialect, options),
+    }
+}
+
+/// A circuit in which steps share timers, and the same circuit with a timer for each step, if it differs.
+#[derive(Clone, Copy)]
+pub struct Timed<'a> {
+    /// The circuit with shared timers.
+    pub logic: &'a Logic,
+    /// The circuit with a timer for each timed step.
+    pub own_timers: Option<&'a Logic>,
+}
+
+/// Like [`code_knowing`], with a choice of timers. Netlists share timers, which takes fewer flip-flops. On a device the form that fits is used; of two that
+/// fit, the one with fewer product terms; of two that do not fit, the one with fewer flip-flops.
+#[must_use]
+pub fn code_timed(
+    cache: &mut EncodingCache,
+    net: &Net,
+    facts: &Facts,
+    timed: Timed<'_>,
+    asked: (EncodingChoice, bool),
+    dialect: Dialect,
+    options: &EmitOptions,
+) -> EncodedLogic {
+    let mut shared = code_knowing(cache, net, facts, timed.logic, asked, dialect, options);
+    let Some(own) = timed.own_timers.filter(|_| dialect.is_flat()) else { return shared };
+    let mut inner = cache.own_timers.take().unwrap_or_default();
+    inner.work = cache.work;
+    let mut own = code_knowing(&mut inner, net, facts, own, asked, dialect, options);
+    cache.work = inner.work;
+    cache.own_timers = Some(inner);
+    own.has_own_timers = true;
+    match (shared.n_terms(dialect, options), own.n_terms(dialect, options)) {
+        (None, Some(_)) => own,
+        (Some(of_shared), Some(of_own)) if of_own < of_shared => own,
+        _ => shared,
     }
 }
 
@@ -259,9 +307,18 @@ fn heard(logic: &Logic, dialect: Dialect, options: &EmitOptions) -> Option<Logic
 impl EncodedLogic {
     /// A circuit that was not fitted yet.
     fn new(logic: Logic, encoding: Encoding, n_unread: usize, is_safe: bool) -> Self {
-        let n_coded = logic.decoded.len();
-        let (why, one_hot_lacks, equations) = (None, None, None);
-        EncodedLogic { logic, encoding, is_safe, n_coded, n_unread, why, one_hot_lacks, equations }
+        let n_coded = n_coded(&logic);
+        EncodedLogic {
+            logic,
+            encoding,
+            is_safe,
+            n_coded,
+            n_unread,
+            why: None,
+            one_hot_lacks: None,
+            has_own_timers: false,
+            equations: None,
+        }
     }
 
     /// The circuit to emit: if it must return from every illegal state, these must not be used as don't-cares.
@@ -316,7 +373,7 @@ impl Coder<'_> {
     }
 
     fn finished(&self, logic: Logic, encoding: Encoding) -> EncodedLogic {
-        let n_coded = logic.decoded.len();
+        let n_coded = n_coded(&logic);
         let logic = if self.safe { state_assignment::safe(logic) } else { logic };
         EncodedLogic { n_coded, ..EncodedLogic::new(logic, encoding, self.n_unread, self.safe) }
     }
@@ -413,6 +470,15 @@ fn room(device: &Device, logic: &Logic) -> Room {
 }
 
 impl EncodedLogic {
+    /// The number of product terms if the design fits the device.
+    fn n_terms(&mut self, dialect: Dialect, options: &EmitOptions) -> Option<usize> {
+        if self.equations.is_none() {
+            self.fit(dialect, options).ok()?;
+        }
+        let made = self.equations.as_ref().filter(|made| made.has_pins)?;
+        Some(made.equations.iter().map(|equation| equation.products.len()).sum())
+    }
+
     /// Makes the equations for a language, unless counting shows that the device is too small. The error is what the device lacks.
     fn fit(&mut self, dialect: Dialect, options: &EmitOptions) -> Result<(), String> {
         let logic = self.emitted();

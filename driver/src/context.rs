@@ -17,6 +17,8 @@ pub(crate) struct BuildContext<'a> {
     pub(crate) facts: &'a Facts,
     /// The circuit with one flip-flop for each step.
     pub(crate) logic: &'a Logic,
+    /// The same circuit with a timer for each timed step, if some of them share one in `logic`.
+    pub(crate) own_timers: Option<&'a Logic>,
     pub(crate) options: &'a BuildOptions,
     pub(crate) medium: Medium,
 }

@@ -1,8 +1,10 @@
 //! Finds changes that would make a design fit: other encodings, other settings or other devices.
 //!
 //! These changes are suggested only if the design was really fitted with them: with new encodings, sums and pins and, for a fuse map, down to the fuses.
-//! [`MOST_FITS`] bounds the search; devices that are too small in any case are skipped. If nothing fits, a longer tick, an encoder for events or a second chip
-//! is suggested without a trial.
+//! [`MOST_FITS`] bounds the search; devices that are too small in any case are skipped. A longer tick is tried too (`slower`). If nothing fits, an encoder for events
+//! or a second chip is suggested without a trial.
+
+mod slower;
 
 use crate::circuit::{emit_options, may_be_free, synchronised};
 use crate::coding::{self, Encoding, EncodingCache, EncodingChoice, encoding_name};
@@ -15,7 +17,7 @@ use grafsynth_backend_pld::{Dialect, EmitOptions};
 use grafsynth_ir::diag::Label;
 use grafsynth_ir::expr::{Expr, ExprKind};
 use grafsynth_ir::logic::{Logic, Node, PinRole};
-use grafsynth_ir::net::{InputKind, Leaf, Net};
+use grafsynth_ir::net::{InputKind, Leaf, Net, StepId};
 use grafsynth_ir::program::Origin;
 use grafsynth_ir::{Diagnostic, Name, Span, counted};
 use grafsynth_logic::build::needed;
@@ -104,7 +106,9 @@ fn advice(asked: &BuildContext<'_>, device: &'static Device) -> String {
             ));
         }
     }
+    let longer = slower::tick(asked, &as_asked(asked, device));
     if !fits.is_empty() {
+        fits.extend(longer);
         return format!("these were tried and fit: {}", fits.join("; "));
     }
     let mut tried = match n_tried {
@@ -119,7 +123,11 @@ fn advice(asked: &BuildContext<'_>, device: &'static Device) -> String {
     if known.is_spent() {
         tried.push_str(" (the search for codes reached its limit)");
     }
-    match times(asked).or_else(|| encoder(asked.net)).or_else(|| by_hand(asked.logic)) {
+    match longer
+        .or_else(|| times(asked))
+        .or_else(|| encoder(asked.net))
+        .or_else(|| by_hand(asked.logic))
+    {
         Some(by_hand) => format!("{tried}; {by_hand}"),
         None => format!(
             "{tried}; split the chart, or build for `palasm` or `cupl`, which leave pins open"
@@ -127,15 +135,16 @@ fn advice(asked: &BuildContext<'_>, device: &'static Device) -> String {
     }
 }
 
+/// The settings of the build itself.
+fn as_asked(asked: &BuildContext<'_>, device: &'static Device) -> Trial {
+    let options = asked.options;
+    Trial { device, encoding: options.encoding, dont_cares: options.dont_cares, safe: options.safe }
+}
+
 /// The trials, the smallest change first: encodings and settings on the same device, then devices, the smallest first, then both.
 fn trials(asked: &BuildContext<'_>, device: &'static Device) -> Vec<Trial> {
     let options = asked.options;
-    let same = Trial {
-        device,
-        encoding: options.encoding,
-        dont_cares: options.dont_cares,
-        safe: options.safe,
-    };
+    let same = as_asked(asked, device);
     let codes: Vec<EncodingChoice> = match options.encoding {
         EncodingChoice::Auto => Vec::new(),
         EncodingChoice::This(own) => [Encoding::OneHot, Encoding::ZeroHot, Encoding::Compact]
@@ -199,9 +208,10 @@ fn fit(
         // The pin numbers are for another package.
         wishes.pins.clear();
     }
-    let BuildContext { net, facts, logic, .. } = *asked;
+    let BuildContext { net, facts, logic, own_timers, .. } = *asked;
     let (choice, dialect) = ((trial.encoding, trial.safe), asked.medium.dialect());
-    let coded = coding::code_knowing(known, net, facts, logic, choice, dialect, &wishes);
+    let timed = coding::Timed { logic, own_timers };
+    let coded = coding::code_timed(known, net, facts, timed, choice, dialect, &wishes);
     let (circuit, chains) = synchronised(net, coded.emitted(), asked.options.synchronise);
     let equations = coded.equations.filter(|_| chains.is_empty());
     if asked.medium == Medium::Fuses {
@@ -246,6 +256,10 @@ fn long_time<'a>(asked: &BuildContext<'a>) -> Option<LongTime<'a>> {
             if let Origin::Elapsed(step) = origin {
                 return Some((Leaf::Elapsed(step), n, &net.steps[step].name));
             }
+            if let Origin::SharedElapsed(_) = origin {
+                let step = longest_of_shared(asked, n)?;
+                return Some((Leaf::Elapsed(step), n, &net.steps[step].name));
+            }
             let Origin::Timer(timer) = origin else { return None };
             Some((Leaf::Timer(timer), n, &net.timers[timer].name))
         })
@@ -258,6 +272,18 @@ fn long_time<'a>(asked: &BuildContext<'a>) -> Option<LongTime<'a>> {
     let guards = net.transitions.values().map(|one| longest(&one.guard, time));
     let (ticks, span) = guards.max_by_key(|(ticks, _)| *ticks)?;
     (bits(ticks) == n).then_some(LongTime { name, n, ticks, span })
+}
+
+/// The step with the longest of the times that share a timer of `n` registers.
+fn longest_of_shared(asked: &BuildContext<'_>, n: u32) -> Option<StepId> {
+    let guards = || asked.net.transitions.values().map(|one| &one.guard);
+    let ticks =
+        |step| guards().map(|guard| longest(guard, Leaf::Elapsed(step)).0).max().unwrap_or(0);
+    let sharing = asked.logic.decoded.iter().filter_map(|bit| match bit.holds.origin {
+        Origin::Elapsed(step) => Some(step),
+        _ => None,
+    });
+    sharing.filter(|step| bits(ticks(*step)) == n).max_by_key(|step| ticks(*step))
 }
 
 /// The number of registers of a time that is compared with this number of ticks.

@@ -11,7 +11,8 @@
 pub use crate::built::{BuildOptions, Built, MapEntry, OutputFile, Refusal};
 use crate::circuit::{ENUMERATION_WORK, may_be_free, unconditional};
 pub use crate::circuit::{
-    Through, emit_options, facts, logic, logic_as, refuted, synchronised, through, vectors,
+    Through, emit_options, facts, logic, logic_as, logic_with_own_timers, refuted, synchronised,
+    through, vectors,
 };
 pub use crate::circuit_notes::form;
 use crate::circuit_notes::one_clock_all_the_same;
@@ -57,13 +58,19 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
     let free = if needs_logic { unconditional(net, &options.limits) } else { None };
     let of_circuit = free.as_ref().unwrap_or(facts);
     let logic = needs_logic.then(|| logic_as(net, of_circuit, options.busy)).transpose();
+    let own_timers = matches!(logic, Ok(Some(_)))
+        .then(|| logic_with_own_timers(net, of_circuit, options.busy))
+        .flatten();
+    let own_timers = own_timers.as_ref();
     match &logic {
         Ok(Some(logic)) => built.found.extend(one_clock_all_the_same(net, logic, options.busy)),
         Ok(None) => {}
         Err(found) => built.found.extend(found.iter().cloned()),
     }
     let circuit = |medium: Medium| match &logic {
-        Ok(Some(logic)) => Ok(BuildContext { net, facts: of_circuit, logic, options, medium }),
+        Ok(Some(logic)) => {
+            Ok(BuildContext { net, facts: of_circuit, logic, own_timers, options, medium })
+        }
         Ok(None) => unreachable!("a circuit is encoded if a target needs one"),
         Err(found) => Err(found.clone()),
     };

@@ -1,9 +1,9 @@
 //! All possible rows of a stimulus of a net, if there are few.
 
 use grafsynth_ir::Valid;
-use grafsynth_ir::lower::program::{ProgramOptions, program};
+use grafsynth_ir::lower::program::{ProgramOptions, program as reaction};
 use grafsynth_ir::net::{Expr, InputId, InputKind, Leaf, Net, PropertyLeaf};
-use grafsynth_ir::program::Origin;
+use grafsynth_ir::program::{self, expressions};
 use grafsynth_sim::{InputRow, breaks_assumption};
 use std::collections::BTreeSet;
 
@@ -56,15 +56,8 @@ pub fn read_pins(net: &Net) -> BTreeSet<InputId> {
 /// True if the behaviour of the net can depend on `dt`: its reaction measures time.
 #[must_use]
 pub fn uses_time(net: &Valid<Net>) -> bool {
-    let Ok(program) = program(net, &ProgramOptions::default()) else { return true };
-    program.cells.values().any(|cell| {
-        matches!(
-            cell.origin,
-            Origin::Elapsed(_)
-                | Origin::LastElapsed(_)
-                | Origin::Timer(_)
-                | Origin::ActionTimer(..)
-                | Origin::SendTimer(_)
-        )
-    })
+    let Ok(reaction) = reaction(net, &ProgramOptions::default()) else { return true };
+    expressions(&reaction.body)
+        .flat_map(|expr| expr.leaves())
+        .any(|leaf| *leaf == program::Leaf::Dt)
 }

@@ -47,6 +47,34 @@ impl Facts {
             .map(|depth| Proved { value: depth.value.saturating_add(1), by: depth.by });
         self.rounds.clone().into_iter().chain(of_depth).min_by_key(|rounds| rounds.value)
     }
+
+    /// True if it is proved that the two steps are never active together, also between the micro-steps of a reaction.
+    #[must_use]
+    pub fn exclude(&self, net: &Net, a: StepId, b: StepId) -> bool {
+        let both = |steps: &[StepId]| steps.contains(&a) && steps.contains(&b);
+        let of_components = self.components.iter().map(|it| (&it.steps, it.by));
+        let of_invariants =
+            self.invariants.iter().filter(|it| it.count == 1).map(|it| (&it.steps, it.by));
+        let is_alone = of_components.chain(of_invariants);
+        if is_alone.into_iter().any(|(steps, by)| is_about_micro_steps(net, by) && both(steps)) {
+            return true;
+        }
+        let known = self.reach.as_ref().filter(|reach| is_about_micro_steps(net, reach.by));
+        let sets = known.and_then(|reach| reach.sets.as_ref());
+        sets.is_some_and(|sets| !sets.iter().any(|set| is_active(set, a) && is_active(set, b)))
+    }
+}
+
+/// True if a fact proved in this way also applies between the micro-steps of a reaction: a search visits only the situations at the ends of reactions.
+fn is_about_micro_steps(net: &Net, by: Proof) -> bool {
+    net.settings.evolution == Evolution::Single
+        || matches!(by, Proof::Structural | Proof::Induction)
+}
+
+/// True if the step is active in a situation of [`Reach::sets`].
+#[must_use]
+pub fn is_active(set: &[u64], step: StepId) -> bool {
+    set.get(step.index() / 64).is_some_and(|word| word >> (step.index() % 64) & 1 == 1)
 }
 
 /// A value with the method that proved it.

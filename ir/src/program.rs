@@ -37,6 +37,21 @@ pub struct Program {
     pub body: Vec<Stmt>,
     /// The condition that the evolution loop tests before each round (one round is one check); `None` if a reaction is a single check.
     pub evolution: Option<TempId>,
+    /// The timers that several steps share.
+    pub shared_timers: Vec<SharedTimer>,
+}
+
+/// A timer that steps share because they exclude each other. Its cell is [`Origin::SharedElapsed`] of the first step.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SharedTimer {
+    /// Suggested name, made from the chart's names.
+    pub name: String,
+    /// The steps, in declaration order, each with one above the largest constant that its time is compared with: the cap of its own `s.t`.
+    pub steps: Vec<(StepId, i64)>,
+    /// The value at which the register stops counting: at least the largest cap of the steps.
+    pub cap: i64,
+    /// True if one of the steps is always active.
+    pub is_always: bool,
 }
 
 /// A call or target-language text of the reset.
@@ -73,6 +88,8 @@ pub enum Origin {
     Region(StepId),
     /// `s.t`, saturated one above the largest constant that it is compared with.
     Elapsed(StepId),
+    /// The time of whichever step of a [`SharedTimer`] is active; 0 if none is. The step is the first one of the timer.
+    SharedElapsed(StepId),
     /// `s.T`.
     LastElapsed(StepId),
     /// A variable.

@@ -20,6 +20,7 @@ mod multicycle;
 mod refused;
 mod regions;
 mod run;
+mod shared_times;
 mod substitute;
 
 use crate::build::Builder;
@@ -354,6 +355,7 @@ impl<'a> Encoder<'a> {
             self.constraints();
             self.open_cells();
         }
+        self.shared_times();
         Ok(self.builder.finish())
     }
 
@@ -684,6 +686,7 @@ fn meta_of(net: &Net, origin: Origin) -> Meta {
         Origin::Step(step)
         | Origin::Region(step)
         | Origin::Elapsed(step)
+        | Origin::SharedElapsed(step)
         | Origin::LastElapsed(step)
         | Origin::TaskIndex(step)
         | Origin::Older(step, _)

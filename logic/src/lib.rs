@@ -19,6 +19,7 @@ pub mod encode;
 pub mod minimise;
 pub mod node_bdds;
 pub mod receptivity;
+pub mod shared_times;
 pub mod sim;
 pub mod split;
 pub mod state_assignment;

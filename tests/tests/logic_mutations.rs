@@ -22,13 +22,14 @@ use grafsynth_verify::{Limits, Verdict};
 use std::fs;
 use std::process::Command;
 
-/// Charts that a chip supports: moves, choices, conflicts, stored outputs, time, an emergency.
-const CHARTS: [(&str, &str); 5] = [
+/// Charts that a chip supports: moves, choices, conflicts, stored outputs, time, a shared timer, an emergency.
+const CHARTS: [(&str, &str); 6] = [
     ("truck.graf", include_str!("../../examples/truck/truck.graf")),
     ("arbiter.graf", include_str!("../../examples/arbiter/arbiter.graf")),
     ("fig7.graf", include_str!("../../examples/conflict/fig7.graf")),
     ("corrected.rules", include_str!("../../examples/seed-rules/corrected.rules")),
     ("lamp.graf", LAMP),
+    ("lights.graf", include_str!("../../examples/traffic-light/lights.graf")),
 ];
 
 const LAMP: &str = "chart lamp {

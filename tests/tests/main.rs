@@ -37,6 +37,7 @@ mod regions;
 mod rewrite;
 mod safe_state;
 mod scxml;
+mod shared_timers;
 mod simulator_laws;
 mod strict;
 mod structured_text;

@@ -7,13 +7,14 @@
 use itertools::Itertools as _;
 use std::collections::BTreeSet;
 
-use grafsynth_ir::lower::program::{ProgramOptions, program};
+use grafsynth_ir::lower::program::{Additions, ProgramOptions, program_with, shared_timers};
 use grafsynth_ir::net::Net;
 use grafsynth_ir::program::{Expr, Leaf, Origin, Program, ResetEffect, Stmt, TempId};
 use grafsynth_ir::program_run::{Machine, Shown};
 use grafsynth_ir::{Valid, text};
 use grafsynth_sim::{Effect, Row, Simulator, Stimulus};
 use grafsynth_tests::random_net::{Features, random_net, shrink};
+use grafsynth_verify::structural_facts;
 
 /// The number of rows of one stimulus.
 const ROWS: usize = 60;
@@ -98,8 +99,10 @@ fn difference(
 }
 
 /// Runs the program and the simulator; returns the first difference, with its row.
-fn run(net: &Valid<Net>, seed: u64, options: &ProgramOptions) -> Option<String> {
-    let program = match program(net, options) {
+fn run(net: &Valid<Net>, seed: u64, options: &ProgramOptions, shares: bool) -> Option<String> {
+    let shared = if shares { shared_timers(net, &structural_facts(net)) } else { Vec::new() };
+    let additions = Additions { shared: &shared, ..Additions::default() };
+    let program = match program_with(net, options, additions) {
         Ok(program) => program,
         Err(findings) => return Some(format!("no program: {findings:?}")),
     };
@@ -178,12 +181,15 @@ fn unset(program: &Program, body: &[Stmt], set: &mut BTreeSet<TempId>) -> Option
 
 fn check(seed: u64, features: &Features) {
     let net = random_net(seed, features);
-    for options in [ProgramOptions::default(), ProgramOptions { prune: false, properties: true }] {
-        if run(&net, seed, &options).is_none() {
+    let whole = ProgramOptions { prune: false, properties: true };
+    for (options, shares) in
+        [(ProgramOptions::default(), false), (whole, false), (ProgramOptions::default(), true)]
+    {
+        if run(&net, seed, &options, shares).is_none() {
             continue;
         }
-        let small = shrink(&net, |net| run(net, seed, &options).is_some());
-        let difference = run(&small, seed, &options).unwrap_or_default();
+        let small = shrink(&net, |net| run(net, seed, &options, shares).is_some());
+        let difference = run(&small, seed, &options, shares).unwrap_or_default();
         panic!("seed {seed}: {difference}\n{}", text::print(&small));
     }
 }

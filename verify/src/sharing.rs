@@ -5,10 +5,10 @@
 //! serialisability). So a finding names three places: a task before the halt, a task after it, and the access in between. All accesses while the step
 //! is halted are combined, because one row shows all of them.
 
-use grafsynth_ir::facts::{Facts, Proof};
+use grafsynth_ir::facts::{Facts, is_active};
 use grafsynth_ir::net::{
-    Driver, Evolution, Expr, ForcingOrder, Leaf, Net, Qualifier, Sharing, StepId, TransitionKind,
-    VarId, VarOrigin,
+    Driver, Expr, ForcingOrder, Leaf, Net, Qualifier, Sharing, StepId, TransitionKind, VarId,
+    VarOrigin,
 };
 use grafsynth_ir::sharing::{Accesses, changed_steps};
 use grafsynth_ir::{Diagnostic, Span, Valid};
@@ -337,31 +337,15 @@ impl Look<'_> {
         if facts.unreachable_steps.contains(&other) {
             return Together::Never;
         }
-        // In a stable evolution there are situations within reactions; a count at the ends of reactions does not cover them.
-        let always = |by: Proof| {
-            self.net.settings.evolution == Evolution::Single
-                || matches!(by, Proof::Structural | Proof::Induction)
-        };
-        let both = |steps: &[StepId]| steps.contains(&this) && steps.contains(&other);
-        let excluded = facts.components.iter().any(|it| always(it.by) && both(&it.steps))
-            || facts.invariants.iter().any(|it| it.count == 1 && always(it.by) && both(&it.steps));
-        if excluded {
+        if facts.exclude(self.net, this, other) {
             return Together::Never;
         }
         let Some((reach, sets)) = facts.reach.as_ref().and_then(|it| Some((it, it.sets.as_ref()?)))
         else {
             return Together::Perhaps;
         };
-        let has = |set: &[u64], step: StepId| {
-            set.get(step.index() / 64).is_some_and(|word| word >> (step.index() % 64) & 1 == 1)
-        };
-        let seen = sets.iter().any(|set| has(set, this) && has(set, other));
-        match (seen, reach.exact) {
-            (true, true) => Together::Seen,
-            (true, false) => Together::Perhaps,
-            (false, _) if always(reach.by) => Together::Never,
-            (false, _) => Together::Perhaps,
-        }
+        let seen = sets.iter().any(|set| is_active(set, this) && is_active(set, other));
+        if seen && reach.exact { Together::Seen } else { Together::Perhaps }
     }
 }
 

@@ -169,6 +169,7 @@ pub(super) fn objects_of(origin: Origin) -> Vec<Object> {
         Origin::Step(step)
         | Origin::Region(step)
         | Origin::Elapsed(step)
+        | Origin::SharedElapsed(step)
         | Origin::LastElapsed(step)
         | Origin::TaskIndex(step)
         | Origin::Recorded(_, step) => vec![Object::Step(step)],

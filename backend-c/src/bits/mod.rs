@@ -22,7 +22,7 @@ use declare::{objects_of, objects_of_role};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{CompareOp, ExprKind};
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::lower::program::{ProgramOptions, marked_program, program as reaction_program};
+use grafsynth_ir::lower::program::{Additions, ProgramOptions, program_with, shared_timers};
 use grafsynth_ir::names::Namer;
 use grafsynth_ir::net::{
     Evolution, InputId, InputKind, Leaf as NetLeaf, Net, OutputId, StepId, TransitionId,
@@ -58,12 +58,10 @@ pub(crate) fn program(
     names: &Names,
     options: &Options,
 ) -> Result<StyleOutput, Vec<Diagnostic>> {
-    let program = match options.trace {
-        None => reaction_program(net, &ProgramOptions::default())?,
-        Some(_) => {
-            marked_program(net, &ProgramOptions::default(), &crate::trace::marks(net, names))?
-        }
-    };
+    let marks = options.trace.map(|_| crate::trace::marks(net, names));
+    let shared = shared_timers(net, facts);
+    let additions = Additions { marks: marks.as_ref(), shared: &shared };
+    let program = program_with(net, &ProgramOptions::default(), additions)?;
     let limit = options.max_transitions.saturating_mul(NODES_PER_TRANSITION).max(1);
     let mut bodies = Vec::new();
     let main = cut(&program.body, limit, &mut bodies);
@@ -598,6 +596,7 @@ fn counts_ticks(cell: &Cell) -> bool {
     matches!(
         cell.origin,
         Origin::Elapsed(_)
+            | Origin::SharedElapsed(_)
             | Origin::LastElapsed(_)
             | Origin::Timer(_)
             | Origin::ActionTimer(..)

@@ -18,9 +18,7 @@ use crate::style_output::{Engine, StyleOutput, mentions};
 use crate::times::Ticks;
 use crate::{FileKind, Object, Options, bits};
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::lower::program::{
-    Marks, ProgramOptions, marked_program, program as reaction_program,
-};
+use grafsynth_ir::lower::program::{Additions, Marks, ProgramOptions, program_with};
 use grafsynth_ir::net::{
     Driver, Evolution as Mode, InputId, InputKind, Leaf as NetLeaf, Net, Verbatim,
 };
@@ -63,11 +61,10 @@ pub(crate) fn program(
     names: &Names,
     options: &Options,
 ) -> Result<StyleOutput, Failure> {
-    let program = match options.trace {
-        None => reaction_program(net, &ProgramOptions::default()),
-        Some(_) => marked_program(net, &ProgramOptions::default(), &marks(net)),
-    }
-    .map_err(Failure::Errors)?;
+    let marks = options.trace.map(|_| marks(net));
+    let additions = Additions { marks: marks.as_ref(), ..Additions::default() };
+    let program =
+        program_with(net, &ProgramOptions::default(), additions).map_err(Failure::Errors)?;
     let ticks = bits::ticks(&program);
     let places = Places::of(net, &program);
     let sets_fault = net.settings.evolution != Mode::Single

@@ -2,7 +2,8 @@
 
 use super::{Chip, Subject, counted, table::Table};
 use crate::coding::{Encoding, EncodingChoice, encoding_name};
-use grafsynth_ir::logic::PinRole;
+use grafsynth_ir::logic::{Decoded, PinRole};
+use grafsynth_ir::program::Origin;
 use grafsynth_logic::minimise::{Budget, sum_between};
 use grafsynth_logic::node_bdds::Var;
 
@@ -38,11 +39,13 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
     if code.is_safe {
         text += "Every unreachable situation returns to the initial one (`--safe`).\n";
     }
-    if circuit.decoded.is_empty() {
+    let is_step = |bit: &&Decoded| matches!(bit.holds.origin, Origin::Step(_) | Origin::Region(_));
+    let steps: Vec<&Decoded> = circuit.decoded.iter().filter(is_step).collect();
+    if steps.is_empty() {
         return Some(text);
     }
     let mut table = Table::new(["Active", "while"]);
-    for decoded in &circuit.decoded {
+    for decoded in steps {
         let sum =
             sum_between(circuit, decoded.node, false, &circuit.unreachable, Budget::default());
         let product = |product: &Vec<(Var, bool)>| {

@@ -103,7 +103,7 @@ fn open_pins(context: &BuildContext<'_>, emitted: &Emitted) -> Option<Note> {
 
 /// The encoding for the report page.
 fn code(context: &BuildContext<'_>, encoded: &Encoded, content: &Content) -> Code {
-    let BuildContext { net, facts, logic, options, medium } = *context;
+    let BuildContext { net, facts, logic, options, medium, .. } = *context;
     let coded = &encoded.coded;
     // A circuit with only one encoding was not fitted before it was written.
     let lacks_now = || match content {

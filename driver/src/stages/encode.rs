@@ -1,7 +1,7 @@
 //! Stage 1: the circuit of the net with the codes of its steps, and with synchronisers.
 
 use crate::circuit::{delayed_vectors, synchronised};
-use crate::coding::{self, EncodedLogic};
+use crate::coding::{self, EncodedLogic, EncodingCache};
 use crate::context::BuildContext;
 use grafsynth_backend_pld::EmitOptions;
 use grafsynth_backend_pld::equations::Equations;
@@ -38,7 +38,10 @@ pub(crate) fn encode(context: &BuildContext<'_>) -> Result<Encoded, Vec<Diagnost
     let BuildContext { net, facts, options, medium, .. } = *context;
     let wishes = context.emit_options();
     let (choice, safe) = (options.encoding, options.safe);
-    let coded = coding::code(net, facts, context.logic, choice, safe, medium.dialect(), &wishes);
+    let cache = &mut EncodingCache::default();
+    let timed = coding::Timed { logic: context.logic, own_timers: context.own_timers };
+    let coded =
+        coding::code_timed(cache, net, facts, timed, (choice, safe), medium.dialect(), &wishes);
     let logic = coded.emitted();
     let (circuit, chains) = synchronised(net, logic.clone(), options.synchronise);
     let delayed = |stimulus| delayed_vectors(net, &logic, &circuit, &chains, stimulus);

@@ -66,7 +66,7 @@ mod tests {
         for dialect in [Dialect::Palasm, Dialect::Cupl, Dialect::Galasm] {
             let medium = Medium::Text(dialect);
             let (net, facts, logic, options) = (&net, &facts, &logic, &options);
-            let context = BuildContext { net, facts, logic, options, medium };
+            let context = BuildContext { net, facts, logic, own_timers: None, options, medium };
             let encoded = encode::encode(&context).expect("codes");
             let Ok(Written::Text(emitted)) = emit::emit(&context, &encoded) else {
                 panic!("{dialect:?} is not emitted")

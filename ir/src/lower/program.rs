@@ -27,6 +27,7 @@
 //! | `frame` | what surrounds the evolution of a Grafcet chart, for code that makes the evolution itself |
 //! | `pieces` | the parts of a statechart's reaction, for code that arranges them differently |
 //! | `ending` | the end of a reaction (§3.8) |
+//! | `share` | one timer for steps that exclude each other |
 //! | `prune` | removes values that are written but never read |
 
 mod change;
@@ -44,6 +45,7 @@ mod prune;
 mod queues;
 mod ranks;
 mod read;
+mod share;
 mod show;
 mod statechart;
 #[cfg(test)]
@@ -60,7 +62,8 @@ use crate::net::{
     StepId, Timer, Transition, Var, Verbatim,
 };
 use crate::program::{
-    ActionPart, Cell, CellId, Expr, Leaf, Origin, Program, Stmt, Temp, TempId, TempRole, statements,
+    ActionPart, Cell, CellId, Expr, Leaf, Origin, Program, SharedTimer, Stmt, Temp, TempId,
+    TempRole, statements,
 };
 use crate::program_run::Machine;
 use crate::span::Span;
@@ -68,10 +71,12 @@ use crate::validate::Valid;
 
 pub use frame::{Frame, frame};
 pub use pieces::{Pieces, StatePieces, TransitionPieces, pieces};
+pub use share::shared_timers;
 pub use show::show;
 
 use needs::Needs;
 use ranks::Ranks;
+use share::Times;
 
 /// Options for the program; all of them give a correct program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,6 +85,15 @@ pub struct ProgramOptions {
     pub prune: bool,
     /// Keep what only properties read: times of steps and free timers that no expression of the chart reads.
     pub properties: bool,
+}
+
+/// What a program has beside the reaction of the net.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Additions<'a> {
+    /// A mark wherever something fires. Reset has no marks.
+    pub marks: Option<&'a Marks>,
+    /// Timers that steps share, from [`shared_timers`].
+    pub shared: &'a [SharedTimer],
 }
 
 /// Target-language text at the points where something fires, so that a back end can observe a reaction.
@@ -104,28 +118,19 @@ impl Default for ProgramOptions {
 /// # Errors
 /// Constructs that a bounded program cannot express; see [`codes`].
 pub fn program(net: &Valid<Net>, options: &ProgramOptions) -> Result<Program, Vec<Diagnostic>> {
-    program_with(net, options, None)
+    program_with(net, options, Additions::default())
 }
 
-/// Like [`program`], with a mark wherever something fires. Reset has no marks.
+/// Like [`program`], with additions.
 ///
 /// # Errors
 /// The errors of [`program`].
-pub fn marked_program(
+pub fn program_with(
     net: &Valid<Net>,
     options: &ProgramOptions,
-    marks: &Marks,
+    additions: Additions<'_>,
 ) -> Result<Program, Vec<Diagnostic>> {
-    program_with(net, options, Some(marks))
-}
-
-fn program_with(
-    net: &Valid<Net>,
-    options: &ProgramOptions,
-    marks: Option<&Marks>,
-) -> Result<Program, Vec<Diagnostic>> {
-    let mut builder = Builder::new(net, options);
-    builder.marks = marks;
+    let mut builder = Builder::new(net, options, additions);
     let statechart = net.settings.policy.is_statechart();
     let body = if statechart { builder.statechart_reaction() } else { builder.grafcet_reaction() };
     if !builder.findings.is_empty() {
@@ -133,7 +138,8 @@ fn program_with(
     }
     let temps = std::mem::take(&mut builder.temps);
     let evolution = builder.evolution;
-    let mut program = Program { body, temps, evolution, ..Program::default() };
+    let shared_timers = additions.shared.to_vec();
+    let mut program = Program { body, temps, evolution, shared_timers, ..Program::default() };
     with_reset(builder, net, &mut program);
     Ok(if options.prune { prune::prune(program) } else { program })
 }
@@ -183,11 +189,13 @@ struct Builder<'a> {
     /// The program of the reset is being built: there are no edges and no events.
     reset: bool,
     marks: Option<&'a Marks>,
+    /// Timers that steps share.
+    shared: &'a [SharedTimer],
     /// The condition of the evolution loop.
     evolution: Option<TempId>,
 
     step: IdMap<Step, CellId>,
-    elapsed: IdMap<Step, Option<CellId>>,
+    times: Times,
     last_elapsed: IdMap<Step, Option<CellId>>,
     task: IdMap<Step, Option<CellId>>,
     var: IdMap<Var, CellId>,
@@ -224,7 +232,7 @@ struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    fn new(net: &'a Net, options: &ProgramOptions) -> Self {
+    fn new(net: &'a Net, options: &ProgramOptions, additions: Additions<'a>) -> Self {
         let needs = Needs::of(net, options.properties);
         let mut cells = Arena::new();
         let tick_type = |cap: i64| Type::Int { lo: 0, hi: cap };
@@ -234,11 +242,10 @@ impl<'a> Builder<'a> {
         let step = IdMap::build(&net.steps, |id, step| {
             plain(step.name.text.clone(), Type::Bool, 0, Origin::Step(id))
         });
-        let elapsed = IdMap::build(&net.steps, |id, step| {
-            needs.elapsed[id].map(|cap| {
-                plain(format!("{}.t", step.name), tick_type(cap), 0, Origin::Elapsed(id))
-            })
-        });
+        let times = Times::of(net, &needs, additions.shared, &mut cells);
+        let mut plain = |name: String, ty: Type, init: i64, origin: Origin| {
+            cells.push(Cell { name, ty, len: None, init: vec![init], origin })
+        };
         let last_elapsed = IdMap::build(&net.steps, |id, step| {
             let name = || format!("{}.T", step.name);
             needs.last_elapsed[id]
@@ -301,10 +308,11 @@ impl<'a> Builder<'a> {
             cells,
             temps: Arena::new(),
             reset: false,
-            marks: None,
+            marks: additions.marks,
+            shared: additions.shared,
             evolution: None,
             step,
-            elapsed,
+            times,
             last_elapsed,
             task,
             var,

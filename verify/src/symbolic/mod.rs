@@ -38,12 +38,13 @@ use std::collections::BTreeMap;
 
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::{Facts, Proof as ProvedBy};
-use grafsynth_ir::logic::{Logic, Node, PinRole};
+use grafsynth_ir::logic::{Decoded, Logic, Node, NodeId, PinRole};
 use grafsynth_ir::net::{
     Driver, Expr, InputId, InputKind, Leaf, Net, OpenCell, PropertyExpr, PropertyLeaf,
     PropertyRole, StepId,
 };
 use grafsynth_ir::program::Origin;
+use grafsynth_logic::shared_times;
 
 use crate::equiv::binding::{Binding, Shown, What};
 use crate::equiv::verdict::{Certificate, Method, Verdict};
@@ -421,28 +422,36 @@ fn prove(
         return Err("a circuit that takes several clocks for a reaction is not covered by the symbolic proof".to_owned());
     }
     // The circuit's claims about its own states need a proof too, so they are omitted if the steps alone are sufficient.
-    let is_coded = !logic.decoded.is_empty();
+    let mut logic = logic.clone();
+    let idle = shared_times::idle(&mut logic);
+    let logic = &logic;
+    let is_coded = logic.decoded.iter().any(is_step);
     let plain = if is_coded {
         Err(String::new())
     } else {
-        prove_tied(net, facts, logic, binding, limits, false)
+        prove_tied(net, facts, logic, binding, limits, &idle)
     };
     match plain {
         Err(_) if is_coded || !logic.unreachable.is_empty() => {
-            prove_tied(net, facts, logic, binding, limits, true)
+            let claims: Vec<NodeId> = idle.iter().chain(&logic.unreachable).copied().collect();
+            prove_tied(net, facts, logic, binding, limits, &claims)
         }
         settled => settled,
     }
 }
 
-/// The induction; with `is_closed`, the circuit's unreachable states are among its invariants.
+fn is_step(bit: &Decoded) -> bool {
+    matches!(bit.holds.origin, Origin::Step(_))
+}
+
+/// The induction; the states in which one of the `claims` is true are unreachable, which is among its invariants.
 fn prove_tied(
     net: &Valid<Net>,
     facts: &Facts,
     logic: &Logic,
     binding: &Binding,
     limits: &Limits,
-    is_closed: bool,
+    claims: &[NodeId],
 ) -> Result<Certificate, String> {
     let mut model = Model::of(net, known_depth(facts), limits)?;
     let reset = model.maker.reset()?;
@@ -450,7 +459,7 @@ fn prove_tied(
         let shape = model.maker.shape.clone();
         shape.bits(net, model.aig(), &reset.state)
     };
-    let coded = model.tie(logic, is_closed)?;
+    let coded = model.tie(logic, claims)?;
     let (state, inputs) = (model.state.clone(), model.inputs.clone());
     let open = OpenCells::of(&mut model, &state, &inputs);
     let Reaction { state: next, outputs, fault } = model.maker.reaction(&state, &inputs)?;
@@ -505,14 +514,18 @@ fn prove_tied(
     }
     // The circuit after the clock, as functions of the state before it.
     let moved: Vec<Lit> = logic.flops.values().map(|flop| nodes[flop.next.index()]).collect();
-    let is_needed = !coded.keys.is_empty() || coded.is_closed;
+    let is_needed = !coded.keys.is_empty() || !claims.is_empty();
     let mut composed: Option<Vec<Lit>> =
         is_needed.then(|| import(proof.model.aig(), logic, &moved, &pins));
     if let Some(composed) = composed.as_ref() {
         let woken: Vec<Lit> = logic.flops.values().map(|flop| Lit::constant(flop.init)).collect();
         let woken = import(proof.model.aig(), logic, &woken, &pins);
         for (bit, key) in logic.decoded.iter().zip(&coded.keys) {
-            let what = format!("step `{}`, by its code,", bit.name);
+            let what = if is_step(bit) {
+                format!("step `{}`, by its code,", bit.name)
+            } else {
+                format!("time `{}`, by its shared timer,", bit.name)
+            };
             compared += 1;
             let first = reset_bits.get(key).copied().unwrap_or(Lit::FALSE);
             if woken[bit.node.index()] != first {
@@ -521,7 +534,7 @@ fn prove_tied(
             let wanted = next_bits.get(key).copied().unwrap_or(Lit::FALSE);
             proof.show(wanted, composed[bit.node.index()], open.next, &what)?;
         }
-        for node in logic.unreachable.iter().filter(|_| coded.is_closed) {
+        for node in claims {
             if woken[node.index()] != Lit::FALSE {
                 return Err("the power-up code encodes no step".to_owned());
             }

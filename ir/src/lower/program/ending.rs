@@ -117,14 +117,12 @@ impl Builder<'_> {
     /// L2 without mealy outputs and sends: all timers advance.
     pub(super) fn latch(&mut self, out: &mut Vec<Stmt>) {
         for (step, _) in self.net.steps.iter() {
-            let counters = [self.elapsed[step], self.last_elapsed[step]];
-            let list: Vec<Stmt> = counters
-                .into_iter()
-                .flatten()
-                .map(|id| Stmt::Store(id, None, plus(id, dt())))
-                .collect();
-            let running = self.has_ended(self.net.steps[step].part).map(Expr::not);
-            when(Expr::and([self.is_active(step)].into_iter().chain(running)), list, out);
+            let counters = [self.times.cell[step], self.last_elapsed[step]];
+            for id in counters.into_iter().flatten() {
+                if let Some(running) = self.running(step, id) {
+                    when(running, vec![Stmt::Store(id, None, plus(id, dt()))], out);
+                }
+            }
         }
         self.advance_timers(out);
     }
@@ -296,7 +294,10 @@ impl Builder<'_> {
     fn action_input(&self, id: ActionId, qualifier: Qualifier) -> Expr {
         let uses = self.net.actions[id].uses.iter().filter(|one| one.qualifier == qualifier);
         Expr::or(uses.map(|one| {
-            Expr::and([self.is_active(one.step), self.read_condition(one.condition.as_ref())])
+            Expr::and([
+                self.is_active(one.step),
+                self.read_condition(one.condition.as_ref(), one.step),
+            ])
         }))
     }
 
@@ -526,7 +527,7 @@ impl Builder<'_> {
     /// True if one of the emissions applies: its step is active, its condition is true, and its chart had not ended before this reaction.
     pub(super) fn emitted<'e>(&self, emissions: impl IntoIterator<Item = &'e Emission>) -> Expr {
         Expr::or(emissions.into_iter().map(|emission| {
-            let condition = self.read_condition(emission.condition.as_ref());
+            let condition = self.read_condition(emission.condition.as_ref(), emission.step);
             Expr::and([self.is_active(emission.step), condition, self.counts(emission.step)])
         }))
     }
@@ -543,7 +544,7 @@ impl Builder<'_> {
         let asks: Vec<Expr> = calls
             .iter()
             .map(|call| {
-                let condition = self.read_condition(call.condition.as_ref());
+                let condition = self.read_condition(call.condition.as_ref(), call.step);
                 Expr::and([self.is_active(call.step), condition, self.counts(call.step)])
             })
             .collect();

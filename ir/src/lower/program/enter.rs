@@ -232,7 +232,7 @@ impl Builder<'_> {
     }
 
     fn drop_counters(&self, step: StepId) -> Vec<Stmt> {
-        let counters = [self.elapsed[step], self.task[step]].into_iter().flatten();
+        let counters = [self.times.cell[step], self.task[step]].into_iter().flatten();
         counters.map(|id| Stmt::Store(id, None, Expr::int(0))).collect()
     }
 

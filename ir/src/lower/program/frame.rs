@@ -14,7 +14,7 @@
 //! ```
 
 use super::ending::Controlled;
-use super::{Builder, ProgramOptions, when};
+use super::{Additions, Builder, ProgramOptions, when};
 use crate::arena::IdMap;
 use crate::diag::Diagnostic;
 use crate::net::{
@@ -62,7 +62,7 @@ pub struct ActionBody {
 /// # Errors
 /// Constructs that a bounded program cannot express ([`super::codes`]).
 pub fn frame(net: &Valid<Net>) -> Result<Frame, Vec<Diagnostic>> {
-    let mut builder = Builder::new(net, &ProgramOptions::default());
+    let mut builder = Builder::new(net, &ProgramOptions::default(), Additions::default());
     let mut before = Vec::new();
     builder.advance_timers(&mut before);
     let mut control = Vec::new();
@@ -102,7 +102,7 @@ pub fn frame(net: &Valid<Net>) -> Result<Frame, Vec<Diagnostic>> {
         end,
         outputs: driven.collect(),
         bits: builder.step.clone(),
-        elapsed: builder.elapsed.clone(),
+        elapsed: builder.times.cell.clone(),
         timers: IdMap::build(&net.timers, |id, _| builder.timer[id].map(|(ticks, _)| ticks)),
         actions: builder.action_q.clone(),
     };

@@ -178,7 +178,8 @@ impl Builder<'_> {
         let enabled = transition.requires.iter().map(|step| self.is_active(*step));
         let events = transition.events.iter().filter_map(|event| self.holds[*event].clone());
         let trigger = (!transition.events.is_empty()).then(|| Expr::or(events));
-        Expr::and(enabled.chain(trigger).chain([self.read(&transition.guard)]))
+        let guard = self.read_with(&transition.guard, &transition.requires);
+        Expr::and(enabled.chain(trigger).chain([guard]))
     }
 
     /// CHECK: the transitions that fire, before this micro-step's own forcing orders.
@@ -257,7 +258,7 @@ impl Builder<'_> {
                 drop.push(Stmt::Store(self.step[step], None, Expr::bool(false)));
             }
             // The task index is 0 on activation; clearing it here gives an inactive step a single state.
-            for id in [self.elapsed[step], self.task[step]].into_iter().flatten() {
+            for id in [self.times.cell[step], self.task[step]].into_iter().flatten() {
                 drop.push(Stmt::Store(id, None, Expr::int(0)));
             }
             if self.simultaneous {
@@ -318,7 +319,7 @@ impl Builder<'_> {
         for (id, step) in net.steps.iter() {
             let counts = self.last_elapsed[id].is_some();
             let (up_uses, down_uses) = if self.simultaneous {
-                let drops = self.elapsed[id].is_some() || self.task[id].is_some();
+                let drops = self.times.cell[id].is_some() || self.task[id].is_some();
                 (
                     u32::from(counts) + u32::from(!step.entry.is_empty()) + ages[id],
                     u32::from(drops) + u32::from(!step.exit.is_empty()),

@@ -21,7 +21,7 @@
 //! that has not been entered yet.
 
 use super::tree::Tree;
-use super::{Builder, ProgramOptions, temp};
+use super::{Additions, Builder, ProgramOptions, temp};
 use crate::arena::IdMap;
 use crate::diag::Diagnostic;
 use crate::expr::CompareOp;
@@ -105,7 +105,7 @@ pub struct TransitionPieces {
 /// # Errors
 /// Constructs that a bounded program cannot express ([`super::codes`]).
 pub fn pieces(net: &Valid<Net>) -> Result<Pieces, Vec<Diagnostic>> {
-    let mut builder = Builder::new(net, &ProgramOptions::default());
+    let mut builder = Builder::new(net, &ProgramOptions::default(), Additions::default());
     let mut pieces = builder.pieces();
     if !builder.findings.is_empty() {
         return Err(builder.findings);

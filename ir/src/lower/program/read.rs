@@ -1,5 +1,6 @@
 //! Expressions of the net over the cells and temps of the program.
 
+use super::share::{elapsed, resolved};
 use super::{Builder, cell};
 use crate::expr::{CompareOp, ExprKind};
 use crate::net::{self, EdgeOperand, Net, StepId};
@@ -9,16 +10,26 @@ use crate::span::Span;
 impl Builder<'_> {
     /// The expression with every value read at this point of the program. Edges and events have their values from the check.
     pub(super) fn read(&self, expr: &net::Expr) -> Expr {
-        let read = expr
-            .map(&mut |leaf, span| Expr { span, ..self.read_leaf(*leaf) }, &mut |leaf, _| {
-                self.read_array(*leaf)
-            });
+        self.read_with(expr, &[])
+    }
+
+    /// Like [`Builder::read`], at a point where these steps are known to be active.
+    pub(super) fn read_with(&self, expr: &net::Expr, active: &[StepId]) -> Expr {
+        let mut leaf = |leaf: &net::Leaf, span| {
+            let value = match elapsed(*leaf) {
+                Some(step) => self.time_of(step, active.contains(&step)),
+                None => self.read_leaf(*leaf),
+            };
+            Expr { span, ..value }
+        };
+        let read = expr.map(&mut leaf, &mut |leaf, _| self.read_array(*leaf));
+        let read = if self.shared.is_empty() { read } else { resolved(read) };
         crate::simplify::simplify(&read)
     }
 
-    /// A condition that may be absent.
-    pub(super) fn read_condition(&self, condition: Option<&net::Expr>) -> Expr {
-        condition.map_or_else(|| Expr::bool(true), |condition| self.read(condition))
+    /// A condition that may be absent, of a step that is known to be active.
+    pub(super) fn read_condition(&self, condition: Option<&net::Expr>, active: StepId) -> Expr {
+        condition.map_or_else(|| Expr::bool(true), |it| self.read_with(it, &[active]))
     }
 
     fn read_leaf(&self, leaf: net::Leaf) -> Expr {
@@ -29,7 +40,7 @@ impl Builder<'_> {
             net::Leaf::Input(input) => Expr::leaf(Leaf::Input(input), Span::default()),
             net::Leaf::Var(var) => cell(self.var[var]),
             net::Leaf::Active(step) => self.is_active(step),
-            net::Leaf::Elapsed(step) => self.elapsed[step].map_or_else(|| Expr::int(0), cell),
+            net::Leaf::Elapsed(step) => self.time_of(step, false),
             net::Leaf::LastElapsed(step) => {
                 self.last_elapsed[step].map_or_else(|| Expr::int(0), cell)
             }
