@@ -58,11 +58,13 @@ pub enum Holds {
         /// The number that means that none of them is active, if there is one.
         none: Option<i64>,
     },
-    /// The ticks since the active one of these steps became active, up to `cap`; anything up to `cap` if none of them is active.
+    /// The ticks since the active one of these steps became active, up to `cap`.
     TimeOf {
         /// The steps.
         steps: Vec<StepId>,
         /// The maximum.
         cap: i64,
+        /// True if it is 0 while none of the steps is active; otherwise it may be anything up to `cap` then.
+        is_zero_between: bool,
     },
 }

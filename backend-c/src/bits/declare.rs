@@ -9,7 +9,7 @@ use crate::range::Range;
 use crate::style_output::Member;
 use grafsynth_ir::instance::{Holds, Place};
 use grafsynth_ir::net::StepId;
-use grafsynth_ir::program::{Cell, Origin, TempRole};
+use grafsynth_ir::program::{Cell, Origin, SharedTimer, TempRole};
 use std::collections::BTreeSet;
 
 impl Emit<'_> {
@@ -33,6 +33,15 @@ impl Emit<'_> {
         let mut all = Vec::new();
         for (id, cell) in here {
             let name = &self.cells[id];
+            if let Origin::SharedElapsed(first) = cell.origin {
+                let is_own = |timer: &&SharedTimer| timer.steps.iter().any(|it| it.0 == first);
+                if let Some(timer) = self.program.shared_timers.iter().find(is_own) {
+                    let steps = timer.steps.iter().map(|(step, _)| *step).collect();
+                    let holds = Holds::TimeOf { steps, cap: timer.cap, is_zero_between: true };
+                    all.push((Place::member(name), holds));
+                }
+                continue;
+            }
             match cell.len {
                 None => all.push((Place::member(name), Holds::Piece(cell.origin, 0))),
                 Some(len) => all.extend(

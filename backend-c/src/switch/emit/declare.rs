@@ -121,7 +121,10 @@ impl Emit<'_> {
             all.push((place, Holds::ActiveOf { steps, none: machine.has_none.then_some(0) }));
             if let Some(cap) = machine.timer_cap {
                 let steps = machine.steps.clone();
-                all.push((Place::member(&self.timers[index]), Holds::TimeOf { steps, cap }));
+                all.push((
+                    Place::member(&self.timers[index]),
+                    Holds::TimeOf { steps, cap, is_zero_between: false },
+                ));
             }
         }
         for (id, var) in self.net.vars.iter() {

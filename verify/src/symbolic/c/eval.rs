@@ -252,32 +252,14 @@ impl<'u> Program<'u> {
             }
             ExprKind::Update(op, place, value, ty) => {
                 let operand = self.int(value, memory)?;
-                let to = self.addresses(place, memory)?;
-                let old = self.loaded(&to, memory, expr.span)?;
-                let old = self.converted(old, &place.ty, ty)?;
-                let (Scalar::Int(old), Some(kind)) = (old, self.unit.integer(ty)) else {
-                    return Err("arithmetic on pointers".to_owned());
-                };
-                let new = self.binary(*op, kind, &old, &operand, expr.span)?;
-                let new = self.converted(Scalar::Int(new), ty, &place.ty)?;
-                self.store(&to, Rc::new(Cell::of(new.clone())), memory)?;
-                Ok(Some(new))
+                self.updated(*op, place, &operand, ty, memory, expr.span).map(|it| Some(it.1))
             }
             ExprKind::Step { is_increment, is_prefix, place } => {
-                let to = self.addresses(place, memory)?;
-                let old = self.loaded(&to, memory, expr.span)?;
-                let Some(kind) = self.unit.integer(&place.ty) else {
-                    return Err("arithmetic on pointers".to_owned());
-                };
-                let ty = Type::Int(self.unit.machine.promoted(kind));
-                let Scalar::Int(wide) = self.converted(old.clone(), &place.ty, &ty)? else {
-                    return Err("arithmetic on pointers".to_owned());
-                };
                 let op = if *is_increment { BinaryOp::Add } else { BinaryOp::Sub };
-                let kind = self.unit.machine.promoted(kind);
-                let new = self.binary(op, kind, &wide, &Int::constant(1), expr.span)?;
-                let new = self.converted(Scalar::Int(new), &ty, &place.ty)?;
-                self.store(&to, Rc::new(Cell::of(new.clone())), memory)?;
+                let kind = self.unit.integer(&place.ty).ok_or("arithmetic on pointers")?;
+                let ty = Type::Int(self.unit.machine.promoted(kind));
+                let one = Int::constant(1);
+                let (old, new) = self.updated(op, place, &one, &ty, memory, expr.span)?;
                 Ok(Some(if *is_prefix { new } else { old }))
             }
             ExprKind::Call(Callee::Function(function), arguments) => {
@@ -290,6 +272,28 @@ impl<'u> Program<'u> {
             ExprKind::Call(Callee::Pointer(_), _) => Err("a call through a pointer".to_owned()),
             ExprKind::Member(..) => Err("a structure that a function returns".to_owned()),
         }
+    }
+
+    /// Changes a place: its value is converted to a type for the operation. Returns the values before and after.
+    fn updated(
+        &mut self,
+        op: BinaryOp,
+        place: &'u Place,
+        operand: &Int,
+        ty: &Type,
+        memory: &mut Memory,
+        loc: Loc,
+    ) -> Done<(Scalar, Scalar)> {
+        let to = self.addresses(place, memory)?;
+        let old = self.loaded(&to, memory, loc)?;
+        let wide = self.converted(old.clone(), &place.ty, ty)?;
+        let (Scalar::Int(wide), Some(kind)) = (wide, self.unit.integer(ty)) else {
+            return Err("arithmetic on pointers".to_owned());
+        };
+        let new = self.binary(op, kind, &wide, operand, loc)?;
+        let new = self.converted(Scalar::Int(new), ty, &place.ty)?;
+        self.store(&to, Rc::new(Cell::of(new.clone())), memory)?;
+        Ok((old, new))
     }
 
     fn on_path(&mut self, when: Lit, expr: &'u Expr, memory: &mut Memory) -> Done<Option<Scalar>> {

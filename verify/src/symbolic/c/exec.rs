@@ -134,7 +134,7 @@ impl<'u> Program<'u> {
         if n > 1 << 20 {
             return Err("an object that is too large".to_owned());
         }
-        let mut cells = vec![Rc::new(Cell::UNSET); n];
+        let mut cells = Cell::unset(n);
         if init.is_some() || is_static {
             let mut at = 0;
             self.zero(ty, &mut cells, &mut at);

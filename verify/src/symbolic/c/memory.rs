@@ -56,6 +56,12 @@ pub(super) struct Cell {
 impl Cell {
     pub(super) const UNSET: Cell = Cell { value: None, unset: Lit::TRUE, whole: None };
 
+    /// Cells without values.
+    pub(super) fn unset(n: usize) -> Vec<Rc<Cell>> {
+        let cell = Rc::new(Cell::UNSET);
+        (0..n).map(|_| cell.clone()).collect()
+    }
+
     pub(super) fn of(value: Scalar) -> Cell {
         Cell { value: Some(value), unset: Lit::FALSE, whole: None }
     }

@@ -8,9 +8,15 @@
 //! machine for which the text is read.
 #![allow(clippy::wildcard_enum_match_arm, reason = "what is not listed is refused")]
 
+mod answers;
+mod attempt;
+mod cases;
 mod eval;
 mod exec;
+mod interface;
 mod memory;
+mod net_values;
+mod question;
 mod relation;
 mod value;
 
@@ -22,7 +28,7 @@ use grafsynth_ir::instance::Representation;
 use grafsynth_ir::net::Net;
 
 use crate::limits::Limits;
-use relation::Subject;
+use question::Subject;
 
 /// The proof that C is its net.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -1,0 +1,156 @@
+//! Answers to the questions of an attempt, by construction or by the solver.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_ir::net::StepId;
+use grafsynth_ir::program::Origin;
+
+use super::Induction;
+use super::attempt::Attempt;
+use super::question::{Check, Question};
+use crate::limits::Limits;
+use crate::symbolic::CONE;
+use crate::symbolic::aig::{Aig, Lit};
+
+/// The maximum number of conflicts of all questions about one reaction, and of nodes of the graph in all questions of a proof.
+const ALL_CONFLICTS: u64 = 20_000;
+const ALL_NODES: usize = 400_000;
+/// The maximum number of steps of which all pairs are considered, and of situations in which they are looked for.
+const MAX_PAIRED: usize = 200;
+const MAX_SITUATIONS: usize = 5_000;
+
+impl Attempt<'_> {
+    /// The component with the most steps that a question depends on.
+    pub(super) fn component(&mut self, check: &Check) -> Option<usize> {
+        if check.broken.as_constant().is_some() {
+            return None;
+        }
+        let support = self.program.aig.support(&[check.broken], CONE * 10)?;
+        let mut count: BTreeMap<usize, usize> = BTreeMap::new();
+        for lit in support {
+            if let Some((Origin::Step(step), _, _)) = self.model.name_of.get(&lit)
+                && let Some(component) =
+                    self.of.facts.component_of.as_ref().and_then(|of| of[*step])
+            {
+                *count.entry(component as usize).or_default() += 1;
+            }
+        }
+        let best =
+            count.into_iter().max_by_key(|(component, n)| (*n, std::cmp::Reverse(*component)));
+        best.map(|(component, _)| component)
+    }
+
+    /// Shows that the condition of a check is never true; otherwise returns the reason.
+    pub(super) fn settle(
+        &mut self,
+        check: &Check,
+        conflicts: u64,
+        total: &mut Induction,
+    ) -> Option<String> {
+        let is_obligation = matches!(check.question, Question::Obligation(..));
+        if check.broken == Lit::FALSE {
+            total.same += 1;
+            return None;
+        }
+        let size = self.program.aig.size(check.broken, CONE);
+        total.work = total.work.saturating_add(size.unwrap_or(CONE));
+        if self.program.aig.spent() > ALL_CONFLICTS || total.work > ALL_NODES {
+            return Some("the solver reached its limit for all questions together".to_owned());
+        }
+        let limits = Limits { conflicts, ..self.of.limits.clone() };
+        let broken = check.broken;
+        let answer = self.with_model(|this| this.satisfiable(broken, &limits));
+        let what = self.describe(&check.question);
+        match answer {
+            Some(None) => {
+                total.solved += usize::from(!is_obligation);
+                total.obligations += usize::from(is_obligation);
+                None
+            }
+            Some(Some(bits)) => {
+                let place = self.model.describe(&bits);
+                Some(format!("{what} in a state that no invariant excludes: {place}"))
+            }
+            None => Some(format!("{what}, or the solver reached its limit")),
+        }
+    }
+
+    pub(super) fn satisfiable(&mut self, broken: Lit, limits: &Limits) -> Option<Option<Vec<Lit>>> {
+        let support = self.model.maker.aig.support(&[broken], CONE)?;
+        let (mut holds, mut clauses) = self.model.invariants(self.of.facts, &support);
+        for (steps, made) in &mut self.invariants {
+            if support.iter().any(|lit| steps.contains(lit)) {
+                let aig = &mut self.model.maker.aig;
+                holds.push(*made.get_or_insert_with(|| exactly_one(aig, steps)));
+            }
+        }
+        self.never_together(&support, &mut clauses);
+        for (bits, fits) in &self.valid {
+            if bits.iter().any(|bit| support.contains(bit)) {
+                holds.push(*fits);
+            }
+        }
+        holds.push(broken);
+        let rank = |lit: Lit| {
+            let own = self.bit_of.get(&lit).or_else(|| self.model.bit_of.get(&lit));
+            own.copied().unwrap_or(0)
+        };
+        self.model.maker.aig.settle(&holds, &clauses, rank, limits)
+    }
+
+    /// The assumption that two steps are not active together, for each pair of steps of which no reachable situation contains both.
+    pub(super) fn never_together(&self, support: &[Lit], clauses: &mut Vec<Vec<Lit>>) {
+        let sets = self.of.facts.reach.as_ref().and_then(|reach| reach.sets.as_ref());
+        let Some(sets) = sets else { return };
+        let steps: Vec<(StepId, Lit)> = support
+            .iter()
+            .filter_map(|lit| match self.model.name_of.get(lit) {
+                Some((Origin::Step(step), _, _)) => Some((*step, *lit)),
+                Some(_) | None => None,
+            })
+            .collect();
+        if steps.len() > MAX_PAIRED || sets.len() > MAX_SITUATIONS {
+            return;
+        }
+        let is_in = |set: &Vec<u64>, step: StepId| {
+            let at = step.index();
+            set.get(at / 64).is_some_and(|word| word >> (at % 64) & 1 == 1)
+        };
+        for (at, (a, lit_a)) in steps.iter().enumerate() {
+            for (b, lit_b) in &steps[..at] {
+                if !sets.iter().any(|set| is_in(set, *a) && is_in(set, *b)) {
+                    clauses.push(vec![!*lit_a, !*lit_b]);
+                }
+            }
+        }
+    }
+
+    pub(super) fn describe(&self, question: &Question) -> String {
+        match question {
+            Question::State(at) => {
+                let member = &self.of.hint.state[*at].0.member;
+                format!("`self->{member}` may not hold the state of the chart after a reaction")
+            }
+            Question::Output(at) => {
+                let output = self.of.hint.outputs[*at].0;
+                format!("output `{}` may differ from the chart", self.of.net.outputs[output].name)
+            }
+            Question::Fault => "the fault flag may differ from the chart".to_owned(),
+            Question::Active(at) => {
+                format!("`{}` may differ from the chart", self.of.hint.active[*at].1)
+            }
+            Question::Obligation(what, _, _) => format!("the C may do what is undefined ({what})"),
+        }
+    }
+}
+
+/// The condition that exactly one of some functions is true.
+fn exactly_one(aig: &mut Aig, all: &BTreeSet<Lit>) -> Lit {
+    let (mut one, mut two) = (Lit::FALSE, Lit::FALSE);
+    for lit in all {
+        let again = aig.and(one, *lit);
+        two = aig.or(two, again);
+        one = aig.or(one, *lit);
+    }
+    aig.and(one, !two)
+}

@@ -1,0 +1,177 @@
+//! One attempt: a reaction of the net and a call of the C in one graph, and what must be true after them.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_c::tree::StructId;
+use grafsynth_ir::net::InputKind;
+
+use super::exec::Program;
+use super::memory::Scalar;
+use super::net_values::{differs, scalar};
+use super::question::{Check, Focus, Question, Subject};
+use crate::symbolic::aig::{Aig, Lit};
+use crate::symbolic::number::Number;
+use crate::symbolic::reaction::{Inputs, Reaction};
+use crate::symbolic::state::{State, Value};
+use crate::symbolic::{Model, known_depth};
+
+/// The structures of the interface.
+pub(super) struct Structures {
+    pub(super) instance: Option<StructId>,
+    pub(super) inputs: Option<StructId>,
+    pub(super) outputs: Option<StructId>,
+}
+
+pub(super) struct Attempt<'a> {
+    pub(super) of: Subject<'a>,
+    pub(super) model: Model<'a>,
+    pub(super) program: Program<'a>,
+    pub(super) structures: Structures,
+    /// The state of the net before the reaction.
+    pub(super) state: State,
+    pub(super) inputs: Inputs,
+    /// The values of the instance before the reaction, in the order of the hint.
+    pub(super) before: Vec<Scalar>,
+    /// Own variables, each group with the condition that it has a possible value.
+    pub(super) valid: Vec<(Vec<Lit>, Lit)>,
+    /// The place of own variables in their words, for the order of decision diagrams.
+    pub(super) bit_of: BTreeMap<Lit, u32>,
+    /// The place invariants with one active step: their steps, and the invariant as a function once it was needed.
+    pub(super) invariants: Vec<(BTreeSet<Lit>, Option<Lit>)>,
+}
+
+impl<'a> Attempt<'a> {
+    pub(super) fn new(of: Subject<'a>, focus: Option<Focus>) -> Result<Self, String> {
+        let mut model = Model::of(of.net, known_depth(of.facts), of.limits)?;
+        let aig = std::mem::replace(model.aig(), Aig::new());
+        let program = Program::new(of.unit, aig, of.limits.circuit_nodes)?;
+        let named = |suffix: &str| {
+            let name = format!("{}{suffix}", of.hint.prefix);
+            let symbol = of.unit.symbols.values().find(|symbol| symbol.name == name)?;
+            symbol.canonical.ty.as_struct()
+        };
+        let structures =
+            Structures { instance: named("_t"), inputs: named("_in_t"), outputs: named("_out_t") };
+        let (mut state, mut inputs) = (model.state.clone(), model.inputs.clone());
+        for step in &of.facts.unreachable_steps {
+            state.active[step.index()] = Lit::FALSE;
+        }
+        if let Some(focus) = focus {
+            for step in &of.facts.components[focus.component].steps {
+                state.active[step.index()] = Lit::constant(Some(*step) == focus.active);
+            }
+        }
+        for (id, input) in of.net.inputs.iter() {
+            if input.kind == InputKind::InternalEvent {
+                inputs.values[id.index()] = Value::Flag(Lit::FALSE);
+            }
+        }
+        let mut this = Attempt {
+            of,
+            model,
+            program,
+            structures,
+            state,
+            inputs,
+            before: Vec::new(),
+            valid: Vec::new(),
+            bit_of: BTreeMap::new(),
+            invariants: Vec::new(),
+        };
+        let singles = of.facts.invariants.iter().filter(|invariant| invariant.count == 1);
+        for invariant in singles {
+            let steps = invariant.steps.iter().map(|step| this.state.active[step.index()]);
+            this.invariants.push((steps.collect(), None));
+        }
+        for (place, holds) in &of.hint.state {
+            let value = this.held(place, holds)?;
+            this.before.push(value);
+        }
+        Ok(this)
+    }
+
+    pub(super) fn aig(&mut self) -> &mut Aig {
+        &mut self.program.aig
+    }
+
+    /// Runs a part with the graph in the model, where the second encoding expects it.
+    pub(super) fn with_model<T>(&mut self, part: impl FnOnce(&mut Self) -> T) -> T {
+        std::mem::swap(&mut self.program.aig, &mut self.model.maker.aig);
+        let done = part(self);
+        std::mem::swap(&mut self.program.aig, &mut self.model.maker.aig);
+        done
+    }
+
+    /// What must be true after reset.
+    pub(super) fn reset(&mut self) -> Result<Vec<Check>, String> {
+        let Reaction { state, outputs, fault } =
+            self.with_model(|this| this.model.maker.reset())?;
+        let mut memory = self.memory(None)?;
+        self.call("_init", &mut memory, None)?;
+        let mut checks = self.related(&state, fault, &memory)?;
+        checks.extend(self.shown_outputs(&outputs, &memory)?);
+        checks.extend(self.obligations());
+        Ok(checks)
+    }
+
+    /// What must be true after a reaction.
+    pub(super) fn reaction(&mut self) -> Result<Vec<Check>, String> {
+        let dt = self.dt();
+        self.inputs.tick = Lit::TRUE;
+        self.inputs.dt = Some(dt.clone());
+        let (state, inputs) = (self.state.clone(), self.inputs.clone());
+        let Reaction { state: next, outputs, fault } =
+            self.with_model(|this| this.model.maker.reaction(&state, &inputs))?;
+        let before = self.before.clone();
+        let mut memory = self.memory(Some(&before))?;
+        for (input, name) in &self.of.hint.conditions {
+            if let Some(symbol) = self.function(name) {
+                let value = scalar(&self.inputs.values[input.index()]);
+                self.program.given.insert(symbol, value);
+            }
+        }
+        let mut checks = Vec::new();
+        for (at, (step, name)) in self.of.hint.active.iter().enumerate() {
+            let Some(value) = self.ask(name, &mut memory)? else { continue };
+            let active = Value::Flag(self.state.active[step.index()]);
+            let broken = differs(self.aig(), &value, &active);
+            checks.push(Check { question: Question::Active(at), broken });
+        }
+        self.call("_step", &mut memory, Some(&dt))?;
+        checks.extend(self.related(&next, fault, &memory)?);
+        checks.extend(self.shown_outputs(&outputs, &memory)?);
+        let name = format!("{}_fault", self.of.hint.prefix);
+        if let Some(value) = self.ask(&name, &mut memory)? {
+            let broken = differs(self.aig(), &value, &Value::Flag(fault));
+            checks.push(Check { question: Question::Fault, broken });
+        }
+        checks.extend(self.obligations());
+        Ok(checks)
+    }
+
+    pub(super) fn obligations(&mut self) -> Vec<Check> {
+        let all = std::mem::take(&mut self.program.obligations);
+        all.into_iter()
+            .map(|one| {
+                let span = one.loc.0;
+                let question = Question::Obligation(one.what, span.file.0, span.range().start);
+                Check { question, broken: one.broken }
+            })
+            .collect()
+    }
+
+    /// The ticks of a reaction: every value of the parameter, or any number if there is none.
+    pub(super) fn dt(&mut self) -> Number {
+        let mut n_bits = 0;
+        if let Some(step) = self.function(&format!("{}_step", self.of.hint.prefix)) {
+            for param in self.params(step) {
+                let ty = &self.of.unit.symbols[param].canonical.ty;
+                if let Some(kind) = self.of.unit.integer(ty) {
+                    n_bits = self.of.unit.machine.bits(kind);
+                }
+            }
+        }
+        let bits = self.fresh(if n_bits == 0 { 16 } else { n_bits });
+        Number::from_code(self.aig(), &bits, 0)
+    }
+}

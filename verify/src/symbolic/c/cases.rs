@@ -1,0 +1,122 @@
+//! The proof in one piece or, if the solver needs it, by cases: one for each step of a component.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_ir::net::Net;
+
+use super::Induction;
+use super::attempt::Attempt;
+use super::question::{Focus, Question, Subject};
+use crate::limits::Limits;
+use crate::symbolic::aig::Lit;
+
+/// The limits of one question: its conflicts, if it can still be split into cases, and otherwise; the nodes of a decision diagram; and the nodes of the graph of a
+/// reaction. Most questions need no solver, so one that needs much work will probably not end.
+const FEW_CONFLICTS: u64 = 500;
+const CONFLICTS: u64 = 4_000;
+const DIAGRAM: usize = 1 << 18;
+const NODES: usize = 400_000;
+/// From this number of nodes on, questions that can be split into cases are.
+const FEW_NODES: usize = 100_000;
+/// The maximum number of cases times the size of the net.
+const MAX_CASES: usize = 8_000_000;
+
+impl Subject<'_> {
+    /// Proves reset and reaction, in one piece if possible, else by cases.
+    pub(super) fn prove(self) -> Result<Induction, String> {
+        refuse(self.net)?;
+        let limits = Limits {
+            conflicts: self.limits.conflicts.min(CONFLICTS),
+            bdd_nodes: self.limits.bdd_nodes.min(DIAGRAM),
+            circuit_nodes: self.limits.circuit_nodes.min(NODES),
+            ..self.limits.clone()
+        };
+        Subject { limits: &limits, ..self }.prove_within()
+    }
+
+    pub(super) fn prove_within(self) -> Result<Induction, String> {
+        let mut total = Induction::default();
+        let mut reset = Attempt::new(self, None)?;
+        let checks = reset.reset()?;
+        for check in checks {
+            if let Some(why) = reset.settle(&check, self.limits.conflicts, &mut total) {
+                return Err(format!("after `{}_init`, {why}", self.hint.prefix));
+            }
+        }
+        let open = self.attempt(None, None, &mut total)?;
+        let n_cases: usize = open
+            .keys()
+            .filter_map(|component| self.facts.components.get(*component))
+            .map(|component| component.steps.len() + 1)
+            .sum();
+        let size = self.net.steps.len() + self.net.transitions.len();
+        if n_cases.saturating_mul(size) > MAX_CASES {
+            return Err(format!("{n_cases} cases are too many for a chart of this size"));
+        }
+        for (component, questions) in &open {
+            let Some(data) = self.facts.components.get(*component) else { continue };
+            let steps = data.steps.iter().map(|step| Some(*step));
+            for active in steps.chain((!data.always).then_some(None)) {
+                let focus = Focus { component: *component, active };
+                self.attempt(Some(focus), Some(questions), &mut total)?;
+            }
+        }
+        Ok(total)
+    }
+
+    /// Answers the questions, all of them or those in `only`. Returns those that are open, by the component whose cases could answer them; in a case,
+    /// an open question is an error.
+    pub(super) fn attempt(
+        self,
+        focus: Option<Focus>,
+        only: Option<&BTreeSet<Question>>,
+        total: &mut Induction,
+    ) -> Result<BTreeMap<usize, BTreeSet<Question>>, String> {
+        let mut attempt = Attempt::new(self, focus)?;
+        let checks = attempt.reaction()?;
+        let mut open: BTreeMap<usize, BTreeSet<Question>> = BTreeMap::new();
+        for check in checks {
+            if only.is_some_and(|only| !only.contains(&check.question)) {
+                continue;
+            }
+            let component = if focus.is_none() { attempt.component(&check) } else { None };
+            let conflicts = self.limits.conflicts;
+            let conflicts =
+                if component.is_some() { conflicts.min(FEW_CONFLICTS) } else { conflicts };
+            let is_late = component.is_some() && total.work > FEW_NODES;
+            let settled = check.broken == Lit::FALSE || !is_late;
+            let why = match settled {
+                true => attempt.settle(&check, conflicts, total),
+                false => Some(String::new()),
+            };
+            let Some(why) = why else { continue };
+            match component {
+                Some(component) => {
+                    open.entry(component).or_default().insert(check.question);
+                }
+                None => return Err(why),
+            }
+        }
+        Ok(open)
+    }
+}
+
+/// What no proof covers yet.
+fn refuse(net: &Net) -> Result<(), String> {
+    if net.settings.policy.is_statechart() {
+        return Err("C of statecharts is not covered by the induction".to_owned());
+    }
+    if !net.c_texts().is_empty() {
+        return Err("C code of the chart's author".to_owned());
+    }
+    if net.outputs.values().any(|output| output.is_extern()) {
+        return Err("calls of the user's functions are not covered by the induction".to_owned());
+    }
+    if net.steps.values().any(|step| !step.tasks.is_empty()) {
+        return Err("tasks are not covered by the induction".to_owned());
+    }
+    if !net.unspecified.is_empty() {
+        return Err("cells that the chart leaves open are not covered by the induction".to_owned());
+    }
+    Ok(())
+}

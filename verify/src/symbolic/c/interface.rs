@@ -1,0 +1,184 @@
+//! The functions and structures of the interface: their objects in memory, and calls.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use grafsynth_c::tree::types::{IntKind, Type};
+use grafsynth_c::tree::{ItemKind, StructId, SymbolId, Unit};
+use grafsynth_c::walk::each_item;
+use grafsynth_ir::instance::Place;
+
+use super::attempt::{Attempt, Structures};
+use super::memory::{Address, Cell, Memory, Object, Pointer, Scalar, member_offset, n_cells};
+use super::net_values::scalar;
+use super::value::Int;
+use crate::symbolic::aig::Lit;
+use crate::symbolic::number::Number;
+
+impl Attempt<'_> {
+    pub(super) fn function(&self, name: &str) -> Option<SymbolId> {
+        let mut all = self.of.unit.symbols.iter();
+        all.find(|(_, symbol)| symbol.name == name).map(|(id, _)| id)
+    }
+
+    pub(super) fn params(&self, function: SymbolId) -> Vec<SymbolId> {
+        let mut found = Vec::new();
+        each_item(&self.of.unit.items, &mut |item| {
+            if let ItemKind::Function { symbol, params, .. } = &item.kind
+                && *symbol == function
+            {
+                found.clone_from(params);
+            }
+        });
+        found
+    }
+
+    /// The instance, the outputs, and the inputs; before the reset, instance and outputs have no values.
+    pub(super) fn memory(&mut self, state: Option<&[Scalar]>) -> Result<Memory, String> {
+        let unset = |unit: &Unit, id: Option<StructId>| {
+            let n = id.and_then(|id| n_cells(unit, &Type::Struct(id))).unwrap_or(0);
+            Cell::unset(n)
+        };
+        let Structures { instance, inputs, outputs } = self.structures;
+        let mut cells = unset(self.of.unit, instance);
+        for ((place, _), value) in self.of.hint.state.iter().zip(state.unwrap_or(&[])) {
+            let (at, kind) = self.cell_of(instance, place)?;
+            let value = self.typed(value.clone(), kind);
+            cells[at] = Rc::new(Cell::of(value));
+        }
+        let mut memory = Memory::default();
+        memory.add(cells);
+        let mut cells = unset(self.of.unit, outputs);
+        if state.is_some() {
+            // The reset set them, and the caller may have written anything since.
+            for (_, place) in &self.of.hint.outputs {
+                let (at, _) = self.cell_of(outputs, place)?;
+                cells[at] = Rc::new(Cell::of(self.anything(outputs, place)?));
+            }
+        }
+        memory.add(cells);
+        let mut cells = unset(self.of.unit, inputs);
+        let mut words: BTreeMap<usize, Vec<Lit>> = BTreeMap::new();
+        for (input, place) in &self.of.hint.inputs {
+            let (at, kind) = self.cell_of(inputs, place)?;
+            let value = scalar(&self.inputs.values[input.index()]);
+            if let Some(bit) = place.bit {
+                let width = self.of.unit.machine.bits(kind) as usize;
+                let word = words.entry(at).or_insert_with(|| vec![Lit::FALSE; width + 1]);
+                if let (Some(place), Scalar::Int(Int::Bit(lit))) =
+                    (word.get_mut(bit as usize), value)
+                {
+                    *place = lit;
+                }
+            } else {
+                cells[at] = Rc::new(Cell::of(self.typed(value, kind)));
+            }
+        }
+        for (at, bits) in words {
+            cells[at] = Rc::new(Cell::of(Scalar::Int(Int::Word(Number::of_bits(bits)))));
+        }
+        memory.add(cells);
+        Ok(memory)
+    }
+
+    /// A value as its cell stores it: a flag only in a `bool`.
+    pub(super) fn typed(&mut self, value: Scalar, kind: IntKind) -> Scalar {
+        match value {
+            Scalar::Int(value) if kind == IntKind::Bool => {
+                Scalar::Int(Int::Bit(value.truth(self.aig())))
+            }
+            value => value,
+        }
+    }
+
+    /// The cell of a place in a structure, and its type.
+    pub(super) fn cell_of(
+        &self,
+        of: Option<StructId>,
+        place: &Place,
+    ) -> Result<(usize, IntKind), String> {
+        let unit = self.of.unit;
+        let missing = || format!("there is no member `{}`", place.member);
+        let id = of.ok_or_else(missing)?;
+        let members = &unit.structs[id].members;
+        let at = members.iter().position(|member| member.name == place.member);
+        let at = at.ok_or_else(missing)?;
+        let offset = member_offset(unit, &Type::Struct(id), at).ok_or_else(missing)?;
+        let mut ty = &members[at].canonical.ty;
+        let mut cell = offset;
+        if let Type::Array(element, len) = ty {
+            let index = place.element.unwrap_or(0);
+            if len.is_none_or(|len| u64::from(index) >= len) {
+                return Err(missing());
+            }
+            cell += index as usize * n_cells(unit, &element.ty).ok_or_else(missing)?;
+            ty = &element.ty;
+        }
+        let kind = unit.integer(ty).ok_or_else(missing)?;
+        Ok((cell, kind))
+    }
+
+    pub(super) fn read(
+        &self,
+        memory: &Memory,
+        object: usize,
+        of: Option<StructId>,
+        place: &Place,
+    ) -> Result<Rc<Cell>, String> {
+        let (cell, _) = self.cell_of(of, place)?;
+        let found = memory.objects.get(object).and_then(|cells| cells.get(cell));
+        found.cloned().ok_or_else(|| format!("there is no member `{}`", place.member))
+    }
+
+    /// Calls a function of the interface with the arguments that its parameters require.
+    pub(super) fn call(
+        &mut self,
+        suffix: &str,
+        memory: &mut Memory,
+        dt: Option<&Number>,
+    ) -> Result<(), String> {
+        let name = format!("{}{suffix}", self.of.hint.prefix);
+        let function = self.function(&name).ok_or_else(|| format!("there is no `{name}`"))?;
+        let arguments = self.arguments(function, dt)?;
+        self.program.call(function, arguments, memory).map(|_| ())
+    }
+
+    pub(super) fn arguments(
+        &mut self,
+        function: SymbolId,
+        dt: Option<&Number>,
+    ) -> Result<Vec<Scalar>, String> {
+        let Structures { instance, inputs, outputs } = self.structures;
+        let mut arguments = Vec::new();
+        for param in self.params(function) {
+            let symbol = &self.of.unit.symbols[param];
+            let ty = &symbol.canonical.ty;
+            let target = ty.target().and_then(|it| it.ty.as_struct());
+            let object = match target {
+                Some(id) if Some(id) == instance => 0,
+                Some(id) if Some(id) == outputs => 1,
+                Some(id) if Some(id) == inputs => 2,
+                _ => match (dt, self.of.unit.integer(ty)) {
+                    (Some(dt), Some(_)) => {
+                        arguments.push(Scalar::Int(Int::Word(dt.clone())));
+                        continue;
+                    }
+                    _ => return Err(format!("the parameter `{}` is unknown", symbol.name)),
+                },
+            };
+            let address = Address { object: Object::Changing(object), cell: 0 };
+            arguments.push(Scalar::Pointer(vec![(Pointer::To(address), Lit::TRUE)]));
+        }
+        Ok(arguments)
+    }
+
+    /// The answer of a query about the instance; `None` if there is no such function.
+    pub(super) fn ask(&mut self, name: &str, memory: &mut Memory) -> Result<Option<Int>, String> {
+        let Some(function) = self.function(name) else { return Ok(None) };
+        let arguments = self.arguments(function, None)?;
+        match self.program.call(function, arguments, memory)? {
+            Some(Scalar::Int(value)) => Ok(Some(value)),
+            _ => Err(format!("`{name}` returns no number")),
+        }
+    }
+}
