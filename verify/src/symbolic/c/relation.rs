@@ -241,7 +241,7 @@ impl Attempt<'_> {
                 Some(bit) => Int::Bit(value.number(aig).bit(bit as usize)),
                 None => value.clone(),
             };
-            let broken = differs(aig, value, &wanted);
+            let broken = differs(aig, &value, &wanted);
             let broken = aig.or(broken, cell.unset);
             checks.push(Check { question: Question::Output(at), broken });
         }
