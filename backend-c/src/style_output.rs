@@ -22,7 +22,7 @@ pub(crate) struct Member {
 }
 
 /// A chart in C after all decisions.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct StyleOutput {
     /// The name of the style, for the header.
     pub(crate) style: &'static str,

@@ -2,7 +2,7 @@
 //!
 //! The ring exists only if it is requested; without it the text is unchanged. Every style calls `NAME_fired` when a transition fires:
 //! in `switch` at the transition's owner, in tables with a number in each row, in statecharts once a region has chosen, and in `bits` by a mark of
-//! the reaction program ([`marked_program`](grafsynth_ir::lower::program::marked_program)). The order within one micro-step depends on the style.
+//! the reaction program ([`Additions`](grafsynth_ir::lower::program::Additions)). The order within one micro-step depends on the style.
 //!
 //! A program reads the ring byte by byte with `NAME_trace_byte` and can send it anywhere. Its bytes, with numbers in little-endian order:
 //!

@@ -53,18 +53,24 @@ pub fn check(
     limits: &Limits,
     read: Result<Induction, OpenReason>,
 ) -> Result<OutputReport, Refused> {
-    let verdict = match verdict(net, package, limits, read) {
+    let verdict = match verdict(net, package, limits, read.clone()) {
         Ok(verdict) => verdict,
         Err(Trouble::Compiler(words)) => return Err(Refused(words)),
-        Err(Trouble::Machine(why)) => {
-            OutputVerdict::Open(Open::because(OpenReason::ToolFailed(why)))
-        }
+        Err(Trouble::Machine(why)) => not_run(read, OpenReason::ToolFailed(why)),
         Err(Trouble::Chart(why)) => OutputVerdict::Refuted(OutputFault::NoAnswer(why)),
     };
     let mut report = OutputReport::new(name, verdict);
     report.notes.extend(package.has_gate().then_some(Note::Gate));
     report.notes.extend(package.critical_section(net).map(Note::CriticalSection));
     Ok(report)
+}
+
+/// The verdict on a text that cannot be compiled and run here.
+fn not_run(read: Result<Induction, OpenReason>, why: OpenReason) -> OutputVerdict {
+    match read {
+        Ok(induction) => OutputVerdict::Proved(OutputProof::Text { induction, ran: Err(why) }),
+        Err(_) => OutputVerdict::Open(Open::because(why)),
+    }
 }
 
 fn verdict(
@@ -74,13 +80,7 @@ fn verdict(
     read: Result<Induction, OpenReason>,
 ) -> Result<OutputVerdict, Trouble> {
     if tools::c_compiler().is_none() {
-        let missing = OpenReason::ToolMissing(vec!["a C compiler".to_owned()]);
-        return Ok(match read {
-            Ok(induction) => {
-                OutputVerdict::Proved(OutputProof::Text { induction, ran: Err(missing) })
-            }
-            Err(_) => OutputVerdict::Open(Open::because(missing)),
-        });
+        return Ok(not_run(read, OpenReason::ToolMissing(vec!["a C compiler".to_owned()])));
     }
     let reactions = if read.is_ok() { FEW_REACTIONS } else { MAX_REACTIONS };
     let mut reasons = Vec::new();

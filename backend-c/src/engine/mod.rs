@@ -659,19 +659,13 @@ fn emit(
     StyleOutput {
         style: "engine",
         instance,
-        enumerators: Vec::new(),
         active: IdMap::build(&net.steps, |id, _| format!("gs_bit(self->bits, {}U)", id.index())),
         fault: has_fault.then(|| "self->fault".to_owned()),
         has_fault: has_fault || net.settings.queue.is_some(),
         ticks,
-        tables: Vec::new(),
         functions,
         init: vec![Node::line(format!("{prefix}_start(self, {prefix}_tables{hand});"))],
         step,
-        helpers: crate::cexpr::Helpers::default(),
-        ranges: Vec::new(),
-        holds: Vec::new(),
-        one_bit: std::collections::BTreeSet::new(),
         engine: Some(Engine {
             files: &FILES,
             instructions: None,
@@ -682,6 +676,7 @@ fn emit(
             image: lines.iter().flat_map(|line| line.bytes.iter().copied()).collect(),
             tables: table(names, lines),
         }),
+        ..StyleOutput::default()
     }
 }
 

@@ -278,7 +278,6 @@ fn emit(
     StyleOutput {
         style: "engine with a program",
         instance,
-        enumerators: Vec::new(),
         active: IdMap::build(&net.steps, |id, _| {
             let cell = program.cells.iter().find(|(_, cell)| cell.origin == Origin::Step(id));
             match cell.map(|(cell, _)| places.cells[cell]) {
@@ -289,14 +288,10 @@ fn emit(
         fault: room.sets_fault.then(|| "self->fault".to_owned()),
         has_fault: net.settings.evolution != Mode::Single,
         ticks,
-        tables: Vec::new(),
         functions,
         init: vec![Node::line(format!("{prefix}_start(self, {prefix}_tables{hand});"))],
         step,
         helpers,
-        ranges: Vec::new(),
-        holds: Vec::new(),
-        one_bit: std::collections::BTreeSet::new(),
         engine: Some(Engine {
             files: &FILES,
             instructions: room.instructions,
@@ -307,6 +302,7 @@ fn emit(
             image: lines.iter().flat_map(|line| line.bytes.iter().copied()).collect(),
             tables: super::table(names, lines),
         }),
+        ..StyleOutput::default()
     }
 }
 

@@ -45,14 +45,14 @@ const LONG: usize = 80;
 
 /// The bounds of the figures. Lower them with the figures; raise one only with a reason in the commit.
 const BOUNDS: [(&str, usize); 9] = [
-    ("code lines of frontend", 36_570),
-    ("code lines of c and backend-c", 28_250),
-    ("code lines of ir", 20_050),
-    ("code lines of driver", 10_590),
-    ("code lines of all crates", 146_650),
+    ("code lines of frontend", 36_440),
+    ("code lines of c and backend-c", 28_650),
+    ("code lines of ir", 20_410),
+    ("code lines of driver", 11_120),
+    ("code lines of all crates", 156_100),
     ("functions above 80 lines", 99),
     ("circles of files", 0),
-    ("lines that list variants", 566),
+    ("lines that list variants", 596),
     ("text tests on emitted C", 3),
 ];
 

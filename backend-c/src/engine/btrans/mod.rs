@@ -23,7 +23,6 @@ mod tree;
 use super::handing::{as_type, clear_words, hand_in, hand_out};
 use super::{Plan, member, shown};
 use crate::c::print::{Arm, Kind, Node};
-use crate::cexpr::Helpers;
 use crate::names::Names;
 use crate::refusal::Refusal;
 use crate::style_output::{Engine, StyleOutput, with_unused};
@@ -434,19 +433,12 @@ fn emit(
     StyleOutput {
         style: "btrans",
         instance,
-        enumerators: Vec::new(),
         active: IdMap::build(&net.steps, |id, _| format!("gb_bit(self->active, {}U)", id.index())),
         fault: Some("self->fault".to_owned()),
         has_fault: true,
         ticks,
-        tables: Vec::new(),
-        functions: Vec::new(),
         init: with_unused(&parameters, run(true)),
         step: run(false),
-        helpers: Helpers::default(),
-        ranges: Vec::new(),
-        holds: Vec::new(),
-        one_bit: std::collections::BTreeSet::new(),
         engine: Some(Engine {
             files: &FILES,
             instructions: None,
@@ -457,5 +449,6 @@ fn emit(
             image: Vec::new(),
             tables,
         }),
+        ..StyleOutput::default()
     }
 }
